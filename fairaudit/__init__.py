@@ -1,0 +1,59 @@
+"""fairaudit: exact, certified fairness audits of decision tables.
+
+The names below load on first use, so that importing the package costs nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Certificate": "fairaudit.certificate",
+    "Claim": "fairaudit.audit",
+    "Columns": "fairaudit.law",
+    "Distance": "fairaudit.fairness",
+    "InputError": "fairaudit.exact",
+    "Law": "fairaudit.law",
+    "Ratio": "fairaudit.fairness",
+    "Result": "fairaudit.audit",
+    "Target": "fairaudit.audit",
+    "Utility": "fairaudit.utility",
+    "Witness": "fairaudit.fairness",
+    "certify": "fairaudit.audit",
+    "example": "fairaudit.tables.examples",
+    "read_csv": "fairaudit.tables.csv",
+}
+
+__all__ = [*_HOME, "__version__"]
+
+if TYPE_CHECKING:
+    from fairaudit.audit import Claim as Claim
+    from fairaudit.audit import Result as Result
+    from fairaudit.audit import Target as Target
+    from fairaudit.audit import certify as certify
+    from fairaudit.certificate import Certificate as Certificate
+    from fairaudit.exact import InputError as InputError
+    from fairaudit.fairness import Distance as Distance
+    from fairaudit.fairness import Ratio as Ratio
+    from fairaudit.fairness import Witness as Witness
+    from fairaudit.law import Columns as Columns
+    from fairaudit.law import Law as Law
+    from fairaudit.tables.csv import read_csv as read_csv
+    from fairaudit.tables.examples import example as example
+    from fairaudit.utility import Utility as Utility
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'fairaudit' has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,7 @@
+"""Entry point of ``python -m fairaudit``."""
+
+import sys
+
+from fairaudit.cli import main
+
+sys.exit(main())

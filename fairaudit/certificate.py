@@ -1,0 +1,232 @@
+"""Certificates: exact statements about one table, with what is needed to check them. The format is docs/certificate.md."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import secrets
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from math import gcd
+from pathlib import Path
+from typing import Any
+
+from fairaudit.exact import InputError, rational_text
+from fairaudit.law import Law
+from fairaudit.utility import UtilityTable
+
+__all__ = ["Certificate", "Table", "schema", "write_atomically"]
+
+FORMAT = "fairaudit-certificate/1"
+TABLE_FORMAT = "fairaudit-table/1"
+EMBED_LIMIT = 100_000
+
+
+@dataclass(frozen=True)
+class Table:
+    """The canonical text of a law and its utility.
+
+    Attributes
+    ----------
+    law : Law
+        The law.
+    utility : UtilityTable
+        The utility on it.
+    salt : str or None
+        Random hexadecimal digits that keep the digest of an undisclosed table from being guessed.
+    """
+
+    law: Law
+    utility: UtilityTable
+    salt: str | None = None
+
+    @cached_property
+    def header(self) -> dict[str, Any]:
+        """First line of the canonical text."""
+        law, utility = self.law, self.utility
+        head: dict[str, Any] = {
+            "format": TABLE_FORMAT,
+            "kind": law.kind,
+            "columns": columns(law),
+            "population": law.population,
+            "decisions": list(law.decisions),
+            "groups": [list(group) for group in law.groups],
+            "contexts": [list(context) for context in law.contexts],
+            "utility": [rational_text((v, utility.scale)) for v in utility.values.tolist()] if utility.by_decision else None,
+        }
+        if self.salt is not None:
+            head["salt"] = self.salt
+        return head
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield one object per cell, in order."""
+        law, utility = self.law, self.utility
+        masses = law.cell_mass if law.population == "weights" else None
+        total = sum(masses) if masses else 1
+        for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
+            row = law.row(cell)
+            bottom = law.scale if law.kind == "counts" else sum(row)
+            entry: dict[str, Any] = {"context": x, "group": a, "weights": _texts(row, bottom)}
+            if masses:
+                entry["mass"] = rational_text((masses[cell], total))
+            if not utility.by_decision:
+                given = utility.given[cell].tolist() if utility.given is not None else [True] * len(row)
+                texts = _texts(utility.row(cell), utility.scale)
+                entry["utility"] = [text if known else None for text, known in zip(texts, given, strict=True)]
+            yield entry
+
+    def lines(self) -> Iterator[bytes]:
+        """Yield the canonical text line by line."""
+        yield canonical(self.header)
+        for row in self.rows():
+            yield canonical(row)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Digest of the canonical text."""
+        digest = hashlib.sha256()
+        for line in self.lines():
+            digest.update(line)
+        return digest.hexdigest()
+
+    @property
+    def cells(self) -> int:
+        """Number of (x,a,u) entries."""
+        return int(self.law.weights.size)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A certificate and the table that it is about.
+
+    Attributes
+    ----------
+    document : dict
+        The JSON document of docs/certificate.md.
+    table : Table or None
+        The table, when it is not embedded.
+    """
+
+    document: dict[str, Any]
+    table: Table | None = None
+
+    @property
+    def text(self) -> str:
+        """The document as JSON."""
+        return json.dumps(self.document, ensure_ascii=True, indent=1) + "\n"
+
+    def save(self, path: str | os.PathLike[str]) -> list[Path]:
+        """Write the certificate, and beside it the canonical table if that is not embedded.
+
+        Files appear whole or not at all; the table is written first.
+
+        Parameters
+        ----------
+        path : path-like
+            Where; the table goes to the same name with ``.table.jsonl`` instead of ``.json``.
+
+        Returns
+        -------
+        list of Path
+            The files written.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be written.
+        """
+        target = Path(path)
+        written = []
+        if self.table is not None:
+            beside = target.with_name((target.stem if target.suffix == ".json" else target.name) + ".table.jsonl")
+            write_atomically(beside, self.table.lines())
+            written.append(beside)
+        write_atomically(target, [self.text.encode("ascii")])
+        return [target, *written]
+
+
+def with_table(document: dict[str, Any], table: Table, *, embed: bool | None = None) -> Certificate:
+    """Put a table into a document, or only its digest: when `embed` is false, or it has more than 100,000 entries."""
+    if embed is None:
+        embed = table.cells <= EMBED_LIMIT
+    elif not embed:
+        table = replace(table, salt=secrets.token_hex(16))
+    entry: dict[str, Any] = {"sha256": table.sha256, "cells": table.cells}
+    if embed:
+        entry |= {"header": table.header, "rows": list(table.rows())}
+    for claim in document["claims"]:
+        if "table" in claim["evidence"]:
+            claim["evidence"]["table"] = table.sha256
+    document["subject"]["table"] = entry
+    return Certificate(document, None if embed else table)
+
+
+def columns(law: Law) -> dict[str, Any]:
+    """Column names of a law as a certificate stores them."""
+    return {"decision": law.columns.decision, "group": list(law.columns.group), "context": list(law.columns.context)}
+
+
+def canonical(value: Any) -> bytes:
+    """One line of canonical text."""
+    return json.dumps(value, ensure_ascii=True, sort_keys=True, separators=(",", ":")).encode("ascii") + b"\n"
+
+
+def number(value: Fraction | float) -> str:
+    """A result as a certificate stores it."""
+    return rational_text((value.numerator, value.denominator) if isinstance(value, Fraction) else (1, 0))
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of the format, as shipped with the package.
+
+    Examples
+    --------
+    >>> schema()["properties"]["format"]
+    {'const': 'fairaudit-certificate/1'}
+    """
+    from importlib.resources import files
+
+    loaded: dict[str, Any] = json.loads(files("fairaudit").joinpath("certificate.schema.json").read_text("utf-8"))
+    return loaded
+
+
+def write_atomically(path: Path, lines: Any) -> None:
+    """Write a file so that it appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    if path.is_dir():
+        raise InputError(f"{path} is a directory; name a file to write")
+    temporary = None
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent)
+        with os.fdopen(handle, "wb") as file:
+            file.writelines(lines)
+            file.flush()
+            os.fsync(file.fileno())
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)
+        os.replace(temporary, path)
+        temporary = None
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
+    finally:
+        if temporary is not None:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+
+
+def _texts(values: list[int], bottom: int) -> list[str]:
+    if bottom == 1:
+        return [rational_text((v, 1)) for v in values]
+    common = gcd(bottom, *values)
+    return [rational_text((v // common, bottom // common)) for v in values]

@@ -1,0 +1,77 @@
+"""The command line. Each command is a module with `add` (its options) and `run` (its work, which imports what it needs)."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from fairaudit import __version__
+from fairaudit.cli import certify, inspect, verify
+
+__all__ = ["main"]
+
+EXIT_BAD_INPUT = 2
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the message and where help is, and exit with code 2."""
+        self.exit(EXIT_BAD_INPUT, f"{self.prog}: {' '.join(message.split())}; see {self.prog} --help\n")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        The arguments; those of the process by default.
+
+    Returns
+    -------
+    int
+        0 within the targets, or no target; 1 a target is exceeded or a claim is false; 2 bad input; 3 inconclusive.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure:
+            reconfigure(errors="backslashreplace")
+    parser = _Parser(
+        prog="fairaudit",
+        description="Exact, certified fairness audits of decision tables.",
+        epilog="Try: fairaudit certify --example ucb-admissions",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"fairaudit {__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+    for module in (certify, inspect, verify):
+        module.add(commands)
+    arguments = parser.parse_args(argv)
+    try:
+        code: int = arguments.run(arguments)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        # The reader of our output went away (a closed pager, say); there is nobody to tell.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        print("fairaudit: interrupted", file=sys.stderr)
+        return 130
+    except MemoryError:
+        print("fairaudit: the table does not fit into memory", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except ValueError as error:
+        from fairaudit.exact import InputError
+
+        if not isinstance(error, InputError):
+            raise
+        from fairaudit.cli.text import plain
+
+        print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
+        return EXIT_BAD_INPUT

@@ -1,0 +1,287 @@
+"""`fairaudit certify`: audit a table, judge it against targets, write a certificate."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fairaudit.audit import Result
+    from fairaudit.law import Law
+    from fairaudit.tables.csv import CsvTable
+    from fairaudit.utility import Utility
+
+DESCRIPTION = """\
+Measure how unequally a table of decisions treats groups: exactly, with the pair of groups that is worst off, and as a certificate that
+anybody can check. The table is a CSV file with a header line, in one of three forms: a count per row (--count), a probability
+per row (--probability), or one decision per row (neither)."""
+
+EPILOG = """\
+exit codes: 0 within the targets, or no target; 1 a target is exceeded; 2 bad input; 3 inconclusive
+
+examples:
+  fairaudit certify --example ucb-admissions -o certificate.json
+  fairaudit certify admissions.csv --decision Admit --group Gender --context Dept --count Freq --utility Admitted
+  fairaudit certify log.csv --decision answer --group sex,age --utility yes=1,maybe=0.5 --max-local-ratio 5/4 --confidence none"""
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = commands.add_parser(
+        "certify",
+        help="audit a table of decisions and write a certificate",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("table", metavar="TABLE", nargs="?", help="CSV file with a header line")
+    parser.add_argument("--example", metavar="NAME", help="audit a table that ships with fairaudit")
+    parser.add_argument("--list-examples", action="store_true", help="list those tables")
+    roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
+    roles.add_argument("--decision", metavar="COL", help="what was decided")
+    roles.add_argument("--group", metavar="COL", action="append", help="sensitive attribute; several form intersections")
+    roles.add_argument("--context", metavar="COL", action="append", help="what may legitimately matter")
+    form = roles.add_mutually_exclusive_group()
+    form.add_argument("--count", metavar="COL", help="how often the row occurred")
+    form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
+    roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+    worth = parser.add_argument_group("utility (what a decision is worth to the person)")
+    kind = worth.add_mutually_exclusive_group()
+    kind.add_argument("--utility", metavar="SPEC", help="decision[=number],…; decisions that are not listed are worth 0")
+    kind.add_argument("--utility-column", metavar="COL", help="column with the utility of each row; --decision may then be left out")
+    targets = parser.add_argument_group("targets (decided exactly)")
+    targets.add_argument("--max-local", metavar="L", help="limit on L, the log of the worst ratio within a context")
+    targets.add_argument("--max-global", metavar="L", help="limit on the log of the worst ratio of group means")
+    targets.add_argument("--max-local-ratio", metavar="Q", help="the same as a ratio, such as 5/4")
+    targets.add_argument("--max-global-ratio", metavar="Q", help="the same as a ratio")
+    targets.add_argument(
+        "--confidence",
+        metavar="C",
+        default=None,
+        help="'none' judges the table itself; claims about the population behind counts do not exist yet, so targets on counts need it",
+    )
+    rest = parser.add_argument_group("input and output")
+    rest.add_argument(
+        "--missing",
+        choices=("error", "drop", "group"),
+        default="error",
+        help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
+    )
+    rest.add_argument("--top", metavar="K", type=_positive, default=3, help="how many of the most unequal pairs to list (default 3)")
+    rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
+    rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
+    rest.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the work."""
+    from fairaudit.exact import InputError
+
+    if arguments.list_examples:
+        _list_examples()
+        return 0
+    if arguments.example is not None:
+        _take_example(arguments)
+    elif arguments.table is None:
+        raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
+    law, utility = _read(arguments)
+
+    from fairaudit.audit import certify
+
+    confidence = _confidence(arguments.confidence)
+    result = certify(
+        law,
+        utility,
+        max_local=arguments.max_local,
+        max_global=arguments.max_global,
+        max_local_ratio=arguments.max_local_ratio,
+        max_global_ratio=arguments.max_global_ratio,
+        confidence=confidence,
+        embed_table=False if arguments.no_table else None,
+    )
+    if arguments.no_table and arguments.output is None:
+        raise InputError("--no-table needs -o FILE, to write the certificate and its table separately")
+    written = result.certificate.save(arguments.output) if arguments.output is not None else []
+    from fairaudit.cli.text import plain, summary
+
+    if arguments.format == "json":
+        print(json.dumps(_json(result, arguments.top), ensure_ascii=True, indent=1))
+    else:
+        for note in result.notes:
+            print(f"note: {plain(note)}", file=sys.stderr)
+        print(summary(result, arguments.top, [str(path) for path in written]))
+    return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[result.verdict]
+
+
+def column_list(given: list[str] | None) -> tuple[str, ...]:
+    """Column names from repeated options with commas; a name with a comma is quoted as in CSV."""
+    names: list[str] = []
+    for text in given or []:
+        names += next(csv.reader([text], skipinitialspace=True), [])
+    return tuple(names)
+
+
+def utility_spec(text: str) -> dict[str, str]:
+    """Read ``decision[=number],…``; a label with a comma or an equals sign is quoted as in CSV.
+
+    Raises
+    ------
+    InputError
+        If the text is not of that form.
+
+    Examples
+    --------
+    >>> utility_spec('yes,maybe=0.5,"no, sorry"=1/4')
+    {'yes': '1', 'maybe': '0.5', 'no, sorry': '1/4'}
+    """
+    from fairaudit.exact import InputError, shown
+
+    values: dict[str, str] = {}
+    rest = text
+    while rest:
+        if rest.startswith('"'):
+            end = 1
+            while (end := rest.find('"', end)) >= 0 and rest[end : end + 2] == '""':
+                end += 2
+            if end < 0:
+                raise InputError(f"--utility {shown(text)} has a quotation mark that is not closed")
+            label, rest = rest[1:end].replace('""', '"'), rest[end + 1 :]
+        else:
+            cut = min((i for i in (rest.find(","), rest.find("=")) if i >= 0), default=len(rest))
+            label, rest = rest[:cut].strip(), rest[cut:]
+        value = "1"
+        if rest.startswith("="):
+            value, _, rest = rest[1:].partition(",")
+        elif rest.startswith(",") and len(rest) > 1:
+            rest = rest[1:]
+        elif rest:
+            raise InputError(f"--utility {shown(text)} is not of the form decision[=number],… near {shown(rest)}")
+        if not label or label in values:
+            raise InputError(
+                f"--utility {shown(text)} {'has an empty label' if not label else f'lists {shown(label)} twice'}; list each decision once"
+            )
+        values[label] = value.strip()
+    if not values:
+        raise InputError("--utility is empty; list at least one decision, such as Admitted or yes=1,maybe=0.5")
+    return values
+
+
+def _positive(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and 1 <= int(text[:9]) <= 10_000):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to 10000")
+    return int(text)
+
+
+def _confidence(text: str | None) -> float | None:
+    from fairaudit.exact import InputError, shown
+
+    if text == "none":
+        return None
+    if text is None:
+        return 0.95
+    raise InputError(
+        f"--confidence {shown(text)} is not accepted; claims about the population behind a table do not exist yet, so only 'none' is"
+    )
+
+
+def _list_examples() -> None:
+    from fairaudit.tables.examples import EXAMPLES
+
+    for entry in EXAMPLES:
+        print(f"{entry.name}\n    {entry.title}\n    {entry.source}")
+
+
+def _take_example(arguments: argparse.Namespace) -> None:
+    """Fill in the options of an example; those that were given win."""
+    from fairaudit.exact import InputError
+    from fairaudit.tables.examples import example
+
+    if arguments.table is not None:
+        raise InputError("both a table and --example were given; give one")
+    entry = example(arguments.example)
+    arguments.table = entry.table()
+    arguments.decision = arguments.decision or entry.decision
+    arguments.group = arguments.group or [entry.group]
+    arguments.context = arguments.context or [entry.context]
+    if arguments.utility is None and arguments.utility_column is None:
+        arguments.utility = entry.utility
+    if not (arguments.count or arguments.probability):
+        arguments.count, arguments.probability = entry.count or None, entry.probability or None
+
+
+def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
+    from fairaudit.columns import column
+    from fairaudit.exact import InputError
+    from fairaudit.tables.csv import read_csv
+    from fairaudit.utility import Utility
+
+    if arguments.utility is None and arguments.utility_column is None:
+        raise InputError(
+            "no utility was given; use --utility, such as --utility Admitted or --utility yes=1,maybe=0.5, or --utility-column COL"
+        )
+    decision = arguments.decision or arguments.utility_column
+    if decision is None:
+        raise InputError("no decision column was named; use --decision COL")
+    groups, contexts = column_list(arguments.group), column_list(arguments.context)
+    if not groups:
+        raise InputError("no group column was named; use --group COL")
+    if arguments.weight is not None and arguments.probability is None:
+        raise InputError("--weight goes with --probability; counts and logs carry their own population")
+    table = read_csv(arguments.table) if isinstance(arguments.table, str) else arguments.table
+    try:
+        for name in (decision, *groups, *contexts):
+            column(table, name)
+        table = table.with_numbers(
+            c for c in (arguments.count, arguments.probability, arguments.weight, arguments.utility_column) if c is not None
+        )
+        law = _law(arguments, table, decision, groups, contexts)
+        if arguments.utility is not None:
+            utility = Utility(utility_spec(arguments.utility))
+        else:
+            utility = Utility.from_table(
+                table, utility=arguments.utility_column, decision=decision, group=groups, context=contexts, missing=arguments.missing
+            )
+        utility.on(law)
+    except InputError as error:
+        raise InputError(f"{table.name}: {error}") from None
+    return law, utility
+
+
+def _law(arguments: argparse.Namespace, table: CsvTable, decision: str, groups: tuple[str, ...], contexts: tuple[str, ...]) -> Law:
+    from dataclasses import replace
+
+    from fairaudit.law import Law
+
+    if arguments.count is not None:
+        law = Law.from_counts(table, decision=decision, group=groups, context=contexts, count=arguments.count, missing=arguments.missing)
+    elif arguments.probability is not None:
+        law = Law.from_probabilities(
+            table,
+            decision=decision,
+            group=groups,
+            context=contexts,
+            probability=arguments.probability,
+            weight=arguments.weight,
+            missing=arguments.missing,
+        )
+    else:
+        law = Law.from_log(table, decision=decision, group=groups, context=contexts, missing=arguments.missing)
+    return replace(law, notes=(*table.notes, *law.notes))
+
+
+def _json(result: Result, top: int) -> dict[str, Any]:
+    """What `--format json` prints: the certificate, the sentence, the most unequal pairs and the notes."""
+    from fairaudit.audit import measure_entry
+
+    return {
+        "verdict": result.verdict,
+        "sentence": result.sentence,
+        "most_unequal": {name: [measure_entry(m) for m in measures] for name, measures in result.most_unequal(top).items()},
+        "notes": list(result.notes),
+        "certificate": result.certificate.document,
+    }

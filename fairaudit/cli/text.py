@@ -1,0 +1,171 @@
+"""What the command line prints: text that a person reads, in which labels from the input are data."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.audit import approximate, place
+from fairaudit.exact import rational_text
+from fairaudit.fairness import Ratio
+
+if TYPE_CHECKING:
+    from fairaudit.audit import Result, Target
+
+__all__ = ["plain", "summary"]
+
+STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
+SHOW_EXACT = 60
+
+
+def plain(text: str) -> str:
+    r"""Escape characters that could steer a terminal or reorder text.
+
+    Examples
+    --------
+    >>> plain("a\x1b[31mb\u202ec")
+    'a\\x1b[31mb\\u202ec'
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if unicodedata.category(c) not in STEERING else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def summary(result: Result, top: int, written: Sequence[str]) -> str:
+    """Describe a result: the verdict, one sentence, the figures, and what they do not say."""
+    blocks = [
+        _verdict(result),
+        plain(result.sentence),
+        _figures(result),
+        _pairs(result, top),
+        _constants(result),
+        _not_compared(result),
+        _limits(result),
+    ]
+    if written:
+        beside = f" --table {written[1]}" if len(written) > 1 else ""
+        blocks.append(f"Certificate: {plain(', '.join(written))}\nCheck it:    fairaudit verify {plain(written[0] + beside)}")
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _verdict(result: Result) -> str:
+    if not result.targets:
+        return "NO TARGET was set; these are the exact figures of the table."
+    lines = []
+    for target in result.targets:
+        measured = result.local if target.quantity == "local" else result.global_
+        lines.append(f"{target.verdict.upper():<13}{_target(target, measured)}")
+    return "\n".join(lines)
+
+
+def _target(target: Target, measured: Ratio | None) -> str:
+    name = f"{target.quantity} {'log-ratio' if target.unit == 'log' else 'ratio'}"
+    said = approximate(target.limit)
+    if measured is None:
+        return f"{name} at most {said}: nothing could be compared"
+    value = approximate(measured.ratio) if target.unit == "ratio" else _log(measured)
+    return f"{name} at most {said}: it is {value} (this table, decided exactly)"
+
+
+def _log(measured: Ratio) -> str:
+    lo = measured.log[0]
+    return "infinite" if lo.is_infinite() else f"{float(lo):.4f}"
+
+
+def _exact(value: Fraction | float) -> str:
+    if not isinstance(value, Fraction):
+        return "infinite"
+    text = rational_text((value.numerator, value.denominator))
+    return text if len(text) <= SHOW_EXACT else f"(a fraction of {len(text)} characters; it is in the certificate)"
+
+
+def _figures(result: Result) -> str:
+    rows: list[tuple[str, str, str, str]] = [("", "ratio R", "log R", "exactly")]
+    for name, ratio in (
+        ("local fairness (worst within a context)", result.local),
+        ("global fairness (worst of group means)", result.global_),
+        ("worst over group-blind utilities, local", result.local_supremum),
+        ("worst over group-blind utilities, global", result.global_supremum),
+    ):
+        if ratio:
+            rows.append((name, approximate(ratio.ratio), _log(ratio), _exact(ratio.ratio)))
+        else:
+            rows.append((name, "-", "-", "not compared"))
+    rows.append(("", "distance", "", ""))
+    for name, distance in (("equalized odds (within a context)", result.equalized_odds), ("demographic parity", result.demographic_parity)):
+        if distance:
+            rows.append((name, approximate(distance.value), "", _exact(distance.value)))
+        else:
+            rows.append((name, "-", "", "not compared"))
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    return "\n".join(
+        f"{name.ljust(widths[0])}  {value.rjust(widths[1])}  {log.rjust(widths[2])}  {exact}".rstrip() for name, value, log, exact in rows
+    )
+
+
+def _pairs(result: Result, top: int) -> str:
+    lines = []
+    for title, measures in (
+        ("Most unequal within a context", result.most_unequal(top)["local"]),
+        ("Most unequal group means", result.most_unequal(top)["global"]),
+    ):
+        entries = [_pair(m) for m in measures if isinstance(m, Ratio) and m.ratio != 1]
+        if entries:
+            lines.append(title + "\n" + "\n".join(f"  {entry}" for entry in entries))
+    return "\n".join(lines)
+
+
+def _pair(measured: Ratio) -> str:
+    witness = measured.witness
+    high, low = (approximate(v) for v in witness.expectations)
+    where = f"{_place(witness.context)}: " if witness.context else ""
+    return f"{approximate(measured.ratio):>8}  {where}{_place(witness.higher)} {high}, {_place(witness.lower)} {low}"
+
+
+def _place(labels: dict[str, str]) -> str:
+    return plain(place(labels))
+
+
+def _constants(result: Result) -> str:
+    utility = result.utility
+    tau = "undefined" if result.tau is None else approximate(result.tau)
+    blind = (
+        ""
+        if utility.by_decision or not utility.depends_on_group
+        else f", differs between groups by up to {approximate(utility.lipschitz())}"
+    )
+    return f"Utility: from {approximate(utility.m)} to {approximate(utility.gamma)}{blind}; least expected value {tau}"
+
+
+def _not_compared(result: Result) -> str:
+    if not result.not_compared:
+        return ""
+    lines = [f"Not compared ({len(result.not_compared)}):"]
+    for entry in result.not_compared[:10]:
+        what: Any = []
+        if "context" in entry:
+            what.append(_place(entry["context"]) or "the only context")
+        if "groups" in entry:
+            groups = [_place(group) for group in entry["groups"][:5]]
+            what.append("; ".join(groups) + (f" and {len(entry['groups']) - 5} more" if len(entry["groups"]) > 5 else ""))
+        if "quantity" in entry:
+            what.append(f"{entry['quantity']} fairness")
+        lines.append(f"  {', '.join(what)}: {entry['reason']}")
+    if len(result.not_compared) > 10:
+        lines.append(f"  … and {len(result.not_compared) - 10} more, all in the certificate")
+    return "\n".join(lines)
+
+
+def _limits(result: Result) -> str:
+    said = []
+    if result.law.kind == "counts":
+        said.append("It describes this table, not the population behind it: small counts vary by chance, and no interval is claimed.")
+    else:
+        said.append("It takes the probabilities in the table as given.")
+    if result.law.population == "equal" and result.global_ is not None and len(result.law.contexts) > 1:
+        said.append("No population was given (--weight): the global figures weigh all contexts equally.")
+    said.append("It does not say that the table is genuine, complete or representative, nor why groups differ.")
+    said.append("If the utility counts a burden, the favoured group is the burdened one.")
+    return "What this does not say\n" + "\n".join(f"  {line}" for line in said)

@@ -1,0 +1,30 @@
+"""`fairaudit verify`: check a certificate with the independent checker, and nothing else."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = commands.add_parser(
+        "verify",
+        help="check a certificate",
+        description="Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it.",
+        epilog="exit codes: 0 all true; 1 a statement is false, or the required verdict is not there; 2 bad input; 3 the table is needed",
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("certificate", metavar="CERTIFICATE.json", help="the certificate")
+    parser.add_argument("--table", metavar="FILE", help="the canonical table, when the certificate does not hold it")
+    parser.add_argument("--require", choices=("within",), help="also fail unless the verdict is 'within'")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Hand over to the checker."""
+    from fairaudit import checker
+
+    options = [f"--table={arguments.table}"] if arguments.table is not None else []
+    options += [f"--require={arguments.require}"] if arguments.require is not None else []
+    return checker.main([*options, "--", arguments.certificate])

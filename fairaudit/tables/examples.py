@@ -1,0 +1,82 @@
+"""Tables that ship with the package, each with the options that audit it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+
+from fairaudit.exact import InputError, nearest, shown
+from fairaudit.tables.csv import CsvTable, read_csv
+
+__all__ = ["EXAMPLES", "Example", "example"]
+
+
+@dataclass(frozen=True)
+class Example:
+    """A table that ships with the package.
+
+    Attributes
+    ----------
+    name, title, source : str
+        What it is and where it is from.
+    decision, group, context, count, probability, utility : str
+        Which column has which role (empty for none), and the utility, as the command line takes them.
+    """
+
+    name: str
+    title: str
+    source: str
+    decision: str
+    group: str
+    context: str
+    utility: str
+    count: str = ""
+    probability: str = ""
+
+    def table(self) -> CsvTable:
+        """Read the table."""
+        with as_file(files("fairaudit.tables").joinpath("data", f"{self.name}.csv")) as path:
+            return read_csv(path)
+
+
+EXAMPLES = (
+    Example(
+        name="ucb-admissions",
+        title="graduate admissions at Berkeley, 1973: six largest departments, 4,526 applicants",
+        source="24 published counts: Bickel, Hammel and O'Connell, Science 187 (1975) 398-404",
+        decision="Admit",
+        group="Gender",
+        context="Dept",
+        utility="Admitted",
+        count="Freq",
+    ),
+    Example(
+        name="hr-navigation",
+        title="which of two HR officers a delivery robot goes to, by document and by the profile in the first slot",
+        source="synthetic: made up to show the format, not measured on any model",
+        decision="chosen",
+        group="slot_1,slot_2",
+        context="document",
+        utility="HR1",
+        probability="probability",
+    ),
+)
+
+
+def example(name: str) -> Example:
+    """Look an example up by name.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+
+    Examples
+    --------
+    >>> len(example("ucb-admissions").table())
+    24
+    """
+    for entry in EXAMPLES:
+        if entry.name == name:
+            return entry
+    raise InputError(f"there is no example {shown(name)}; {nearest(name, [e.name for e in EXAMPLES])}")
