@@ -373,9 +373,7 @@ def _limit(quantity: Quantity, unit: Literal["log", "ratio"], value: Any) -> tup
         raise InputError(f"{name}: {error}") from None
     least = 1 if unit == "ratio" else 0
     if limit < least:
-        raise InputError(
-            f"{name} is {shown(value)}; it must be at least {least}, since a {'ratio' if least else 'log-ratio'} of {least} is perfect parity"
-        )
+        raise InputError(f"{name} is {shown(value)}; it must be at least {least}, which is perfect parity")
     return quantity, unit, limit
 
 

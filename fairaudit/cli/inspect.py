@@ -17,7 +17,7 @@ HINTS = {
     "count": r"n|freq(uency)?|counts?|num(ber)?|total|cases|size",
     "probability": r"p|pr|prob(ability|abilities)?|share|rate",
     "weight": r"w|weights?|mass|population|prior",
-    "decision": r".*(decision|outcome|admi(t|ssion)|hired?|accept|approv|select|cho(sen|ice)|recommend|result|label|predict|winner|grant).*|u|y",
+    "decision": r".*(decision|outcome|admi(t|ssion)|hired?|accept|approv|select|cho(sen|ice)|recommend|result|label|predict|grant).*|u|y",
     "group": r".*(gender|sex|race|ethnic|group|name|age|religion|nationality|disab|minority|origin|placebo).*|a|s",
 }
 MISSING_WORDS = {"na", "n/a", "nan", "null", "none", "unknown", "?", "-", "."}
