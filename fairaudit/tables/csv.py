@@ -80,7 +80,7 @@ class CsvTable:
             if mixed is not None:
                 raise InputError(
                     f"column {shown(name)}, {self.locate(mixed)}: {shown(cells[mixed])} has a decimal point, and "
-                    f"{shown(cells[with_comma[0]])} on {self.locate(with_comma[0])} a comma; use one of the two, and no thousands separators"
+                    f"{shown(cells[with_comma[0]])} on {self.locate(with_comma[0])} a comma; use one of the two"
                 )
             if all(_THOUSANDS.fullmatch(cells[i]) for i in with_comma):
                 raise InputError(
