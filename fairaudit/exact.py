@@ -189,7 +189,7 @@ def integer_text(number: int) -> str:
     """
     if number < 0:
         return "-" + integer_text(-number)
-    if number.bit_length() < 13_000:
+    if number.bit_length() < 14_000:
         return str(number)
     half = _CHUNK
     while 10 ** (2 * half) <= number:
@@ -236,7 +236,7 @@ def log_enclosure(pair: tuple[int, int]) -> tuple[str, str]:
     Examples
     --------
     >>> log_enclosure((24475, 18432))
-    ('0.283569907205', '0.283569907206')
+    ('0.283563903903', '0.283563903904')
     >>> log_enclosure((1, 1)), log_enclosure((1, 0))
     (('0', '0'), ('inf', 'inf'))
     """
