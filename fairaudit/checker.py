@@ -1214,6 +1214,8 @@ def _line(finding: Finding) -> str:
 
 
 def _print(lines: Iterable[str]) -> None:
+    if sys.stdout is None:  # standard output was closed; the exit code still tells
+        return
     encoding = sys.stdout.encoding or "utf-8"
     try:
         for line in lines:

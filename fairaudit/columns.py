@@ -137,7 +137,7 @@ def _missing_labels(
         at = int(np.flatnonzero(absent)[0])
         raise InputError(
             f"column {shown(name)}, {where(at)}: the label is missing ({count} in all); "
-            "drop such rows with missing=drop, or make them a level with missing=group"
+            "missing=drop (--missing drop) leaves such rows out, missing=group (--missing group) makes them a level"
         )
     if MISSING_LABEL in texts:
         raise InputError(f"column {shown(name)} already has a label {MISSING_LABEL!r}; rename it, or use missing=drop")

@@ -21,7 +21,9 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print the message and where help is, and exit with code 2."""
-        self.exit(EXIT_BAD_INPUT, f"{self.prog}: {' '.join(message.split())}; see {self.prog} --help\n")
+        from fairaudit.cli.text import plain
+
+        self.exit(EXIT_BAD_INPUT, f"{self.prog}: {plain(' '.join(message.split()))}; see {self.prog} --help\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -54,12 +56,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     try:
         code: int = arguments.run(arguments)
-        sys.stdout.flush()
+        if sys.stdout is not None:  # None when the process was started without one
+            sys.stdout.flush()
         return code
     except BrokenPipeError:
         # The reader of our output went away (a closed pager, say); there is nobody to tell.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence()
         return 0
+    except OSError as error:
+        _silence()
+        print(f"fairaudit: the output cannot be written: {error.strerror or error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
     except KeyboardInterrupt:
         print("fairaudit: interrupted", file=sys.stderr)
         return 130
@@ -75,3 +82,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return EXIT_BAD_INPUT
+
+
+def _silence() -> None:
+    """Send what is still to be printed nowhere, so that the interpreter does not fail on it when it exits."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

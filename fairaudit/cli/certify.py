@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import re
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -89,6 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
         _take_example(arguments)
     elif arguments.table is None:
         raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
+    _check_output(arguments)
     law, utility = _read(arguments)
 
     from fairaudit.audit import certify
@@ -104,25 +106,42 @@ def run(arguments: argparse.Namespace) -> int:
         confidence=confidence,
         embed_table=False if arguments.no_table else None,
     )
-    if arguments.no_table and arguments.output is None:
-        raise InputError("--no-table needs -o FILE, to write the certificate and its table separately")
-    written = result.certificate.save(arguments.output) if arguments.output is not None else []
-    from fairaudit.cli.text import plain, summary
+    from fairaudit.cli.text import plain, put, summary
 
+    said = json.dumps(_json(result, arguments.top), ensure_ascii=True, indent=1) if arguments.format == "json" else ""
+    written = result.certificate.save(arguments.output) if arguments.output is not None else []
     if arguments.format == "json":
-        print(json.dumps(_json(result, arguments.top), ensure_ascii=True, indent=1))
+        put(said)
     else:
         for note in result.notes:
             print(f"note: {plain(note)}", file=sys.stderr)
-        print(summary(result, arguments.top, [str(path) for path in written]))
+        put(summary(result, arguments.top, [str(path) for path in written]))
     return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[result.verdict]
 
 
 def column_list(given: list[str] | None) -> tuple[str, ...]:
-    """Column names from repeated options with commas; a name with a comma is quoted as in CSV."""
+    """Column names from repeated options with commas; a name with a comma is quoted as in CSV.
+
+    Raises
+    ------
+    InputError
+        If the quotes do not fit.
+
+    Examples
+    --------
+    >>> column_list(["sex, age", '"last, first"'])
+    ('sex', 'age', 'last, first')
+    """
+    from fairaudit.exact import InputError, shown
+
     names: list[str] = []
     for text in given or []:
-        names += next(csv.reader([text], skipinitialspace=True), [])
+        try:
+            names += next(csv.reader([text], skipinitialspace=True, strict=True), [])
+        except csv.Error:
+            raise InputError(
+                f"{shown(text)} is not a list of column names; separate them with commas, and quote a name with a comma as in CSV"
+            ) from None
     return tuple(names)
 
 
@@ -142,7 +161,7 @@ def utility_spec(text: str) -> dict[str, str]:
     from fairaudit.exact import InputError, shown
 
     values: dict[str, str] = {}
-    rest = text
+    rest = text.strip()
     while rest:
         if rest.startswith('"'):
             end = 1
@@ -150,7 +169,7 @@ def utility_spec(text: str) -> dict[str, str]:
                 end += 2
             if end < 0:
                 raise InputError(f"--utility {shown(text)} has a quotation mark that is not closed")
-            label, rest = rest[1:end].replace('""', '"'), rest[end + 1 :]
+            label, rest = rest[1:end].replace('""', '"'), rest[end + 1 :].lstrip()
         else:
             cut = min((i for i in (rest.find(","), rest.find("=")) if i >= 0), default=len(rest))
             label, rest = rest[:cut].strip(), rest[cut:]
@@ -161,6 +180,7 @@ def utility_spec(text: str) -> dict[str, str]:
             rest = rest[1:]
         elif rest:
             raise InputError(f"--utility {shown(text)} is not of the form decision[=number],… near {shown(rest)}")
+        rest = rest.lstrip()
         if not label or label in values:
             raise InputError(
                 f"--utility {shown(text)} {'has an empty label' if not label else f'lists {shown(label)} twice'}; list each decision once"
@@ -172,8 +192,10 @@ def utility_spec(text: str) -> dict[str, str]:
 
 
 def _positive(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and 1 <= int(text[:9]) <= 10_000):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to 10000")
+    if not re.fullmatch("[1-9][0-9]{0,4}", text) or int(text) > 10_000:
+        from fairaudit.exact import shown
+
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a whole number from 1 to 10000")
     return int(text)
 
 
@@ -187,6 +209,31 @@ def _confidence(text: str | None) -> float | None:
     raise InputError(
         f"--confidence {shown(text)} is not accepted; claims about the population behind a table do not exist yet, so only 'none' is"
     )
+
+
+def _check_output(arguments: argparse.Namespace) -> None:
+    """Refuse an output that cannot be written, or must not be, before the work is done."""
+    from pathlib import Path
+
+    from fairaudit.exact import InputError
+
+    if arguments.output is None:
+        if arguments.no_table:
+            raise InputError("--no-table needs -o FILE, to write the certificate and its table separately")
+        return
+    path = Path(arguments.output)
+    try:
+        if path.is_dir():
+            raise InputError(f"{path} is a directory; name a file to write")
+        if not path.parent.is_dir():
+            raise InputError(f"{path} cannot be written: there is no directory {path.parent}")
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path} is a device or a pipe; name a file to write")
+        table = Path(arguments.table) if isinstance(arguments.table, str) else None
+        if table and table.exists() and path.exists() and path.samefile(table):
+            raise InputError(f"{path} is the table itself; name another file to write")
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
 
 
 def _list_examples() -> None:
@@ -216,7 +263,7 @@ def _take_example(arguments: argparse.Namespace) -> None:
 
 def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     from fairaudit.columns import column
-    from fairaudit.exact import InputError
+    from fairaudit.exact import InputError, shown
     from fairaudit.tables.csv import read_csv
     from fairaudit.utility import Utility
 
@@ -230,15 +277,16 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     groups, contexts = column_list(arguments.group), column_list(arguments.context)
     if not groups:
         raise InputError("no group column was named; use --group COL")
+    numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
+    if arguments.utility_column in (*groups, *contexts, *numeric):
+        raise InputError(f"the column {shown(arguments.utility_column)} is used twice; each column has one role")
     if arguments.weight is not None and arguments.probability is None:
         raise InputError("--weight goes with --probability; counts and logs carry their own population")
     table = read_csv(arguments.table) if isinstance(arguments.table, str) else arguments.table
     try:
         for name in (decision, *groups, *contexts):
             column(table, name)
-        table = table.with_numbers(
-            c for c in (arguments.count, arguments.probability, arguments.weight, arguments.utility_column) if c is not None
-        )
+        table = table.with_numbers([*numeric, *([] if arguments.utility_column is None else [arguments.utility_column])])
         law = _law(arguments, table, decision, groups, contexts)
         if arguments.utility is not None:
             utility = Utility(utility_spec(arguments.utility))

@@ -137,18 +137,18 @@ def _suggest(path: str, found: list[_Column]) -> str:
     usable = [column for column in usable if column is not decision and not column.numeric]
     if not groups and usable:
         groups = [usable.pop(0)]
-    words = ["fairaudit", "certify", path]
-    words += ["--decision", _quoted(decision.name) if decision else "COL"]
-    words += ["--group", ",".join(_quoted(column.name) for column in groups) or "COL"]
-    if usable:
-        words += ["--context", ",".join(_quoted(column.name) for column in usable)]
-    if count:
-        words += ["--count", count.name]
-    if probability:
-        words += ["--probability", probability.name]
-    if weight:
-        words += ["--weight", weight.name]
-    words += ["--utility", _quoted(_good(decision)) if decision else "DECISION"]
+    words = ["fairaudit", "certify", f"./{path}" if path.startswith("-") else path]
+    for option, value in (
+        ("--decision", decision.name if decision else "COL"),
+        ("--group", ",".join(_quoted(column.name) for column in groups) or "COL"),
+        ("--context", ",".join(_quoted(column.name) for column in usable)),
+        ("--count", count.name if count else ""),
+        ("--probability", probability.name if probability else ""),
+        ("--weight", weight.name if weight else ""),
+        ("--utility", _quoted(_good(decision)) if decision else "DECISION"),
+    ):
+        if value:
+            words += [f"{option}={value}"] if value.startswith("-") else [option, value]
     return " ".join(shlex.quote(word) for word in words)
 
 
@@ -159,4 +159,6 @@ def _good(decision: _Column) -> str:
 
 
 def _quoted(label: str) -> str:
-    return '"' + label.replace('"', '""') + '"' if any(c in label for c in ',="') else label
+    """Quote a name or label as `--group` and `--utility` read it, where that is needed."""
+    needed = label != label.strip() or any(c in label for c in ',="\r\n')
+    return '"' + label.replace('"', '""') + '"' if needed else label

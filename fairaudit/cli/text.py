@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import unicodedata
 from collections.abc import Sequence
 from fractions import Fraction
@@ -14,7 +16,7 @@ from fairaudit.fairness import Ratio
 if TYPE_CHECKING:
     from fairaudit.audit import Result, Target
 
-__all__ = ["plain", "summary"]
+__all__ = ["plain", "put", "summary"]
 
 STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
 SHOW_EXACT = 60
@@ -31,6 +33,14 @@ def plain(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if unicodedata.category(c) not in STEERING else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def put(text: str) -> None:
+    """Print a text; where nobody reads on (a closed pager, say) the exit code still tells."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def summary(result: Result, top: int, written: Sequence[str]) -> str:

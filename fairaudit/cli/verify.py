@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import io
+import sys
 from typing import Any
 
 
@@ -27,4 +30,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     options = [f"--table={arguments.table}"] if arguments.table is not None else []
     options += [f"--require={arguments.require}"] if arguments.require is not None else []
-    return checker.main([*options, "--", arguments.certificate])
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        code = checker.main([*options, "--", arguments.certificate])
+    for line in said.getvalue().splitlines():
+        print(f"fairaudit: {checker.printable(arguments.certificate)}: {line}", file=sys.stderr)
+    return code

@@ -15,6 +15,7 @@ from fairaudit.exact import InputError, shown
 __all__ = ["CsvTable", "read_csv"]
 
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 _THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(,\d{3})+\s*", re.ASCII)
 
 
@@ -87,7 +88,7 @@ class CsvTable:
                     f"column {shown(name)}, {self.locate(with_comma[0])}: {shown(cells[with_comma[0]])} may have a decimal comma or a "
                     "thousands separator; write it with a decimal point, or without separators"
                 )
-            texts[name] = [cell.replace(",", ".") for cell in cells]
+            texts[name] = [cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
             notes.append(f"the numbers in column {shown(name)} have decimal commas")
         return replace(self, texts=texts, notes=tuple(notes))
 
@@ -113,6 +114,8 @@ def read_csv(path: str | os.PathLike[str]) -> CsvTable:
         If it is not such a file; the message names the line.
     """
     name = os.fspath(path)
+    if not name:
+        raise InputError("the name of the table is empty; name a CSV file")
     try:
         return _parse(Path(path).name, _text(Path(path)))
     except InputError as error:
@@ -135,14 +138,17 @@ def _text(path: Path) -> str:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise InputError(f"line {line} is not UTF-8 (byte 0x{data[error.start]:02x}); save the file as UTF-8") from None
-    if "\x00" in text:
-        line = text[: text.index("\x00")].count("\n") + 1
-        raise InputError(f"line {line} has a NUL character; a text file was expected")
+        raise InputError(f"line {_line(data, error.start)} is not UTF-8 (byte 0x{data[error.start]:02x}); save the file as UTF-8") from None
+    if b"\x00" in data:
+        raise InputError(f"line {_line(data, data.index(0))} has a NUL character; a text file was expected")
     if not text.strip():
         raise InputError("the file is empty; a header line and at least one row were expected")
     return text
+
+
+def _line(data: bytes, position: int) -> int:
+    """Number of the line that a byte is on; lines end as the CSV reader ends them."""
+    return len(re.findall(rb"\r\n?|\n", data[:position])) + 1
 
 
 def _parse(name: str, text: str) -> CsvTable:
