@@ -15,7 +15,12 @@ _HOME = {
     "Columns": "fairaudit.law",
     "Distance": "fairaudit.fairness",
     "InputError": "fairaudit.exact",
+    "Constant": "fairaudit.mechanism",
+    "Identity": "fairaudit.mechanism",
     "Law": "fairaudit.law",
+    "Mechanism": "fairaudit.mechanism",
+    "Product": "fairaudit.mechanism",
+    "RandomizedResponse": "fairaudit.mechanism",
     "Ratio": "fairaudit.fairness",
     "Result": "fairaudit.audit",
     "Target": "fairaudit.audit",
@@ -40,6 +45,11 @@ if TYPE_CHECKING:
     from fairaudit.fairness import Witness as Witness
     from fairaudit.law import Columns as Columns
     from fairaudit.law import Law as Law
+    from fairaudit.mechanism import Constant as Constant
+    from fairaudit.mechanism import Identity as Identity
+    from fairaudit.mechanism import Mechanism as Mechanism
+    from fairaudit.mechanism import Product as Product
+    from fairaudit.mechanism import RandomizedResponse as RandomizedResponse
     from fairaudit.tables.csv import read_csv as read_csv
     from fairaudit.tables.examples import example as example
     from fairaudit.utility import Utility as Utility

@@ -17,6 +17,7 @@ __all__ = [
     "InputError",
     "common_denominator",
     "compare_log",
+    "exp_enclosure",
     "fraction",
     "integer_text",
     "log_enclosure",
@@ -296,6 +297,60 @@ def compare_log(pair: tuple[int, int], limit: tuple[int, int]) -> int:
         if hi * over < at << bits:
             return -1
         bits *= 2
+
+
+def exp_enclosure(exponent: tuple[int, int], bits: int) -> tuple[int, int]:
+    """Enclose e^q for a rational q ≥ 0.
+
+    Parameters
+    ----------
+    exponent : tuple of int
+        q as numerator and denominator; at most 10,000.
+    bits : int
+        Binary digits after the point.
+
+    Returns
+    -------
+    tuple of int
+        lo, hi with lo ≤ 2^bits·e^q ≤ hi, a few units apart.
+
+    Raises
+    ------
+    InputError
+        If q is greater than 10,000.
+
+    Examples
+    --------
+    >>> lo, hi = exp_enclosure((1, 1), 20)
+    >>> lo <= 2.718281828 * 2**20 <= hi, hi - lo <= 4
+    (True, True)
+    """
+    top, bottom = exponent
+    if top > 10_000 * bottom:
+        raise InputError("an exponent above 10,000 is not accepted")
+    # e^q = (e^(q/2^s))^(2^s) with q/2^s < 1/2^8; squaring s times loses at most s + 1 bits beyond the size of the result.
+    squarings = 8 + max(0, top.bit_length() - bottom.bit_length() + 1)
+    work = bits + 2 * squarings + 16 + 2 * (top // bottom + 1)
+    z_low = (top << work) // (bottom << squarings)
+    low = _exp_series(z_low, work, 0)
+    high = _exp_series(z_low + 1, work, 1)
+    for _ in range(squarings):
+        low, high = (low * low) >> work, ((high * high) >> work) + 1
+    drop = work - bits
+    return low >> drop, -(-high >> drop)
+
+
+def _exp_series(z: int, work: int, up: int) -> int:
+    """Σ z^n/n! in units of 2^-work, every step rounded down (`up` 0) or up (1); all terms are positive.
+
+    Rounded up, the first term of one unit or less ends the sum; what is left out is less than one unit, for z ≤ 2^-8.
+    """
+    total, term, n = 1 << work, 1 << work, 1
+    while term > up:
+        term = (term * z >> work) // n + up
+        total += term
+        n += 1
+    return total + up
 
 
 def _lowest(top: int, bottom: int) -> tuple[int, int]:

@@ -400,6 +400,34 @@ def test_repetitions(good: dict[str, Any]) -> None:
     assert ["occurs twice" in line for line in false_statements(good)] == [True, True]
 
 
+def test_limits_of_zero_and_one() -> None:
+    equal, unequal = make({(0, 0): ["1", "1"], (0, 1): ["2", "2"]}, ["1", "0"]), make(COUNTS, ["1", "0"])
+    never = make({(0, 0): ["1", "1"]}, ["1", "0"], shape=(1, 2))
+    for certificate, true in ((equal, "within"), (unequal, "exceeds"), (never, "inconclusive")):
+        for quantity in ("local", "global"):
+            for unit, limit in (("log", "0"), ("ratio", "1")):
+                for verdict in ("within", "exceeds", "inconclusive"):
+                    target = {"quantity": quantity, "limit": limit, "unit": unit, "judged": "this table", "verdict": verdict}
+                    stated = certificate | {"targets": [target], "verdict": verdict}
+                    assert checker.check(raw(stated)).ok is (verdict == true)
+
+
+def test_what_is_left_out_is_compared_entry_by_entry(good: dict[str, Any]) -> None:
+    """A table of a hundred kilobytes that leaves out a hundred million pairs is refused without listing them."""
+    header = good["subject"]["table"]["header"]
+    header["contexts"] += [[f"y{i}"] for i in range(10_000)]
+    header["groups"] += [[f"b{i}"] for i in range(10_000)]
+    for stated in ([], [{"context": ["x0"], "groups": [], "reason": "no decisions recorded"}]):
+        good["not_compared"] = stated
+        assert any(line.startswith("not_compared[0] is ") for line in false_statements(good))
+    one = make({(0, 0): ["1", "1"]}, ["1", "0"], shape=(2, 2))
+    entries = one["not_compared"]
+    assert len(entries) == 5 and not false_statements(one)
+    for i in range(5):
+        assert f"not_compared[{i}] is " in false_statements(one | {"not_compared": entries[:i] + entries[i + 1 :]})[0]
+    assert "not_compared[5] is " in false_statements(one | {"not_compared": [*entries, entries[4]]})[0]
+
+
 def test_claim_about_null() -> None:
     certificate = make({(0, 0): ["1", "1"]}, ["1", "0"], shape=(1, 2))
     donor = make(COUNTS, ["1", "0"])["claims"]
@@ -739,6 +767,17 @@ def test_low_digit_limit(tmp_path: Path, good: dict[str, Any]) -> None:
     path.write_bytes(raw(edited(good, "metrics.local.ratio", "9" * 5000)))
     done = subprocess.run([sys.executable, "-X", "int_max_str_digits=640", str(CHECKER), str(path)], capture_output=True, check=False)
     assert done.returncode == 1 and not done.stderr
+
+
+def test_closed_streams(tmp_path: Path, good: dict[str, Any]) -> None:
+    """The exit code tells what is true even where nothing can be printed."""
+    path = tmp_path / "c.json"
+    for certificate, code in ((good, 0), (edited(copy.deepcopy(good), "verdict", "none"), 1)):
+        path.write_bytes(raw(certificate))
+        for closed in (">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"):
+            script = f'"$1" -I "$2" "$3" {closed}'
+            done = subprocess.run(["sh", "-c", script, "sh", sys.executable, str(CHECKER), str(path)], capture_output=True, check=False)
+            assert done.returncode == code and not done.stderr
 
 
 def test_output_goes_to_any_stream(tmp_path: Path, good: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:

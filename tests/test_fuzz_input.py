@@ -1,0 +1,232 @@
+"""Random bytes and damaged tables through the command line: an exit code and a sentence, whatever is in the file.
+
+``FAIRAUDIT_FUZZ=100000 pytest tests/test_fuzz_input.py`` tries that many of each kind.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import shlex
+import tempfile
+import unicodedata
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fairaudit.cli import main
+
+EXAMPLES = int(os.environ.get("FAIRAUDIT_FUZZ", "300"))
+SEEDED = "FAIRAUDIT_FUZZ" not in os.environ
+STEERING = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
+fuzzed = settings(
+    max_examples=EXAMPLES,
+    derandomize=SEEDED,
+    database=None,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example],
+)
+
+TABLES = (
+    b"d,g,x,n\nyes,f,A,3\nno,f,A,1\nyes,m,A,1\nno,m,A,1\nyes,f,B,2\nno,m,B,5\n",
+    b"d,g,x,n\nyes,f,A,0.75\nno,f,A,0.25\nyes,m,A,0.5\nno,m,A,1/2\n",
+    b"d;g;x;n\nyes;f;A;0,75\nno;f;A;0,25\nyes;m;A;1\n",
+    b'"d","g","x","n"\r\n"yes","f","A\r\nB","3"\r\n"no","m","A\r\nB","1"\r\n',
+)
+FORMS = (
+    ("--decision=d", "--group=g", "--context=x", "--count=n", "--utility=yes"),
+    ("--decision=d", "--group=g", "--context=x", "--probability=n", "--utility=yes=1,no=0.5"),
+    ("--decision=d", "--group=g,x", "--utility-column=n"),
+    ("--group=g", "--utility-column=n", "--context=x"),
+    ("--decision=d", "--group=g", "--probability=n", "--weight=x", "--utility=yes"),
+    ("--decision=d", "--group=g,x", "--utility=no,yes=1/3"),
+)
+MORE = (
+    (),
+    ("--missing=drop",),
+    ("--missing=group", "--format=json"),
+    ("--max-local=0.1", "--confidence=none"),
+    ("--max-global-ratio=5/4", "--confidence=none", "--top=1"),
+)
+PIECES = (
+    *(b",", b";", b"\t", b"|", b"\n", b"\r", b"\r\n", b'"', b'""', b" ", b"\x00", b"\xef\xbb\xbf", b"\xff", b"\xe2\x80\xae", b"\xc2\x85"),
+    *(
+        b"\x1b[31m",
+        b"\xe2\x80\xa8",
+        b"\xed\xa0\x80",
+        b"yes",
+        b"no",
+        b"f",
+        b"m",
+        b"A",
+        b"0",
+        b"1",
+        b"-1",
+        b"1/0",
+        b"1/3",
+        b"1e-4000",
+        b"1e3950",
+    ),
+    *(
+        b"1e4000",
+        b"1e5000",
+        b"nan",
+        b"inf",
+        b"0.5",
+        b"0,5",
+        b"1,234",
+        b"\xd9\xa3",
+        b"(missing)",
+        b"d",
+        b"g",
+        b"x",
+        b"n",
+        b"9" * 4000,
+        b".",
+        b"+",
+    ),
+)
+
+
+def outcome(words: Sequence[str]) -> tuple[int, str, str]:
+    """Exit code and what was printed, of the command line in this process."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            code = main(words)
+        except SystemExit as stop:
+            code = -1 if not isinstance(stop.code, int) else stop.code
+    return code, out.getvalue(), err.getvalue()
+
+
+def judge(words: Sequence[str], code: int, out: str, err: str) -> None:
+    """Whether that is what the command line promises."""
+    assert code in (0, 1, 2, 3), words
+    lines = err.removesuffix("\n").split("\n") if err else []
+    sentences = [line for line in lines if not line.startswith("note: ")]
+    assert all(c == "\n" or unicodedata.category(c) not in STEERING for c in out + err), (words, out, err)
+    if code == 2:
+        assert out == ""
+        assert len(sentences) == 1, (words, err)
+        assert sentences[0].startswith("fairaudit: "), (words, err)
+    else:
+        assert out
+        assert sentences == [], (words, err)
+
+
+@pytest.fixture(scope="module")
+def folder() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix="fairaudit-fuzz-") as name:
+        yield Path(name)
+
+
+def audit(folder: Path, content: bytes, options: Sequence[str]) -> None:
+    table, certificate = folder / "table.csv", folder / "out.json"
+    table.write_bytes(content)
+    words = ["certify", str(table), "-o", str(certificate), *options]
+    code, out, err = outcome(words)
+    judge(words, code, out, err)
+    assert {path.name for path in folder.iterdir()} == ({"table.csv"} if code == 2 else {"table.csv", "out.json"})
+    if code != 2:
+        verified, said, complaint = outcome(["verify", str(certificate)])
+        judge(["verify"], verified, said, complaint)
+        assert verified == 0, said
+        certificate.unlink()
+
+
+def look(folder: Path, content: bytes) -> None:
+    table = folder / "table.csv"
+    table.write_bytes(content)
+    code, out, err = outcome(["inspect", str(table)])
+    judge(["inspect"], code, out, err)
+    assert code in (0, 2)
+    if code == 2:
+        return
+    command = out.splitlines()[-1]
+    if "\\" in command or "COL" in command:  # characters that were escaped for the terminal, or something to fill in
+        return
+    code, out, err = outcome(shlex.split(command)[1:])
+    judge([command], code, out, err)
+    assert "there is no column" not in err, (command, err)
+    assert "does not occur" not in err, (command, err)
+    assert "unrecognized" not in err, (command, err)
+
+
+@st.composite
+def damaged(draw: st.DrawFn) -> bytes:
+    """A good table, a few places of which were cut, copied, moved or replaced."""
+    content = draw(st.sampled_from(TABLES))
+    for _ in range(draw(st.integers(0, 4))):
+        start = draw(st.integers(0, len(content)))
+        end = min(len(content), start + draw(st.integers(0, 12)))
+        kind = draw(st.sampled_from(("cut", "copy", "put", "put", "put", "bytes")))
+        piece = {
+            "cut": b"",
+            "copy": content[start:end] * 2,
+            "put": draw(st.sampled_from(PIECES)) if kind == "put" else b"",
+            "bytes": draw(st.binary(max_size=4)) if kind == "bytes" else b"",
+        }[kind]
+        content = content[:start] + piece + content[end:]
+    return content
+
+
+@st.composite
+def filled(draw: st.DrawFn) -> bytes:
+    """A well-formed table of odd cells."""
+    number = st.sampled_from((b"0", b"1", b"2", b"0.5", b"1/3", b"0.25", b"1e-3", b"1e-4000", b"1e3950", b"7", b"", b"x"))
+    label = st.sampled_from(
+        (b"yes", b"no", b"f", b"m", b"A", b"B", b"", b'"a,b"', b'"=1\n2"', b"\xe2\x80\xae", b"\xe8\xaa\x9e", b"(missing)", b"-q")
+    )
+    separator = draw(st.sampled_from((b",", b",", b";", b"\t")))
+    rows = draw(st.lists(st.tuples(label, label, label, number), min_size=1, max_size=12))
+    header = draw(st.sampled_from(((b"d", b"g", b"x", b"n"), (b"decision", b"sex", b" race", b"n"), (b'"u,v"', b'"g""h"', b"-x", b"n"))))
+    return b"".join(separator.join(row) + b"\n" for row in (header, *rows))
+
+
+@given(st.one_of(st.binary(max_size=60), st.lists(st.sampled_from(PIECES), max_size=30).map(b"".join)), st.sampled_from(FORMS))
+@fuzzed
+def test_random_bytes(folder: Path, content: bytes, form: tuple[str, ...]) -> None:
+    audit(folder, content, form)
+    look(folder, content)
+
+
+@given(damaged(), st.sampled_from(FORMS), st.sampled_from(MORE))
+@fuzzed
+def test_damaged_tables(folder: Path, content: bytes, form: tuple[str, ...], more: tuple[str, ...]) -> None:
+    audit(folder, content, (*form, *more))
+    look(folder, content)
+
+
+@given(filled(), st.sampled_from(FORMS), st.sampled_from(MORE))
+@fuzzed
+def test_odd_cells(folder: Path, content: bytes, form: tuple[str, ...], more: tuple[str, ...]) -> None:
+    audit(folder, content, (*form, *more))
+    look(folder, content)
+
+
+@given(
+    st.text(max_size=20), st.sampled_from(("--utility", "--group", "--context", "--decision", "--max-local", "--top", "--count", "-o", ""))
+)
+@fuzzed
+def test_random_words(folder: Path, text: str, option: str) -> None:
+    """Values of options; the table is good."""
+    (folder / "table.csv").write_bytes(TABLES[0])
+    output = folder / "output"
+    output.mkdir(exist_ok=True)
+    value = str(output) + "/" + text if option == "-o" else text
+    words = ["certify", str(folder / "table.csv"), *FORMS[0], "--confidence=none", *([option, value] if option else [text])]
+    try:
+        code, out, err = outcome(words)
+        if code == 0 and out.startswith("usage: "):
+            return
+        if code == 2 and err.startswith("fairaudit certify: "):
+            err = err.replace("fairaudit certify: ", "fairaudit: ", 1)
+        judge(words, code, out, err)
+    finally:
+        for path in output.rglob("*"):
+            path.unlink()
+        output.rmdir()
