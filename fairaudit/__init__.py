@@ -19,6 +19,7 @@ _HOME = {
     "Identity": "fairaudit.mechanism",
     "Law": "fairaudit.law",
     "Mechanism": "fairaudit.mechanism",
+    "Policy": "fairaudit.policy",
     "Product": "fairaudit.mechanism",
     "RandomizedResponse": "fairaudit.mechanism",
     "Ratio": "fairaudit.fairness",
@@ -28,7 +29,9 @@ _HOME = {
     "Witness": "fairaudit.fairness",
     "certify": "fairaudit.audit",
     "example": "fairaudit.tables.examples",
+    "policy_source": "fairaudit.policy",
     "read_csv": "fairaudit.tables.csv",
+    "sample_policy": "fairaudit.policy",
 }
 
 __all__ = [*_HOME, "__version__"]
@@ -50,6 +53,9 @@ if TYPE_CHECKING:
     from fairaudit.mechanism import Mechanism as Mechanism
     from fairaudit.mechanism import Product as Product
     from fairaudit.mechanism import RandomizedResponse as RandomizedResponse
+    from fairaudit.policy import Policy as Policy
+    from fairaudit.policy import policy_source as policy_source
+    from fairaudit.policy import sample_policy as sample_policy
     from fairaudit.tables.csv import read_csv as read_csv
     from fairaudit.tables.examples import example as example
     from fairaudit.utility import Utility as Utility

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from decimal import Context, Decimal, localcontext
 from fractions import Fraction
 from functools import cached_property
+from itertools import pairwise
+from math import inf
 from typing import TYPE_CHECKING, Any, Literal
 
-from fairaudit import __version__
+import numpy as np
+
+from fairaudit import __version__, bounds
+from fairaudit.bounds import Bound
 from fairaudit.certificate import FORMAT, Certificate, Table, columns, number, with_table
-from fairaudit.exact import InputError, compare_log, rational, rational_text, shown
+from fairaudit.exact import InputError, compare_log, nearest, rational, rational_text, shown
 from fairaudit.fairness import (
     Distance,
     Ratio,
@@ -27,6 +32,9 @@ from fairaudit.fairness import (
     most_unequal_ratios,
 )
 from fairaudit.law import Law
+from fairaudit.mechanism import Mechanism
+from fairaudit.policy import Deployment
+from fairaudit.privacy import pair_laws
 from fairaudit.utility import Utility, UtilityTable
 
 if TYPE_CHECKING:
@@ -36,6 +44,14 @@ __all__ = ["Claim", "Result", "Target", "certify"]
 
 Verdict = Literal["none", "within", "exceeds", "inconclusive"]
 Quantity = Literal["local", "global"]
+ANY_CONTEXT_FILTER = "this policy, any context filter that releases these contexts"
+CONFIRMED = (
+    bounds.GROUP_FREE,
+    bounds.DECISION_ONLY,
+    bounds.INDEPENDENT,
+    "the group filter multiplies",
+    "the utilities of two groups differ",
+)
 RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
 
 
@@ -47,7 +63,7 @@ class Claim:
     relation: Literal["=", "<="]
     value: Fraction | float
     by: str
-    evidence: Mapping[str, str]
+    evidence: Mapping[str, Any]
     scope: str = "this law"
     assumptions: tuple[str, ...] = ()
 
@@ -100,6 +116,14 @@ class Result:
         "exceeds" before "inconclusive" before "within"; "none" without targets.
     notes : tuple of str
         What was noticed while reading.
+    deployment : Deployment or None
+        The policy and its filters, if that is what was audited; `law` is then the law that they induce.
+    unfiltered : tuple of (Ratio or None) or None
+        Local and global g-fairness without the filters, where the policy knows every true context and group.
+    bounds : tuple of Bound
+        What theorems guarantee about the deployment, each with its scope and assumptions.
+    declared : dict of str to Fraction
+        Constants that were declared instead of read off the table.
     """
 
     law: Law
@@ -115,6 +139,10 @@ class Result:
     targets: tuple[Target, ...]
     verdict: Verdict
     notes: tuple[str, ...]
+    deployment: Deployment | None = None
+    unfiltered: tuple[Ratio | None, Ratio | None] | None = None
+    bounds: tuple[Bound, ...] = ()
+    declared: Mapping[str, Fraction] = field(default_factory=dict)
     embed: bool | None = field(default=None, repr=False)
 
     @property
@@ -165,7 +193,7 @@ class Result:
         """
         import pandas as pd
 
-        law = self.law
+        law, without = self.law, self.unfiltered_expectations
         records = []
         masses = law.cell_mass
         total = law.scale if law.kind == "counts" else sum(masses)
@@ -173,8 +201,20 @@ class Result:
             value = Fraction(*cell_expectation(law, self.utility, cell))
             labels = {**law.context_label(x), **law.group_label(a)}
             weight = Fraction(masses[cell], total) if law.population != "equal" else None
-            records.append({**labels, "weight": weight, "expectation": value, "expectation_float": float(value)})
+            record = {**labels, "weight": weight, "expectation": value, "expectation_float": float(value)}
+            if without:
+                before = without[cell]
+                record |= {"unfiltered_expectation": before, "unfiltered_expectation_float": float(before)}
+            records.append(record)
         return pd.DataFrame.from_records(records)
+
+    @cached_property
+    def unfiltered_expectations(self) -> list[Fraction] | None:
+        """E(x,a) of each cell without the filters, in the order of the law's cells; None where that is undefined."""
+        if self.deployment is None or self.deployment.unfiltered is None:
+            return None
+        law = self.deployment.unfiltered
+        return [Fraction(*cell_expectation(law, replace(self.utility, law=law), cell)) for cell in range(len(law.weights))]
 
     @cached_property
     def claims(self) -> tuple[Claim, ...]:
@@ -184,11 +224,11 @@ class Result:
     @cached_property
     def certificate(self) -> Certificate:
         """The certificate, ready to be saved."""
-        law = self.law
+        law, deployment = self.law, self.deployment
         document: dict[str, Any] = {
             "format": FORMAT,
             "subject": {
-                "kind": law.kind,
+                "kind": "policy" if deployment else law.kind,
                 "columns": columns(law),
                 "population": law.population,
                 "table": {},
@@ -228,11 +268,19 @@ class Result:
             "verdict": self.verdict,
             "versions": {"fairaudit": __version__},
         }
-        return with_table(document, Table(law, self.utility), embed=self.embed)
+        if deployment is None:
+            return with_table(document, Table(law, self.utility), embed=self.embed)
+        context = deployment.context_filter
+        document["subject"]["privacy"] = {"group": _privacy(deployment.group_filter), "context": _privacy(context) if context else None}
+        document["subject"]["declared"] = {name: number(value) for name, value in self.declared.items()}
+        document["metrics"]["unfiltered"] = (
+            None if self.unfiltered is None else dict(zip(("local", "global"), map(_ratio_entry, self.unfiltered), strict=True))
+        )
+        return with_table(document, Table(deployment.policy.law, self.utility, deployment), embed=self.embed)
 
 
 def certify(
-    law: Law,
+    subject: Law | Deployment,
     utility: Utility | Mapping[Any, Any],
     *,
     max_local: Any = None,
@@ -240,14 +288,15 @@ def certify(
     max_local_ratio: Any = None,
     max_global_ratio: Any = None,
     confidence: Any = 0.95,
+    declared: Mapping[str, Any] | None = None,
     embed_table: bool | None = None,
 ) -> Result:
     """Measure a law exactly, judge it against targets, and prepare a certificate.
 
     Parameters
     ----------
-    law : Law
-        What to audit.
+    subject : Law or Deployment
+        What to audit: a law, or a policy behind filters (`Policy.behind`), which adds what the filters guarantee.
     utility : Utility or mapping
         g; a mapping from decision to value is taken as `Utility(mapping)`.
     max_local, max_global : number or str, optional
@@ -256,6 +305,10 @@ def certify(
         Targets for R and R̄, such as ``"5/4"``.
     confidence : float or None
         None judges the table itself. Claims about the population behind counts do not exist yet, so a target on counts needs None.
+    declared : mapping, optional
+        For a policy behind filters, constants that hold whatever the table says: ``tau``, a floor of every group's expected utility
+        behind the filter; ``gamma``, ``m``, ``lipschitz``, bounds of g and of its difference between groups. Bounds for every policy
+        that keeps a floor need a declared ``tau``.
     embed_table : bool, optional
         Whether the certificate holds the table; by default if it has at most 100,000 entries. False leaves only a salted digest.
 
@@ -267,7 +320,8 @@ def certify(
     Raises
     ------
     InputError
-        If the utility does not fit the law, a target is not sensible, or nothing at all can be compared.
+        If the utility does not fit the law, a target is not sensible, a declared constant contradicts the table, or nothing at all can
+        be compared.
 
     Examples
     --------
@@ -285,7 +339,10 @@ def certify(
         _limit("global", "ratio", max_global_ratio),
     ]
     limits = [limit for limit in asked if limit is not None]
-    if limits and law.kind == "counts" and confidence is not None:
+    deployment = subject if isinstance(subject, Deployment) else None
+    law = subject.law if isinstance(subject, Deployment) else subject
+    sampled = deployment.policy.law if deployment else law
+    if limits and sampled.kind == "counts" and confidence is not None:
         raise InputError(
             "a target on counts would be judged at a confidence for the population behind them, and such claims do not exist yet; "
             "confidence none judges the table itself"
@@ -297,6 +354,11 @@ def certify(
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
     targets = tuple(Target(q, limit, unit, _judge(measured[q], limit, unit)) for q, unit, limit in limits)
     verdict: Verdict = max((t.verdict for t in targets), key=RANK.__getitem__, default="none")
+    tau = least_expectation(law, table)
+    if deployment is None and declared:
+        raise InputError("declared constants go with a policy behind filters; a plain table has its own")
+    constants = _constants(table, tau, declared or {})
+    without = deployment.unfiltered if deployment else None
     return Result(
         law=law,
         utility=table,
@@ -306,11 +368,15 @@ def certify(
         equalized_odds=equalized_odds(law),
         local_supremum=local_supremum(law),
         global_supremum=global_supremum(law),
-        tau=least_expectation(law, table),
+        tau=tau,
         not_compared=tuple(_not_compared(law)),
         targets=targets,
         verdict=verdict,
         notes=law.notes,
+        deployment=deployment,
+        unfiltered=None if without is None else _both(without, replace(table, law=without)),
+        bounds=() if deployment is None else tuple(_bounds(deployment, table, tau, constants, law)),
+        declared=constants,
         embed=embed_table,
     )
 
@@ -385,6 +451,122 @@ def _judge(measured: Ratio | None, limit: Fraction, unit: str) -> Verdict:
     return "within" if compare_log(measured.pair, (limit.numerator, limit.denominator)) <= 0 else "exceeds"
 
 
+def _constants(table: UtilityTable, tau: Fraction | None, declared: Mapping[str, Any]) -> dict[str, Fraction]:
+    """Declared constants as exact rationals, none of which contradicts the table."""
+    measured = {"gamma": table.gamma, "m": table.m, "tau": tau, "lipschitz": table.lipschitz()}
+    constants: dict[str, Fraction] = {}
+    for name, value in declared.items():
+        if name not in measured:
+            raise InputError(f"{shown(name)} cannot be declared; {nearest(name, measured)}")
+        try:
+            constants[name] = Fraction(*rational(value))
+        except InputError as error:
+            raise InputError(f"the declared {name}: {error}") from None
+        found = measured[name]
+        if constants[name] < 0:
+            raise InputError(f"the declared {name} is {shown(value)}; it must be at least 0")
+        if found is None:
+            continue
+        if name in ("gamma", "lipschitz") and constants[name] < found:
+            raise InputError(f"the declared {name} is {shown(value)}, but the table has {approximate(found)}; declare at least that")
+        if name in ("m", "tau") and constants[name] > found:
+            raise InputError(f"the declared {name} is {shown(value)}, but the table has only {approximate(found)}; declare at most that")
+    return constants
+
+
+def _bounds(
+    deployment: Deployment, table: UtilityTable, tau: Fraction | None, declared: Mapping[str, Fraction], law: Law
+) -> Iterator[Bound]:
+    """What theorems guarantee about a deployment, as far as it is finite: see docs/certificate-policy.md."""
+    group = deployment.group_filter
+    gamma, m = declared.get("gamma", table.gamma), declared.get("m", table.m)
+    gap = declared.get("lipschitz", table.lipschitz())
+    factor = exp_epsilon(group)
+    if gap == 0:
+        if factor < inf:
+            yield bounds.t2(factor)
+        raw = local_fairness(deployment.shown_law, _by_context(table, deployment.shown_law))
+        own: Fraction | float = raw.ratio if raw else Fraction(1)
+        if min(factor, own) < inf:
+            yield bounds.t12(factor, own)
+        if m > 0:
+            yield bounds.t4(group, gamma, m)
+        least = _policy_floor(deployment, table)
+        if factor < inf and least > 0:
+            yield bounds.t3_approx(factor, 0, least / gamma, floor="policy")
+    floors: list[tuple[Literal["table", "declared"], Fraction | None]] = [("table", tau), ("declared", declared.get("tau"))]
+    for floor, low in floors:
+        if low is None or low == 0:
+            continue
+        cap = replace(bounds.floor_cap(gamma, low, floor=floor), theorem="floor", multipliers=())
+        yield cap
+        found = [bounds.t1(group, gamma, low, gap, floor=floor)]
+        if factor < inf:
+            found.append(replace(bounds.t1_paper(factor, 0, gamma, low, gap, floor=floor), theorem="T1-paper", multipliers=()))
+        if low <= gamma - gap:
+            found.append(bounds.t3_general(group, gamma, low, gap, floor=floor))
+        yield from (bound for bound in found if bound.value < cap.value)
+    yield from _global_bounds(deployment, table, gap, factor, law)
+
+
+def _global_bounds(deployment: Deployment, table: UtilityTable, gap: Fraction, factor: Fraction | float, law: Law) -> Iterator[Bound]:
+    if law.global_groups and factor < inf:
+        if gap == 0 and law.independent:
+            bound = bounds.t5_independent(bounds.t2(factor))
+            yield replace(bound, multipliers=(), assumptions=(*bound.assumptions, bounds.POPULATION))
+        spread = _composition(deployment, law)
+        if table.by_decision and spread < inf:
+            bound = bounds.t5_decision(factor, table, released_ratio=spread)
+            yield replace(bound, theorem="T5-decision", constants={"composition": Fraction(spread)}, multipliers=())
+    released = deployment.filtered_contexts_law
+    if released is not None and table.by_decision:
+        before = local_fairness(released, replace(table, law=released))
+        if before is not None and before.ratio < inf:
+            yield Bound("T8", "local_ratio", before.ratio, {}, (), (bounds.FRESH, bounds.DECISION_ONLY), ANY_CONTEXT_FILTER)
+
+
+def _both(law: Law, table: UtilityTable) -> tuple[Ratio | None, Ratio | None]:
+    return local_fairness(law, table), global_fairness(law, table)
+
+
+def _by_context(table: UtilityTable, law: Law) -> UtilityTable:
+    """Lay a utility that does not depend on the group out over other groups in the same contexts."""
+    if table.by_decision:
+        return replace(table, law=law)
+    first = table.law.starts[:-1]
+    return replace(table, law=law, values=np.repeat(table.values[first], np.diff(law.starts), axis=0))
+
+
+def _policy_floor(deployment: Deployment, table: UtilityTable) -> Fraction:
+    """Least Σ_u T(u|x̃,ã)·g(u,x,a) over what the policy can be shown: a floor for every filter that releases the same values."""
+    law = deployment.policy.law
+    least: Fraction | None = None
+    utilities = {
+        x: {tuple(table.row(cell)) for cell in range(start, end)} for x, (start, end) in enumerate(pairwise(table.law.starts.tolist()))
+    }
+    for x, cell in deployment.shown_cells:
+        row = law.row(cell)
+        for values in utilities[x]:
+            value = Fraction(sum(w * g for w, g in zip(row, values, strict=True)), sum(row) * table.scale)
+            least = value if least is None or value < least else least
+    return least if least is not None else Fraction(0)
+
+
+def _composition(deployment: Deployment, law: Law) -> Fraction | float:
+    """Greatest P(x̃|a)/P(x̃|a') over released contexts and ordered pairs of groups of positive mass."""
+    mass = np.array(law.cell_mass, dtype=object).reshape(len(law.contexts), len(law.groups))[:, list(law.global_groups)]
+    context = deployment.context_filter
+    shown_mass = mass if context is None else np.array([context.row(x) for x in law.contexts], dtype=object).T @ mass
+    totals = mass.sum(axis=0)
+    worst: Fraction | float = Fraction(1)
+    for row in shown_mass:
+        shares = [Fraction(v, t) for v, t in zip(row.tolist(), totals.tolist(), strict=True)]
+        top, low = max(shares), min(shares)
+        if top > 0:
+            worst = max(worst, top / low if low else inf)
+    return worst
+
+
 def _not_compared(law: Law) -> list[dict[str, Any]]:
     present: list[list[int]] = [[] for _ in law.contexts]
     for x, a in zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True):
@@ -420,15 +602,29 @@ def _left_out(entry: Mapping[str, Any]) -> dict[str, Any]:
     return stored
 
 
+def exp_epsilon(mechanism: Mechanism) -> Fraction | float:
+    """e^ε of a filter, infinite if it is not purely private."""
+    return max((Fraction(p, q) if q else inf for pair in pair_laws(mechanism) for p, q in pair.columns[:1]), default=Fraction(1))
+
+
+def _privacy(mechanism: Mechanism) -> dict[str, Any]:
+    """Privacy of a filter as a certificate stores it."""
+    return {
+        "exp_epsilon": number(exp_epsilon(mechanism)),
+        "attributes": [number(exp_epsilon(Mechanism((factor,)))) for factor in mechanism.factors],
+    }
+
+
 def _claims(result: Result) -> list[Claim]:
     law = result.law
+    assumptions = (*((bounds.FRESH,) if result.deployment else ()), *law.assumptions)
     claims: list[Claim] = []
 
     def add(
         quantity: str, value: Fraction | float, by: str, *, relation: Literal["=", "<="] = "=", evidence: Mapping[str, str] | None = None
     ) -> None:
         # The digest is filled in when the table is put into the certificate.
-        claims.append(Claim(quantity, relation, value, by, evidence or {"table": ""}, assumptions=law.assumptions))
+        claims.append(Claim(quantity, relation, value, by, evidence or {"table": ""}, assumptions=assumptions))
 
     if result.local:
         add("local_ratio", result.local.ratio, "enumeration")
@@ -449,7 +645,23 @@ def _claims(result: Result) -> list[Claim]:
             add(distance, bound, "T7", relation="<=", evidence={"supremum": number(r)})
     if result.local and result.global_ and law.independent:
         add("global_ratio", result.local.ratio, "T5", relation="<=")
-    return claims
+    return claims + [_bound_claim(bound, law.assumptions) for bound in result.bounds if bound.certified]
+
+
+def _bound_claim(bound: Bound, assumptions: tuple[str, ...]) -> Claim:
+    evidence: dict[str, Any] = {}
+    if bound.theorem == "T12":
+        evidence["raw_ratio"] = number(bound.constants.get("raw_ratio", inf))
+    if bound.theorem == "T5-decision":
+        evidence["composition"] = number(bound.constants["composition"])
+    if bound.theorem in ("T1", "T3", "T4"):
+        evidence["multipliers"] = [number(k) for k in bound.multipliers]
+    return Claim(bound.quantity, "<=", bound.value, bound.theorem, evidence, bound.scope, (*to_judge(bound), *assumptions))
+
+
+def to_judge(bound: Bound) -> tuple[str, ...]:
+    """Those assumptions of a bound that no table confirms; the others are checked when the bound is made, and by the checker."""
+    return tuple(text for text in bound.assumptions if not text.startswith(CONFIRMED))
 
 
 def _ratio_entry(measured: Ratio | None) -> dict[str, Any] | None:

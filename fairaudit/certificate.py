@@ -18,6 +18,8 @@ from typing import Any
 
 from fairaudit.exact import InputError, rational_text
 from fairaudit.law import Law
+from fairaudit.mechanism import Factor, Mechanism
+from fairaudit.policy import Deployment
 from fairaudit.utility import UtilityTable
 
 __all__ = ["Certificate", "Table", "schema", "write_atomically"]
@@ -29,42 +31,51 @@ EMBED_LIMIT = 100_000
 
 @dataclass(frozen=True)
 class Table:
-    """The canonical text of a law and its utility.
+    """The canonical text of a law and its utility, or of a policy with filters, population and utility.
 
     Attributes
     ----------
     law : Law
-        The law.
+        The law; that of the policy's own rows if there is a deployment.
     utility : UtilityTable
-        The utility on it.
+        The utility; on the induced law if there is a deployment.
+    deployment : Deployment or None
+        The policy behind filters.
     salt : str or None
         Random hexadecimal digits that keep the digest of an undisclosed table from being guessed.
     """
 
     law: Law
     utility: UtilityTable
+    deployment: Deployment | None = None
     salt: str | None = None
 
     @cached_property
     def header(self) -> dict[str, Any]:
         """First line of the canonical text."""
-        law, utility = self.law, self.utility
+        law, utility, deployment = self.law, self.utility, self.deployment
         head: dict[str, Any] = {
             "format": TABLE_FORMAT,
-            "kind": law.kind,
+            "kind": "policy" if deployment else law.kind,
             "columns": columns(law),
-            "population": law.population,
+            "population": utility.law.population,
             "decisions": list(law.decisions),
             "groups": [list(group) for group in law.groups],
             "contexts": [list(context) for context in law.contexts],
             "utility": [rational_text((v, utility.scale)) for v in utility.values.tolist()] if utility.by_decision else None,
         }
+        if deployment:
+            context = deployment.context_filter
+            head["filters"] = {"group": _factors(deployment.group_filter), "context": _factors(context) if context else None}
         if self.salt is not None:
             head["salt"] = self.salt
         return head
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Yield one object per cell, in order."""
+        if self.deployment:
+            yield from self._policy_rows()
+            return
         law, utility = self.law, self.utility
         masses = law.cell_mass if law.population == "weights" else None
         total = sum(masses) if masses else 1
@@ -78,6 +89,24 @@ class Table:
                 given = utility.given[cell].tolist() if utility.given is not None else [True] * len(row)
                 texts = _texts(utility.row(cell), utility.scale)
                 entry["utility"] = [text if known else None for text, known in zip(texts, given, strict=True)]
+            yield entry
+
+    def _policy_rows(self) -> Iterator[dict[str, Any]]:
+        """Yield the policy's rows, then the true cells where they carry mass or utility."""
+        law, utility = self.law, self.utility
+        for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
+            row = law.row(cell)
+            yield {"context": x, "group": a, "weights": _texts(row, sum(row))}
+        induced = utility.law
+        if induced.population == "equal" and utility.by_decision:
+            return
+        total = sum(induced.cell_mass)
+        for cell, (x, a) in enumerate(zip(induced.cell_context.tolist(), induced.cell_group.tolist(), strict=True)):
+            entry: dict[str, Any] = {"true_context": x, "true_group": a}
+            if induced.population == "weights":
+                entry["mass"] = rational_text((induced.cell_mass[cell], total))
+            if not utility.by_decision:
+                entry["utility"] = _texts(utility.row(cell), utility.scale)
             yield entry
 
     def lines(self) -> Iterator[bytes]:
@@ -141,6 +170,8 @@ class Certificate:
             If a file cannot be written.
         """
         target = Path(path)
+        if not target.name:
+            raise InputError(f"{str(path)!r} is not a file name; name a file to write")
         written = []
         if self.table is not None:
             beside = target.with_name((target.stem if target.suffix == ".json" else target.name) + ".table.jsonl")
@@ -169,6 +200,18 @@ def with_table(document: dict[str, Any], table: Table, *, embed: bool | None = N
 def columns(law: Law) -> dict[str, Any]:
     """Column names of a law as a certificate stores them."""
     return {"decision": law.columns.decision, "group": list(law.columns.group), "context": list(law.columns.context)}
+
+
+def _factors(mechanism: Mechanism) -> list[dict[str, Any]]:
+    return [_factor(factor) for factor in mechanism.factors]
+
+
+def _factor(factor: Factor) -> dict[str, Any]:
+    return {
+        "inputs": [list(label) for label in factor.inputs],
+        "outputs": [list(label) for label in factor.outputs],
+        "rows": [[rational_text((v, factor.denominator)) for v in row] for row in factor.rows],
+    }
 
 
 def canonical(value: Any) -> bytes:
@@ -203,11 +246,12 @@ def write_atomically(path: Path, lines: Any) -> None:
     InputError
         If it cannot be written.
     """
-    if path.is_dir():
-        raise InputError(f"{path} is a directory; name a file to write")
     temporary = None
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent)
+        target = Path(os.path.realpath(path))
+        if target.is_dir():
+            raise InputError(f"{path} is a directory; name a file to write")
+        handle, temporary = tempfile.mkstemp(prefix=".fairaudit-", suffix=".part", dir=target.parent)
         with os.fdopen(handle, "wb") as file:
             file.writelines(lines)
             file.flush()
@@ -215,10 +259,14 @@ def write_atomically(path: Path, lines: Any) -> None:
         mask = os.umask(0)
         os.umask(mask)
         os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, path)
+        os.replace(temporary, target)
         temporary = None
     except OSError as error:
         raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{str(path)!r} is not a file name: {error}") from None
     finally:
         if temporary is not None:
             with contextlib.suppress(OSError):
@@ -226,7 +274,5 @@ def write_atomically(path: Path, lines: Any) -> None:
 
 
 def _texts(values: list[int], bottom: int) -> list[str]:
-    if bottom == 1:
-        return [rational_text((v, 1)) for v in values]
     common = gcd(bottom, *values)
-    return [rational_text((v // common, bottom // common)) for v in values]
+    return [rational_text((v // common, bottom // common)) if v else "0" for v in values]

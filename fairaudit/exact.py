@@ -43,7 +43,10 @@ class InputError(ValueError):
 
 def shown(value: object, width: int = 60) -> str:
     """`repr` of a value from the input, cut to `width` characters, for use in a message."""
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:
+        text = f"a number of about {int(getattr(value, 'bit_length', lambda: 0)()) * 3 // 10} digits"
     return text if len(text) <= width else text[: width - 1] + "…"
 
 

@@ -503,7 +503,7 @@ def _cell_mass(values: list[Any], name: str, cell: NDArray[np.int64], cells: int
     if listed.dtype.kind == "f":
         listed, _ = exact_floats(listed)
     mass = np.zeros(cells, dtype=listed.dtype)
-    mass[cell] = listed
+    mass[cell[::-1]] = listed[::-1]
     different = np.flatnonzero(mass[cell] != listed)
     if len(different):
         at = int(different[0])

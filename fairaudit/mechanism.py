@@ -63,6 +63,11 @@ class Factor:
         """Number of columns that the factor covers."""
         return len(self.inputs[0])
 
+    @property
+    def output_width(self) -> int:
+        """Number of columns of a released value."""
+        return len(self.outputs[0])
+
 
 @dataclass(frozen=True)
 class Mechanism:
@@ -145,9 +150,9 @@ class Mechanism:
         values, bottom = numbers(column(table, probability), probability, where)
         pairs = [v.as_integer_ratio() for v in values.tolist()] if values.dtype.kind == "f" else [(int(v), bottom) for v in values.tolist()]
         inputs = list(dict.fromkeys(sides[0]))
-        released = dict.fromkeys(sides[1])
-        outputs = [*(a for a in inputs if a in released), *(b for b in released if b not in set(inputs))]
-        if set(released) <= set(inputs):
+        released, known = dict.fromkeys(sides[1]), set(inputs)
+        outputs = [*(a for a in inputs if a in released), *(b for b in released if b not in known)]
+        if known.issuperset(released):
             outputs = inputs
         rows = [[(0, 1)] * len(outputs) for _ in inputs]
         position = ({a: i for i, a in enumerate(inputs)}, {b: j for j, b in enumerate(outputs)})
@@ -178,6 +183,16 @@ class Mechanism:
     def denominator(self) -> int:
         """Common denominator of all probabilities of the product."""
         return prod(f.denominator for f in self.factors)
+
+    def locate(self, value: Any) -> tuple[int, ...]:
+        """Position of a true value among the inputs of each factor.
+
+        Raises
+        ------
+        InputError
+            If it is not in the alphabet.
+        """
+        return tuple(self._locate(value))
 
     def row(self, value: Any) -> tuple[int, ...]:
         """M(·|value) over `outputs`, as integers over `denominator`."""
@@ -271,13 +286,14 @@ class Mechanism:
         texts = tuple(part if isinstance(part, str) else label_text(part) for part in parts)
         places, start = [], 0
         for factor, index in zip(self.factors, self._index, strict=True):
-            part = texts[start : start + factor.width]
+            width = factor.output_width if outputs else factor.width
+            part = texts[start : start + width]
             place = index[outputs].get(part)  # type: ignore[arg-type]
-            if place is None or (start + factor.width > len(texts)):
+            if place is None:
                 known = [", ".join(label) for label in (factor.outputs if outputs else factor.inputs)]
                 raise InputError(f"the filter does not know the value {shown(value)}; {nearest(', '.join(map(str, part)), known)}")
             places.append(place)
-            start += factor.width
+            start += width
         if start != len(texts):
             raise InputError(f"the value {shown(value)} has {len(texts)} parts; the filter takes {start}")
         return places
@@ -439,7 +455,9 @@ def _keep_for_epsilon(epsilon: Fraction, k: int) -> Fraction:
     low, _ = exp_enclosure((epsilon.numerator, epsilon.denominator), KEEP_BITS + 8)
     factor = Fraction(low, 1 << (KEEP_BITS + 8))
     keep = factor / (factor + k - 1)
-    return max(Fraction(1, k), Fraction((keep.numerator << KEEP_BITS) // keep.denominator, 1 << KEEP_BITS))
+    # Both the keep probability and its complement need that many significant bits.
+    bits = KEEP_BITS + k.bit_length() + (low >> (KEEP_BITS + 8)).bit_length()
+    return max(Fraction(1, k), Fraction((keep.numerator << bits) // keep.denominator, 1 << bits))
 
 
 def _label(parts: Sequence[Any], where: str) -> Label:

@@ -326,7 +326,7 @@ def test_weights_that_are_good(bench: Bench) -> None:
         ("d,g,x,n\nyes,f,A,3\nno\n", ["line 3 has 1 cell where the header has 4"]),
         ('d,g,x,n\n"yes\nor so",f,A,3\nno,f,A\n', ["line 4 has 3 cells where the header has 4"]),
         ('d,g,x,n\nyes,f,A,3\n"no,f,A,1\n', ["a quoted cell is not closed before the end of the file"]),
-        ('d,g,x,n\nyes,f,A,3\n"no"t,f,A,1\n', ["line 3: "]),
+        ('d,g,x,n\nyes,f,A,3\n"no"t,f,A,1\n', ["line 3: text follows the end of a quoted cell", "double the quotation marks"]),
         (b"d,g,x,n\r\nyes,f,A,3\r\nn\xe9,f,A,1\r\n", ["line 3 is not UTF-8 (byte 0xe9)", "save the file as UTF-8"]),
         (b"d,g,x,n\ryes,f,A,3\rn\xe9,f,A,1\r", ["line 3 is not UTF-8"]),
         (b"d,g,x,n\nyes,f,A,3\nno,\xed\xa0\x80,A,1\n", ["line 3 is not UTF-8"]),

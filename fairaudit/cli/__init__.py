@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -60,11 +59,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
         return code
     except BrokenPipeError:
-        # The reader of our output went away (a closed pager, say); there is nobody to tell.
-        _silence()
+        from fairaudit.cli.text import silence
+
+        silence()  # the reader of our output went away (a closed pager, say); there is nobody to tell
         return 0
     except OSError as error:
-        _silence()
+        from fairaudit.cli.text import silence
+
+        silence()
         print(f"fairaudit: the output cannot be written: {error.strerror or error}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except KeyboardInterrupt:
@@ -82,8 +84,3 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return EXIT_BAD_INPUT
-
-
-def _silence() -> None:
-    """Send what is still to be printed nowhere, so that the interpreter does not fail on it when it exits."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

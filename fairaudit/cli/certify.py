@@ -5,16 +5,20 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import os
 import re
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fairaudit.audit import Result
+    from fairaudit.cli.audit_file import Audit
     from fairaudit.law import Law
     from fairaudit.tables.csv import CsvTable
     from fairaudit.utility import Utility
 
+TARGETS = ("max_local", "max_global", "max_local_ratio", "max_global_ratio")
 DESCRIPTION = """\
 Measure how unequally a table of decisions treats groups: exactly, with the pair of groups that is worst off, and as a certificate that
 anybody can check. The table is a CSV file with a header line, in one of three forms: a count per row (--count), a probability
@@ -40,7 +44,7 @@ def add(commands: Any) -> None:
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("table", metavar="TABLE", nargs="?", help="CSV file with a header line")
+    parser.add_argument("table", metavar="TABLE", nargs="?", help="CSV file with a header line, or an audit file (.toml)")
     parser.add_argument("--example", metavar="NAME", help="audit a table that ships with fairaudit")
     parser.add_argument("--list-examples", action="store_true", help="list those tables")
     roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
@@ -90,22 +94,26 @@ def run(arguments: argparse.Namespace) -> int:
         _take_example(arguments)
     elif arguments.table is None:
         raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
+    audit = _audit_file(arguments) if isinstance(arguments.table, str) and arguments.table.endswith(".toml") else None
+    subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
+    targets = {name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None}
+    confidence = arguments.confidence if arguments.confidence is not None or audit is None else audit.confidence
     _check_output(arguments)
-    law, utility = _read(arguments)
 
     from fairaudit.audit import certify
 
-    confidence = _confidence(arguments.confidence)
-    result = certify(
-        law,
-        utility,
-        max_local=arguments.max_local,
-        max_global=arguments.max_global,
-        max_local_ratio=arguments.max_local_ratio,
-        max_global_ratio=arguments.max_global_ratio,
-        confidence=confidence,
-        embed_table=False if arguments.no_table else None,
-    )
+    judged = _confidence(confidence)
+    try:
+        result = certify(
+            subject,
+            utility,
+            **{**(audit.targets if audit else {}), **targets},
+            confidence=judged,
+            declared=audit.declared if audit else None,
+            embed_table=False if arguments.no_table else None,
+        )
+    except InputError as error:
+        raise InputError(f"{getattr(arguments.table, 'name', arguments.table)}: {error}") from None
     from fairaudit.cli.text import plain, put, summary
 
     said = json.dumps(_json(result, arguments.top), ensure_ascii=True, indent=1) if arguments.format == "json" else ""
@@ -117,6 +125,19 @@ def run(arguments: argparse.Namespace) -> int:
             print(f"note: {plain(note)}", file=sys.stderr)
         put(summary(result, arguments.top, [str(path) for path in written]))
     return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[result.verdict]
+
+
+def _audit_file(arguments: argparse.Namespace) -> Audit:
+    """Read an audit file, which names its columns and utility itself."""
+    from fairaudit.cli.audit_file import read_audit
+    from fairaudit.exact import InputError
+
+    for name in ("decision", "group", "context", "count", "probability", "weight", "utility", "utility_column"):
+        if getattr(arguments, name):
+            raise InputError(f"--{name.replace('_', '-')} goes with a table; the audit file {arguments.table} says it itself")
+    if arguments.missing != "error":
+        raise InputError("--missing goes with a table; an audit file refuses missing labels")
+    return read_audit(arguments.table)
 
 
 def column_list(given: list[str] | None) -> tuple[str, ...]:
@@ -213,8 +234,6 @@ def _confidence(text: str | None) -> float | None:
 
 def _check_output(arguments: argparse.Namespace) -> None:
     """Refuse an output that cannot be written, or must not be, before the work is done."""
-    from pathlib import Path
-
     from fairaudit.exact import InputError
 
     if arguments.output is None:
@@ -223,17 +242,26 @@ def _check_output(arguments: argparse.Namespace) -> None:
         return
     path = Path(arguments.output)
     try:
-        if path.is_dir():
-            raise InputError(f"{path} is a directory; name a file to write")
-        if not path.parent.is_dir():
-            raise InputError(f"{path} cannot be written: there is no directory {path.parent}")
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path} is a device or a pipe; name a file to write")
-        table = Path(arguments.table) if isinstance(arguments.table, str) else None
-        if table and table.exists() and path.exists() and path.samefile(table):
-            raise InputError(f"{path} is the table itself; name another file to write")
-    except OSError as error:
-        raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
+        fault = _fault(path, arguments.table if isinstance(arguments.table, str) else None)
+    except (OSError, ValueError) as error:
+        fault = f"cannot be written: {getattr(error, 'strerror', None) or error}"
+    if fault:
+        raise InputError(f"{path} {fault}")
+
+
+def _fault(path: Path, table: str | None) -> str:
+    """Why a file must not be written; empty if nothing is wrong."""
+    if path.is_dir():
+        return "is a directory; name a file to write"
+    if not path.parent.is_dir():
+        return f"cannot be written: there is no directory {path.parent}"
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        return ""
+    if not path.is_file():
+        return "is a device or a pipe; name a file to write"
+    return "is the table itself; name another file to write" if table is not None and os.path.samestat(found, Path(table).stat()) else ""
 
 
 def _list_examples() -> None:
@@ -251,6 +279,9 @@ def _take_example(arguments: argparse.Namespace) -> None:
     if arguments.table is not None:
         raise InputError("both a table and --example were given; give one")
     entry = example(arguments.example)
+    if not entry.decision:
+        arguments.table = entry.path
+        return
     arguments.table = entry.table()
     arguments.decision = arguments.decision or entry.decision
     arguments.group = arguments.group or [entry.group]

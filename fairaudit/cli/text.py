@@ -7,19 +7,36 @@ import sys
 import unicodedata
 from collections.abc import Sequence
 from fractions import Fraction
+from math import inf
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.audit import approximate, place
+from fairaudit.audit import approximate, exp_epsilon, place, to_judge
 from fairaudit.exact import rational_text
-from fairaudit.fairness import Ratio
+from fairaudit.fairness import Ratio, Witness, cell_expectation
+from fairaudit.mechanism import Mechanism
 
 if TYPE_CHECKING:
     from fairaudit.audit import Result, Target
+    from fairaudit.bounds import Bound
 
-__all__ = ["plain", "put", "summary"]
+__all__ = ["plain", "put", "silence", "summary"]
 
 STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
 SHOW_EXACT = 60
+SHOW_CELLS = 12
+THEOREMS = {
+    "T1": "privacy and a floor, any utility",
+    "T1-paper": "the same in the paper's form",
+    "T2": "privacy alone",
+    "T3": "privacy and a floor, sharp",
+    "T4": "privacy and a least utility",
+    "T5": "privacy, groups spread alike",
+    "T5-decision": "privacy, and how groups are spread",
+    "T8": "the same policy without the context filter",
+    "T12": "contraction of the policy's own ratio",
+    "floor": "the floor alone",
+}
+NOWHERE = Witness(None, {}, {}, (Fraction(1), Fraction(1)))
 
 
 def plain(text: str) -> str:
@@ -40,7 +57,12 @@ def put(text: str) -> None:
     try:
         print(text, flush=True)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silence()
+
+
+def silence() -> None:
+    """Send what is still to be printed nowhere, so that the interpreter does not fail on it when it exits."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def summary(result: Result, top: int, written: Sequence[str]) -> str:
@@ -49,6 +71,9 @@ def summary(result: Result, top: int, written: Sequence[str]) -> str:
         _verdict(result),
         plain(result.sentence),
         _figures(result),
+        _filters(result),
+        _before_and_after(result),
+        _bounds(result),
         _pairs(result, top),
         _constants(result),
         _not_compared(result),
@@ -103,6 +128,13 @@ def _figures(result: Result) -> str:
             rows.append((name, approximate(ratio.ratio), _log(ratio), _exact(ratio.ratio)))
         else:
             rows.append((name, "-", "-", "not compared"))
+    if result.deployment is not None:
+        for name, ratio in zip(("local", "global"), result.unfiltered or (None, None), strict=True):
+            title = f"{name} fairness without the filters"
+            if ratio:
+                rows.append((title, approximate(ratio.ratio), _log(ratio), _exact(ratio.ratio)))
+            else:
+                rows.append((title, "-", "-", "the policy lacks a true context or group"))
     rows.append(("", "distance", "", ""))
     for name, distance in (("equalized odds (within a context)", result.equalized_odds), ("demographic parity", result.demographic_parity)):
         if distance:
@@ -115,12 +147,69 @@ def _figures(result: Result) -> str:
     )
 
 
+def _filters(result: Result) -> str:
+    if result.deployment is None:
+        return ""
+    lines = []
+    for name, mechanism in (("group", result.deployment.group_filter), ("context", result.deployment.context_filter)):
+        if mechanism is None:
+            lines.append(f"No {name} filter: the policy sees the true {name}.")
+            continue
+        factor = exp_epsilon(mechanism)
+        epsilon = "infinite" if factor == inf else f"{float(Ratio(factor, NOWHERE).log[0]):.4f}"
+        line = f"The {name} filter is ε-private with ε = {epsilon} (e^ε = {_exact(factor)})"
+        if len(mechanism.factors) > 1:
+            each = ", ".join(_exact(exp_epsilon(Mechanism((part,)))) for part in mechanism.factors)
+            line += f"; this is the ε of the whole tuple, of single attributes e^ε is {each}"
+        lines.append(line + ".")
+    return "\n".join(lines)
+
+
+def _before_and_after(result: Result) -> str:
+    """What each group gets without and with the filters: equal may mean worse for everybody."""
+    before = result.unfiltered_expectations
+    if before is None:
+        return ""
+    law = result.law
+    lines = ["Expected utility without and with the filters"]
+    changes = [(before[cell], Fraction(*cell_expectation(law, result.utility, cell)), cell) for cell in range(len(before))]
+    changes.sort(key=lambda change: -abs(change[1] - change[0]))
+    for was, now, cell in changes[:SHOW_CELLS]:
+        x, a = int(law.cell_context[cell]), int(law.cell_group[cell])
+        where = f"{_place(law.context_label(x))}: " if law.contexts[x] else ""
+        lines.append(f"  {approximate(was):>8} -> {approximate(now):<8}  {where}{_place(law.group_label(a))}")
+    if len(changes) > SHOW_CELLS:
+        lines.append(f"  … and {len(changes) - SHOW_CELLS} smaller changes")
+    worse = sum(now < was for was, now, _ in changes)
+    lines.append(f"  {worse} of {len(changes)} combinations of context and group get less with the filters than without.")
+    return "\n".join(lines)
+
+
+def _bounds(result: Result) -> str:
+    """What theorems guarantee, by scope, the smallest bound of each scope first and marked."""
+    lines = []
+    scopes: dict[tuple[str, str], list[Bound]] = {}
+    for bound in result.bounds:
+        scopes.setdefault((bound.quantity, bound.scope), []).append(bound)
+    for (quantity, scope), bounds in scopes.items():
+        lines.append(f"Guaranteed for {quantity.replace('_', ' ')}, {scope}")
+        for i, bound in enumerate(sorted(bounds, key=lambda b: (b.value, b.theorem))):
+            log = "infinite" if bound.value == inf else f"{float(Ratio(bound.value, NOWHERE).log[1]):.4f}"
+            mark = "  <- the smallest" if i == 0 else ""
+            lines.append(f"  {bound.theorem:<12}{approximate(bound.value):>8}  log {log:<9} {THEOREMS[bound.theorem]}{mark}")
+    if lines:
+        judge = dict.fromkeys(text for bound in result.bounds for text in to_judge(bound))
+        confirmed = dict.fromkeys(text for bound in result.bounds for text in bound.assumptions if text not in judge)
+        for title, texts in (("Confirmed by the table and the filters", confirmed), ("For you to judge", judge)):
+            if texts:
+                lines += [title, *(f"  - {plain(text)}" for text in texts)]
+    return "\n".join(lines)
+
+
 def _pairs(result: Result, top: int) -> str:
     lines = []
-    for title, measures in (
-        ("Most unequal within a context", result.most_unequal(top)["local"]),
-        ("Most unequal group means", result.most_unequal(top)["global"]),
-    ):
+    ranked = result.most_unequal(top)
+    for title, measures in (("Most unequal within a context", ranked["local"]), ("Most unequal group means", ranked["global"])):
         entries = [_pair(m) for m in measures if isinstance(m, Ratio) and m.ratio != 1]
         if entries:
             lines.append(title + "\n" + "\n".join(f"  {entry}" for entry in entries))

@@ -155,11 +155,13 @@ def _parse(name: str, text: str) -> CsvTable:
     delimiter = _delimiter(text)
     rows = _rows(text, delimiter)
     _, header = next(rows)
+    known: set[str] = set()
     for position, column in enumerate(header):
         if not column.strip():
             raise InputError(f"column {position + 1} has no name in the header line; name every column")
-        if header.index(column) != position:
+        if column in known:
             raise InputError(f"the column name {shown(column)} occurs twice in the header line; give each column its own name")
+        known.add(column)
     cells: list[list[str]] = []
     lines: list[int] = []
     for line, row in rows:
@@ -184,6 +186,7 @@ def _rows(text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
     except csv.Error as error:
         what = {
             "field larger than field limit (131072)": "a cell has more than 131,072 characters",
+            f"'{delimiter}' expected after '\"'": "text follows the end of a quoted cell; double the quotation marks inside it",
             "unexpected end of data": "a quoted cell is not closed before the end of the file",
         }.get(str(error), str(error))
         raise InputError(f"line {reader.line_num}: {what}") from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.resources import as_file, files
+from importlib.resources import files
 
 from fairaudit.exact import InputError, nearest, shown
 from fairaudit.tables.csv import CsvTable, read_csv
@@ -20,23 +20,28 @@ class Example:
     name, title, source : str
         What it is and where it is from.
     decision, group, context, count, probability, utility : str
-        Which column has which role (empty for none), and the utility, as the command line takes them.
+        Which column has which role (empty for none), and the utility, as the command line takes them. All are empty for an audit file,
+        which says so itself.
     """
 
     name: str
     title: str
     source: str
-    decision: str
-    group: str
-    context: str
-    utility: str
+    decision: str = ""
+    group: str = ""
+    context: str = ""
+    utility: str = ""
     count: str = ""
     probability: str = ""
 
+    @property
+    def path(self) -> str:
+        """Where the file is: a table, or an audit file if there is no decision column."""
+        return str(files("fairaudit.tables").joinpath("data", f"{self.name}.{'csv' if self.decision else 'toml'}"))
+
     def table(self) -> CsvTable:
         """Read the table."""
-        with as_file(files("fairaudit.tables").joinpath("data", f"{self.name}.csv")) as path:
-            return read_csv(path)
+        return read_csv(self.path)
 
 
 EXAMPLES = (
@@ -59,6 +64,11 @@ EXAMPLES = (
         context="document",
         utility="HR1",
         probability="probability",
+    ),
+    Example(
+        name="hr-filtered",
+        title="the same robot behind a privacy filter that tells the truth about the profiles, and about the document, in 70 % of cases",
+        source="synthetic, as above; an audit file with a policy, filters, a declared floor and a target",
     ),
 )
 

@@ -1,0 +1,227 @@
+"""`AUDIT.toml`: a table or a policy with its filters, population, utility, declared constants and targets, in one file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fairaudit.columns import Label, names
+from fairaudit.exact import InputError, nearest, shown
+from fairaudit.law import Law
+from fairaudit.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
+from fairaudit.policy import Deployment, Policy
+from fairaudit.tables.csv import CsvTable, read_csv
+from fairaudit.utility import Utility
+
+__all__ = ["Audit", "read_audit"]
+
+SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
+TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight")
+FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
+KINDS = ("randomized-response", "table", "identity", "constant", "product")
+UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz")
+TARGET_KEYS = ("max_local", "max_global", "max_local_ratio", "max_global_ratio")
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What an audit file asks for."""
+
+    subject: Law | Deployment
+    utility: Utility
+    declared: dict[str, Any]
+    targets: dict[str, Any]
+    confidence: Any
+
+
+def read_audit(path: str) -> Audit:
+    """Read an audit file; paths in it are relative to it, and numbers are exact as written.
+
+    Raises
+    ------
+    InputError
+        If the file is not of the form; the message names the file and the key.
+    """
+    try:
+        data = Path(path).read_bytes()
+        document = tomllib.loads(data.decode("utf-8"), parse_float=str)
+    except (FileNotFoundError, IsADirectoryError):
+        raise InputError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: this is not a TOML file: {error}") from None
+    try:
+        return _audit(document, Path(path).parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
+    _known(document, SECTIONS, "the file")
+    sections = {name: _section(document, name) for name in SECTIONS}
+    if ("law" in document) == ("policy" in document):
+        raise InputError("exactly one of the sections [law] and [policy] is needed")
+    about = "law" if "law" in document else "policy"
+    source = sections[about]
+    _known(source, TABLE_KEYS, f"[{about}]")
+    table = _table(source, about, folder)
+    law = _law(source, about, table)
+    subject: Law | Deployment = law
+    if about == "policy":
+        filters = sections["filter"]
+        _known(filters, ("group", "context"), "[filter]")
+        if "group" not in filters:
+            raise InputError('a policy needs a section [filter.group]; kind = "identity" if there is no filter')
+        group = _filter(filters["group"], "filter.group", law.columns.group, law.groups, folder)
+        context = _filter(filters["context"], "filter.context", law.columns.context, law.contexts, folder) if "context" in filters else None
+        subject = Policy(law).behind(group=group, context=context, population=_population(sections["population"], law, folder))
+    else:
+        for name in ("filter", "population"):
+            if sections[name]:
+                raise InputError(f"[{name}] goes with [policy]; [law] is the law after any filter")
+    wanted = sections["utility"]
+    _known(wanted, UTILITY_KEYS, "[utility]")
+    utility = _utility(wanted, table, law, folder)
+    declared: dict[str, Any] = {name: wanted[name] for name in ("gamma", "m", "tau", "lipschitz") if name in wanted}
+    targets = sections["targets"]
+    _known(targets, TARGET_KEYS, "[targets]")
+    _known(sections["confidence"], ("level",), "[confidence]")
+    return Audit(subject, utility, declared, dict(targets), sections["confidence"].get("level"))
+
+
+def _section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
+    section = document.get(name, {})
+    if not isinstance(section, dict):
+        raise InputError(f"{name} must be a section [{name}], not {shown(section)}")
+    return section
+
+
+def _known(section: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
+    for key in section:
+        if key not in keys:
+            raise InputError(f"{where} has the unknown key {shown(key)}; {nearest(key, keys)}")
+
+
+def _text(section: Mapping[str, Any], key: str, where: str) -> str:
+    value = section.get(key)
+    if not isinstance(value, str):
+        raise InputError(f'[{where}] needs {key} = "…", a text' + ("" if value is None else f", not {shown(value)}"))
+    return value
+
+
+def _columns(section: Mapping[str, Any], key: str, where: str) -> tuple[str, ...]:
+    value = section.get(key, ())
+    listed = [value] if isinstance(value, str) else list(value) if isinstance(value, (list, tuple)) else [None]
+    if not all(isinstance(name, str) for name in listed):
+        raise InputError(f"[{where}] {key} must be a column name or a list of them, not {shown(value)}")
+    return tuple(listed)
+
+
+def _table(section: Mapping[str, Any], where: str, folder: Path) -> CsvTable:
+    table = read_csv(folder / _text(section, "table", where))
+    return table.with_numbers(str(section[key]) for key in ("count", "probability", "weight") if key in section)
+
+
+def _law(section: Mapping[str, Any], where: str, table: CsvTable) -> Law:
+    columns: dict[str, Any] = {
+        "decision": _text(section, "decision", where),
+        "group": _columns(section, "group", where),
+        "context": _columns(section, "context", where),
+    }
+    if "count" in section and "probability" in section:
+        raise InputError(f"[{where}] has both count and probability; give one, or neither for a log")
+    if "weight" in section and ("probability" not in section or where == "policy"):
+        raise InputError(f"[{where}] has weight, which goes with probability in [law]; the population of a policy is in [population]")
+    if "count" in section:
+        return Law.from_counts(table, **columns, count=_text(section, "count", where))
+    if "probability" in section:
+        weight = _text(section, "weight", where) if "weight" in section else None
+        return Law.from_probabilities(table, **columns, probability=_text(section, "probability", where), weight=weight)
+    return Law.from_log(table, **columns)
+
+
+def _filter(section: Any, where: str, columns: tuple[str, ...], labels: tuple[Label, ...], folder: Path) -> Mechanism:
+    if not isinstance(section, dict):
+        raise InputError(f"{where} must be a section [{where}], not {shown(section)}")
+    kind = _text(section, "kind", where)
+    if kind not in KINDS:
+        raise InputError(f"[{where}] kind is {shown(kind)}; {nearest(kind, KINDS)}")
+    if kind == "product":
+        _known(section, ("kind", *columns), f"[{where}]")
+        lost = [name for name in columns if name not in section]
+        if lost:
+            raise InputError(f"[{where}] needs a section [{where}.{lost[0]}], one for each column")
+        alphabets = {name: tuple((text,) for text in dict.fromkeys(label[i] for label in labels)) for i, name in enumerate(columns)}
+        return Product({name: _filter(section[name], f"{where}.{name}", (name,), alphabets[name], folder) for name in columns})
+    _known(section, FILTER_KEYS, f"[{where}]")
+    values = _values(section["values"], where) if "values" in section else list(labels)
+    try:
+        return _simple_filter(kind, section, where, values, folder)
+    except InputError as error:
+        raise InputError(f"[{where}]: {error}") from None
+
+
+def _values(value: Any, where: str) -> list[Label]:
+    if not isinstance(value, list):
+        raise InputError(f"[{where}] values must be a list, not {shown(value)}")
+    return [names(part) if isinstance(part, str) else tuple(map(str, part)) if isinstance(part, list) else (str(part),) for part in value]
+
+
+def _simple_filter(kind: str, section: Mapping[str, Any], where: str, values: list[Label], folder: Path) -> Mechanism:
+    if kind == "table":
+        from fairaudit.tables.mechanisms import read_mechanism
+
+        return read_mechanism(folder / _text(section, "table", where))
+    if kind == "identity":
+        return Identity(values)
+    if kind == "constant":
+        return Constant(values, section.get("output"))
+    given = {name: section[name] for name in ("keep_probability", "epsilon", "exp_epsilon") if name in section}
+    return RandomizedResponse(values, **given)
+
+
+def _population(section: Mapping[str, Any], law: Law, folder: Path) -> dict[tuple[Label, Label], Any] | None:
+    if not section:
+        return None
+    _known(section, ("table", "group", "context", "weight"), "[population]")
+    table = read_csv(folder / _text(section, "table", "population"))
+    weight = _text(section, "weight", "population")
+    table = table.with_numbers([weight])
+    groups = _columns(section, "group", "population") or law.columns.group
+    contexts = _columns(section, "context", "population") or law.columns.context
+    for name in (*groups, *contexts, weight):
+        if name not in table.columns:
+            raise InputError(f"[population]: there is no column {shown(name)}; {nearest(name, table.columns)}")
+    masses: dict[tuple[Label, Label], Any] = {}
+    for position in range(len(table)):
+        key = (tuple(table[name][position] for name in contexts), tuple(table[name][position] for name in groups))
+        if key in masses:
+            raise InputError(f"[population] {table.locate(position)}: context and group occur a second time; each pair has one row")
+        masses[key] = table[weight][position]
+    return masses
+
+
+def _utility(section: Mapping[str, Any], table: CsvTable, law: Law, folder: Path) -> Utility:
+    given = [key for key in ("values", "column", "table") if key in section]
+    if len(given) != 1:
+        raise InputError("[utility] needs exactly one of values, column and table")
+    if given == ["values"]:
+        values = section["values"]
+        if not isinstance(values, dict):
+            raise InputError("[utility] values must be a table such as {Admitted = 1}")
+        return Utility(values)
+    columns = law.columns
+    if given == ["column"]:
+        return Utility.from_table(
+            table.with_numbers([section["column"]]),
+            utility=_text(section, "column", "utility"),
+            decision=columns.decision,
+            group=columns.group,
+            context=columns.context,
+        )
+    values_table = read_csv(folder / _text(section, "table", "utility")).with_numbers(["utility"])
+    return Utility.from_table(values_table, utility="utility", decision=columns.decision, group=columns.group, context=columns.context)
