@@ -93,6 +93,7 @@ ORDER = (
 BITS = 128
 MAX_EXPONENT = 10_000
 GAUSS_SLACK = 2.0**-34
+LEAST_LEVEL = 1e-290
 
 
 @dataclass(frozen=True)
@@ -402,7 +403,8 @@ def t3_randomized_response(k: int, keep_probability: Any, t: Any, *, floor: Floo
 def t3_gdp(mu: Any, t: Any, *, floor: Floor = "table") -> Bound:
     """T3 for μ-Gaussian privacy: R ≤ Φ(Φ⁻¹(t) + μ)/t, in floating point, enlarged by a relative 2⁻³⁴ and capped at 1/t.
 
-    Not certified: Φ was evaluated in float64, whose error is far below the margin but is not proved here.
+    Not certified: Φ was evaluated in float64, whose error is far below the margin but is not proved here. Below t = 1e-290, where float64
+    has no digits to spare, the value is 1/t.
 
     Parameters
     ----------
@@ -433,7 +435,7 @@ def t3_gdp(mu: Any, t: Any, *, floor: Floor = "table") -> Bound:
         rough = nextafter(rough, 1.0)
     if shift == 0:
         value = Fraction(1)
-    elif 0.0 < rough < 1.0 and shift < 100:
+    elif LEAST_LEVEL < rough < 1.0 and shift < 100:
         reached = erfc(-(NormalDist().inv_cdf(rough) + float(shift)) / sqrt(2)) / 2
         value = min(value, Fraction(nextafter(reached * (1 + GAUSS_SLACK), inf)) / level)
     scope, extra = _floor_terms(floor, f"{level} of the greatest utility", any_filter=True)
@@ -1402,8 +1404,7 @@ def _inverse(curve: list[tuple[Fraction, Fraction]]) -> list[tuple[Fraction, Fra
     """Vertices of f⁻¹(β) = min{α : f(α) ≤ β}."""
     first_zero = next(i for i, (_, y) in enumerate(curve) if y == 0)
     turned = [(y, x) for x, y in reversed(curve[: first_zero + 1])]
-    flat = [(y, x) for i, (y, x) in enumerate(turned) if i == len(turned) - 1 or turned[i + 1][0] > y]
-    return flat if flat[-1][0] == 1 else [*flat, (Fraction(1), Fraction(0))]
+    return turned if turned[-1][0] == 1 else [*turned, (Fraction(1), Fraction(0))]
 
 
 def _on_curve(curve: list[tuple[Fraction, Fraction]], level: Fraction) -> tuple[Fraction, Fraction]:

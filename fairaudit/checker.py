@@ -8,8 +8,8 @@ certificates, and runs from a copy of itself::
 It reads the certificate and the decision table, computes every figure again from the table, and says of each statement
 in the certificate whether it is true.  All decisions are made in integers; no floating-point number occurs.
 
-What is trusted: Python's integers, ``json`` and ``hashlib``; and, for the claims ``by`` T5, T6 and T7, the theorems of
-those names.  Nothing that the certificate says is.  The sentences under ``assumptions`` cannot be checked and are
+What is trusted: Python's integers, ``fractions``, ``json`` and ``hashlib``; and, for the claims ``by`` T1, T2 and so on,
+the theorems of those names.  Nothing that the certificate says is.  The sentences under ``assumptions`` cannot be checked and are
 repeated for the reader.  A true certificate is true *of its table*; that the table is genuine is not checked.
 
 Exit codes: 0 every statement is true (and the required verdict is there); 1 a statement is false, or the required
@@ -17,7 +17,7 @@ verdict is not there; 2 not a certificate of this format, not readable, or wrong
 was not given.
 
 Rationals are pairs ``(numerator, denominator)`` of integers; infinity is ``(1, 0)``.  Cross-multiplication then orders
-all of them, infinity included.
+all of them, infinity included.  Where no infinity occurs and speed does not matter, they are ``Fraction``.
 """
 
 import argparse
@@ -25,21 +25,28 @@ import hashlib
 import json
 import os
 import re
+import struct
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, zip_longest
-from math import gcd, isqrt, lcm
+from fractions import Fraction
+from functools import cached_property
+from itertools import chain, permutations, product, zip_longest
+from math import gcd, isqrt, lcm, prod
+from operator import mul
+from typing import TypeVar
 
 CERTIFICATE_FORMAT = "fairaudit-certificate/1"
 TABLE_FORMAT = "fairaudit-table/1"
 MAX_DIGITS = 100_000
 MAX_BYTES = 1 << 30  # of a certificate, and of one line of a table
+MAX_ENTRIES = 10**8  # of the law that a policy and its filters induce
 LOG_SCALE = 10**12
 
 Rational = tuple[int, int]
 Law = tuple[tuple[int, ...], int]  # integer weights of the decisions, and their sum
+Labels = tuple[str, ...]
 
 ZERO: Rational = (0, 1)
 ONE: Rational = (1, 1)
@@ -299,6 +306,11 @@ def _reduced(numerator: int, denominator: int) -> Rational:
     return numerator // divisor, denominator // divisor
 
 
+def _product(factors: Iterable[Rational]) -> Rational:
+    numerators, denominators = zip(*factors, strict=True)
+    return _reduced(prod(numerators), prod(denominators))
+
+
 def _at_most(left: Rational, right: Rational) -> bool:
     return left[0] * right[1] <= right[0] * left[1]
 
@@ -309,7 +321,7 @@ def _over_common_denominator(values: Sequence[Rational]) -> tuple[list[int], int
 
 
 def _ends(values: Iterable[Rational]) -> tuple[int, int]:
-    """Find the positions of the first greatest and the first least of some finite rationals."""
+    """Find the positions of the first greatest and the first least of some rationals."""
     first, *rest = values
     greatest, least = first, first
     top, low = 0, 0
@@ -454,14 +466,16 @@ class Header:
 
     subject: Subject
     decisions: tuple[str, ...]
-    groups: tuple[tuple[str, ...], ...]
-    contexts: tuple[tuple[str, ...], ...]
+    groups: tuple[Labels, ...]
+    contexts: tuple[Labels, ...]
     utility: tuple[Rational, ...] | None
+    group_filter: "Filter | None" = None  # of a policy, and of no other subject
+    context_filter: "Filter | None" = None
 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """One line of a table: P(u|x,a) is ``law``, M(x,a) is ``mass`` and E(x,a) is ``expectation``."""
+    """What is known of (x,a): P(u|x,a) is ``law``, M(x,a) is ``mass`` and E(x,a) is ``expectation``."""
 
     context: int
     group: int
@@ -473,11 +487,16 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A decision table and the digest of its canonical text."""
+    """A decision table, the number of its rows and the digest of its canonical text.
+
+    The table of a policy is that of the law which the policy and its filters induce.
+    """
 
     header: Header
     cells: tuple[Cell, ...]
+    rows: int
     digest: str
+    policy: "Policy | None" = None
 
     def by_context(self) -> list[list[Cell]]:
         """List the cells of each context."""
@@ -514,13 +533,13 @@ def _read_columns(value: object, where: str) -> Columns:
 
 
 def _read_subject(members: Mapping[str, object], where: str) -> Subject:
-    kind = _one_of(members["kind"], f"{where}.kind", ("counts", "probabilities"))
+    kind = _one_of(members["kind"], f"{where}.kind", ("counts", "probabilities", "policy"))
     populations = ("counts",) if kind == "counts" else ("weights", "equal")
     population = _one_of(members["population"], f"{where}.population", populations)
     return Subject(kind, _read_columns(members["columns"], f"{where}.columns"), population)
 
 
-def _read_label_lists(value: object, where: str, width: int) -> tuple[tuple[str, ...], ...]:
+def _read_label_lists(value: object, where: str, width: int) -> tuple[Labels, ...]:
     lists = tuple(_strings(item, f"{where}[{i}]", width) for i, item in enumerate(_list(value, where)))
     _check_distinct(lists, where)
     return lists
@@ -534,8 +553,9 @@ def _check_distinct(items: Sequence[object], where: str) -> None:
 
 
 def _read_header(value: object, where: str) -> Header:
-    keys = ("format", "kind", "columns", "population", "decisions", "groups", "contexts", "utility")
-    members = _object(value, where, keys, optional=("salt",))
+    keys = ["format", "kind", "columns", "population", "decisions", "groups", "contexts", "utility"]
+    of_policy = _is_about_policy(value)
+    members = _object(value, where, keys + ["filters"] * of_policy, optional=("salt",))
     _one_of(members["format"], f"{where}.format", (TABLE_FORMAT,))
     if "salt" in members:
         _hexadecimal(members["salt"], f"{where}.salt", "0123456789abcdefABCDEF", 32)
@@ -543,44 +563,97 @@ def _read_header(value: object, where: str) -> Header:
     decisions = _strings(members["decisions"], f"{where}.decisions")
     _check_distinct(decisions, f"{where}.decisions")
     utility = members["utility"]
-    return Header(
+    header = Header(
         subject,
         decisions,
         _read_label_lists(members["groups"], f"{where}.groups", len(subject.columns.group)),
         _read_label_lists(members["contexts"], f"{where}.contexts", len(subject.columns.context)),
         None if utility is None else tuple(_rationals(utility, f"{where}.utility", len(decisions))),
     )
+    if not of_policy:
+        return header
+    filters = _object(members["filters"], f"{where}.filters", ("group", "context"))
+    group = _read_filter(filters["group"], f"{where}.filters.group", len(subject.columns.group))
+    context = None
+    if filters["context"] is not None:
+        context = _read_filter(filters["context"], f"{where}.filters.context", len(subject.columns.context))
+    if group.size < 2:
+        raise _malformed(f"{where}.filters.group", "has fewer than two inputs")
+    if (context.size if context else len(header.contexts)) * max(group.size, group.released) * len(decisions) > MAX_ENTRIES:
+        raise _malformed(f"{where}.filters", f"induce a law of more than {MAX_ENTRIES} entries")
+    return replace(header, group_filter=group, context_filter=context)
 
 
-def _read_cell(value: object, where: str, header: Header) -> Cell:
-    weighted = header.subject.population == "weights"
-    keys = ["context", "group", "weights"] + ["mass"] * weighted + ["utility"] * (header.utility is None)
-    members = _object(value, where, keys)
+def _is_about_policy(value: object) -> bool:
+    return isinstance(value, dict) and value.get("kind") == "policy"
+
+
+def _read_filter(value: object, where: str, columns: int) -> "Filter":
+    factors = tuple(_read_factor(item, f"{where}[{i}]") for i, item in enumerate(_list(value, where)))
+    if not factors or sum(len(factor.inputs[0]) for factor in factors) != columns:
+        raise _malformed(where, f"must have factors that cover {columns} columns together")
+    return Filter(factors)
+
+
+def _read_factor(value: object, where: str) -> "Factor":
+    members = _object(value, where, ("inputs", "outputs", "rows"))
+    width = len(_strings(next(iter(_list(members["inputs"], f"{where}.inputs")), []), f"{where}.inputs[0]"))
+    if width == 0:
+        raise _malformed(f"{where}.inputs", "must list labels")
+    inputs = _read_label_lists(members["inputs"], f"{where}.inputs", width)
+    outputs = _read_label_lists(members["outputs"], f"{where}.outputs", width)
+    rows = [
+        _rationals(row, f"{where}.rows[{i}]", len(outputs)) for i, row in enumerate(_list(members["rows"], f"{where}.rows", len(inputs)))
+    ]
+    entries, total = _over_common_denominator([entry for row in rows for entry in row])
+    matrix = [entries[i : i + len(outputs)] for i in range(0, len(entries), len(outputs))]
+    for i, row in enumerate(matrix):
+        if sum(row) != total:
+            raise _malformed(f"{where}.rows[{i}]", "are probabilities that do not sum to 1")
+    released = [j for j, column in enumerate(zip(*matrix, strict=True)) if any(column)]
+    return Factor(inputs, tuple(outputs[j] for j in released), [[row[j] for j in released] for row in matrix], total)
+
+
+def _read_row(value: object, where: str, header: Header, keys: Sequence[str]) -> tuple[dict[str, object], tuple[int, int], Law, Rational]:
+    """Read a line with weights: its members, context and group, the law, and the sum of the weights."""
+    members = _object(value, where, ("context", "group", "weights", *keys))
     weights, denominator = _over_common_denominator(_rationals(members["weights"], f"{where}.weights", len(header.decisions)))
     total = sum(weights)
     if total == 0:
         raise _malformed(f"{where}.weights", "are all zero")
-    mass = ONE
-    if header.subject.kind == "counts":
-        mass = _reduced(total, denominator)
-    elif total != denominator:
+    if header.subject.kind != "counts" and total != denominator:
         raise _malformed(f"{where}.weights", "are probabilities that do not sum to 1")
-    elif weighted:
-        mass = _rational(members["mass"], f"{where}.mass", nonnegative=True)
-    utility: Sequence[Rational | None] | None = header.utility
-    if utility is None:
-        utility = _read_utility(members["utility"], f"{where}.utility", weights)
-    # Without a common factor equal laws have equal weights, which saves comparisons later.
-    divisor = gcd(*weights)
-    law = tuple(weight // divisor for weight in weights), total // divisor
-    return Cell(
+    place = (
         _integer(members["context"], f"{where}.context", len(header.contexts)),
         _integer(members["group"], f"{where}.group", len(header.groups)),
-        law,
-        mass,
-        _expectation(law, utility),
-        utility,
     )
+    return members, place, _law(weights, total), _reduced(total, denominator)
+
+
+def _law(weights: Sequence[int], total: int) -> Law:
+    """Divide by the common factor: then equal laws have equal weights, which saves comparisons later."""
+    divisor = gcd(*weights)
+    return tuple(weight // divisor for weight in weights), total // divisor
+
+
+def _given_with_cells(header: Header) -> list[str]:
+    return ["mass"] * (header.subject.population == "weights") + ["utility"] * (header.utility is None)
+
+
+def _read_cell(value: object, where: str, header: Header) -> Cell:
+    members, (context, group), law, total = _read_row(value, where, header, _given_with_cells(header))
+    mass, utility = _read_given(members, where, header, law[0])
+    return Cell(context, group, law, total if header.subject.kind == "counts" else mass, _expectation(law, utility), utility)
+
+
+def _read_given(
+    members: Mapping[str, object], where: str, header: Header, weights: Sequence[int]
+) -> tuple[Rational, Sequence[Rational | None]]:
+    """Read the mass and the utility of a cell, so far as the lines give them."""
+    mass = _rational(members["mass"], f"{where}.mass", nonnegative=True) if "mass" in members else ONE
+    if header.utility is not None:
+        return mass, header.utility
+    return mass, _read_utility(members["utility"], f"{where}.utility", weights)
 
 
 def _read_utility(value: object, where: str, weights: Sequence[int]) -> tuple[Rational | None, ...]:
@@ -600,32 +673,331 @@ def _expectation(law: Law, utility: Sequence[Rational | None]) -> Rational:
 def _read_table(lines: Iterable[tuple[str, object, bytes | None]]) -> Table:
     """Read a table from (where, value, bytes in the file or None if embedded), the header first."""
     digest = hashlib.sha256()
-    header: Header | None = None
-    cells: list[Cell] = []
+    reader: _Rows | None = None
     for where, value, raw in lines:
-        if header is None:
+        if reader is None:
             header = _read_header(value, where)
+            reader = _Rows(header) if header.group_filter is None else _PolicyRows(header, header.group_filter)
         else:
-            cells.append(_read_cell(value, where, header))
-            if len(cells) > 1 and (cells[-1].context, cells[-1].group) <= (cells[-2].context, cells[-2].group):
-                raise _malformed(where, "is not in increasing order of context and group")
+            reader.add(value, where)
         text = _canonical(value)
         if raw is not None and raw != text:
             raise _malformed(where, "is not the canonical text of its value, ended by one line feed")
         digest.update(text)
-    if header is None:
+    if reader is None:
         raise _malformed("the table", "is empty")
-    if header.utility is None and not cells:
-        raise _malformed("the table", "gives no utility at all")
-    if header.subject.population == "weights" and (not cells or _sum(cell.mass for cell in cells) != ONE):
+    return reader.table(digest.hexdigest())
+
+
+class _Rows:
+    """The lines of a table after its header, as they are read."""
+
+    def __init__(self, header: Header) -> None:
+        self.header = header
+        self.cells: list[Cell] = []
+        self.last = (-1, -1)
+
+    def add(self, value: object, where: str) -> None:
+        """Read one more line."""
+        self.cells.append(_read_cell(value, where, self.header))
+        self.follow((self.cells[-1].context, self.cells[-1].group), where)
+
+    def follow(self, place: tuple[int, int], where: str) -> None:
+        """Make sure that the lines are sorted."""
+        if place <= self.last:
+            raise _malformed(where, "is not in increasing order of context and group")
+        self.last = place
+
+    def table(self, digest: str) -> Table:
+        """Put the lines together."""
+        if self.header.utility is None and not self.cells:
+            raise _malformed("the table", "gives no utility at all")
+        _check_masses(self.header, [cell.mass for cell in self.cells])
+        return Table(self.header, tuple(self.cells), len(self.cells), digest)
+
+
+def _check_masses(header: Header, masses: Sequence[Rational]) -> None:
+    if header.subject.population == "weights" and (not masses or _sum(masses) != ONE):
         raise _malformed("the table", "has masses that do not sum to 1")
-    return Table(header, tuple(cells), digest.hexdigest())
 
 
 def _lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]:
     for number, line in enumerate(lines, 1):
         where = f"line {number} of the table"
         yield where, _decoded(line, where), line
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A policy behind filters
+
+
+@dataclass(frozen=True)
+class _Map:
+    """A linear map: row i of its matrix is ``scale * base`` plus some further ``(column, coefficient)``, over ``denominator``.
+
+    Where a filter keeps the truth or else draws from one distribution, each row has one or two further entries.
+    """
+
+    base: Sequence[int]
+    rows: Sequence[tuple[int, Sequence[tuple[int, int]]]]
+    denominator: int
+
+    def applied(self, values: list[int], step: int) -> list[int]:
+        """Multiply along one axis of a tensor, the neighbours on which are ``step`` apart."""
+        result: list[int] = []
+        width = len(self.base)
+        for start in range(0, len(values), step * width):
+            parts = [values[i : i + step] for i in range(start, start + step * width, step)]
+            common = _combination(self.base, parts)
+            for scale, further in self.rows:
+                result += _combination([scale, *(c for _, c in further)], [common, *(parts[j] for j, _ in further)])
+        return result
+
+
+def _combination(coefficients: Sequence[int], vectors: Sequence[list[int]]) -> list[int]:
+    kept = [(c, vector) for c, vector in zip(coefficients, vectors, strict=True) if c]
+    if not kept:
+        return [0] * len(vectors[0])
+    factors = [c for c, _ in kept]
+    return [sum(map(mul, factors, entries)) for entries in zip(*(vector for _, vector in kept), strict=True)]
+
+
+def _map(matrix: Sequence[Sequence[int]], total: int) -> _Map:
+    """Find the base: the most frequent entry of each column; a row that follows it in half of its entries is a multiple of it."""
+    base = [Counter(column).most_common(1)[0][0] for column in zip(*matrix, strict=True)]
+    multiples: list[Rational] = []
+    for row in matrix:
+        ratios = Counter(_reduced(entry, common) for entry, common in zip(row, base, strict=True) if common)
+        [(multiple, count)] = ratios.most_common(1) or [(ZERO, 0)]
+        multiples.append(multiple if 2 * count >= len(row) else ZERO)
+    unit = lcm(*(d for _, d in multiples))
+    rows: list[tuple[int, list[tuple[int, int]]]] = []
+    for row, (n, d) in zip(matrix, multiples, strict=True):
+        scale = n * (unit // d)
+        rests = [entry * unit - scale * common for entry, common in zip(row, base, strict=True)]
+        rows.append((scale, [(j, rest) for j, rest in enumerate(rests) if rest]))
+    return _Map(base, rows, total * unit)
+
+
+def _through(values: list[int], maps: Sequence[_Map]) -> list[int]:
+    """Apply each map along its own axis, the last of them varying fastest (but for a last axis that none of them touches)."""
+    sizes = [len(m.base) for m in maps]
+    width = len(values) // prod(sizes)
+    for i in sorted(range(len(maps)), key=lambda i: len(maps[i].rows) > sizes[i]):  # what shrinks the tensor goes first
+        values = maps[i].applied(values, width * prod(sizes[i + 1 :]))
+        sizes[i] = len(maps[i].rows)
+    return values
+
+
+def _mixed(laws: Sequence[Law], maps: Sequence[_Map]) -> list[Law]:
+    """Mix laws, listed by what is released (a last axis may be left alone), into the laws by what is true."""
+    width = len(laws[0][0])
+    common = lcm(*(total for _, total in laws))
+    values = _through([weight * (common // total) for weights, total in laws for weight in weights], maps)
+    total = common * prod(m.denominator for m in maps)
+    return [_law(values[i : i + width], total) for i in range(0, len(values), width)]
+
+
+Distribution = tuple[tuple[int, int], ...]  # pairs (p, q), sorted: what two rows give to the outputs, by likelihood ratio p/q
+
+
+def _by_likelihood_ratio(pairs: Iterable[tuple[int, int]]) -> Distribution:
+    """Add up the pairs of equal p/q; those with p = 0 add nothing to any H_k."""
+    sums: Counter[tuple[int, int]] = Counter()
+    for p, q in pairs:
+        if p:
+            divisor = gcd(p, q)
+            sums[p // divisor, q // divisor] += divisor
+    return tuple(sorted((p * n, q * n) for (p, q), n in sums.items()))
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One part of a filter, without the outputs that are never released; ``matrix`` is over ``total``."""
+
+    inputs: tuple[Labels, ...]
+    outputs: tuple[Labels, ...]
+    matrix: list[list[int]]
+    total: int
+
+    @cached_property
+    def map(self) -> _Map:
+        """The matrix, to be applied to laws that are listed by output."""
+        return _map(self.matrix, self.total)
+
+    @cached_property
+    def exp_epsilon(self) -> Rational:
+        """The greatest ratio of two entries of a column."""
+        columns = ([(entry, 1) for entry in column] for column in zip(*self.matrix, strict=True))
+        ratios = [_widest_ratio(column)[0] for column in columns] if len(self.inputs) > 1 else [ONE]
+        return _reduced(*ratios[_ends(ratios)[0]])
+
+    def pairs(self) -> set[Distribution]:
+        """List the different distributions of p/q over the ordered pairs of rows of different inputs."""
+        alike = {frozenset(Counter(zip(one, other, strict=True)).items()) for one, other in permutations(self.matrix, 2)}
+        return {_by_likelihood_ratio((p * n, q * n) for (p, q), n in counts) for counts in alike}
+
+
+@dataclass(frozen=True)
+class Filter:
+    """The product of its factors: they draw independently of each other."""
+
+    factors: tuple[Factor, ...]
+
+    @property
+    def size(self) -> int:
+        """The number of joint inputs."""
+        return prod(len(factor.inputs) for factor in self.factors)
+
+    @property
+    def released(self) -> int:
+        """The number of joint outputs that can be released."""
+        return prod(len(factor.outputs) for factor in self.factors)
+
+    @property
+    def maps(self) -> list[_Map]:
+        """The maps of the factors."""
+        return [factor.map for factor in self.factors]
+
+    @property
+    def inputs(self) -> list[Labels]:
+        """The joint inputs, the last factor varying fastest."""
+        return [tuple(chain(*parts)) for parts in product(*(factor.inputs for factor in self.factors))]
+
+    @property
+    def outputs(self) -> list[Labels]:
+        """The joint outputs that can be released."""
+        return [tuple(chain(*parts)) for parts in product(*(factor.outputs for factor in self.factors))]
+
+    def releases(self) -> list[list[int]]:
+        """List for each joint input which of the joint outputs it can release."""
+        lists = [[0]]
+        for factor in self.factors:
+            own = [[j for j, entry in enumerate(row) if entry] for row in factor.matrix]
+            lists = [[i * len(factor.outputs) + j for i in before for j in after] for before in lists for after in own]
+        return lists
+
+    @property
+    def exp_epsilon(self) -> Rational:
+        """The greatest ratio of the probabilities of one output under two inputs."""
+        return _product(factor.exp_epsilon for factor in self.factors)
+
+    @cached_property
+    def pairs(self) -> tuple[set[Distribution], int]:
+        """The different distributions of p/q over ordered pairs of different joint inputs, and the unit of p and q.
+
+        Two joint inputs differ in some factors, at least one, and agree in the others.
+        """
+        unit = 1
+        differing: set[Distribution] = set()
+        for factor in self.factors:
+            agree: Distribution = ((factor.total, factor.total),)
+            own = factor.pairs()
+            before = differing
+            differing = {_joint(pair, other) for pair in before for other in {*own, agree}}
+            differing |= {_joint(((unit, unit),), other) for other in own}
+            unit *= factor.total
+        return differing, unit
+
+
+def _joint(one: Distribution, other: Distribution) -> Distribution:
+    return _by_likelihood_ratio((p * r, q * s) for p, q in one for r, s in other)
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What claims about a policy need to know of it besides the law that it induces with its filters.
+
+    ``rows`` are the laws by released context and released group, ``by_context`` those by true context and released
+    group, both for the released values that are reachable only.
+    """
+
+    group: Filter
+    context: Filter | None
+    rows: list[list[Law]]
+    by_context: list[list[Law]]
+    unfiltered: Table | None
+
+
+class _PolicyRows(_Rows):
+    """The lines of a policy's table: the rows of the policy, then the true cells if masses or utilities are given."""
+
+    def __init__(self, header: Header, group: Filter) -> None:
+        super().__init__(header)
+        self.group, self.context = group, header.context_filter
+        self.true = replace(header, groups=tuple(self.group.inputs))
+        if self.context is not None:
+            self.true = replace(self.true, contexts=tuple(self.context.inputs))
+        self.laws: dict[tuple[int, int], Law] = {}
+        self.given: list[tuple[Rational, Sequence[Rational | None]]] = []
+
+    def add(self, value: object, where: str) -> None:
+        """Read a row of the policy, or a true cell."""
+        if isinstance(value, dict) and "true_group" in value:
+            self._add_true_cell(value, where)
+            return
+        _, place, law, _ = _read_row(value, where, self.header, ())
+        if self.given:
+            raise _malformed(where, "is a row of the policy after a true cell")
+        self.follow(place, where)
+        self.laws[place] = law
+
+    def _add_true_cell(self, value: object, where: str) -> None:
+        keys = _given_with_cells(self.header)
+        members = _object(value, where, ("true_context", "true_group", *keys))
+        place = (
+            _integer(members["true_context"], f"{where}.true_context", len(self.true.contexts)),
+            _integer(members["true_group"], f"{where}.true_group", len(self.true.groups)),
+        )
+        if not keys or place != divmod(len(self.given), len(self.true.groups)):
+            raise _malformed(where, "is not the next true cell, or none is needed")
+        every = [1] * len(self.header.decisions)  # each decision has to have its utility
+        self.given.append(_read_given(members, where, self.header, every))
+
+    def _released(self) -> list[list[Law]]:
+        """List the policy's laws by reachable context and reachable group."""
+        if (len(self.header.contexts) if self.context is None else self.context.released) * self.group.released > len(self.laws):
+            raise _malformed("the table", "lacks a row of the policy for what the filters can release")
+        contexts = self.header.contexts if self.context is None else self.context.outputs
+        groups = self.group.outputs
+        laws = self._rows_of(contexts, groups)
+        if len(laws) < len(contexts) * len(groups):
+            x, a = next(place for place in product(contexts, groups) if place not in laws)
+            raise _malformed("the table", f"lacks a row of the policy for {shown(x)} and {shown(a)}, which can be released")
+        return [[laws[x, a] for a in groups] for x in contexts]
+
+    def _rows_of(self, contexts: Sequence[Labels], groups: Sequence[Labels]) -> dict[tuple[Labels, Labels], Law]:
+        """Find the rows of the policy, so far as there are any, for some contexts and groups."""
+        context_at = {label: i for i, label in enumerate(self.header.contexts)}
+        group_at = {label: i for i, label in enumerate(self.header.groups)}
+        places = {(x, a): (context_at.get(x, -1), group_at.get(a, -1)) for x, a in product(contexts, groups)}
+        return {labels: self.laws[place] for labels, place in places.items() if place in self.laws}
+
+    def table(self, digest: str) -> Table:
+        """Compute the law that the policy and its filters induce."""
+        n_groups = len(self.true.groups)
+        n = len(self.true.contexts) * n_groups
+        if _given_with_cells(self.header) and len(self.given) != n:
+            raise _malformed("the table", "does not list every true cell")
+        given = self.given or [(ONE, self.header.utility or ())] * n
+        _check_masses(self.header, [mass for mass, _ in given])
+        rows = by_context = self._released()
+        if self.context is not None:
+            flat = _mixed([law for row in rows for law in row], self.context.maps)
+            by_context = [flat[i : i + len(rows[0])] for i in range(0, len(flat), len(rows[0]))]
+        induced = chain.from_iterable(_mixed(laws, self.group.maps) for laws in by_context)
+        raw = self._rows_of(self.true.contexts, self.true.groups)  # in the order of the true cells
+        unfiltered = self._table(raw.values(), given, "", None) if len(raw) == n else None
+        return self._table(induced, given, digest, Policy(self.group, self.context, rows, by_context, unfiltered))
+
+    def _table(
+        self, laws: Iterable[Law], given: Sequence[tuple[Rational, Sequence[Rational | None]]], digest: str, policy: Policy | None
+    ) -> Table:
+        cells = tuple(
+            Cell(*divmod(i, len(self.true.groups)), law, mass, _expectation(law, utility), utility)
+            for i, (law, (mass, utility)) in enumerate(zip(laws, given, strict=True))
+        )
+        return Table(self.true, cells, len(self.laws), digest, policy)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -672,20 +1044,6 @@ def _widest_ratio(values: Sequence[Rational]) -> tuple[Rational, int, int]:
     return (n * q, d * p), top, low
 
 
-def _greatest_ratio(header: Header, compared: Iterable[tuple[Setting, Sequence[Rational]]], name: str) -> Maximum | None:
-    """Find the greatest ratio over all settings; the first one that attains it is kept."""
-    best: tuple[Rational, Setting, int, int, Sequence[Rational]] | None = None
-    for setting, values in compared:
-        ratio, higher, lower = _widest_ratio(values)
-        if best is None or not _at_most(ratio, best[0]):
-            best = ratio, setting, higher, lower, values
-    if best is None:
-        return None
-    ratio, setting, higher, lower, values = best
-    pair = [_reduced(*values[higher]), _reduced(*values[lower])]
-    return Maximum(_reduced(*ratio), setting.witness(header, higher, lower) | {name: pair})
-
-
 def _widest_distance(laws: Sequence[Law]) -> tuple[Rational, int, int]:
     """Find the greatest total variation distance of two of the laws, and the first positions that attain it."""
     if len(laws[0][0]) <= 2:  # the distance is the difference of the probabilities of the first decision
@@ -697,11 +1055,17 @@ def _widest_distance(laws: Sequence[Law]) -> tuple[Rational, int, int]:
     first: dict[tuple[int, ...], int] = {}
     for i, (weights, _) in enumerate(laws):
         first.setdefault(weights, i)
+    places = list(first.values())
+    screen = _Screen([laws[i] for i in places]) if len(places) > 32 else None
     best: tuple[Rational, int, int] = (ZERO, 0, 1)
-    for i, j in combinations(first.values(), 2):
-        distance = _distance(laws[i], laws[j])
-        if not _at_most(distance, best[0]):
-            best = distance, i, j
+    for at, i in enumerate(places):
+        for later in screen.farther(best[0]) if screen else range(len(places) - at - 1):
+            j = places[at + 1 + later]
+            distance = _distance(laws[i], laws[j])
+            if not _at_most(distance, best[0]):
+                best = distance, i, j
+        if best[0][0] == best[0][1]:  # no distance exceeds 1
+            break
     return best
 
 
@@ -710,19 +1074,65 @@ def _distance(left: Law, right: Law) -> Rational:
     return sum(e for a, b in zip(p, q, strict=True) if (e := a * n - b * m) > 0), m * n
 
 
-def _greatest_distance(header: Header, compared: Iterable[tuple[Setting, Sequence[Law]]]) -> Maximum | None:
-    """Find the greatest distance over all settings; the first one that attains it is kept."""
-    best: tuple[Rational, Setting, int, int, Sequence[Law]] | None = None
-    for setting, laws in compared:
-        distance, higher, lower = _widest_distance(laws)
-        if best is None or not _at_most(distance, best[0]):
-            best = distance, setting, higher, lower, laws
+class _Screen:
+    """A quick test that leaves only those pairs of many laws whose distance may exceed a bound.
+
+    It works on probabilities that are rounded down to multiples of 2^-28.  Then p - q is less than one unit above the
+    difference of the rounded numbers, so that the distance of two laws on d decisions is at most d units above the sum
+    of the positive differences of the rounded numbers.  That sum is formed for one law and all later ones at once: for
+    each decision a long integer holds the numbers of all laws in lanes of 32 bits.  The highest bit of a lane is set
+    before a subtraction; it is still set afterwards exactly if the difference is not negative, and no lane borrows
+    from its neighbour.
+    """
+
+    def __init__(self, laws: Sequence[Law]) -> None:
+        rounded = [[(weight << 28) // total for weight in weights] for weights, total in laws]
+        self.lanes = len(laws)
+        self.ones = self._packed([1] * self.lanes)
+        self.columns = [self._packed(column) for column in zip(*rounded, strict=True)]
+
+    @staticmethod
+    def _packed(values: Sequence[int]) -> int:
+        return int.from_bytes(struct.pack(f"<{len(values)}I", *values), "little")
+
+    def farther(self, bound: Rational) -> list[int]:
+        """Take the next law off; list those of the later ones (0 is the next) whose distance from it may exceed the bound."""
+        own = [column & 0xFFFFFFFF for column in self.columns]
+        self.lanes -= 1
+        self.ones >>= 32
+        self.columns = [column >> 32 for column in self.columns]
+        signs = self.ones << 31
+        sums = 0
+        for number, column in zip(own, self.columns, strict=True):
+            differences = (column | signs) - number * self.ones
+            positive = differences & signs
+            sums += differences & (positive - (positive >> 31))
+        least = max(0, (bound[0] << 28) // bound[1] - len(own) + 1)  # of the sums that are worth a closer look
+        if not ((sums | signs) - least * self.ones) & signs:
+            return []
+        found = struct.unpack(f"<{self.lanes}I", sums.to_bytes(4 * self.lanes, "little"))
+        return [i for i, total in enumerate(found) if total >= least]
+
+
+T = TypeVar("T")
+
+
+def _greatest(
+    header: Header,
+    compared: Iterable[tuple[Setting, Sequence[T]]],
+    widest: Callable[[Sequence[T]], tuple[Rational, int, int]],
+    details: Callable[[T, T], dict[str, object]],
+) -> Maximum | None:
+    """Find the greatest value over all settings; the first one that attains it is kept."""
+    best: tuple[Rational, Setting, int, int, Sequence[T]] | None = None
+    for setting, values in compared:
+        value, higher, lower = widest(values)
+        if best is None or not _at_most(value, best[0]):
+            best = value, setting, higher, lower, values
     if best is None:
         return None
-    distance, setting, higher, lower, laws = best
-    (p, m), (q, n) = laws[higher], laws[lower]
-    raised = [u for u, a, b in zip(header.decisions, p, q, strict=True) if a * n > b * m]
-    return Maximum(_reduced(*distance), setting.witness(header, higher, lower) | {"decisions": raised})
+    value, setting, higher, lower, values = best
+    return Maximum(_reduced(*value), setting.witness(header, higher, lower) | details(values[higher], values[lower]))
 
 
 def _group_law(cells: Sequence[Cell]) -> tuple[Law, Rational]:
@@ -746,8 +1156,8 @@ def _lacks_population(table: Table) -> bool:
     return table.header.subject.population == "equal" and not table.complete()
 
 
-def measure(table: Table) -> dict[str, Maximum | None]:
-    """Compute the six metrics of a table."""
+def measure(table: Table, expectations_only: bool = False) -> dict[str, Maximum | None]:
+    """Compute the six metrics of a table, or those two of them that compare expectations."""
     header = table.header
     groups = [] if _lacks_population(table) else _populated(table)
     by_group = table.by_group()
@@ -759,19 +1169,29 @@ def measure(table: Table) -> dict[str, Maximum | None]:
         for x, cells in enumerate(table.by_context())
         if len(cells) > 1
     ]
+
+    def raised(left: Law, right: Law) -> dict[str, object]:
+        (p, m), (q, n) = left, right
+        return {"decisions": [u for u, a, b in zip(header.decisions, p, q, strict=True) if a * n > b * m]}
+
+    def both(name: str) -> Callable[[Rational, Rational], dict[str, object]]:
+        return lambda left, right: {name: [_reduced(*left), _reduced(*right)]}
+
     metrics: dict[str, Maximum | None] = {}
     for scope, distance, places in (
         ("local", "equalized_odds", contexts),
         ("global", "demographic_parity", everywhere),
     ):
-        metrics[scope] = _greatest_ratio(header, ((s, means) for s, _, means in places), "expectations")
-        metrics[distance] = _greatest_distance(header, ((s, laws) for s, laws, _ in places))
+        metrics[scope] = _greatest(header, ((s, means) for s, _, means in places), _widest_ratio, both("expectations"))
+        if expectations_only:
+            continue
+        metrics[distance] = _greatest(header, ((s, laws) for s, laws, _ in places), _widest_distance, raised)
         single = (
             (replace(s, decision=u), [(weights[u], total) for weights, total in laws])
             for s, laws, _ in places
             for u in range(len(header.decisions))
         )
-        metrics[f"{scope}_supremum"] = _greatest_ratio(header, single, "probabilities")
+        metrics[f"{scope}_supremum"] = _greatest(header, single, _widest_ratio, both("probabilities"))
     return metrics
 
 
@@ -853,11 +1273,10 @@ METRICS: dict[str, tuple[bool, tuple[str, ...]]] = {
 class Claim:
     """A claim as the certificate states it."""
 
-    key: tuple[str, str, str]  # quantity, relation, by
+    key: tuple[str, str, str, str]  # quantity, relation, by, scope
     value: Rational
-    scope: str
     assumptions: tuple[str, ...]
-    evidence: dict[str, object]
+    evidence: object  # what its rule has as evidence, read
 
 
 @dataclass(frozen=True)
@@ -880,43 +1299,269 @@ class Certificate:
     cells: int
     embedded: tuple[object, ...] | None  # the header and the rows
     constants: dict[str, Rational | bool | None]
+    privacy: dict[str, dict[str, object] | None] | None  # this, the next and the last are those of a policy
+    declared: dict[str, Rational]
     metrics: dict[str, dict[str, object] | None]
+    unfiltered: dict[str, dict[str, object] | None] | None
     not_compared: list[dict[str, object]]
     claims: tuple[Claim, ...]
     targets: tuple[Target, ...]
     verdict: str
 
 
+LAW = "this law"
+POLICIES = "any policy behind this filter"
+FLOORED = "any policy behind this filter that keeps the declared floor"
+GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values"
+CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts"
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What claims are judged by; what is costly, and needed by few claims, is computed when a claim needs it."""
+
+    table: Table
+    metrics: Mapping[str, Maximum | None]
+    declared: Mapping[str, Rational]
+
+    @cached_property
+    def constants(self) -> dict[str, Fraction]:
+        """The effective constants of g, those that are declared first; tau is that of the table."""
+        own = constants(self.table)
+        finite = {key: Fraction(*value) for key, value in own.items() if isinstance(value, tuple)}
+        return finite | {key: Fraction(*value) for key, value in self.declared.items() if key != "tau"}
+
+    @property
+    def policy(self) -> Policy:
+        """The policy and its filters; the rules that need them are not applied to other subjects."""
+        if self.table.policy is None:
+            raise AssertionError
+        return self.table.policy
+
+    def _utilities(self) -> list[Sequence[Rational | None]]:
+        """For each true context its g(u,x), which must not depend on the group."""
+        return [cells[0].utility for cells in self.table.by_context()]
+
+    def holds(self, condition: str) -> bool:
+        """Decide one of the CONDITIONS."""
+        match condition:
+            case "independent":
+                return independent(self.table)
+            case "a-free":  # the constant of the table is no greater
+                return self.constants["lipschitz"] == 0
+            case "g(u)":
+                return self.table.header.utility is not None
+            case "finite":
+                return self.policy.group.exp_epsilon != INFINITY
+            case "context filter":
+                return self.policy.context is not None
+        raise AssertionError(condition)
+
+    def floor(self, scope: str) -> Fraction | None:
+        """The tau of a claim: what all expectations are at least, in the scope of the claim."""
+        match scope:
+            case "this law":
+                return self.constants.get("tau")
+            case "any policy behind this filter that keeps the declared floor":
+                return Fraction(*self.declared["tau"]) if "tau" in self.declared else None
+        return Fraction(*self._policy_floor)
+
+    @cached_property
+    def _policy_floor(self) -> Rational:
+        """The least expectation over what each true context can release and all reachable groups, for g(u,x)."""
+        contexts = range(len(self.table.header.contexts))
+        releases = self.policy.context.releases() if self.policy.context else [[x] for x in contexts]
+        seen: dict[Sequence[Rational | None], set[int]] = {}
+        for utility, released in zip(self._utilities(), releases, strict=True):
+            seen.setdefault(utility, set()).update(released)
+        values = [_expectation(law, g) for g, released in seen.items() for x in released for law in self.policy.rows[x]]
+        return values[_ends(values)[1]]
+
+    @cached_property
+    def raw_ratio(self) -> Rational:
+        """The greatest ratio of two expectations of one true context over the reachable groups, for g(u,x)."""
+        pairs = zip(self._utilities(), self.policy.by_context, strict=True)
+        ratios = [_widest_ratio([_expectation(law, utility) for law in laws])[0] for utility, laws in pairs]
+        return _reduced(*ratios[_ends(ratios)[0]])
+
+    @cached_property
+    def context_ratio(self) -> Rational:
+        """The local ratio of the law over reachable contexts and true groups, for g(u)."""
+        utility = self.table.header.utility or ()
+        laws = (_mixed(row, self.policy.group.maps) for row in self.policy.rows)
+        ratios = [_widest_ratio([_expectation(law, utility) for law in row])[0] for row in laws]
+        return _reduced(*ratios[_ends(ratios)[0]])
+
+    @cached_property
+    def composition(self) -> Rational:
+        """The greatest P(x|a)/P(x|a') over released contexts x and pairs of groups of positive mass."""
+        masses, _ = _over_common_denominator([cell.mass for cell in self.table.cells])
+        factors = self.policy.context.factors if self.policy.context else ()
+        released = _through(masses, [_map([*zip(*factor.matrix, strict=True)], factor.total) for factor in factors])
+        n = len(self.table.header.groups)
+        rows = [released[i : i + n] for i in range(0, len(released), n)]
+        totals = [sum(column) for column in zip(*rows, strict=True)]
+        ratios = [_widest_ratio([(p, total) for p, total in zip(row, totals, strict=True) if total])[0] for row in rows]
+        return _reduced(*ratios[_ends(ratios)[0]])
+
+
+CONDITIONS = {
+    "independent": "context and group are not independent in the table",
+    "a-free": "the utility depends on the group, by the table or as declared",
+    "g(u)": "the utility does not depend on the decision alone",
+    "finite": "epsilon is infinite",
+    "context filter": "there is no context filter",
+}
+
+
 @dataclass(frozen=True)
 class Rule:
-    """What makes a claim true.
+    """What makes a claim true, besides what its theorem says about the value.
 
-    The metric ``quantity`` must not be null; the claimed value is that of the metric ``source``, with ``by_t7`` put
-    through R -> (R - 1) / (R + 1); the evidence is the digest of the table, or the supremum R.
+    The metric ``quantity`` must not be null, the conditions in ``needs`` hold, and the evidence is that of the table.
     """
 
     quantity: str
-    source: str
-    by_t7: bool = False
-    needs_independence: bool = False
-
-    @property
-    def evidence(self) -> str:
-        """The key of the evidence."""
-        return "supremum" if self.by_t7 else "table"
+    evidence: str
+    needs: tuple[str, ...] = ()
+    source: str = ""  # the metric that the value is or follows from; of claims that a policy certificate adds, none
 
 
-RULES: dict[tuple[str, str, str], Rule] = {
-    ("local_ratio", "=", "enumeration"): Rule("local", "local"),
-    ("global_ratio", "=", "enumeration"): Rule("global", "global"),
-    ("demographic_parity", "=", "enumeration"): Rule("demographic_parity", "demographic_parity"),
-    ("equalized_odds", "=", "enumeration"): Rule("equalized_odds", "equalized_odds"),
-    ("local_ratio_supremum", "=", "T6"): Rule("local_supremum", "local_supremum"),
-    ("global_ratio_supremum", "=", "T6"): Rule("global_supremum", "global_supremum"),
-    ("equalized_odds", "<=", "T7"): Rule("equalized_odds", "local_supremum", by_t7=True),
-    ("demographic_parity", "<=", "T7"): Rule("demographic_parity", "global_supremum", by_t7=True),
-    ("global_ratio", "<=", "T5"): Rule("global", "local", needs_independence=True),
+RULES: dict[tuple[str, str, str, str], Rule] = {
+    ("local_ratio", "=", "enumeration", LAW): Rule("local", "table", source="local"),
+    ("global_ratio", "=", "enumeration", LAW): Rule("global", "table", source="global"),
+    ("demographic_parity", "=", "enumeration", LAW): Rule("demographic_parity", "table", source="demographic_parity"),
+    ("equalized_odds", "=", "enumeration", LAW): Rule("equalized_odds", "table", source="equalized_odds"),
+    ("local_ratio_supremum", "=", "T6", LAW): Rule("local_supremum", "table", source="local_supremum"),
+    ("global_ratio_supremum", "=", "T6", LAW): Rule("global_supremum", "table", source="global_supremum"),
+    ("equalized_odds", "<=", "T7", LAW): Rule("equalized_odds", "supremum", source="local_supremum"),
+    ("demographic_parity", "<=", "T7", LAW): Rule("demographic_parity", "supremum", source="global_supremum"),
+    ("global_ratio", "<=", "T5", LAW): Rule("global", "table", ("independent",), source="local"),
+    ("local_ratio", "<=", "T2", POLICIES): Rule("local", "", ("a-free", "finite")),
+    ("local_ratio", "<=", "T1-paper", LAW): Rule("local", "", ("finite",)),
+    ("local_ratio", "<=", "T1-paper", FLOORED): Rule("local", "", ("finite",)),
+    ("local_ratio", "<=", "T1", LAW): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T1", FLOORED): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T3", LAW): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T3", FLOORED): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T3", GROUP_FILTERS): Rule("local", "multipliers", ("a-free",)),
+    ("local_ratio", "<=", "T4", POLICIES): Rule("local", "multipliers", ("a-free",)),
+    ("local_ratio", "<=", "floor", LAW): Rule("local", ""),
+    ("local_ratio", "<=", "floor", FLOORED): Rule("local", ""),
+    ("local_ratio", "<=", "T12", GROUP_FILTERS): Rule("local", "raw_ratio", ("a-free",)),
+    ("local_ratio", "<=", "T8", CONTEXT_FILTERS): Rule("local", "", ("g(u)", "context filter")),
+    ("global_ratio", "<=", "T5", POLICIES): Rule("global", "", ("a-free", "independent", "finite")),
+    ("global_ratio", "<=", "T5-decision", POLICIES): Rule("global", "composition", ("g(u)", "finite")),
 }
+
+
+def _fault(claim: Claim, facts: Facts) -> str:
+    """Say what is wrong with a claim; nothing if it is true."""
+    rule = RULES.get(claim.key)
+    of_policy = facts.table.policy is not None
+    if rule is None or not (rule.source or of_policy):
+        known = any(claim.key[:3] == key[:3] for key in RULES)
+        return f"unknown claim: the scope is {shown(claim.key[3])}" if known else "unknown claim"
+    if of_policy and not claim.assumptions:
+        return "states no assumption"
+    quantity, source = facts.metrics[rule.quantity], facts.metrics[rule.source or rule.quantity]
+    if quantity is None or source is None:
+        return "the table does not give this quantity"
+    for condition in rule.needs:
+        if not facts.holds(condition):
+            return CONDITIONS[condition]
+    fault = _fault_of_figure(claim, rule, facts, source.value) if rule.source else _fault_of_bound(claim, rule, facts)
+    if not fault and not _at_most(quantity.value, claim.value):
+        fault = f"the table gives the greater quantity {shown(quantity.value)}"
+    return fault
+
+
+def _fault_of_figure(claim: Claim, rule: Rule, facts: Facts, source: Rational) -> str:
+    """Compare the value and the evidence of a claim that repeats a metric, or has one as its value by a theorem."""
+    by_t7 = rule.evidence == "supremum"
+    value = _reduced(source[0] - source[1], source[0] + source[1]) if by_t7 else source
+    evidence = source if by_t7 else facts.table.digest
+    if claim.value != value:
+        return f"the table gives {shown(value)}"
+    return "" if claim.evidence == evidence else f"the evidence is {shown(claim.evidence)}, the table gives {shown(evidence)}"
+
+
+def _fault_of_bound(claim: Claim, rule: Rule, facts: Facts) -> str:
+    """Judge a claim that a policy certificate adds: its value has to be at least the bound of its theorem."""
+    _, _, by, scope = claim.key
+    gamma, m, lipschitz = (facts.constants[key] for key in ("gamma", "m", "lipschitz"))
+    n, d = facts.policy.group.exp_epsilon
+    tau: Fraction | None = Fraction(1)
+    if by in ("T1-paper", "T1", "T3", "floor"):
+        tau = facts.floor(scope)
+    elif by == "T4":
+        tau = m
+    if tau is None or tau <= 0:
+        return "the floor is 0" if tau is not None else "no floor is declared"
+    if by == "T3" and tau > gamma - lipschitz:
+        return f"the floor {shown(_pair(tau))} is more than gamma - L"
+    if rule.evidence == "multipliers":
+        return _fault_of_multipliers(claim, facts, tau)
+    evidence: Rational | None = None
+    match by:
+        case "T2" | "T5":
+            bound = n, d
+        case "T1-paper":
+            bound = _pair(Fraction(n, d) * (1 + lipschitz / tau))
+        case "floor":
+            bound = _pair(gamma / tau)
+        case "T12":
+            evidence = r, s = facts.raw_ratio
+            bound = _reduced(s * d + r * n, s * n + r * d)  # (1 + R0 e^eps) / (R0 + e^eps), both possibly infinite
+        case "T8":
+            bound = facts.context_ratio
+        case "T5-decision":
+            evidence = facts.composition
+            bound = _product([(n, d), evidence])
+        case _:
+            raise AssertionError(by)
+    if claim.evidence != evidence:
+        return f"the evidence is {shown(claim.evidence)}, the table gives {shown(evidence)}"
+    return "" if _at_most(bound, claim.value) else f"the bound is {shown(bound)}"
+
+
+def _pair(value: Fraction) -> Rational:
+    return value.numerator, value.denominator
+
+
+def _fault_of_multipliers(claim: Claim, facts: Facts, tau: Fraction) -> str:
+    """Look for a multiplier that proves the claim for each ordered pair P, Q of rows of the filter.
+
+    H_k is the sum of max(0, P - k Q).  For every function h on the outputs with values in [0, gamma] it is
+    E_P h <= k E_Q h + gamma H_k; the theorems put the expected utilities under ã, or parts of them, in the place of h.
+    """
+    _, _, by, scope = claim.key
+    gamma, m, lipschitz = (facts.constants[key] for key in ("gamma", "m", "lipschitz"))
+
+    def bound(k: Fraction, h: Fraction) -> Fraction:
+        match by:
+            case "T1":
+                return k + (lipschitz + gamma * h) / tau
+            case "T3":
+                return k + (lipschitz + (gamma - lipschitz) * h) / tau
+        return k + max(Fraction(0), (gamma - m) * h - (k - 1) * m) / tau  # T4, with tau = m
+
+    n, d = facts.policy.group.exp_epsilon
+    # The second is the one pair that stands for all filters of this epsilon.
+    pairs, unit = facts.policy.group.pairs if scope != GROUP_FILTERS else ({((n, d), (d, n))}, n + d)
+    multipliers: list[Fraction] = list(claim.evidence) if isinstance(claim.evidence, list) else []
+    for pair in pairs:
+        least: Fraction | None = None
+        for i, k in enumerate(multipliers):
+            excess = sum(e for p, q in pair if (e := p * k.denominator - q * k.numerator) > 0)
+            value = bound(k, Fraction(excess, unit * k.denominator))
+            if _at_most(_pair(value), claim.value):
+                multipliers.insert(0, multipliers.pop(i))  # it may do for the next pair too
+                break
+            least = value if least is None else min(least, value)
+        else:
+            return f"for some pair of groups the multipliers prove no less than {shown(_pair(least or Fraction(0)))}"
+    return ""
 
 
 def _read_constants(value: object, where: str) -> dict[str, Rational | bool | None]:
@@ -929,6 +1574,26 @@ def _read_constants(value: object, where: str) -> dict[str, Rational | bool | No
     if not isinstance(depends, bool):
         raise _malformed(f"{where}.depends_on_group", f"must be true or false, not {_described(depends)}")
     return read | {"depends_on_group": depends}
+
+
+def _read_privacy(value: object, where: str) -> dict[str, dict[str, object] | None]:
+    members = _object(value, where, ("group", "context"))
+    read: dict[str, dict[str, object] | None] = {"context": None}
+    for name in ("group", "context"):
+        if name == "group" or members[name] is not None:
+            place = f"{where}.{name}"
+            figures = _object(members[name], place, ("exp_epsilon", "attributes"))
+            attributes = _list(figures["attributes"], f"{place}.attributes")
+            read[name] = {
+                "exp_epsilon": _extended(figures["exp_epsilon"], f"{place}.exp_epsilon"),
+                "attributes": [_extended(item, f"{place}.attributes[{i}]") for i, item in enumerate(attributes)],
+            }
+    return read
+
+
+def _read_declared(value: object, where: str) -> dict[str, Rational]:
+    members = _object(value, where, (), optional=("gamma", "m", "tau", "lipschitz"))
+    return {key: _rational(item, f"{where}.{key}", nonnegative=True) for key, item in members.items()}
 
 
 _LOG = re.compile(r"0|inf|(?:0|[1-9][0-9]*)\.[0-9]{12}")
@@ -974,6 +1639,13 @@ def _read_metric(value: object, where: str, name: str, columns: Columns) -> dict
     return read | {"witness": _read_witness(members["witness"], f"{where}.witness", names, columns)}
 
 
+def _read_unfiltered(value: object, where: str, columns: Columns) -> dict[str, dict[str, object] | None] | None:
+    if value is None:
+        return None
+    members = _object(value, where, ("local", "global"))
+    return {name: _read_metric(members[name], f"{where}.{name}", name, columns) for name in ("local", "global")}
+
+
 def _read_not_compared(value: object, where: str, columns: Columns) -> dict[str, object]:
     shapes = [("context", "groups", "reason"), ("context", "reason"), ("groups", "reason"), ("quantity", "reason")]
     shape = next((keys for keys in shapes if isinstance(value, dict) and value.keys() == set(keys)), None)
@@ -993,23 +1665,31 @@ def _read_not_compared(value: object, where: str, columns: Columns) -> dict[str,
 def _read_claim(value: object, where: str) -> Claim:
     keys = ("quantity", "relation", "value", "scope", "by", "assumptions", "evidence")
     members = _object(value, where, keys)
-    quantity, relation, by = (_string(members[key], f"{where}.{key}") for key in ("quantity", "relation", "by"))
-    rule = RULES.get((quantity, relation, by))
+    quantity, relation, by, scope = (_string(members[key], f"{where}.{key}") for key in ("quantity", "relation", "by", "scope"))
+    rule = RULES.get((quantity, relation, by, scope))
     return Claim(
-        (quantity, relation, by),
+        (quantity, relation, by, scope),
         _extended(members["value"], f"{where}.value"),
-        _string(members["scope"], f"{where}.scope"),
         _strings(members["assumptions"], f"{where}.assumptions"),
         _read_evidence(members["evidence"], f"{where}.evidence", rule),
     )
 
 
-def _read_evidence(value: object, where: str, rule: Rule | None) -> dict[str, object]:
+def _read_evidence(value: object, where: str, rule: Rule | None) -> object:
     if rule is None:  # an unknown claim is found false, whatever is offered as evidence
-        return _object_of_strings(value, where)
-    members = _object(value, where, (rule.evidence,))
+        return _object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
+    members = _object(value, where, (rule.evidence,) if rule.evidence else ())
+    if not rule.evidence:
+        return None
     item, place = members[rule.evidence], f"{where}.{rule.evidence}"
-    return {rule.evidence: _extended(item, place) if rule.by_t7 else _digest(item, place)}
+    if rule.evidence == "table":
+        return _digest(item, place)
+    if rule.evidence != "multipliers":
+        return _extended(item, place)
+    multipliers = _rationals(item, place, len(_list(item, place)))
+    if not multipliers:
+        raise _malformed(place, "must not be empty")
+    return [Fraction(*k) for k in multipliers]
 
 
 def _read_target(value: object, where: str) -> Target:
@@ -1030,14 +1710,16 @@ def _read_certificate(raw: bytes) -> Certificate:
     keys = ("format", "subject", "metrics", "not_compared", "claims", "targets", "verdict", "versions")
     top = _object(_decoded(raw, "the certificate"), "the certificate", keys)
     _one_of(top["format"], "format", (CERTIFICATE_FORMAT,))
-    about = _object(top["subject"], "subject", ("kind", "columns", "population", "table", "utility"))
+    of_policy = _is_about_policy(top["subject"])
+    keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy
+    about = _object(top["subject"], "subject", keys_of_subject)
     subject = _read_subject(about, "subject")
     table = _object(about["table"], "subject.table", ("sha256", "cells"), optional=("header", "rows"))
     embedded: tuple[object, ...] | None = None
     if "header" in table or "rows" in table:
         table = _object(table, "subject.table", ("sha256", "cells", "header", "rows"))
         embedded = (table["header"], *_list(table["rows"], "subject.table.rows"))
-    metrics = _object(top["metrics"], "metrics", tuple(METRICS))
+    metrics = _object(top["metrics"], "metrics", [*METRICS] + ["unfiltered"] * of_policy)
     _object_of_strings(top["versions"], "versions")
     return Certificate(
         subject,
@@ -1045,7 +1727,10 @@ def _read_certificate(raw: bytes) -> Certificate:
         _integer(table["cells"], "subject.table.cells"),
         embedded,
         _read_constants(about["utility"], "subject.utility"),
+        _read_privacy(about["privacy"], "subject.privacy") if of_policy else None,
+        _read_declared(about["declared"], "subject.declared") if of_policy else {},
         {name: _read_metric(metrics[name], f"metrics.{name}", name, subject.columns) for name in METRICS},
+        _read_unfiltered(metrics["unfiltered"], "metrics.unfiltered", subject.columns) if of_policy else None,
         [
             _read_not_compared(item, f"not_compared[{i}]", subject.columns)
             for i, item in enumerate(_list(top["not_compared"], "not_compared"))
@@ -1062,7 +1747,7 @@ def _read_certificate(raw: bytes) -> Certificate:
 
 def _check_subject(stated: Certificate, table: Table) -> Iterator[Finding]:
     yield _compared("subject.table.sha256", stated.digest, table.digest)
-    yield _compared("subject.table.cells", stated.cells, len(table.cells) * len(table.header.decisions))
+    yield _compared("subject.table.cells", stated.cells, table.rows * len(table.header.decisions))
     ours, theirs = stated.subject, table.header.subject
     yield _compared("subject.kind", ours.kind, theirs.kind)
     yield _compared("subject.population", ours.population, theirs.population)
@@ -1071,19 +1756,39 @@ def _check_subject(stated: Certificate, table: Table) -> Iterator[Finding]:
     actual = constants(table)
     for key, value in stated.constants.items():
         yield _compared(f"subject.utility.{key}", value, actual[key])
+    for name, figures in (stated.privacy or {}).items():
+        used = None if table.policy is None else table.policy.group if name == "group" else table.policy.context
+        if figures is None or used is None:
+            yield _compared(f"subject.privacy.{name}", figures, "a filter" if used else None)
+        else:
+            yield _compared(f"subject.privacy.{name}.exp_epsilon", figures["exp_epsilon"], used.exp_epsilon)
+            attributes = [factor.exp_epsilon for factor in used.factors]
+            yield _compared(f"subject.privacy.{name}.attributes", figures["attributes"], attributes)
+    for key, value in stated.declared.items():
+        own = actual[key]
+        pair = (own, value) if key in ("gamma", "lipschitz") else (value, own)
+        true = isinstance(own, tuple) and _at_most(*pair)
+        yield _finding(f"subject.declared.{key} is {shown(value)}", true, "" if true else f"the table gives {shown(own)}")
 
 
-def _check_metrics(stated: Certificate, metrics: Mapping[str, Maximum | None]) -> Iterator[Finding]:
-    for name, figures in stated.metrics.items():
+def _check_metrics(stated: Mapping[str, dict[str, object] | None], metrics: Mapping[str, Maximum | None], where: str) -> Iterator[Finding]:
+    for name, figures in stated.items():
         actual = metrics[name]
         if figures is None or actual is None:
-            yield _compared(f"metrics.{name}", figures, None if actual is None else actual.value)
+            yield _compared(f"{where}.{name}", figures, None if actual is None else actual.value)
             continue
         expected: dict[str, object] = {"value": actual.value, "witness": actual.witness}
         if METRICS[name][0]:
             expected |= {"ratio": actual.value, "log": log_enclosure(actual.value)}
         for key, figure in figures.items():
-            yield _compared(f"metrics.{name}.{key}", figure, expected[key])
+            yield _compared(f"{where}.{name}.{key}", figure, expected[key])
+
+
+def _check_unfiltered(stated: Certificate, policy: Policy) -> Iterator[Finding]:
+    if stated.unfiltered is None or policy.unfiltered is None:
+        yield _compared("metrics.unfiltered", stated.unfiltered, "comparable" if policy.unfiltered else None)
+    else:
+        yield from _check_metrics(stated.unfiltered, measure(policy.unfiltered, expectations_only=True), "metrics.unfiltered")
 
 
 def _check_not_compared(stated: Certificate, table: Table) -> Finding:
@@ -1096,36 +1801,16 @@ def _check_not_compared(stated: Certificate, table: Table) -> Finding:
 
 
 def _check_claims(stated: Certificate, table: Table, metrics: Mapping[str, Maximum | None]) -> Iterator[Finding]:
-    seen: set[tuple[str, str, str]] = set()
+    seen: set[tuple[str, str, str, str]] = set()
+    facts = Facts(table, metrics, stated.declared)
     for i, claim in enumerate(stated.claims):
-        quantity, relation, by = claim.key
-        fault = "a claim that occurs twice" if claim.key in seen else _fault(claim, table, metrics)
+        quantity, relation, by, scope = claim.key
+        fault = "a claim that occurs twice" if claim.key in seen else _fault(claim, facts)
         seen.add(claim.key)
         statement = f"claims[{i}]: {shown(quantity)} {shown(relation)[1:-1]} {shown(claim.value)} by {shown(by)}"
+        statement += "" if scope == LAW else f" for {shown(scope)}"
         assumed = f"assuming, for the reader to judge, {shown(list(claim.assumptions))}" if claim.assumptions else ""
         yield _finding(statement, not fault, fault or assumed)
-
-
-def _fault(claim: Claim, table: Table, metrics: Mapping[str, Maximum | None]) -> str:
-    """Say what is wrong with a claim; nothing if it is true."""
-    rule = RULES.get(claim.key)
-    if rule is None or claim.scope != "this law":
-        return "unknown claim" if rule is None else f"unknown claim: the scope is {shown(claim.scope)}"
-    quantity, source = metrics[rule.quantity], metrics[rule.source]
-    if quantity is None or source is None:
-        return "the table does not give this quantity"
-    if rule.needs_independence and not independent(table):
-        return "context and group are not independent in the table"
-    n, d = source.value
-    value = _reduced(n - d, n + d) if rule.by_t7 else source.value
-    if claim.value != value:
-        return f"the table gives {shown(value)}"
-    if not _at_most(quantity.value, value):
-        return f"the table gives the greater quantity {shown(quantity.value)}"
-    evidence = source.value if rule.by_t7 else table.digest
-    if claim.evidence[rule.evidence] != evidence:
-        return f"the evidence is {shown(claim.evidence[rule.evidence])}, the table gives {shown(evidence)}"
-    return ""
 
 
 def _judge(target: Target, metrics: Mapping[str, Maximum | None]) -> str:
@@ -1192,7 +1877,9 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
     metrics = measure(law)
     findings += _check_subject(stated, law)
-    findings += _check_metrics(stated, metrics)
+    findings += _check_metrics(stated.metrics, metrics, "metrics")
+    if law.policy is not None:
+        findings += _check_unfiltered(stated, law.policy)
     findings.append(_check_not_compared(stated, law))
     findings += _check_claims(stated, law, metrics)
     findings += _check_targets(stated, metrics)

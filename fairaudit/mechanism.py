@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import accumulate, product
-from math import prod
+from math import gcd, prod
 from typing import Any
 
 import numpy as np
@@ -487,7 +487,8 @@ def _from_rows(inputs: tuple[Label, ...], outputs: tuple[Label, ...], rows: Sequ
         total = sum(whole)
         if abs(total - bottom) * 10**6 > bottom:
             raise InputError(f"the filter's row of {shown(', '.join(label))} sums to {float(Fraction(total, bottom)):.10g}; rows sum to 1")
-        scaled.append((whole, total))
+        common = gcd(*whole)
+        scaled.append(([v // common for v in whole], total // common))
     _, bottom = common_denominator([(1, total) for _, total in scaled])
     exact = tuple(tuple(v * (bottom // total) for v in whole) for whole, total in scaled)
     return Mechanism((Factor(inputs, outputs, exact, bottom),))

@@ -358,13 +358,14 @@ def approx_dp(mechanism: Mechanism, exp_epsilon: Any) -> ApproxDP:
     """
     k = _factor_of("exp_epsilon", exp_epsilon)
     if _dense(mechanism):
-        rows, bottom = _multiplied_out(mechanism)
-        tops = _dense_hockey(rows, bottom, k)
-        np.fill_diagonal(tops, -1)
-        at = int(np.argmax(tops))
-        i, j = divmod(at, len(rows))
-        pair = (mechanism.inputs[i], mechanism.inputs[j]) if i != j else None
-        return ApproxDP(k, Fraction(max(0, int(tops[i, j])), bottom * k.denominator), pair)
+        rows, bottoms = _multiplied_out(mechanism)
+        top, bottom, at = 0, 1, None
+        for i, (tops, scale) in enumerate(zip(_dense_hockey(rows, bottoms, k), bottoms, strict=True)):
+            for j, (value, other) in enumerate(zip(tops, bottoms, strict=True)):
+                if i != j and (at is None or value * bottom > top * scale * other):
+                    top, bottom, at = value, scale * other, (i, j)
+        pair = (mechanism.inputs[at[0]], mechanism.inputs[at[1]]) if at else None
+        return ApproxDP(k, Fraction(top, bottom * k.denominator), pair)
     worst = max(pair_laws(mechanism), key=lambda law: hockey_stick(law, k), default=None)
     if worst is None:
         return ApproxDP(k, Fraction(0), None)
@@ -436,6 +437,19 @@ class TradeOff:
             raise InputError(f"alpha is {shown(alpha)}; a false-positive rate from 0 to 1 is accepted")
         return _interpolated(self.vertices, at)
 
+    def profile(self) -> Profile:
+        """The privacy profile of a symmetric curve, exact, as `fairaudit.privacy.profile` says."""
+        edges = [((b1 - b2) / (a2 - a1), a1, b1) for (a1, b1), (a2, b2) in pairwise(self.vertices)]
+        found = [(k, 1 - b - k * a) for k, a, b in edges if k > 1]
+        return Profile(((Fraction(1), max(1 - b - a for a, b in self.vertices)), *reversed(found)))
+
+    def gdp(self) -> GDP:
+        """The least μ with f ≥ G_μ, not certified, as `fairaudit.privacy.gdp` says."""
+        if self.vertices[0][1] < 1 or self.vertices[-2][1] == 0:
+            return GDP(inf)
+        mu = max((_upper_quantile(a) + _upper_quantile(b) for a, b in self.vertices[1:-1]), default=0.0)
+        return GDP(mu * (1 + 1e-9) + 1e-12 if mu > 0 else 0.0)
+
 
 @dataclass(frozen=True)
 class Profile:
@@ -498,11 +512,7 @@ def profile(mechanism: Mechanism) -> Profile:
     >>> [(str(k), str(d)) for k, d in profile(RandomizedResponse(["a", "b"], keep_probability="0.7")).vertices]
     [('1', '2/5'), ('7/3', '0')]
     """
-    curve = trade_off(mechanism).vertices
-    steep = [((b1 - b2) / (a2 - a1), a1, b1) for (a1, b1), (a2, b2) in pairwise(curve)]
-    found = [(k, 1 - b - k * a) for k, a, b in steep if k > 1]
-    start = max(1 - b - a for a, b in curve)
-    return Profile(((Fraction(1), start), *reversed(found)))
+    return trade_off(mechanism).profile()
 
 
 class PairPrivacy(NamedTuple):
@@ -583,11 +593,13 @@ def per_pair(mechanism: Mechanism, exp_epsilon: Any = 1) -> PairTable:
     """
     k = _factor_of("exp_epsilon", exp_epsilon)
     if _dense(mechanism):
-        rows, bottom = _multiplied_out(mechanism)
+        rows, bottoms = _multiplied_out(mechanism)
         size = len(rows)
-        tops, ratios = _dense_hockey(rows, bottom, k).ravel().tolist(), _dense_ratios(rows, bottom)
-        known = {top: Fraction(top, bottom * k.denominator) for top in set(tops)}
-        values = [(_fraction(p, q), known[top]) for (p, q), top in zip(ratios, tops, strict=True)]
+        ratios = _dense_ratios(rows, bottoms)
+        values: list[tuple[Fraction | float, Fraction]] = []
+        for i, tops in enumerate(_dense_hockey(rows, bottoms, k)):
+            scale = bottoms[i] * k.denominator
+            values += [(_fraction(*ratios[i * size + j]), Fraction(top, scale * bottoms[j])) for j, top in enumerate(tops)]
         return PairTable(
             mechanism, k, values, lambda i: list(range(i * size, (i + 1) * size)), [divmod(n, size) for n in range(size * size)]
         )
@@ -698,11 +710,7 @@ def gdp(mechanism: Mechanism) -> GDP:
     >>> gdp(Identity(["a", "b"])).mu, round(gdp(RandomizedResponse(["a", "b"], keep_probability="0.7")).mu, 6)
     (inf, 1.048801)
     """
-    curve = trade_off(mechanism).vertices
-    if curve[0][1] < 1:
-        return GDP(inf)
-    mu = max((_upper_quantile(a) + _upper_quantile(b) for a, b in curve[1:-1]), default=0.0)
-    return GDP(mu * (1 + 1e-9) + 1e-12 if mu > 0 else 0.0)
+    return trade_off(mechanism).gdp()
 
 
 @dataclass(frozen=True)
@@ -993,32 +1001,35 @@ def _dense(mechanism: Mechanism) -> bool:
     return 4 * kinds > size * size and size * size * prod(len(f.outputs) for f in mechanism.factors) <= MAX_TABLE
 
 
-def _multiplied_out(mechanism: Mechanism) -> tuple[NDArray[Any], int]:
-    """The whole table as Python integers, and its denominator."""
+def _multiplied_out(mechanism: Mechanism) -> tuple[NDArray[Any], list[int]]:
+    """The whole table as Python integers, each row in lowest terms, and what each row sums to."""
     table: NDArray[Any] = np.array([[1]], dtype=object)
     for factor in mechanism.factors:
-        table = np.kron(table, np.array(factor.rows, dtype=object))
-    return table, mechanism.denominator
+        table = np.kron(table, np.array([[v // gcd(*row) for v in row] for row in factor.rows], dtype=object))
+    return table, [sum(row) for row in table.tolist()]
 
 
-def _dense_hockey(rows: NDArray[Any], bottom: int, k: Fraction) -> NDArray[Any]:
-    """Σ max(0, P − kQ) of all ordered pairs of rows, as integers over ``bottom·k.denominator``."""
-    small = bottom * max(k.numerator, k.denominator) < 2**62
-    first = (rows * k.denominator).astype(np.int64 if small else object)
-    second = (rows * k.numerator).astype(first.dtype)
-    return np.array([np.maximum(row[None, :] - second, 0).sum(axis=1) for row in first])
+def _dense_hockey(rows: NDArray[Any], bottoms: list[int], k: Fraction) -> Iterator[list[int]]:
+    """Σ max(0, P − kQ) of all ordered pairs of rows i and j, row by row, as integers over ``k.denominator·bottoms[i]·bottoms[j]``."""
+    dtype = np.int64 if max(bottoms) ** 2 * max(k.numerator, k.denominator) < 2**62 else object
+    table, scales = rows.astype(dtype), np.array(bottoms, dtype=dtype)[:, None]
+    for row, bottom in zip(table, bottoms, strict=True):
+        gaps = (row * k.denominator)[None, :] * scales - table * (k.numerator * bottom)
+        sums: list[int] = np.maximum(gaps, 0).sum(axis=1).tolist()
+        yield sums
 
 
-def _dense_ratios(rows: NDArray[Any], bottom: int) -> list[Column]:
+def _dense_ratios(rows: NDArray[Any], bottoms: list[int]) -> list[Column]:
     """The greatest P/Q of all ordered pairs of rows, a zero denominator for infinity."""
-    table = rows.astype(np.int64 if bottom < 2**31 else object)
+    table = rows.astype(np.int64 if max(bottoms) < 2**31 else object)
     top = np.zeros((len(rows), len(rows)), dtype=table.dtype)
     low = np.ones_like(top)
     for column in table.T:
         p, q = np.broadcast_to(column[:, None], top.shape), np.broadcast_to(column[None, :], top.shape)
         better = p * low > top * q
         top, low = np.where(better, p, top), np.where(better, q, low)
-    return list(zip(top.ravel().tolist(), low.ravel().tolist(), strict=True))
+    pairs = zip(top.tolist(), low.tolist(), bottoms, strict=True)
+    return [(p * other, q * own) for tops, lows, own in pairs for p, q, other in zip(tops, lows, bottoms, strict=True)]
 
 
 def _corners(law: PairLaw) -> list[Column]:
@@ -1105,7 +1116,7 @@ def _tables(mechanism: Mechanism) -> list[_Table] | None:
         if len(rows) == 1:
             continue
         rows = list(zip(*(tuple(v * times for v in column) for column, times in columns.items()), strict=True))
-        digits = 32 + 2 * min(100, factor.denominator.bit_length() * 3 // 10)
+        digits = 32 + 2 * min(20, factor.denominator.bit_length() * 3 // 10)
         low, high = _contexts(digits)
         logs = {v: (low.next_minus(low.ln(v)), high.next_plus(high.ln(v))) for v in {v for row in rows for v in row}}
         tables.append(_Table(rows, factor.denominator, logs, digits))
@@ -1315,6 +1326,7 @@ def _on_grid(law: PairLaw, times: int) -> tuple[_Losses, int, int]:
     mean = sum(w * x for w, x in zip(weights, losses, strict=True))
     deviation = math.sqrt(sum(w * (x - mean) ** 2 for w, x in zip(weights, losses, strict=True)) * times)
     step = max(min(2 * times * widest, 22 * deviation + 2 * widest) / GRID, widest / GRID)
+    step = widest / math.ceil(widest / step)  # so that randomized response lies on the grid
     shift = 40 + max(0, math.ceil(-math.log2(step)))
     ratio = min((1 << shift) - 1, max(1, int(Fraction(math.exp(-step)) * (1 << shift))))
     grain = _grain(ratio, shift)

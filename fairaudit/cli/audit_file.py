@@ -16,7 +16,7 @@ from fairaudit.policy import Deployment, Policy
 from fairaudit.tables.csv import CsvTable, read_csv
 from fairaudit.utility import Utility
 
-__all__ = ["Audit", "read_audit"]
+__all__ = ["Audit", "read_audit", "read_policy"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
 TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight")
@@ -45,19 +45,47 @@ def read_audit(path: str) -> Audit:
     InputError
         If the file is not of the form; the message names the file and the key.
     """
+    document = _document(path)
+    try:
+        return _audit(document, Path(path).parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def read_policy(path: str) -> tuple[Policy, Utility, Any]:
+    """Read policy, utility and population of an audit file whose filter is yet to be found; filters and targets in it are passed over.
+
+    Raises
+    ------
+    InputError
+        As in `read_audit`, and if it has no policy.
+    """
+    document = _document(path)
+    folder = Path(path).parent
+    try:
+        _known(document, SECTIONS, "the file")
+        if "policy" not in document:
+            raise InputError("a section [policy] is needed")
+        source = _section(document, "policy")
+        _known(source, TABLE_KEYS, "[policy]")
+        table = _table(source, "policy", folder)
+        law = _law(source, "policy", table)
+        utility = _utility(_section(document, "utility"), table, law, folder)
+        return Policy(law), utility, _population(_section(document, "population"), law, folder)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _document(path: str) -> dict[str, Any]:
     try:
         data = Path(path).read_bytes()
-        document = tomllib.loads(data.decode("utf-8"), parse_float=str)
+        return tomllib.loads(data.decode("utf-8"), parse_float=str)
     except (FileNotFoundError, IsADirectoryError):
         raise InputError(f"{path}: there is no such file") from None
     except OSError as error:
         raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(f"{path}: this is not a TOML file: {error}") from None
-    try:
-        return _audit(document, Path(path).parent)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def _audit(document: Mapping[str, Any], folder: Path) -> Audit:

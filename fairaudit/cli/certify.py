@@ -55,6 +55,14 @@ def add(commands: Any) -> None:
     form.add_argument("--count", metavar="COL", help="how often the row occurred")
     form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
     roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+    choice = parser.add_argument_group("who of several candidates was chosen (instead of decision, group and utility)")
+    choice.add_argument(
+        "--slots", metavar="COL", action="append", help="a column per slot, in order, or one that lists the candidates in order"
+    )
+    choice.add_argument("--winner", metavar="COL", help="who was chosen; of a ranking, the first")
+    choice.add_argument(
+        "--profile-exp-epsilon", metavar="Q", help="e^epsilon of the filter of one profile, for the bound of a random order (T10)"
+    )
     worth = parser.add_argument_group("utility (what a decision is worth to the person)")
     kind = worth.add_mutually_exclusive_group()
     kind.add_argument("--utility", metavar="SPEC", help="decision[=number],…; decisions that are not listed are worth 0")
@@ -94,15 +102,21 @@ def run(arguments: argparse.Namespace) -> int:
         _take_example(arguments)
     elif arguments.table is None:
         raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
+    if arguments.slots is not None:
+        from fairaudit.cli.allocation import run as run_allocation
+
+        return run_allocation(arguments)
+    if arguments.winner is not None or arguments.profile_exp_epsilon is not None:
+        raise InputError("--winner and --profile-exp-epsilon go with --slots")
     audit = _audit_file(arguments) if isinstance(arguments.table, str) and arguments.table.endswith(".toml") else None
     subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
     targets = {name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None}
     confidence = arguments.confidence if arguments.confidence is not None or audit is None else audit.confidence
-    _check_output(arguments)
+    check_output(arguments)
 
     from fairaudit.audit import certify
 
-    judged = _confidence(confidence)
+    judged = confidence_option(confidence)
     try:
         result = certify(
             subject,
@@ -220,7 +234,8 @@ def _positive(text: str) -> int:
     return int(text)
 
 
-def _confidence(text: str | None) -> float | None:
+def confidence_option(text: str | None) -> float | None:
+    """Read --confidence."""
     from fairaudit.exact import InputError, shown
 
     if text == "none":
@@ -232,7 +247,7 @@ def _confidence(text: str | None) -> float | None:
     )
 
 
-def _check_output(arguments: argparse.Namespace) -> None:
+def check_output(arguments: argparse.Namespace) -> None:
     """Refuse an output that cannot be written, or must not be, before the work is done."""
     from fairaudit.exact import InputError
 

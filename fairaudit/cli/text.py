@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from fairaudit.audit import Result, Target
     from fairaudit.bounds import Bound
 
-__all__ = ["plain", "put", "silence", "summary"]
+__all__ = ["plain", "put", "silence", "summary", "verdict"]
 
 STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
 SHOW_EXACT = 60
@@ -68,7 +68,7 @@ def silence() -> None:
 def summary(result: Result, top: int, written: Sequence[str]) -> str:
     """Describe a result: the verdict, one sentence, the figures, and what they do not say."""
     blocks = [
-        _verdict(result),
+        verdict(result),
         plain(result.sentence),
         _figures(result),
         _filters(result),
@@ -85,7 +85,8 @@ def summary(result: Result, top: int, written: Sequence[str]) -> str:
     return "\n\n".join(block for block in blocks if block)
 
 
-def _verdict(result: Result) -> str:
+def verdict(result: Result) -> str:
+    """One line per target, or that there was none."""
     if not result.targets:
         return "NO TARGET was set; these are the exact figures of the table."
     lines = []

@@ -100,11 +100,16 @@ def _long(table: CsvTable, inputs: tuple[str, ...], outputs: tuple[str, ...], pr
     table = table.with_numbers([probability])
     cells: list[Fraction] = [_cell(table, probability, i, table.locate(i)) for i in range(len(table))]
     totals: dict[tuple[str, ...], tuple[Fraction, int]] = {}
-    for i, label in enumerate(zip(*(table[column] for column in inputs), strict=True)):
+    seen: dict[tuple[tuple[str, ...], tuple[str, ...]], int] = {}
+    labels = (list(zip(*(table[column] for column in side), strict=True)) for side in (inputs, outputs))
+    for i, (label, released) in enumerate(zip(*labels, strict=True)):
+        if (first := seen.setdefault((label, released), i)) != i:
+            said = f"the output {shown(', '.join(released))} for the input {shown(', '.join(label))}"
+            raise InputError(f"{table.locate(i)}: {said} has a row on {table.locate(first)} already; each pair has one row")
         totals[label] = (totals.get(label, (Fraction(0), i))[0] + cells[i], i)
-    mechanism = Mechanism.from_table(table, input=inputs, output=outputs, probability=probability)
     for label, (total, last) in totals.items():
-        _check_sum(total, f"the probabilities of the input {shown(', '.join(label))}, whose last row is on {table.locate(last)},")
+        _check_sum(total, f"{table.locate(last)}: up to here the probabilities of the input {shown(', '.join(label))}")
+    mechanism = Mechanism.from_table(table, input=inputs, output=outputs, probability=probability)
     _check_inputs(len(totals))
     return replace(mechanism, columns=inputs), (*table.notes, *_residue([total for total, _ in totals.values()]))
 

@@ -18,6 +18,7 @@ from fairaudit.mechanism import Mechanism, Product, RandomizedResponse
 from fairaudit.utility import Utility
 
 F = Fraction
+ZERO = F(0)
 Row = list[Fraction]
 Table = list[Row]
 
@@ -72,11 +73,7 @@ class Deployment:
     def response(self, x: int, at: int, a: int) -> Fraction:
         """h(x,ã): the expected utility given the released group value."""
         return sum(
-            (
-                wx * self.policy[xt][at][u] * self.utility[x][a][u]
-                for xt, wx in enumerate(self.rows_x[x])
-                for u in self.decisions
-            ),
+            (wx * self.policy[xt][at][u] * self.utility[x][a][u] for xt, wx in enumerate(self.rows_x[x]) for u in self.decisions),
             F(0),
         )
 
@@ -124,9 +121,7 @@ class Deployment:
         """The induced law and the utility as the package reads them."""
         array = [[self.law(x, a) for a in self.groups] for x in self.contexts]
         law = Law.from_array(array, population=self.population, decisions=[str(u) for u in self.decisions])
-        values = {
-            (str(u), (str(x),), (str(a),)): self.utility[x][a][u] for x in self.contexts for a in self.groups for u in self.decisions
-        }
+        values = {(str(u), (str(x),), (str(a),)): self.utility[x][a][u] for x in self.contexts for a in self.groups for u in self.decisions}
         if all(len({self.utility[x][a][u] for x in self.contexts for a in self.groups}) == 1 for u in self.decisions):
             return law, Utility({str(u): self.utility[0][0][u] for u in self.decisions})
         return law, Utility.from_function(lambda u, x, a: values[u, x, a], law)
@@ -238,7 +233,7 @@ def table_filter(rows: Table) -> Mechanism:
 
 
 def random_deployment(
-    rng: Random, *, uses: str = "group", least: Fraction = F(0), independent: bool = False, masses: bool = True
+    rng: Random, *, uses: str = "group", least: Fraction = ZERO, independent: bool = False, masses: bool = True
 ) -> Deployment:
     """A deployment whose utility may depend on the decision ("decision"), the context too ("context"), or the group too ("group")."""
     rows_a, mechanism = random_filter(rng)

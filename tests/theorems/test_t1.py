@@ -6,7 +6,7 @@ from fractions import Fraction
 from math import inf
 
 import pytest
-from common import F, deployments, proved, pure, ratio, stick, table_filter, worst_stick
+from common import F, deployments, proved, pure, random_row, ratio, stick, table_filter, worst_stick
 
 from fairaudit.bounds import floor_cap, t1, t1_paper, t1_tight
 from fairaudit.mechanism import Identity, RandomizedResponse
@@ -24,13 +24,15 @@ def test_the_ratio_never_exceeds_the_bound_and_a_multiplier_proves_every_pair(us
             continue
         finite += 1
         assert bound.value <= floor_cap(gamma, tau).value
-        cap = gamma / tau
-        assert proved(bound, d.rows_a, lambda p, q, k: cap if k == 0 else k + (gap + gamma * stick(p, q, k)) / tau)
+        assert proved(
+            bound, d.rows_a, lambda p, q, k, c=(gap, gamma, tau): c[1] / c[2] if k == 0 else k + (c[0] + c[1] * stick(p, q, k)) / c[2]
+        )
         candidates = {F(0), *(v / w for p in d.rows_a for q in d.rows_a for v, w in zip(p, q, strict=True) if w)}
         best = max(
-            (min(k + (gap + gamma * stick(p, q, k)) / tau for k in candidates) for p in d.rows_a for q in d.rows_a if p is not q), default=F(1)
+            (min(k + (gap + gamma * stick(p, q, k)) / tau for k in candidates) for p in d.rows_a for q in d.rows_a if p is not q),
+            default=F(1),
         )
-        assert bound.value == min(cap, best)
+        assert bound.value == min(gamma / tau, best)
     assert finite > 80
 
 
@@ -91,3 +93,22 @@ def test_scopes_follow_the_origin_of_the_floor() -> None:
     assert "every compared group's expected utility is at least 3/10 behind the filter (declared)" in declared.assumptions
     assert t1_tight(2, 0, 1, "0.3", floor="policy").scope == "this policy, any filter at most this epsilon"
     assert any("fresh for each decision" in sentence for sentence in declared.assumptions)
+
+
+def test_the_floor_of_the_policy_survives_every_filter() -> None:
+    seen = 0
+    for rng, d in deployments(200):
+        floor = d.policy_floor
+        e, gamma, gap = pure(d.rows_a), d.gamma, d.gap
+        if not floor or e == inf:
+            continue
+        seen += 1
+        bound = t1_tight(e, 0, gamma, floor, gap, floor="policy")
+        assert bound.scope == "this policy, any filter at most this epsilon"
+        for _ in range(4):
+            d.rows_a = [random_row(rng, len(d.rows_a[0])) for _ in d.groups]
+            if pure(d.rows_a) <= e or rng.random() < 0.3:
+                assert d.floor >= floor
+            if pure(d.rows_a) <= e:
+                assert d.local <= bound.value
+    assert seen > 30

@@ -41,9 +41,7 @@ def test_the_value_is_the_supremum_over_levels_and_the_best_response() -> None:
         if m < gamma:
             start = (tau - m) / (gamma - m)
             levels = {start, *(level for q in rows for level in subset_sums(q) if level >= start)}
-            formula = max(
-                (m + (gamma - m) * most_power(p, q, s)) / (m + (gamma - m) * s) for p, q in permutations(rows, 2) for s in levels
-            )
+            formula = max((m + (gamma - m) * most_power(p, q, s)) / (m + (gamma - m) * s) for p, q in permutations(rows, 2) for s in levels)
             assert value == formula
         assert value == best_over_pairs(rows, m, gamma, tau)
 

@@ -1,0 +1,183 @@
+"""Who of several candidates was chosen: position and profile effects of an allocation, apart (theorem T10).
+
+Each run shows n candidates in n slots, and one of them is chosen. What a slot gains by being first is one thing, what a person gains by
+a name is another; the two are measured as two laws whose decisions are ``chosen`` and ``not chosen``.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from fairaudit.columns import column, label_text, locator, names
+from fairaudit.exact import InputError, shown
+from fairaudit.law import Law
+
+__all__ = ["Allocation", "read_allocation"]
+
+CHOSEN, NOT_CHOSEN = "chosen", "not chosen"
+
+
+@dataclass(frozen=True, eq=False)
+class Allocation:
+    """Position and profile effects of a table of choices.
+
+    Attributes
+    ----------
+    position : Law
+        Groups are slots (``1`` is the first): the chance of a slot to be chosen, whoever stands in it.
+    profile : Law
+        Groups are profiles: the chance of a profile to be chosen, averaged over the slots that it stood in.
+    profile_by_position : Law
+        The same within each slot: contexts are the context columns and the slot.
+    runs : int
+        Number of choices.
+    slots : int
+        Candidates per choice.
+    imbalance : Fraction
+        Greatest difference, over profiles and slots, between the share of a profile's runs in which it stood in the slot and 1/n: 0 for
+        perfect counterbalancing, about 1 when slots were fixed.
+    warnings : tuple of str
+        What stands against reading the profile effect as one of the profile.
+    """
+
+    position: Law
+    profile: Law
+    profile_by_position: Law
+    runs: int
+    slots: int
+    imbalance: Fraction
+    warnings: tuple[str, ...]
+
+
+def read_allocation(
+    table: Any, *, slots: str | Sequence[str], winner: str, context: str | Sequence[str] | None = None, separator: str | None = None
+) -> Allocation:
+    """Read a table with one choice per row.
+
+    Parameters
+    ----------
+    table : DataFrame, mapping of str to sequence, or CsvTable
+        The table.
+    slots : str or sequence of str
+        One column for each slot, in order, holding the profile in it; or a single column that lists the profiles in order.
+    winner : str
+        Column of the profile that was chosen; where it lists several (a ranking), the first counts.
+    context : str or sequence of str, optional
+        Context columns.
+    separator : str, optional
+        What separates profiles in a list; blanks by default.
+
+    Returns
+    -------
+    Allocation
+        The effects.
+
+    Raises
+    ------
+    InputError
+        If a row lists fewer than two profiles, one twice, another number than the first row, or a winner that was not shown.
+
+    Examples
+    --------
+    >>> runs = {"shown": ["ann bob", "bob ann", "ann bob", "bob ann"], "won": ["ann", "bob", "ann", "ann"]}
+    >>> found = read_allocation(runs, slots="shown", winner="won")
+    >>> found.position.weights.tolist(), found.profile.weights.tolist()
+    ([[3, 1], [1, 3]], [[3, 1], [1, 3]])
+    """
+    where = locator(table)
+    slot_columns, contexts = names(slots), names(context)
+    if not slot_columns:
+        raise InputError("no slot column was named; name one for each slot, or one that lists the candidates in order")
+    lists = {name: column(table, name) for name in (*slot_columns, winner, *contexts)}
+    rows = len(lists[winner])
+    if rows == 0:
+        raise InputError("the table has no rows")
+    position: Counter[tuple[Any, ...]] = Counter()
+    profile: Counter[tuple[Any, ...]] = Counter()
+    by_position: Counter[tuple[Any, ...]] = Counter()
+    stood: Counter[tuple[str, int]] = Counter()
+    size = 0
+    for i in range(rows):
+        order = _order([lists[name][i] for name in slot_columns], separator, f"column {shown(slot_columns[0])}, {where(i)}")
+        size = size or len(order)
+        if len(order) != size:
+            raise InputError(
+                f"{where(i)}: {len(order)} candidates are listed where the first row has {size}; every choice has the same number"
+            )
+        chosen = _order([lists[winner][i]], separator, f"column {shown(winner)}, {where(i)}", least=1)[0]
+        if chosen not in order:
+            raise InputError(
+                f"column {shown(winner)}, {where(i)}: {shown(chosen)} was chosen but is not among the candidates {shown(order)}"
+            )
+        x = tuple(lists[name][i] for name in contexts)
+        for slot, person in enumerate(order, 1):
+            decision = CHOSEN if person == chosen else NOT_CHOSEN
+            position[(*x, str(slot), decision)] += 1
+            profile[(*x, person, decision)] += 1
+            by_position[(*x, str(slot), person, decision)] += 1
+            stood[person, slot] += 1
+    appearances = Counter(person for person, slot in stood.elements())
+    imbalance = max(
+        abs(Fraction(stood[person, slot], appearances[person]) - Fraction(1, size)) for person in appearances for slot in range(1, size + 1)
+    )
+    return Allocation(
+        position=_law(position, "slot", contexts),
+        profile=_law(profile, "profile", contexts),
+        profile_by_position=_law(by_position, "profile", (*contexts, "slot")),
+        runs=rows,
+        slots=size,
+        imbalance=imbalance,
+        warnings=tuple(_warnings(stood, appearances, size, imbalance)),
+    )
+
+
+def _order(cells: list[Any], separator: str | None, where: str, least: int = 2) -> list[str]:
+    texts = [label_text(cell) for cell in cells]
+    if any(text is None for text in texts):
+        raise InputError(f"{where}: a candidate is missing")
+    listed = [text for text in texts if text is not None]
+    if len(listed) == 1:
+        listed = [part.strip() for part in listed[0].split(separator) if part.strip()]
+    if len(listed) < least:
+        raise InputError(f"{where}: {shown(cells)} does not list {'two candidates or more' if least > 1 else 'a candidate'}")
+    if len(set(listed)) != len(listed):
+        raise InputError(f"{where}: {shown(cells)} lists a candidate twice")
+    return listed
+
+
+def _law(counts: Counter[tuple[Any, ...]], group: str, contexts: tuple[str, ...]) -> Law:
+    keys = list(counts)
+    columns: dict[str, list[Any]] = {name: [key[i] for key in keys] for i, name in enumerate((*contexts, group, "decision"))}
+    columns["count"] = [counts[key] for key in keys]
+    if len(columns) != len(contexts) + 3:
+        raise InputError(f"a context column is named {group}, decision or count, which the effects use themselves; rename it")
+    return Law.from_counts(columns, decision="decision", group=group, context=contexts, count="count")
+
+
+def _warnings(stood: Counter[tuple[str, int]], appearances: Counter[str], size: int, imbalance: Fraction) -> list[str]:
+    fixed = [person for person in appearances if max(stood[person, slot] for slot in range(1, size + 1)) == appearances[person]]
+    if len(fixed) == len(appearances):
+        said = "every profile always stood in the same slot: position and profile effects cannot be told apart, and no bound for a "
+        return [f"{said}random order applies; draw the order at random"]
+    found = []
+    if fixed:
+        found.append(
+            f"{len(fixed)} of {len(appearances)} profiles always stood in the same slot; their effect is mixed with that of the slot"
+        )
+    # Under a uniformly random order a share of r runs strays from 1/n by more than 5 standard deviations about once in a million.
+    strayed = [
+        person
+        for person, runs in appearances.items()
+        for slot in range(1, size + 1)
+        if (stood[person, slot] * size - runs) ** 2 > 25 * runs * (size - 1)
+    ]
+    if strayed and not fixed:
+        found.append(
+            f"the order was not balanced: a profile stood in a slot {float(imbalance):.0%} more or less often than 1 in {size}; "
+            "the profile effect may be mixed with that of the slot"
+        )
+    return found

@@ -1,0 +1,512 @@
+"""Which ε, and which keep probability, for a target: the least privacy whose guarantee is at or under it.
+
+Every rule has a guarantee that grows with the keep probability of a randomized response. The answer is the greatest keep probability on a
+grid of 10⁻¹² whose guarantee, computed exactly at the filter that is returned, does not exceed the target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from fractions import Fraction
+from math import inf, log, prod
+from typing import Any, Literal
+
+from fairaudit import bounds
+from fairaudit.bounds import Bound
+from fairaudit.exact import InputError, exp_enclosure, log_enclosure, nearest, rational, shown
+from fairaudit.fairness import global_fairness, local_fairness
+from fairaudit.mechanism import Identity, Mechanism, Product, RandomizedResponse
+from fairaudit.policy import Policy
+from fairaudit.utility import Utility
+
+__all__ = ["Calibration", "alphabets", "calibrate", "calibrate_policy"]
+
+Rule = Literal["paper", "tight", "sharp", "mechanism", "contraction"]
+Split = Literal["equal-epsilon", "equal-keep", "most-truth"]
+Quantity = Literal["local", "global"]
+Family = Callable[[int], Mechanism]
+
+RULES: tuple[Rule, ...] = ("paper", "tight", "sharp", "mechanism", "contraction")
+SPLITS: tuple[Split, ...] = ("equal-epsilon", "equal-keep", "most-truth")
+GRID = 10**12
+TARGET_BITS = 80
+SEARCH_STEPS = 1 << 50
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A filter for a target, or why there is none.
+
+    Attributes
+    ----------
+    quantity : {"local", "global"}
+        What the target limits.
+    target : Fraction
+        The target as a ratio R*, rounded down where it was given as a logarithm.
+    rule : str
+        Which guarantee was used.
+    feasible : bool
+        Whether any filter of this kind meets the target.
+    mechanism : Mechanism or None
+        The filter; the identity if no privacy is needed, None if infeasible.
+    keep_probabilities : tuple of Fraction
+        Probability of releasing the truth, for each attribute; empty if infeasible.
+    exp_epsilon : Fraction or float
+        e^ε of the whole filter: of the tuple, not of one attribute; infinite for the identity.
+    achieved : Fraction or None
+        The guarantee at this filter, exact and at most the target; None if infeasible.
+    scope : str
+        What the guarantee covers.
+    assumptions : tuple of str
+        What the reader must judge.
+    paper_keep_probabilities : tuple of Fraction
+        What the paper's rule would keep; empty if it finds no filter, or there is no floor for it to use.
+    reason : str
+        Why it is infeasible and what would make it feasible, or why no privacy is needed.
+    """
+
+    quantity: Quantity
+    target: Fraction
+    rule: str
+    feasible: bool
+    mechanism: Mechanism | None
+    keep_probabilities: tuple[Fraction, ...]
+    exp_epsilon: Fraction | float
+    achieved: Fraction | float | None
+    scope: str
+    assumptions: tuple[str, ...]
+    paper_keep_probabilities: tuple[Fraction, ...] = ()
+    reason: str = ""
+
+    @property
+    def epsilon(self) -> tuple[Decimal, Decimal]:
+        """Enclosure of ε of the whole filter, in nats."""
+        lo, hi = log_enclosure(
+            (self.exp_epsilon.numerator, self.exp_epsilon.denominator) if isinstance(self.exp_epsilon, Fraction) else (1, 0)
+        )
+        return Decimal(lo), Decimal(hi)
+
+
+@dataclass(frozen=True)
+class _Setting:
+    """The numbers of a calibration, exact."""
+
+    gamma: Fraction
+    tau: Fraction
+    g_min: Fraction
+    delta: Fraction
+    gap: Fraction
+    raw: Fraction | float | None
+
+
+def calibrate(
+    *,
+    target_local: Any = None,
+    target_local_ratio: Any = None,
+    target_global: Any = None,
+    target_global_ratio: Any = None,
+    groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]],
+    bound: Rule = "mechanism",
+    gamma: Any = 1,
+    tau: Any = 0,
+    g_min: Any = 0,
+    delta: Any = 0,
+    lipschitz: Any = 0,
+    diameter: Any = 1,
+    raw_ratio: Any = None,
+    split: Split = "equal-epsilon",
+) -> Calibration:
+    """Find the randomized response that keeps most truth and still guarantees a target.
+
+    Parameters
+    ----------
+    target_local, target_global : number or str, optional
+        Target L* > 0 for L or L̄, in nats; exactly one of the four targets is given. A target for L̄ is met through L, which needs
+        context and group to be independent (T5).
+    target_local_ratio, target_global_ratio : number or str, optional
+        The same as a ratio R* > 1.
+    groups : int, sequence, or mapping of name to int or sequence
+        Number (or labels) of the values of the attribute, or of each of several attributes that are filtered independently.
+    bound : {"mechanism", "sharp", "tight", "paper", "contraction"}
+        Which guarantee: T3 for the very filter; T3 or T1 for its ε and `delta`, in their sharp, additive or the paper's form; T12 from
+        `raw_ratio`, or from γ/g_min, which bounds the ratio of every policy.
+    gamma, g_min : number or str
+        Greatest and least utility.
+    tau : number or str
+        A floor of every group's expected utility behind the filter, to be declared; 0 for none.
+    delta : number or str
+        δ of the (ε,δ)-privacy that is asked for; the randomized response that is returned has δ = 0.
+    lipschitz, diameter : number or str
+        L_A and diam of the utility; their product is the greatest difference between groups.
+    raw_ratio : number or str, optional
+        The policy's own worst ratio over released values, for "contraction".
+    split : {"equal-epsilon", "equal-keep", "most-truth"}
+        How several attributes share: the same ε, the same keep probability, or the greatest probability that the whole tuple is true.
+
+    Returns
+    -------
+    Calibration
+        The filter with its guarantee re-checked, or why the target is infeasible. Source: section 4 of docs/theory.md.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, or a combination makes no sense.
+
+    Examples
+    --------
+    >>> found = calibrate(target_local="0.2", groups=16, gamma=1, tau="0.3")
+    >>> round(float(found.keep_probabilities[0]), 3), round(float(found.paper_keep_probabilities[0]), 3)
+    (0.125, 0.075)
+    """
+    quantity, target = _target(target_local, target_local_ratio, target_global, target_global_ratio)
+    attributes = _attributes(groups)
+    if bound not in RULES:
+        raise InputError(f"bound={shown(bound)} is not accepted; {nearest(str(bound), RULES)}")
+    if split not in SPLITS:
+        raise InputError(f"split={shown(split)} is not accepted; {nearest(str(split), SPLITS)}")
+    setting = _setting(gamma, tau, g_min, delta, lipschitz, diameter, raw_ratio, bound)
+    independent = (bounds.INDEPENDENT, bounds.POPULATION) if quantity == "global" else ()
+    found = _search(target, bound, setting, attributes, split)
+    paper = found if bound == "paper" else _search(target, "paper", setting, attributes, split)
+    return replace(
+        found,
+        quantity=quantity,
+        assumptions=(*found.assumptions, *independent),
+        paper_keep_probabilities=paper.keep_probabilities,
+    )
+
+
+def calibrate_policy(
+    policy: Policy,
+    utility: Utility | Mapping[Any, Any],
+    *,
+    target_local: Any = None,
+    target_local_ratio: Any = None,
+    target_global: Any = None,
+    target_global_ratio: Any = None,
+    population: Any = None,
+    split: Split = "equal-epsilon",
+) -> Calibration:
+    """Find the randomized response that keeps most truth and whose induced law, measured exactly, meets a target.
+
+    Without filters on the context. For a utility that does not depend on the group the measure does not fall as the keep probability grows
+    (T9), and the answer is the best on its grid (for L̄ that needs independence of context and group); otherwise it is sound, but
+    perhaps not the best.
+
+    Parameters
+    ----------
+    policy : Policy
+        The known policy; its group alphabet is filtered.
+    utility : Utility or mapping
+        g.
+    target_local, target_local_ratio, target_global, target_global_ratio
+        As in `calibrate`.
+    population : array_like, mapping or Law, optional
+        As in `Policy.behind`.
+    split : {"equal-epsilon", "equal-keep", "most-truth"}
+        As in `calibrate`.
+
+    Returns
+    -------
+    Calibration
+        The filter; scope "this law".
+
+    Raises
+    ------
+    InputError
+        As in `calibrate`, and if the policy lacks a combination of its attributes' values.
+    """
+    quantity, target = _target(target_local, target_local_ratio, target_global, target_global_ratio)
+    attributes = alphabets(policy)
+    wanted = utility if isinstance(utility, Utility) else Utility(utility)
+    measure = local_fairness if quantity == "local" else global_fairness
+
+    def value(mechanism: Mechanism) -> Fraction | float:
+        law = policy.behind(group=mechanism, population=population).law
+        found = measure(law, wanted.on(law))
+        return inf if found is None else found.ratio
+
+    bare = _identity(attributes)
+    found = _best_tilt(lambda family: _climb(target, "policy", family, value, lambda: value(bare)), attributes, split)
+    if not found.feasible:
+        reason = "even a filter that hides the group altogether leaves more than the target; change the utility, the policy or the target"
+        found = replace(found, reason=reason)
+    return replace(found, quantity=quantity, scope=bounds.THIS_LAW, assumptions=(bounds.FRESH,))
+
+
+def alphabets(policy: Policy) -> dict[str, tuple[Any, ...]]:
+    """What a filter of a policy's groups acts on: each attribute by itself if all combinations occur, else the combinations."""
+    law = policy.law
+    each = {name: tuple(dict.fromkeys(label[i] for label in law.groups)) for i, name in enumerate(law.columns.group)}
+    if prod(len(values) for values in each.values()) == len(law.groups):
+        return each
+    return {" and ".join(law.columns.group): law.groups}
+
+
+def _search(target: Fraction, rule: Rule, setting: _Setting, attributes: Mapping[str, tuple[Any, ...]], split: Split) -> Calibration:
+    """Calibrate by one rule; the quantity is filled in by the caller."""
+    guarantee = _guarantee(rule, setting)
+    bare = _identity(attributes)
+    if setting.tau > 0 and target * setting.tau >= setting.gamma and rule != "contraction":
+        cap = bounds.floor_cap(setting.gamma, setting.tau, floor="declared")
+        return _result(target, rule, bare, cap, "the floor alone keeps the ratio under the target; no privacy is needed")
+
+    def climb(family: Family) -> Calibration:
+        return _climb(target, rule, family, lambda mechanism: guarantee(mechanism).value, lambda: guarantee(bare).value)
+
+    found = _best_tilt(climb, attributes, split)
+    if found.mechanism is None:
+        hidden = guarantee(_family(attributes, split)(0))
+        return replace(found, reason=_why(rule, setting, hidden.value), scope=hidden.scope)
+    proof = guarantee(found.mechanism)
+    return replace(found, scope=proof.scope, assumptions=_judge(proof))
+
+
+def _climb(
+    target: Fraction, rule: str, family: Family, value: Callable[[Mechanism], Fraction | float], bare: Callable[[], Fraction | float]
+) -> Calibration:
+    """The greatest step of a family of filters whose value is at most the target."""
+    without = bare()
+    if without <= target:
+        mechanism = _unfiltered(family(0))
+        return _answer(target, rule, mechanism, without, "the target holds without any filter; no privacy is needed")
+    if value(family(0)) > target:
+        return Calibration("local", target, rule, False, None, (), inf, None, "", ())
+    low, high = 0, SEARCH_STEPS
+    while high - low > 1:
+        middle = (low + high) // 2
+        if value(family(middle)) <= target:
+            low = middle
+        else:
+            high = middle
+    mechanism = family(low)
+    achieved = value(mechanism)
+    if achieved > target:
+        raise InputError("the guarantee of the filter that was found exceeds the target; this is a fault of the program, please report it")
+    return _answer(target, rule, mechanism, achieved, "")
+
+
+def _answer(target: Fraction, rule: str, mechanism: Mechanism, achieved: Fraction | float, reason: str) -> Calibration:
+    keeps = tuple(Fraction(f.rows[0][0], f.denominator) for f in mechanism.factors)
+    return Calibration("local", target, rule, True, mechanism, keeps, _factor(mechanism), achieved, "", (), reason=reason)
+
+
+def _result(target: Fraction, rule: str, mechanism: Mechanism, proof: Bound, reason: str) -> Calibration:
+    return replace(_answer(target, rule, mechanism, proof.value, reason), scope=proof.scope, assumptions=_judge(proof))
+
+
+def _judge(proof: Bound) -> tuple[str, ...]:
+    return tuple(text for text in proof.assumptions if not text.startswith("the group filter multiplies"))
+
+
+def _factor(mechanism: Mechanism) -> Fraction | float:
+    """e^ε of a product of randomized responses."""
+    total: Fraction | float = Fraction(1)
+    for part in mechanism.factors:
+        keep, lie = part.rows[0][0], part.rows[0][1]
+        total = inf if lie == 0 else total * Fraction(keep, lie)
+    return total
+
+
+def _guarantee(rule: Rule, s: _Setting) -> Callable[[Mechanism], Bound]:
+    """The bound of a rule as a function of the filter."""
+
+    def guarantee(mechanism: Mechanism) -> Bound:
+        factor = _factor(mechanism)
+        if rule == "contraction":
+            if s.raw is not None:
+                return bounds.t12(factor, s.raw)
+            everyone = bounds.t12(factor, s.gamma / s.g_min)
+            return replace(everyone, scope=bounds.ANY_POLICY)
+        if s.tau == 0:
+            if s.gap == 0 and s.delta == 0:
+                return bounds.t2(factor)
+            return bounds.t1_tight(factor, s.delta, s.gamma, s.tau, s.gap, floor="declared")
+        if rule == "paper":
+            return bounds.t1_paper(factor, s.delta, s.gamma, s.tau, s.gap, floor="declared")
+        if rule == "tight":
+            return bounds.t1_tight(factor, s.delta, s.gamma, s.tau, s.gap, floor="declared")
+        if rule == "sharp":
+            return bounds.t3_approx(factor, s.delta, s.tau / s.gamma, floor="declared")
+        if s.gap == 0:
+            return bounds.t3_mechanism(mechanism, s.tau / s.gamma, floor="declared")
+        return bounds.t3_general(mechanism, s.gamma, s.tau, s.gap, floor="declared")
+
+    return guarantee
+
+
+def _family(attributes: Mapping[str, tuple[Any, ...]], split: Split, tilts: Sequence[Fraction] = ()) -> Family:
+    """Filters from total privacy (step 0) to almost none (`SEARCH_STEPS`), in growing order of what they let through."""
+    sizes = [len(values) for values in attributes.values()]
+    tilts = tilts or [Fraction(1)] * len(sizes)
+
+    def filters(keeps: Sequence[Fraction]) -> Mechanism:
+        parts = {
+            name: RandomizedResponse(values, keep_probability=max(Fraction(1, len(values)), keep))
+            for (name, values), keep in zip(attributes.items(), keeps, strict=True)
+        }
+        return _together(parts)
+
+    def on_grid(keep: Fraction) -> Fraction:
+        return Fraction(keep.numerator * GRID // keep.denominator, GRID)
+
+    def equal_keep(step: int) -> Mechanism:
+        # The odds of keeping the truth, step : rest, are tilted where one attribute is to be kept more often than another.
+        rest = SEARCH_STEPS - step
+        return filters([on_grid(Fraction(step) * tilt / (step * tilt + rest)) if step else Fraction(0) for tilt in tilts])
+
+    def equal_epsilon(step: int) -> Mechanism:
+        # The step is the keep probability of a coin with this ε; e^ε = (1 + s)/(1 − s) grows from 1 without bound.
+        s = Fraction(step, SEARCH_STEPS)
+        factor = (1 + s) / (1 - s) if s < 1 else Fraction(SEARCH_STEPS * 2)
+        return filters([on_grid(factor / (factor + k - 1)) for k in sizes])
+
+    return equal_epsilon if len(sizes) == 1 or split == "equal-epsilon" else equal_keep
+
+
+def _best_tilt(climb: Callable[[Family], Calibration], attributes: Mapping[str, tuple[Any, ...]], split: Split) -> Calibration:
+    """Climb one family; for "most-truth", tilt the odds of single attributes as long as the whole tuple is true more often.
+
+    For a given ε of the tuple the common keep probability is already the best: the gain d(log p)/dε = 1 − p is then the same for all
+    attributes that are kept above 1/k. Guarantees that look at more than ε may leave a little to gain.
+    """
+    best = climb(_family(attributes, split))
+    if split != "most-truth" or len(attributes) == 1 or not best.feasible or best.exp_epsilon == inf:
+        return best
+    tilts = [Fraction(1)] * len(attributes)
+    stride = Fraction(1, 2)
+    while stride >= Fraction(1, 32):
+        improved = False
+        for i in range(len(tilts)):
+            for factor in (1 + stride, 1 / (1 + stride)):
+                tried = [tilt * factor if i == j else tilt for j, tilt in enumerate(tilts)]
+                found = climb(_family(attributes, split, tried))
+                if found.feasible and prod(found.keep_probabilities) > prod(best.keep_probabilities):
+                    best, tilts, improved = found, tried, True
+        if not improved:
+            stride /= 2
+    return best
+
+
+def _identity(attributes: Mapping[str, tuple[Any, ...]]) -> Mechanism:
+    return _together({name: Identity(values) for name, values in attributes.items()})
+
+
+def _together(parts: Mapping[str, Mechanism]) -> Mechanism:
+    return next(iter(parts.values())) if len(parts) == 1 else Product(parts)
+
+
+def _unfiltered(mechanism: Mechanism) -> Mechanism:
+    """The identity on the same alphabet."""
+    return Mechanism(tuple(f for part in mechanism.factors for f in Identity(part.inputs).factors), mechanism.columns)
+
+
+def _target(local: Any, local_ratio: Any, overall: Any, overall_ratio: Any) -> tuple[Quantity, Fraction]:
+    given = {
+        "target_local": local,
+        "target_local_ratio": local_ratio,
+        "target_global": overall,
+        "target_global_ratio": overall_ratio,
+    }
+    asked = {name: value for name, value in given.items() if value is not None}
+    if len(asked) != 1:
+        raise InputError(f"{' and '.join(asked) or 'no target'} was given; give exactly one target")
+    ((name, value),) = asked.items()
+    try:
+        number = Fraction(*rational(value))
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+    quantity: Quantity = "global" if "global" in name else "local"
+    if name.endswith("ratio"):
+        if number <= 1:
+            raise InputError(f"{name} is {shown(value)}; a target ratio above 1 is accepted (1 needs a filter that hides everything)")
+        return quantity, number
+    if number <= 0:
+        raise InputError(f"{name} is {shown(value)}; a target above 0 is accepted (0 needs a filter that hides everything)")
+    low, _ = exp_enclosure((number.numerator, number.denominator), TARGET_BITS)
+    return quantity, max(Fraction(1), Fraction(low, 1 << TARGET_BITS))
+
+
+def _attributes(groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]]) -> dict[str, tuple[Any, ...]]:
+    listed = groups if isinstance(groups, Mapping) else {"group": groups}
+    if not listed:
+        raise InputError("no attribute was given; name at least one")
+    result = {}
+    for name, values in listed.items():
+        labels = tuple(str(i) for i in range(values)) if isinstance(values, int) else tuple(values)
+        if len(labels) < 2:
+            raise InputError(f"the attribute {shown(name)} has {len(labels)} values; randomized response needs at least two")
+        if len(labels) > 10_000:
+            raise InputError(f"the attribute {shown(name)} has {len(labels)} values; at most 10,000 are accepted")
+        result[name] = labels
+    return result
+
+
+def _setting(gamma: Any, tau: Any, g_min: Any, delta: Any, lipschitz: Any, diameter: Any, raw_ratio: Any, rule: Rule) -> _Setting:
+    named = {"gamma": gamma, "tau": tau, "g_min": g_min, "delta": delta, "lipschitz": lipschitz, "diameter": diameter}
+    exact: dict[str, Fraction] = {}
+    for name, value in named.items():
+        try:
+            exact[name] = Fraction(*rational(value))
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
+        if exact[name] < 0:
+            raise InputError(f"{name} is {shown(value)}; it must be at least 0")
+    gap = exact["lipschitz"] * exact["diameter"]
+    top, low, least = exact["gamma"], exact["tau"], exact["g_min"]
+    if top == 0:
+        raise InputError("gamma is 0; a utility that is always 0 treats everybody alike, and needs no filter")
+    if exact["delta"] > 1:
+        raise InputError(f"delta is {shown(delta)}; a probability from 0 to 1 is accepted")
+    for name, value in (("tau", low), ("g_min", least)):
+        if value > top:
+            raise InputError(f"{name} is {value}, above gamma, which is {top}; no utility can be above the greatest")
+    # The least utility is itself a floor.
+    low = max(low, least)
+    raw = _raw_ratio(raw_ratio, rule, gap, exact["delta"], least)
+    if rule == "sharp" and gap:
+        raise InputError(
+            'bound="sharp" is for a utility that does not depend on the group; use "mechanism" or "tight" with lipschitz above 0'
+        )
+    return _Setting(top, low, least, exact["delta"], gap, raw)
+
+
+def _raw_ratio(raw_ratio: Any, rule: Rule, gap: Fraction, delta: Fraction, least: Fraction) -> Fraction | float | None:
+    raw: Fraction | float | None = None
+    if rule == "contraction":
+        if gap or delta:
+            raise InputError("the contraction holds for delta = 0 and a utility that does not depend on the group (lipschitz 0)")
+        if raw_ratio is not None:
+            raw = inf if raw_ratio == "inf" else Fraction(*rational(raw_ratio))
+            if raw < 1:
+                raise InputError(f"raw_ratio is {shown(raw_ratio)}; a ratio of at least 1 is accepted")
+        elif least == 0:
+            raise InputError(
+                "the contraction needs raw_ratio, the policy's own ratio, or g_min above 0, which bounds the ratio of every policy"
+            )
+    elif raw_ratio is not None:
+        raise InputError('raw_ratio goes with bound="contraction"')
+    return raw
+
+
+def _why(rule: Rule, s: _Setting, hidden: Fraction | float) -> str:
+    """Why even a filter that hides everything does not guarantee the target by this rule, and what would."""
+    if hidden == inf:
+        return (
+            "without a floor no filter helps: a group may get nothing where another gets something, since the utility depends on the "
+            "group or delta is positive; declare a floor tau above 0, or use a utility that does not depend on the group with delta = 0"
+        )
+    causes = []
+    if s.gap:
+        causes.append("the utility itself differs between groups (a smaller lipschitz or diameter helps)")
+    if s.delta:
+        causes.append("delta is positive (a smaller delta helps)")
+    said = " and ".join(causes) or "this rule is too coarse"
+    return (
+        f"even a filter that hides everything guarantees only a ratio of {float(hidden):.6g} by this rule, because {said}; "
+        f"a higher floor tau, or a target of at least {float(hidden):.6g} (log {log(hidden):.6g}), is feasible"
+        + ("" if rule in ("mechanism", "contraction") else '; so may be bound="mechanism"')
+    )

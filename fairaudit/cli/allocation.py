@@ -1,0 +1,136 @@
+"""`fairaudit certify --slots … --winner …`: position and profile effects of a choice among candidates, apart."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fairaudit.allocation import Allocation
+    from fairaudit.audit import Result
+
+FOREIGN = ("decision", "group", "count", "probability", "weight", "utility", "utility_column")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the work."""
+    from fairaudit.allocation import CHOSEN, read_allocation
+    from fairaudit.audit import certify
+    from fairaudit.cli.certify import TARGETS, check_output, column_list, confidence_option
+    from fairaudit.cli.text import plain, put
+    from fairaudit.exact import InputError
+    from fairaudit.tables.csv import read_csv
+
+    for name in FOREIGN:
+        if getattr(arguments, name):
+            raise InputError(f"--{name.replace('_', '-')} does not go with --slots; the decision is who was chosen")
+    if arguments.table is None or arguments.winner is None:
+        raise InputError("--slots needs a table and --winner COL, the column that says who was chosen")
+    bound = _bound(arguments.profile_exp_epsilon)
+    table = read_csv(arguments.table)
+    check_output(arguments)
+    targets = {name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None}
+    judged, embed = confidence_option(arguments.confidence), False if arguments.no_table else None
+    try:
+        found = read_allocation(table, slots=column_list(arguments.slots), winner=arguments.winner, context=column_list(arguments.context))
+        profile = certify(found.profile, {CHOSEN: 1}, **targets, confidence=judged, embed_table=embed)
+        position = certify(found.position, {CHOSEN: 1}, embed_table=embed)
+        within = certify(found.profile_by_position, {CHOSEN: 1}, embed_table=embed)
+    except InputError as error:
+        raise InputError(f"{table.name}: {error}") from None
+    written: list[Path] = []
+    if arguments.output is not None:
+        path = Path(arguments.output)
+        beside = path.with_name((path.stem if path.suffix == ".json" else path.name) + ".position.json")
+        written = [*profile.certificate.save(path), *position.certificate.save(beside)]
+    if arguments.format == "json":
+        put(json.dumps(_json(found, profile, position, within, bound), ensure_ascii=True, indent=1))
+    else:
+        for note in table.notes:
+            print(f"note: {plain(note)}", file=sys.stderr)
+        put(_text(found, profile, position, within, bound, written))
+    return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[profile.verdict]
+
+
+def _bound(profile_exp_epsilon: str | None) -> Any:
+    if profile_exp_epsilon is None:
+        return None
+    from fairaudit.bounds import t10
+
+    return t10(profile_exp_epsilon)
+
+
+def _chances(result: Result) -> list[tuple[str, Fraction]]:
+    """Chance of each slot or profile over all contexts."""
+    law = result.law
+    return [
+        (law.groups[g][0], Fraction(row[law.decisions.index("chosen")], sum(row)))
+        for g, row in zip(law.global_groups, law.mixed_rows, strict=True)
+    ]
+
+
+def _text(found: Allocation, profile: Result, position: Result, within: Result, bound: Any, written: list[Path]) -> str:
+    from fairaudit.audit import approximate
+    from fairaudit.cli.text import plain, verdict
+
+    blocks = [verdict(profile) if profile.targets else f"{found.runs} choices among {found.slots} candidates each; no target was set."]
+    blocks += [f"WARNING: {plain(warning)}." for warning in found.warnings]
+    for title, result in (
+        ("Position effect: what a slot gains, whoever stands in it", position),
+        ("Profile effect, averaged over slots", profile),
+    ):
+        lines = [title]
+        for name, measured in (("worst within a context", result.local), ("over all contexts", result.global_)):
+            if measured is not None:
+                lines.append(f"  {name}: R = {approximate(measured.ratio)} ({plain(_where(measured))})")
+        lines += [f"  {plain(label)}: chosen in {float(chance):.1%} of choices" for label, chance in _chances(result)]
+        blocks.append("\n".join(lines))
+    if within.local is not None:
+        worst = f"R = {approximate(within.local.ratio)} ({plain(_where(within.local))})"
+        blocks.append(f"Profile effect within a slot, the worst: {worst}; small counts vary by chance")
+    if bound is not None:
+        said = f"the chances of two persons differ by at most a factor {approximate(bound.value)} (T10)."
+        judge = [f"  - {plain(text)}" for text in bound.assumptions]
+        blocks.append("\n".join([f"If every profile passes a filter with this e^ε and the order is drawn at random, {said}", *judge]))
+    blocks.append("It describes these choices, not the chooser behind them: small counts vary by chance, and no interval is claimed.")
+    if written:
+        blocks.append(f"Certificates of the profile and the position effect: {plain(', '.join(map(str, written)))}")
+    return "\n\n".join(blocks)
+
+
+def _where(measured: Any) -> str:
+    from fairaudit.audit import approximate, place
+
+    witness = measured.witness
+    high, low = (approximate(v) for v in witness.expectations)
+    context = f"{place(witness.context)}: " if witness.context else ""
+    return f"{context}{place(witness.higher)} {high}, {place(witness.lower)} {low}"
+
+
+def _json(found: Allocation, profile: Result, position: Result, within: Result, bound: Any) -> dict[str, Any]:
+    from fairaudit.audit import measure_entry
+    from fairaudit.certificate import number
+
+    def effect(result: Result) -> dict[str, Any]:
+        return {
+            "local": measure_entry(result.local) if result.local else None,
+            "global": measure_entry(result.global_) if result.global_ else None,
+            "chances": {label: number(chance) for label, chance in _chances(result)},
+            "certificate": result.certificate.document,
+        }
+
+    return {
+        "verdict": profile.verdict,
+        "runs": found.runs,
+        "slots": found.slots,
+        "imbalance": number(found.imbalance),
+        "warnings": list(found.warnings),
+        "position": effect(position),
+        "profile": effect(profile),
+        "profile_within_slot": measure_entry(within.local) if within.local else None,
+        "random_order_bound": None if bound is None else number(bound.value),
+    }

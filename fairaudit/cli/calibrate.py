@@ -1,0 +1,234 @@
+"""`fairaudit calibrate`: which ε and which keep probability guarantee a target."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fairaudit.calibration import Calibration
+
+DESCRIPTION = """\
+Find the randomized response that tells the truth as often as possible and still guarantees a fairness target: for every policy
+behind it that keeps a floor, for a policy whose own ratio is known, or for the known policy of an audit file."""
+
+EPILOG = """\
+exit codes: 0 found; 1 infeasible (the reason says what would be feasible); 2 bad input
+
+examples:
+  fairaudit calibrate --target 0.2 --groups 16 --tau 0.3
+  fairaudit calibrate --target-ratio 5/4 --groups name=2,age=2,race=2 --tau 0.3 --split most-truth
+  fairaudit calibrate --target 0.05,0.1,0.2,0.5 --groups 16 --tau 0.3 --plot calibration.png
+  fairaudit calibrate --target 0.5 --bound policy audit.toml"""
+
+BOUNDS = ("mechanism", "sharp", "tight", "paper", "contraction", "policy")
+NUMBERS = ("gamma", "tau", "g_min", "delta", "lipschitz", "diameter")
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = commands.add_parser(
+        "calibrate",
+        help="find the privacy filter for a fairness target",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("audit", metavar="AUDIT.toml", nargs="?", help="the policy, for --bound policy, or its own ratio, for contraction")
+    target = parser.add_mutually_exclusive_group(required=True)
+    target.add_argument("--target", metavar="L[,L…]", help="target for L, a log-ratio in nats; several make a table")
+    target.add_argument("--target-ratio", metavar="Q[,Q…]", help="the same as a ratio, such as 5/4")
+    parser.add_argument("--global", dest="overall", action="store_true", help="the target is for global fairness (needs independence)")
+    parser.add_argument("--groups", metavar="K", help="number of groups, or name=2,age=5,… for attributes that are filtered independently")
+    parser.add_argument("--bound", choices=BOUNDS, default=None, help="which guarantee (mechanism; policy with an audit file)")
+    parser.add_argument("--split", choices=("equal-epsilon", "equal-keep", "most-truth"), default="equal-epsilon")
+    numbers = parser.add_argument_group("what is known about the utility and the policy (exact numbers)")
+    numbers.add_argument("--gamma", metavar="G", default="1", help="greatest utility (1)")
+    numbers.add_argument("--tau", metavar="T", default="0", help="declared floor of every group's expected utility (0: none)")
+    numbers.add_argument("--g-min", metavar="M", default="0", help="least utility (0)")
+    numbers.add_argument("--delta", metavar="D", default="0", help="delta of the privacy asked for (0)")
+    numbers.add_argument("--lipschitz", metavar="L", default="0", help="L_A of the utility (0: it does not depend on the group)")
+    numbers.add_argument("--diameter", metavar="D", default="1", help="diameter of the metric on groups (1)")
+    numbers.add_argument("--raw-ratio", metavar="Q", help="the policy's own worst ratio without the filter, for --bound contraction")
+    parser.add_argument("--plot", metavar="FILE", help="draw keep probability, epsilon and guarantee over the targets (PNG, SVG or PDF)")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the work."""
+    from fairaudit.cli.text import put
+    from fairaudit.exact import InputError
+
+    listed = [text.strip() for text in (arguments.target or arguments.target_ratio).split(",")]
+    name = f"target_{'global' if arguments.overall else 'local'}" + ("" if arguments.target else "_ratio")
+    solve = _policy_solver(arguments) if (arguments.bound or ("policy" if arguments.audit else "")) == "policy" else _solver(arguments)
+    try:
+        found = [solve({name: text}) for text in listed]
+    except InputError as error:
+        raise InputError(str(error).replace("target_local", "--target").replace("target_global", "--target")) from None
+    if arguments.plot is not None:
+        from fairaudit.plots import save_calibration
+
+        save_calibration(found, arguments.plot)
+    if arguments.format == "json":
+        put(json.dumps([_entry(c) for c in found] if len(found) > 1 else _entry(found[0]), ensure_ascii=True, indent=1))
+    else:
+        put(_table(found) if len(found) > 1 else _text(found[0]))
+    return 0 if all(c.feasible for c in found) else 1
+
+
+def groups_option(text: str) -> int | dict[str, int]:
+    """Read ``16`` or ``name=2,age=5``.
+
+    Raises
+    ------
+    InputError
+        If the two forms are mixed, or a number is not one.
+
+    Examples
+    --------
+    >>> groups_option("16"), groups_option("name=2,age=5")
+    (16, {'name': 2, 'age': 5})
+    """
+    from fairaudit.exact import InputError, shown
+
+    def size(digits: str) -> int:
+        if not (digits.isascii() and digits.isdigit() and len(digits) < 6):
+            raise InputError(f"--groups {shown(text)}: {shown(digits)} is not a number of values from 2 to 10000")
+        return int(digits)
+
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) == 1 and "=" not in text:
+        return size(parts[0])
+    named: dict[str, int] = {}
+    for part in parts:
+        name, equals, digits = part.partition("=")
+        if not equals or not name.strip():
+            raise InputError(f"--groups {shown(text)} mixes forms; give one number, or name=number for every attribute")
+        if name.strip() in named:
+            raise InputError(f"--groups {shown(text)} names {shown(name.strip())} twice")
+        named[name.strip()] = size(digits.strip())
+    return named
+
+
+def _solver(arguments: argparse.Namespace) -> Any:
+    from fairaudit.calibration import alphabets, calibrate
+    from fairaudit.exact import InputError
+
+    options: dict[str, Any] = {name: getattr(arguments, name) for name in NUMBERS}
+    groups: Any = None if arguments.groups is None else groups_option(arguments.groups)
+    raw = arguments.raw_ratio
+    if arguments.audit is not None:
+        if arguments.bound != "contraction":
+            raise InputError(f"an audit file goes with --bound policy or contraction, not {arguments.bound}")
+        policy, utility, _ = _policy(arguments.audit)
+        raw, groups = raw or _own_ratio(policy, utility), groups or alphabets(policy)
+    if groups is None:
+        raise InputError("--groups is missing; give the number of groups, or name=number for every attribute")
+    return lambda target: calibrate(
+        **target, groups=groups, bound=arguments.bound or "mechanism", split=arguments.split, raw_ratio=raw, **options
+    )
+
+
+def _policy_solver(arguments: argparse.Namespace) -> Any:
+    from fairaudit.calibration import calibrate_policy
+    from fairaudit.exact import InputError
+
+    if arguments.audit is None:
+        raise InputError("--bound policy needs an audit file with [policy] and [utility]")
+    if arguments.groups is not None:
+        raise InputError("--groups goes without an audit file; the policy has its own groups")
+    policy, utility, population = _policy(arguments.audit)
+    return lambda target: calibrate_policy(policy, utility, **target, population=population, split=arguments.split)
+
+
+def _policy(path: str) -> tuple[Any, Any, Any]:
+    from fairaudit.cli.audit_file import read_policy
+
+    return read_policy(path)
+
+
+def _own_ratio(policy: Any, utility: Any) -> Any:
+    from math import inf
+
+    from fairaudit.fairness import local_fairness
+
+    found = local_fairness(policy.law, utility.on(policy.law))
+    return "inf" if found is None or found.ratio == inf else found.ratio
+
+
+def _names(found: Calibration) -> tuple[str, ...]:
+    columns = found.mechanism.columns if found.mechanism else ()
+    return columns or ("",) * len(found.keep_probabilities)
+
+
+def _kept(found: Calibration) -> str:
+    return ", ".join(f"{name + ' ' if name else ''}{float(p):.6g}" for name, p in zip(_names(found), found.keep_probabilities, strict=True))
+
+
+def _text(found: Calibration) -> str:
+    from fairaudit.audit import approximate
+    from fairaudit.cli.text import plain
+
+    goal = f"{found.quantity} fairness R at most {approximate(found.target)}"
+    if not found.feasible:
+        return f"INFEASIBLE   {goal}, by the rule {found.rule}\n\n{found.reason[0].upper()}{found.reason[1:]}."
+    lines = [f"FOUND        {goal}, by the rule {found.rule}", ""]
+    if found.reason:
+        lines.append(f"{found.reason[0].upper()}{found.reason[1:]}.")
+    else:
+        low, _ = found.epsilon
+        several = " of the whole tuple" if len(found.keep_probabilities) > 1 else ""
+        lines.append(f"Keep the truth with probability   {plain(_kept(found))}")
+        lines.append(f"epsilon{several}".ljust(34) + f"{float(low):.6g}   (e^ε = {approximate(found.exp_epsilon)})")
+    if found.achieved is not None:
+        lines.append(f"Guaranteed, exactly computed      R at most {approximate(found.achieved)}")
+    lines.append(f"Scope                             {found.scope}")
+    if found.rule not in ("paper", "policy") and not found.reason:
+        paper = ", ".join(f"{float(p):.6g}" for p in found.paper_keep_probabilities) or "finds no filter"
+        lines.append(f"The paper's rule would keep       {paper}")
+    if found.assumptions:
+        lines += ["", "For you to judge", *(f"  - {plain(text)}" for text in found.assumptions)]
+    lines += ["", "The exact keep probabilities are in --format json."]
+    return "\n".join(lines)
+
+
+def _table(found: list[Calibration]) -> str:
+    from fairaudit.audit import approximate
+
+    rows = [("target R", "epsilon", "keep probability", "guaranteed R", "paper keeps")]
+    for c in found:
+        if not c.feasible:
+            rows.append((approximate(c.target), "-", "infeasible", "-", "-"))
+            continue
+        low, _ = c.epsilon
+        epsilon = "none needed" if low.is_infinite() else f"{float(low):.6g}"
+        paper = ", ".join(f"{float(p):.4g}" for p in c.paper_keep_probabilities) or "-"
+        rows.append((approximate(c.target), epsilon, _kept(c), approximate(c.achieved or c.target), paper))
+    widths = [max(len(row[i]) for row in rows) for i in range(5)]
+    scopes = {c.scope for c in found if c.feasible}
+    table = "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
+    return table + "".join(f"\n\nScope: {scope}" for scope in sorted(scopes))
+
+
+def _entry(found: Calibration) -> dict[str, Any]:
+    from fairaudit.certificate import number
+
+    return {
+        "quantity": found.quantity,
+        "target_ratio": number(found.target),
+        "rule": found.rule,
+        "feasible": found.feasible,
+        "keep_probabilities": [number(p) for p in found.keep_probabilities],
+        "attributes": list(_names(found)),
+        "exp_epsilon": number(found.exp_epsilon) if found.feasible else None,
+        "epsilon": [str(end) for end in found.epsilon] if found.feasible else None,
+        "achieved_ratio": None if found.achieved is None else number(found.achieved),
+        "scope": found.scope,
+        "assumptions": list(found.assumptions),
+        "paper_keep_probabilities": [number(p) for p in found.paper_keep_probabilities],
+        "reason": found.reason,
+    }

@@ -1,0 +1,118 @@
+"""Position and profile effects of choices among candidates."""
+
+from __future__ import annotations
+
+import json
+import random
+from fractions import Fraction
+from itertools import permutations
+from pathlib import Path
+
+import pytest
+
+from fairaudit import InputError, certify, read_csv
+from fairaudit.allocation import read_allocation
+from fairaudit.cli import main
+
+F = Fraction
+
+
+def chances(law: object) -> dict[str, Fraction]:
+    at = law.decisions.index("chosen")
+    return {law.groups[g][0]: F(row[at], sum(row)) for g, row in zip(law.global_groups, law.mixed_rows, strict=True)}
+
+
+def test_effects_of_a_choice_that_only_looks_at_the_slot() -> None:
+    """Every order once, the first always chosen: all profiles alike, all slots but the first without a chance."""
+    orders = [" ".join(order) for order in permutations("abc")]
+    found = read_allocation({"shown": orders, "won": [order[0] for order in orders]}, slots="shown", winner="won")
+    assert chances(found.position) == {"1": 1, "2": 0, "3": 0}
+    assert chances(found.profile) == {"a": F(1, 3), "b": F(1, 3), "c": F(1, 3)}
+    assert found.imbalance == 0
+    assert found.warnings == ()
+    assert certify(found.profile, {"chosen": 1}).local.ratio == 1
+
+
+def test_effects_of_a_choice_that_only_looks_at_the_profile() -> None:
+    orders = [list(order) for order in permutations("abc")]
+    table = {"s1": [o[0] for o in orders], "s2": [o[1] for o in orders], "s3": [o[2] for o in orders], "won": ["b"] * 6}
+    found = read_allocation(table, slots=["s1", "s2", "s3"], winner="won")
+    assert chances(found.position) == {"1": F(1, 3), "2": F(1, 3), "3": F(1, 3)}
+    assert chances(found.profile) == {"a": 0, "b": 1, "c": 0}
+
+
+def test_fixed_slots_are_warned_about() -> None:
+    found = read_allocation({"shown": ["ann bob"] * 50, "won": ["ann"] * 40 + ["bob"] * 10}, slots="shown", winner="won")
+    assert "cannot be told apart" in found.warnings[0]
+    rng = random.Random(2)
+    skewed = ["ann bob" if rng.random() < 0.9 else "bob ann" for _ in range(500)]
+    found = read_allocation({"shown": skewed, "won": ["ann"] * 500}, slots="shown", winner="won")
+    assert "not balanced" in found.warnings[0]
+
+
+def test_resume_rankings(data: Path) -> None:
+    """Position effect of the first-listed resume: 56 % of the wins for gpt-3.5-turbo, 28 % for gpt-4, over 4,000 runs each."""
+    table = read_csv(data / "bloomberg_gpt_rankings.csv")
+    keep = [i for i, batch in enumerate(table["batch"]) if batch != "oversampled"]
+    part = {name: [table[name][i] for i in keep] for name in table.columns}
+    found = read_allocation(part, slots="shown_order", winner="ranked_order", context="model")
+    law = found.position
+    at = law.decisions.index("chosen")
+    first = {}
+    for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
+        if law.groups[a] == ("1",):
+            first[law.contexts[x][0]] = F(int(law.weights[cell][at]), sum(law.row(cell)))
+    assert {model: round(float(chance), 2) for model, chance in first.items()} == {"gpt-3.5-turbo": 0.56, "gpt-4": 0.28}
+    # The profile effect over the jobs of one model equals that of the published counts of who was ranked first.
+    counts = read_csv(data / "gpt_resume_first_counts.csv")
+    wins: dict[tuple[str, str], int] = {}
+    for model, group, decision, n in zip(counts["model"], counts["group"], counts["decision"], counts["n"], strict=True):
+        if decision == "first":
+            wins[model, group] = wins.get((model, group), 0) + int(n)
+    law = found.profile
+    for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
+        assert int(law.weights[cell][law.decisions.index("chosen")]) == wins[law.contexts[x][0], law.groups[a][0]]
+
+
+@pytest.mark.parametrize(
+    ("table", "word"),
+    [
+        ({"shown": ["a b", "a b c"], "won": ["a", "a"]}, "same number"),
+        ({"shown": ["a b"], "won": ["c"]}, "not among"),
+        ({"shown": ["a a"], "won": ["a"]}, "twice"),
+        ({"shown": ["a"], "won": ["a"]}, "two candidates"),
+        ({"shown": [""], "won": ["a"]}, "missing"),
+        ({"shown": ["a b"], "won": [""]}, "missing"),
+        ({"shown": [], "won": []}, "no rows"),
+        ({"shown": ["a b"], "one": ["a"]}, "no column 'won'"),
+    ],
+)
+def test_refusals(table: dict[str, list[str]], word: str) -> None:
+    with pytest.raises(InputError, match=word):
+        read_allocation(table, slots="shown", winner="won")
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, target = tmp_path / "runs.csv", tmp_path / "c.json"
+    path.write_text("shown,won\n" + "".join(f"{' '.join(o)},{o[0] if i % 2 else 'b'}\n" for i, o in enumerate([*permutations("abc")] * 5)))
+    command = ["certify", str(path), "--slots", "shown", "--winner", "won", "--profile-exp-epsilon", "7/3"]
+    assert main([*command, "-o", str(target)]) == 0
+    out = capsys.readouterr().out
+    assert "Position effect" in out
+    assert "5.444" in out
+    assert main(["verify", str(target)]) == 0
+    assert main(["verify", str(tmp_path / "c.position.json")]) == 0
+    capsys.readouterr()
+    assert main([*command, "--max-local-ratio", "5/4", "--confidence", "none"]) == 1
+    capsys.readouterr()
+    assert main([*command, "--format", "json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert (printed["random_order_bound"], printed["slots"], printed["imbalance"]) == ("49/9", 3, "0")
+    for extra, word in (
+        (["--utility", "x"], "--utility"),
+        (["--max-local", "1"], "confidence"),
+        (["--profile-exp-epsilon", "1/2"], "at least 1"),
+    ):
+        assert main([*command, *extra]) == 2
+        assert word in capsys.readouterr().err
+    assert main(["certify", str(path), "--winner", "won"]) == 2
