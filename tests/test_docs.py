@@ -42,14 +42,16 @@ def test_readme_shows_the_first_result(capsys: pytest.CaptureFixture[str]) -> No
 def test_readme_commands_are_accepted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "decisions.csv").write_text("answer,sex,age,department\nyes,f,30,a\nno,f,30,a\nmaybe,m,30,a\nyes,m,30,a\n")
+    (tmp_path / "choices.csv").write_text("shown_order,chosen\nann bob,ann\nbob ann,ann\n")
     ran = []
     for text in blocks(ROOT / "README.md", "sh"):
         for part in re.split(r"&&|(?<!\\)\n", text):
             words = shlex.split(part.replace("\\\n", " "))
             if words and words[0].endswith("fairaudit"):
                 ran.append((words[1], main(words[1:])))
-    assert [command for command, _ in ran] == ["certify", "verify", "inspect", "certify"]
-    assert [code for _, code in ran] == [0, 0, 0, 1]
+    commands = ["certify", "verify", "inspect", "certify", "calibrate", "calibrate", "certify"]
+    assert [command for command, _ in ran] == commands
+    assert [code for _, code in ran] == [0, 0, 0, 1, 0, 0, 0]
 
 
 def test_ci_runs_the_readme_test_command() -> None:
