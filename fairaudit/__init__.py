@@ -27,20 +27,31 @@ _HOME = {
     "Target": "fairaudit.audit",
     "Utility": "fairaudit.utility",
     "Witness": "fairaudit.fairness",
+    "calibrate": "fairaudit.calibration",
+    "calibrate_policy": "fairaudit.calibration",
     "certify": "fairaudit.audit",
+    "compose": "fairaudit.privacy",
+    "delta": "fairaudit.privacy",
     "example": "fairaudit.tables.examples",
     "policy_source": "fairaudit.policy",
+    "pure_dp": "fairaudit.privacy",
+    "read_allocation": "fairaudit.allocation",
     "read_csv": "fairaudit.tables.csv",
+    "read_mechanism": "fairaudit.tables.mechanisms",
     "sample_policy": "fairaudit.policy",
+    "trade_off": "fairaudit.privacy",
 }
 
 __all__ = [*_HOME, "__version__"]
 
 if TYPE_CHECKING:
+    from fairaudit.allocation import read_allocation as read_allocation
     from fairaudit.audit import Claim as Claim
     from fairaudit.audit import Result as Result
     from fairaudit.audit import Target as Target
     from fairaudit.audit import certify as certify
+    from fairaudit.calibration import calibrate as calibrate
+    from fairaudit.calibration import calibrate_policy as calibrate_policy
     from fairaudit.certificate import Certificate as Certificate
     from fairaudit.exact import InputError as InputError
     from fairaudit.fairness import Distance as Distance
@@ -56,8 +67,13 @@ if TYPE_CHECKING:
     from fairaudit.policy import Policy as Policy
     from fairaudit.policy import policy_source as policy_source
     from fairaudit.policy import sample_policy as sample_policy
+    from fairaudit.privacy import compose as compose
+    from fairaudit.privacy import delta as delta
+    from fairaudit.privacy import pure_dp as pure_dp
+    from fairaudit.privacy import trade_off as trade_off
     from fairaudit.tables.csv import read_csv as read_csv
     from fairaudit.tables.examples import example as example
+    from fairaudit.tables.mechanisms import read_mechanism as read_mechanism
     from fairaudit.utility import Utility as Utility
 
 

@@ -34,7 +34,7 @@ from fairaudit.fairness import (
 from fairaudit.law import Law
 from fairaudit.mechanism import Mechanism
 from fairaudit.policy import Deployment
-from fairaudit.privacy import pair_laws
+from fairaudit.privacy import exp_epsilon
 from fairaudit.utility import Utility, UtilityTable
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ __all__ = ["Claim", "Result", "Target", "certify"]
 
 Verdict = Literal["none", "within", "exceeds", "inconclusive"]
 Quantity = Literal["local", "global"]
-ANY_CONTEXT_FILTER = "this policy, any context filter that releases these contexts"
+ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that releases these contexts"
 CONFIRMED = (
     bounds.GROUP_FREE,
     bounds.DECISION_ONLY,
@@ -498,7 +498,8 @@ def _bounds(
     for floor, low in floors:
         if low is None or low == 0:
             continue
-        cap = replace(bounds.floor_cap(gamma, low, floor=floor), theorem="floor", multipliers=())
+        cap = bounds.floor_cap(gamma, low, floor=floor)
+        cap = replace(cap, theorem="floor", multipliers=(), assumptions=(bounds.FRESH, *cap.assumptions))
         yield cap
         found = [bounds.t1(group, gamma, low, gap, floor=floor)]
         if factor < inf:
@@ -600,11 +601,6 @@ def _left_out(entry: Mapping[str, Any]) -> dict[str, Any]:
     if "groups" in entry:
         stored["groups"] = [list(group.values()) for group in entry["groups"]]
     return stored
-
-
-def exp_epsilon(mechanism: Mechanism) -> Fraction | float:
-    """e^ε of a filter, infinite if it is not purely private."""
-    return max((Fraction(p, q) if q else inf for pair in pair_laws(mechanism) for p, q in pair.columns[:1]), default=Fraction(1))
 
 
 def _privacy(mechanism: Mechanism) -> dict[str, Any]:

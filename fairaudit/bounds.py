@@ -75,8 +75,9 @@ Distance = Any | Callable[[Label, Label], Any]
 T = TypeVar("T")
 
 THIS_LAW = "this law"
-THIS_POLICY = "this policy, any filter at most this epsilon"
+THIS_POLICY = "this policy and context filter, any group filter at most this epsilon that releases the same values"
 ANY_POLICY = "any policy behind this filter"
+FLOORED = "any policy behind this filter that keeps the declared floor"
 
 FRESH = (
     "the filter's draws for group and context are independent of each other and of everything else, fresh for each decision, and the "
@@ -1215,7 +1216,7 @@ def _floor_terms(
         return ANY_POLICY, ()
     if floor == "declared":
         who = "compared person's chance" if chance else "compared group's mean utility" if mean else "compared group's expected utility"
-        return ANY_POLICY, (f"every {who} is at least {amount} behind the filter (declared)",)
+        return FLOORED, (f"every {who} is at least {amount} behind the filter (declared)",)
     return (THIS_POLICY if floor == "policy" and any_filter else THIS_LAW), ()
 
 

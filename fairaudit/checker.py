@@ -333,6 +333,10 @@ def _ends(values: Iterable[Rational]) -> tuple[int, int]:
     return top, low
 
 
+def _maximum(values: Sequence[Rational]) -> Rational:
+    return _reduced(*values[_ends(values)[0]])
+
+
 Vector = tuple[list[int], int]  # numerators over one denominator
 
 
@@ -623,11 +627,14 @@ def _read_row(value: object, where: str, header: Header, keys: Sequence[str]) ->
         raise _malformed(f"{where}.weights", "are all zero")
     if header.subject.kind != "counts" and total != denominator:
         raise _malformed(f"{where}.weights", "are probabilities that do not sum to 1")
-    place = (
-        _integer(members["context"], f"{where}.context", len(header.contexts)),
-        _integer(members["group"], f"{where}.group", len(header.groups)),
+    return members, _read_place(members, where, header), _law(weights, total), _reduced(total, denominator)
+
+
+def _read_place(members: Mapping[str, object], where: str, header: Header, prefix: str = "") -> tuple[int, int]:
+    return (
+        _integer(members[f"{prefix}context"], f"{where}.{prefix}context", len(header.contexts)),
+        _integer(members[f"{prefix}group"], f"{where}.{prefix}group", len(header.groups)),
     )
-    return members, place, _law(weights, total), _reduced(total, denominator)
 
 
 def _law(weights: Sequence[int], total: int) -> Law:
@@ -830,7 +837,7 @@ class Factor:
         """The greatest ratio of two entries of a column."""
         columns = ([(entry, 1) for entry in column] for column in zip(*self.matrix, strict=True))
         ratios = [_widest_ratio(column)[0] for column in columns] if len(self.inputs) > 1 else [ONE]
-        return _reduced(*ratios[_ends(ratios)[0]])
+        return _maximum(ratios)
 
     def pairs(self) -> set[Distribution]:
         """List the different distributions of p/q over the ordered pairs of rows of different inputs."""
@@ -945,10 +952,7 @@ class _PolicyRows(_Rows):
     def _add_true_cell(self, value: object, where: str) -> None:
         keys = _given_with_cells(self.header)
         members = _object(value, where, ("true_context", "true_group", *keys))
-        place = (
-            _integer(members["true_context"], f"{where}.true_context", len(self.true.contexts)),
-            _integer(members["true_group"], f"{where}.true_group", len(self.true.groups)),
-        )
+        place = _read_place(members, where, self.true, "true_")
         if not keys or place != divmod(len(self.given), len(self.true.groups)):
             raise _malformed(where, "is not the next true cell, or none is needed")
         every = [1] * len(self.header.decisions)  # each decision has to have its utility
@@ -1344,26 +1348,22 @@ class Facts:
 
     def holds(self, condition: str) -> bool:
         """Decide one of the CONDITIONS."""
-        match condition:
-            case "independent":
-                return independent(self.table)
-            case "a-free":  # the constant of the table is no greater
-                return self.constants["lipschitz"] == 0
-            case "g(u)":
-                return self.table.header.utility is not None
-            case "finite":
-                return self.policy.group.exp_epsilon != INFINITY
-            case "context filter":
-                return self.policy.context is not None
-        raise AssertionError(condition)
+        if condition == "independent":
+            return independent(self.table)
+        if condition == "a-free":  # the constant of the table is no greater
+            return self.constants["lipschitz"] == 0
+        if condition == "g(u)":
+            return self.table.header.utility is not None
+        if condition == "finite":
+            return self.policy.group.exp_epsilon != INFINITY
+        return self.policy.context is not None
 
     def floor(self, scope: str) -> Fraction | None:
         """The tau of a claim: what all expectations are at least, in the scope of the claim."""
-        match scope:
-            case "this law":
-                return self.constants.get("tau")
-            case "any policy behind this filter that keeps the declared floor":
-                return Fraction(*self.declared["tau"]) if "tau" in self.declared else None
+        if scope == LAW:
+            return self.constants.get("tau")
+        if scope == FLOORED:
+            return Fraction(*self.declared["tau"]) if "tau" in self.declared else None
         return Fraction(*self._policy_floor)
 
     @cached_property
@@ -1382,7 +1382,7 @@ class Facts:
         """The greatest ratio of two expectations of one true context over the reachable groups, for g(u,x)."""
         pairs = zip(self._utilities(), self.policy.by_context, strict=True)
         ratios = [_widest_ratio([_expectation(law, utility) for law in laws])[0] for utility, laws in pairs]
-        return _reduced(*ratios[_ends(ratios)[0]])
+        return _maximum(ratios)
 
     @cached_property
     def context_ratio(self) -> Rational:
@@ -1390,7 +1390,7 @@ class Facts:
         utility = self.table.header.utility or ()
         laws = (_mixed(row, self.policy.group.maps) for row in self.policy.rows)
         ratios = [_widest_ratio([_expectation(law, utility) for law in row])[0] for row in laws]
-        return _reduced(*ratios[_ends(ratios)[0]])
+        return _maximum(ratios)
 
     @cached_property
     def composition(self) -> Rational:
@@ -1402,7 +1402,7 @@ class Facts:
         rows = [released[i : i + n] for i in range(0, len(released), n)]
         totals = [sum(column) for column in zip(*rows, strict=True)]
         ratios = [_widest_ratio([(p, total) for p, total in zip(row, totals, strict=True) if total])[0] for row in rows]
-        return _reduced(*ratios[_ends(ratios)[0]])
+        return _maximum(ratios)
 
 
 CONDITIONS = {

@@ -144,7 +144,7 @@ def test_a_log_of_values_needs_no_decision_column(tmp_path: Path, capsys: pytest
 def test_examples_and_inspect(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["certify", "--list-examples"]) == 0
     names = re.findall(r"^(\S+)$", capsys.readouterr().out, re.MULTILINE)
-    assert names == ["ucb-admissions", "hr-navigation"]
+    assert names == ["ucb-admissions", "hr-navigation", "hr-filtered"]
     for name in names:
         target = tmp_path / f"{name}.json"
         assert main(["certify", "--example", name, "-o", str(target)]) == 0

@@ -10,10 +10,11 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.audit import approximate, exp_epsilon, place, to_judge
+from fairaudit.audit import approximate, place, to_judge
 from fairaudit.exact import rational_text
 from fairaudit.fairness import Ratio, Witness, cell_expectation
 from fairaudit.mechanism import Mechanism
+from fairaudit.privacy import exp_epsilon
 
 if TYPE_CHECKING:
     from fairaudit.audit import Result, Target

@@ -9,6 +9,10 @@ from typing import Any
 import pytest
 
 from fairaudit.bounds import (
+    ANY_POLICY,
+    FLOORED,
+    THIS_LAW,
+    THIS_POLICY,
     Bound,
     floor_cap,
     t1,
@@ -121,7 +125,7 @@ def test_every_bound_states_its_assumptions_and_only_finite_constants() -> None:
         assert any("independent of each other and of everything else, fresh for each decision" in text for text in bound.assumptions)
         assert inf not in bound.constants.values()
         assert bound.value >= 1
-        assert bound.scope in {"this law", "this policy, any filter at most this epsilon", "any policy behind this filter"}
+        assert bound.scope in {THIS_LAW, THIS_POLICY, ANY_POLICY, FLOORED}
         assert list(bound.multipliers) == sorted(set(bound.multipliers), reverse=True)
         assert bound.certified or not bound.multipliers
         assert bound.value != inf or bound.note

@@ -89,9 +89,12 @@ def test_scopes_follow_the_origin_of_the_floor() -> None:
     coin = RandomizedResponse(["a", "b"], keep_probability="0.6")
     assert t1(coin, 1, "0.3").scope == "this law"
     declared = t1(coin, 1, "0.3", floor="declared")
-    assert declared.scope == "any policy behind this filter"
+    assert declared.scope == "any policy behind this filter that keeps the declared floor"
     assert "every compared group's expected utility is at least 3/10 behind the filter (declared)" in declared.assumptions
-    assert t1_tight(2, 0, 1, "0.3", floor="policy").scope == "this policy, any filter at most this epsilon"
+    assert (
+        t1_tight(2, 0, 1, "0.3", floor="policy").scope
+        == "this policy and context filter, any group filter at most this epsilon that releases the same values"
+    )
     assert any("fresh for each decision" in sentence for sentence in declared.assumptions)
 
 
@@ -104,7 +107,7 @@ def test_the_floor_of_the_policy_survives_every_filter() -> None:
             continue
         seen += 1
         bound = t1_tight(e, 0, gamma, floor, gap, floor="policy")
-        assert bound.scope == "this policy, any filter at most this epsilon"
+        assert bound.scope == "this policy and context filter, any group filter at most this epsilon that releases the same values"
         for _ in range(4):
             d.rows_a = [random_row(rng, len(d.rows_a[0])) for _ in d.groups]
             if pure(d.rows_a) <= e or rng.random() < 0.3:

@@ -21,7 +21,7 @@ def test_no_deployment_exceeds_the_contraction(uses: str) -> None:
         e = pure(d.rows_a)
         bound = t12(e, raw)
         assert d.local <= bound.value <= min(t2(e).value, raw)
-        assert bound.scope == "this policy, any filter at most this epsilon"
+        assert bound.scope == "this policy and context filter, any group filter at most this epsilon that releases the same values"
 
 
 @pytest.mark.parametrize(("e", "raw"), [(F(2), F(3)), (F(1), F(5)), (F(7, 3), F(1)), (F(100), F(10**6))])
