@@ -342,6 +342,8 @@ def certify(
     deployment = subject if isinstance(subject, Deployment) else None
     law = subject.law if isinstance(subject, Deployment) else subject
     sampled = deployment.policy.law if deployment else law
+    if confidence is not None and not 0 < Fraction(*rational(confidence)) < 1:
+        raise InputError(f"confidence is {shown(confidence)}; a number between 0 and 1, or None for the table itself, is accepted")
     if limits and sampled.kind == "counts" and confidence is not None:
         raise InputError(
             "a target on counts would be judged at a confidence for the population behind them, and such claims do not exist yet; "

@@ -40,6 +40,12 @@ def test_targets_are_decided_exactly(options: dict[str, object], verdict: str) -
     assert result.verdict == verdict
 
 
+@pytest.mark.parametrize("confidence", [0, 1, -1, "2", "x"])
+def test_a_confidence_lies_between_0_and_1(confidence: object) -> None:
+    with pytest.raises(InputError):
+        certify(law(), {"yes": 1}, confidence=confidence)
+
+
 def test_a_target_on_counts_needs_confidence_none() -> None:
     with pytest.raises(InputError, match="confidence"):
         certify(law(), {"yes": 1}, max_local="0.2")
