@@ -26,13 +26,18 @@ _HOME = {
     "Result": "fairaudit.audit",
     "Target": "fairaudit.audit",
     "Utility": "fairaudit.utility",
+    "UtilityClass": "fairaudit.utility_class",
     "Witness": "fairaudit.fairness",
     "calibrate": "fairaudit.calibration",
     "calibrate_policy": "fairaudit.calibration",
     "certify": "fairaudit.audit",
     "compose": "fairaudit.privacy",
     "delta": "fairaudit.privacy",
+    "design": "fairaudit.filter_design",
+    "design_model_free": "fairaudit.filter_design",
     "example": "fairaudit.tables.examples",
+    "certify_worst_case": "fairaudit.worst_utility_certificate",
+    "frontier": "fairaudit.filter_design",
     "policy_source": "fairaudit.policy",
     "pure_dp": "fairaudit.privacy",
     "read_allocation": "fairaudit.allocation",
@@ -40,6 +45,7 @@ _HOME = {
     "read_mechanism": "fairaudit.tables.mechanisms",
     "sample_policy": "fairaudit.policy",
     "trade_off": "fairaudit.privacy",
+    "worst_case": "fairaudit.worst_utility",
 }
 
 __all__ = [*_HOME, "__version__"]
@@ -57,6 +63,9 @@ if TYPE_CHECKING:
     from fairaudit.fairness import Distance as Distance
     from fairaudit.fairness import Ratio as Ratio
     from fairaudit.fairness import Witness as Witness
+    from fairaudit.filter_design import design as design
+    from fairaudit.filter_design import design_model_free as design_model_free
+    from fairaudit.filter_design import frontier as frontier
     from fairaudit.law import Columns as Columns
     from fairaudit.law import Law as Law
     from fairaudit.mechanism import Constant as Constant
@@ -75,6 +84,9 @@ if TYPE_CHECKING:
     from fairaudit.tables.examples import example as example
     from fairaudit.tables.mechanisms import read_mechanism as read_mechanism
     from fairaudit.utility import Utility as Utility
+    from fairaudit.utility_class import UtilityClass as UtilityClass
+    from fairaudit.worst_utility import worst_case as worst_case
+    from fairaudit.worst_utility_certificate import certify_worst_case as certify_worst_case
 
 
 def __getattr__(name: str) -> Any:

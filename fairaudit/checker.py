@@ -32,9 +32,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain, permutations, product, zip_longest
+from itertools import chain, combinations, permutations, product, zip_longest
 from math import gcd, isqrt, lcm, prod
-from operator import mul
+from operator import add, mul
 from typing import TypeVar
 
 CERTIFICATE_FORMAT = "fairaudit-certificate/1"
@@ -1010,10 +1010,11 @@ class _PolicyRows(_Rows):
 
 @dataclass(frozen=True)
 class Maximum:
-    """The value of a metric and its witness."""
+    """The value of a metric and its witness; ``place`` is the context (if any), the higher and the lower, as indices."""
 
     value: Rational
     witness: dict[str, object]
+    place: tuple[int | None, int, int]
 
 
 @dataclass(frozen=True)
@@ -1136,7 +1137,8 @@ def _greatest(
     if best is None:
         return None
     value, setting, higher, lower, values = best
-    return Maximum(_reduced(*value), setting.witness(header, higher, lower) | details(values[higher], values[lower]))
+    witness = setting.witness(header, higher, lower) | details(values[higher], values[lower])
+    return Maximum(_reduced(*value), witness, (setting.context, setting.groups[higher], setting.groups[lower]))
 
 
 def _group_law(cells: Sequence[Cell]) -> tuple[Law, Rational]:
@@ -1160,12 +1162,17 @@ def _lacks_population(table: Table) -> bool:
     return table.header.subject.population == "equal" and not table.complete()
 
 
+def _globally_compared(table: Table) -> list[int]:
+    groups = [] if _lacks_population(table) else _populated(table)
+    return groups if len(groups) > 1 else []
+
+
 def measure(table: Table, expectations_only: bool = False) -> dict[str, Maximum | None]:
     """Compute the six metrics of a table, or those two of them that compare expectations."""
     header = table.header
-    groups = [] if _lacks_population(table) else _populated(table)
+    groups = _globally_compared(table)
     by_group = table.by_group()
-    globally = [_group_law(by_group[a]) for a in groups] if len(groups) > 1 else []
+    globally = [_group_law(by_group[a]) for a in groups]
     # The places where groups are compared, with their laws and their expectations.
     everywhere = [(Setting(groups), [law for law, _ in globally], [mean for _, mean in globally])] if globally else []
     contexts = [
@@ -1303,7 +1310,8 @@ class Certificate:
     cells: int
     embedded: tuple[object, ...] | None  # the header and the rows
     constants: dict[str, Rational | bool | None]
-    privacy: dict[str, dict[str, object] | None] | None  # this, the next and the last are those of a policy
+    utilities: "UtilityClass | None"
+    privacy: dict[str, dict[str, object] | None] | None  # this, the next and the unfiltered metrics are those of a policy
     declared: dict[str, Rational]
     metrics: dict[str, dict[str, object] | None]
     unfiltered: dict[str, dict[str, object] | None] | None
@@ -1318,6 +1326,7 @@ POLICIES = "any policy behind this filter"
 FLOORED = "any policy behind this filter that keeps the declared floor"
 GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values"
 CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts"
+UTILITIES = "every utility of the class"
 
 
 @dataclass(frozen=True)
@@ -1327,6 +1336,7 @@ class Facts:
     table: Table
     metrics: Mapping[str, Maximum | None]
     declared: Mapping[str, Rational]
+    program: "Program | None"
 
     @cached_property
     def constants(self) -> dict[str, Fraction]:
@@ -1424,7 +1434,7 @@ class Rule:
     quantity: str
     evidence: str
     needs: tuple[str, ...] = ()
-    source: str = ""  # the metric that the value is or follows from; of claims that a policy certificate adds, none
+    source: str = ""  # the metric that the value is or follows from; claims about a policy or a class of utilities have none
 
 
 RULES: dict[tuple[str, str, str, str], Rule] = {
@@ -1452,6 +1462,10 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ("local_ratio", "<=", "T8", CONTEXT_FILTERS): Rule("local", "", ("g(u)", "context filter")),
     ("global_ratio", "<=", "T5", POLICIES): Rule("global", "", ("a-free", "independent", "finite")),
     ("global_ratio", "<=", "T5-decision", POLICIES): Rule("global", "composition", ("g(u)", "finite")),
+    ("local_ratio", "<=", "T3", UTILITIES): Rule("local", "multipliers"),
+    ("global_ratio", "<=", "T3", UTILITIES): Rule("global", "multipliers"),
+    ("local_ratio", "<=", "lp-dual", UTILITIES): Rule("local", "pairs"),
+    ("global_ratio", "<=", "lp-dual", UTILITIES): Rule("global", "pairs"),
 }
 
 
@@ -1459,7 +1473,8 @@ def _fault(claim: Claim, facts: Facts) -> str:
     """Say what is wrong with a claim; nothing if it is true."""
     rule = RULES.get(claim.key)
     of_policy = facts.table.policy is not None
-    if rule is None or not (rule.source or of_policy):
+    of_class = claim.key[3] == UTILITIES
+    if rule is None or not (rule.source or (facts.program if of_class else of_policy)):
         known = any(claim.key[:3] == key[:3] for key in RULES)
         return f"unknown claim: the scope is {shown(claim.key[3])}" if known else "unknown claim"
     if of_policy and not claim.assumptions:
@@ -1470,7 +1485,10 @@ def _fault(claim: Claim, facts: Facts) -> str:
     for condition in rule.needs:
         if not facts.holds(condition):
             return CONDITIONS[condition]
-    fault = _fault_of_figure(claim, rule, facts, source.value) if rule.source else _fault_of_bound(claim, rule, facts)
+    if of_class and facts.program is not None:
+        fault = _fault_of_worst_case(claim, rule, facts.program)
+    else:
+        fault = _fault_of_figure(claim, rule, facts, source.value) if rule.source else _fault_of_bound(claim, rule, facts)
     if not fault and not _at_most(quantity.value, claim.value):
         fault = f"the table gives the greater quantity {shown(quantity.value)}"
     return fault
@@ -1561,6 +1579,567 @@ def _fault_of_multipliers(claim: Claim, facts: Facts, tau: Fraction) -> str:
             least = value if least is None else min(least, value)
         else:
             return f"for some pair of groups the multipliers prove no less than {shown(_pair(least or Fraction(0)))}"
+    return ""
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The worst utility of a class
+
+
+@dataclass(frozen=True)
+class Family:
+    """Utilities with parameters: g is the sum of theta_k phi_k; ``features`` lists the phi_k by cell and decision."""
+
+    lower: list[Rational]
+    upper: list[Rational]
+    features: list[list[list[Rational]]]
+    rows: list[tuple[list[Rational], Rational]]  # coefficients and a bound
+
+
+@dataclass(frozen=True)
+class UtilityClass:
+    """A class of utilities, as ``subject.class`` states it."""
+
+    quantity: str
+    gamma: Rational
+    m: Rational
+    tau: Rational | None
+    tau_on: str
+    blind: bool
+    lipschitz: Rational | None
+    metric: list[list[Rational]] | None
+    order: list[tuple[str, str]]
+    rows: list[tuple[list[tuple[int, int | None, int, Rational]], Rational]]  # (context, group, decision, coefficient), and a bound
+    family: Family | None
+
+    @property
+    def floor(self) -> Rational:
+        """What the expectations of two groups that are compared are at least: tau, or m if that is greater."""
+        return self.m if self.tau is None or _at_most(self.tau, self.m) else self.tau
+
+    def described(self) -> str:
+        """Describe the class in one line."""
+        parts = [f"{self.quantity} ratio", f"{shown(self.m)} <= g <= {shown(self.gamma)}"]
+        if self.tau is not None:
+            parts.append(f"floor {shown(self.tau)} for {'the pair compared' if self.tau_on == 'pair' else 'all groups compared'}")
+        if self.blind:
+            parts.append("the same for all groups")
+        if self.lipschitz is not None:
+            parts.append(f"Lipschitz constant {shown(self.lipschitz)}{'' if self.metric is None else ' for a metric of its own'}")
+        parts += [f"{shown(lower)} no better than {shown(higher)}" for lower, higher in self.order]
+        parts += [f"{len(self.rows)} further constraints"] * bool(self.rows)
+        if self.family is not None:
+            parts.append(f"a family with {len(self.family.lower)} parameters and {len(self.family.rows)} constraints on them")
+        text = ", ".join(parts)
+        return text if len(text) <= 400 else text[:400] + " [...]"
+
+
+@dataclass(frozen=True)
+class Dual:
+    """The evidence of a claim by ``lp-dual``: for each pair, as (context or -1, higher, lower), its multipliers by constraint number."""
+
+    pairs: dict[tuple[int, int, int], list[tuple[int, Rational]]]
+    theta: list[Rational] | None
+
+
+def _signed(value: object, where: str, length: int | None = None) -> list[Rational]:
+    return [_rational(item, f"{where}[{i}]") for i, item in enumerate(_list(value, where, length))]
+
+
+def _boolean(value: object, where: str) -> bool:
+    if not isinstance(value, bool):
+        raise _malformed(where, f"must be true or false, not {_described(value)}")
+    return value
+
+
+def _read_class(value: object, where: str) -> UtilityClass:
+    """Read a class so far as no table is needed; that it fits the table is made sure of by ``Program``."""
+    keys = ("quantity", "gamma", "m", "tau", "tau_on", "blind", "lipschitz", "metric", "order", "rows", "family")
+    members = _object(value, where, keys)
+
+    def nonnegative(key: str) -> Rational:
+        return _rational(members[key], f"{where}.{key}", nonnegative=True)
+
+    def entries(key: str) -> list[tuple[str, object]]:
+        return [(f"{where}.{key}[{i}]", item) for i, item in enumerate(_list(members[key], f"{where}.{key}"))]
+
+    blind = _boolean(members["blind"], f"{where}.blind")
+    gamma, m = nonnegative("gamma"), nonnegative("m")
+    tau = None if members["tau"] is None else nonnegative("tau")
+    lipschitz = None if members["lipschitz"] is None else nonnegative("lipschitz")
+    if gamma == ZERO or not _at_most(m, gamma):
+        raise _malformed(f"{where}.gamma", "must be positive and at least m")
+    if tau is not None and not _at_most(tau, gamma):
+        raise _malformed(f"{where}.tau", "must be at most gamma")
+    if blind and lipschitz is not None:
+        raise _malformed(f"{where}.lipschitz", "must be null when the class is blind")
+    order = [_strings(item, place, 2) for place, item in entries("order")]
+    return UtilityClass(
+        _one_of(members["quantity"], f"{where}.quantity", ("local", "global")),
+        gamma,
+        m,
+        tau,
+        _one_of(members["tau_on"], f"{where}.tau_on", ("pair", "all")),
+        blind,
+        lipschitz,
+        None if members["metric"] is None else _read_distances(members["metric"], f"{where}.metric"),
+        [(lower, higher) for lower, higher in order],
+        [_read_constraint(item, place, blind) for place, item in entries("rows")],
+        None if members["family"] is None else _read_family(members["family"], f"{where}.family"),
+    )
+
+
+def _read_distances(value: object, where: str) -> list[list[Rational]]:
+    """Read a metric, and make sure that it is one."""
+    n = len(_list(value, where))
+    distances = [_rationals(row, f"{where}[{i}]", n) for i, row in enumerate(_list(value, where))]
+    flat, _ = _over_common_denominator([ONE, *chain.from_iterable(distances)])
+    rows = [flat[i : i + n] for i in range(1, n * n, n)]
+    for i, row in enumerate(rows):
+        for j, distance in enumerate(row):
+            if (distance == 0) != (i == j):
+                raise _malformed(f"{where}[{i}][{j}]", "must be zero on the diagonal and positive elsewhere")
+            if distance != rows[j][i]:
+                raise _malformed(f"{where}[{i}][{j}]", "must be symmetric")
+            if distance > min(map(add, row, rows[j])):
+                raise _malformed(f"{where}[{i}][{j}]", "violates the triangle inequality")
+    return distances
+
+
+def _read_constraint(value: object, where: str, blind: bool) -> tuple[list[tuple[int, int | None, int, Rational]], Rational]:
+    members = _object(value, where, ("terms", "bound"))
+    terms: list[tuple[int, int | None, int, Rational]] = []
+    for i, item in enumerate(_list(members["terms"], f"{where}.terms")):
+        place = f"{where}.terms[{i}]"
+        context, group, decision, coefficient = _list(item, place, 4)
+        if blind and group is not None:
+            raise _malformed(f"{place}[1]", "must be null when the class is blind")
+        terms.append(
+            (
+                _integer(context, f"{place}[0]"),
+                None if blind else _integer(group, f"{place}[1]"),
+                _integer(decision, f"{place}[2]"),
+                _rational(coefficient, f"{place}[3]"),
+            )
+        )
+    return terms, _rational(members["bound"], f"{where}.bound")
+
+
+def _read_family(value: object, where: str) -> Family:
+    members = _object(value, where, ("names", "lower", "upper", "features", "rows"))
+    names = _strings(members["names"], f"{where}.names")
+    _check_distinct(names, f"{where}.names")
+    lower, upper = (_signed(members[key], f"{where}.{key}", len(names)) for key in ("lower", "upper"))
+    for k, (low, high) in enumerate(zip(lower, upper, strict=True)):
+        if not _at_most(low, high):
+            raise _malformed(f"{where}.lower[{k}]", "is greater than the upper end")
+    features = [
+        [_signed(phi, f"{where}.features[{i}][{u}]", len(names)) for u, phi in enumerate(_list(cell, f"{where}.features[{i}]"))]
+        for i, cell in enumerate(_list(members["features"], f"{where}.features"))
+    ]
+    rows: list[tuple[list[Rational], Rational]] = []
+    for i, item in enumerate(_list(members["rows"], f"{where}.rows")):
+        row = _object(item, f"{where}.rows[{i}]", ("coefficients", "bound"))
+        coefficients = _signed(row["coefficients"], f"{where}.rows[{i}].coefficients", len(names))
+        rows.append((coefficients, _rational(row["bound"], f"{where}.rows[{i}].bound")))
+    return Family(lower, upper, features, rows)
+
+
+def _read_dual(value: object, where: str, local: bool, parameters: int | None) -> Dual:
+    members = _object(value, where, ["pairs"] if parameters is None else ["pairs", "theta"])
+    pairs: dict[tuple[int, int, int], list[tuple[int, Rational]]] = {}
+    last = (-1, -1, -1)
+    for i, item in enumerate(_list(members["pairs"], f"{where}.pairs")):
+        place = f"{where}.pairs[{i}]"
+        entry = _object(item, place, ["context"] * local + ["higher", "lower", "multipliers"])
+        context = _integer(entry["context"], f"{place}.context") if local else -1
+        pair = context, _integer(entry["higher"], f"{place}.higher"), _integer(entry["lower"], f"{place}.lower")
+        if pair <= last:
+            raise _malformed(place, "is not in increasing order of context, higher and lower")
+        last = pair
+        pairs[pair] = _read_multipliers(entry["multipliers"], f"{place}.multipliers")
+    return Dual(pairs, None if parameters is None else _signed(members["theta"], f"{where}.theta", parameters))
+
+
+def _read_multipliers(value: object, where: str) -> list[tuple[int, Rational]]:
+    multipliers: list[tuple[int, Rational]] = []
+    for i, item in enumerate(_list(value, where)):
+        number, y = _list(item, f"{where}[{i}]", 2)
+        multipliers.append((_integer(number, f"{where}[{i}][0]"), _rational(y, f"{where}[{i}][1]", nonnegative=True)))
+        if multipliers[i][1] == ZERO:
+            raise _malformed(f"{where}[{i}][1]", "must be positive")
+        if i and multipliers[i][0] <= multipliers[i - 1][0]:
+            raise _malformed(f"{where}[{i}][0]", "is not greater than the number before")
+    return multipliers
+
+
+# An affine form in the variables: integer coefficients over one denominator, that of the constant under CONSTANT.  A
+# constraint A v <= b is kept as its slack b - A v, an affine form that is at least 0 on the class.
+Affine = tuple[dict[int, int], int]
+CONSTANT = -1
+
+
+def _affine_sum(terms: Iterable[tuple[Rational, Affine]]) -> Affine:
+    """Add up multiples of affine forms."""
+    kept = [(n, d * denominator, form) for (n, d), (form, denominator) in terms if n]
+    common = lcm(*(d for _, d, _ in kept))
+    total: dict[int, int] = {}
+    for n, d, form in kept:
+        factor = n * (common // d)
+        for j, coefficient in form.items():
+            total[j] = total.get(j, 0) + factor * coefficient
+    return total, common
+
+
+def _minus(value: Rational) -> Rational:
+    return -value[0], value[1]
+
+
+def _constant(value: Rational) -> Affine:
+    return {CONSTANT: value[0]}, value[1]
+
+
+class Program:
+    """The variables, boxes and constraints of a class of utilities on a table.
+
+    A place is a cell, or when the class is blind a context that has cells: where g(u) can be chosen anew.  The
+    variables are numbered by place and decision; those of a family are its parameters.
+    """
+
+    def __init__(self, utilities: UtilityClass, table: Table) -> None:
+        header = table.header
+        self.utilities, self.table = utilities, table
+        self.decisions = len(header.decisions)
+        self.by_context, self.by_group = table.by_context(), table.by_group()
+        if utilities.metric is not None and len(utilities.metric) != len(header.groups):
+            raise _malformed("subject.class.metric", f"must have {len(header.groups)} rows, one for each group")
+        numbers = {label: u for u, label in enumerate(header.decisions)}
+        for i, label in ((i, label) for i, pair in enumerate(utilities.order) for label in pair):
+            if label not in numbers:
+                raise _malformed(f"subject.class.order[{i}]", f"names a decision that the table does not have: {shown(label)}")
+        self.order = [(numbers[lower], numbers[higher]) for lower, higher in utilities.order]
+        self.places: dict[tuple[int, int | None], int] = {}  # by context and group
+        for cell in table.cells:
+            self.places.setdefault((cell.context, None if utilities.blind else cell.group), len(self.places))
+        self.places_of: dict[int, list[int]] = {-1: [*self.places.values()]}  # by context; -1 stands for all of them
+        for (context, _), place in self.places.items():
+            self.places_of.setdefault(context, []).append(place)
+        self.everywhere = _globally_compared(table)
+        box = [utilities.m, utilities.gamma] * (len(self.places) * self.decisions)
+        self.values: list[Affine] = [({j: 1}, 1) for j in range(len(self.places) * self.decisions)]  # g by place and decision
+        if utilities.family is not None:
+            self.values = self._features(utilities.family)
+            box = [end for ends in zip(utilities.family.lower, utilities.family.upper, strict=True) for end in ends]
+        ends, self.unit_of_box = _over_common_denominator(box)
+        self.box = [*zip(ends[::2], ends[1::2], strict=True)]
+        self.rows = [self._row(terms, bound, f"subject.class.rows[{i}]") for i, (terms, bound) in enumerate(utilities.rows)]
+        self._means: dict[tuple[int, int], Affine] = {}
+        self._differing: dict[int, list[tuple[Cell, Cell]]] = {}
+
+    def place(self, cell: Cell) -> int:
+        """Number the place of a cell."""
+        return self.places[cell.context, None if self.utilities.blind else cell.group]
+
+    def _features(self, family: Family) -> list[Affine]:
+        """Write g by place and decision as forms in the parameters."""
+        where = "subject.class.family.features"
+        _list(family.features, where, len(self.table.cells))
+        chosen: dict[int, list[list[Rational]]] = {}
+        for i, (cell, features) in enumerate(zip(self.table.cells, family.features, strict=True)):
+            _list(features, f"{where}[{i}]", self.decisions)
+            if chosen.setdefault(self.place(cell), features) != features:
+                raise _malformed(f"{where}[{i}]", "differ from those of another group, but the class is blind")
+        forms: list[Affine] = []
+        for phi in chain.from_iterable(chosen.values()):
+            coefficients, denominator = _over_common_denominator(phi)
+            forms.append((dict(enumerate(coefficients)), denominator))
+        return forms
+
+    def _row(self, terms: Sequence[tuple[int, int | None, int, Rational]], bound: Rational, where: str) -> Affine:
+        """Write a further constraint as its slack."""
+        parts = [(ONE, _constant(bound))]
+        for i, (context, group, decision, coefficient) in enumerate(terms):
+            if (context, group) not in self.places or decision >= self.decisions:
+                raise _malformed(f"{where}.terms[{i}]", "names what the table does not have")
+            parts.append((_minus(coefficient), self.value(self.places[context, group], decision)))
+        return _affine_sum(parts)
+
+    def value(self, place: int, decision: int) -> Affine:
+        """Write g(u) at a place."""
+        return self.values[place * self.decisions + decision]
+
+    def _expectation(self, cell: Cell) -> Affine:
+        weights, total = cell.law
+        place = self.place(cell)
+        return _affine_sum(((w, total), self.value(place, u)) for u, w in enumerate(weights))
+
+    def mean(self, context: int, group: int) -> Affine:
+        """Write E(x,a), or the mean of E(.,a) when the context is -1."""
+        if (context, group) not in self._means:
+            if context >= 0:
+                form = self._expectation(next(cell for cell in self.by_context[context] if cell.group == group))
+            else:
+                n, d = _sum(cell.mass for cell in self.by_group[group])
+                form = _affine_sum(((c.mass[0] * d, c.mass[1] * n), self._expectation(c)) for c in self.by_group[group] if c.mass[0])
+            self._means[context, group] = form
+        return self._means[context, group]
+
+    def compared(self) -> list[tuple[int, list[int]]]:
+        """List the groups that are compared, by context; the context is -1 where the means of groups are compared."""
+        if self.utilities.quantity == "global":
+            return [(-1, self.everywhere)]
+        return [(x, [cell.group for cell in cells]) for x, cells in enumerate(self.by_context) if len(cells) > 1]
+
+    def groups_with_floor(self, context: int, higher: int, lower: int) -> list[int]:
+        """List the groups that keep the floor where these two are compared."""
+        if self.utilities.tau is None:
+            return []
+        if self.utilities.tau_on == "pair":
+            return [higher, lower]
+        return self.everywhere if context < 0 else [cell.group for cell in self.by_context[context]]
+
+    def _differing_cells(self, context: int) -> list[tuple[Cell, Cell]]:
+        """List the ordered pairs of different cells of a context, or of every context when it is -1."""
+        if context not in self._differing:
+            lists = self.by_context if context < 0 else [self.by_context[context]]
+            self._differing[context] = [pair for cells in lists for pair in permutations(cells, 2)]
+        return self._differing[context]
+
+    def slack(self, pair: tuple[int, int, int], number: int) -> Affine | None:
+        """Write the slack of a constraint by its number; the floors, and what of the table matters, depend on the pair."""
+        utilities, family = self.utilities, self.utilities.family
+        concerned = -1 if utilities.rows or family is not None else pair[0]
+        floors = self.groups_with_floor(*pair)
+        if number < len(floors):
+            return _affine_sum([(ONE, self.mean(pair[0], floors[number])), (_minus(utilities.tau or ZERO), _constant(ONE))])
+        number -= len(floors)
+
+        places = self.places_of[concerned]
+        if number < len(places) * len(self.order):
+            lower, higher = self.order[number % len(self.order)]
+            place = places[number // len(self.order)]
+            return _affine_sum([(ONE, self.value(place, higher)), ((-1, 1), self.value(place, lower))])
+        number -= len(places) * len(self.order)
+
+        if utilities.lipschitz is not None:
+            pairs = self._differing_cells(concerned)
+            if number < len(pairs) * self.decisions:
+                left, right = pairs[number // self.decisions]
+                one, other = (self.value(self.place(cell), number % self.decisions) for cell in (left, right))
+                return _affine_sum([(ONE, _constant(self.allowed(left, right))), ((-1, 1), one), (ONE, other)])
+            number -= len(pairs) * self.decisions
+
+        if number < len(self.rows):
+            return self.rows[number]
+        number -= len(self.rows)
+
+        if family is None:
+            return None
+        if number < 2 * len(self.values):
+            g = self.values[number // 2]
+            if number % 2 == 0:
+                return _affine_sum([(ONE, g), (_minus(utilities.m), _constant(ONE))])
+            return _affine_sum([(utilities.gamma, _constant(ONE)), ((-1, 1), g)])
+        number -= 2 * len(self.values)
+        if number < len(family.rows):
+            coefficients, bound = family.rows[number]
+            return _affine_sum([(ONE, _constant(bound)), *((_minus(c), ({k: 1}, 1)) for k, c in enumerate(coefficients))])
+        return None
+
+    def allowed(self, left: Cell, right: Cell) -> Rational:
+        """How much g may differ between two groups: L d(a,a')."""
+        metric = self.utilities.metric
+        distance = ONE if metric is None else metric[left.group][right.group]
+        return _product([self.utilities.lipschitz or ZERO, distance])
+
+    def greatest(self, form: Affine) -> Rational:
+        """Find the greatest value of an affine form when every variable is in its box, whatever the constraints say."""
+        coefficients, denominator = form
+        total = coefficients.get(CONSTANT, 0) * self.unit_of_box
+        for j, coefficient in coefficients.items():
+            if j != CONSTANT:
+                low, high = self.box[j]
+                total += coefficient * (high if coefficient > 0 else low)
+        return total, denominator * self.unit_of_box
+
+
+def _outside(program: Program, metric: Maximum | None, theta: Sequence[Rational] | None) -> str:
+    """Say which constraint of the class the utility of the table violates; nothing if it is in the class."""
+    utilities, table = program.utilities, program.table
+    gamma, m = Fraction(*utilities.gamma), Fraction(*utilities.m)
+    first: dict[int, list[Fraction]] = {}  # g by place
+    gains: list[list[Fraction]] = []  # g by cell
+    for cell in table.cells:
+        where = _place(table, cell)
+        own = [Fraction(*entry) for entry in cell.utility if entry is not None]
+        if len(own) < program.decisions:
+            return f"the utility is not given everywhere {where}"
+        if not all(m <= g <= gamma for g in own):
+            return f"the utility leaves [m, gamma] {where}"
+        if first.setdefault(program.place(cell), own) != own:
+            return f"the utility depends on the group {where}, but the class is blind"
+        for (lower, higher), names in zip(program.order, utilities.order, strict=True):
+            if own[lower] > own[higher]:
+                return f"the utility violates the order {shown(names)} {where}"
+        gains.append(own)
+    if utilities.lipschitz is not None:
+        by_context: list[list[tuple[Cell, list[Fraction]]]] = [[] for _ in table.header.contexts]
+        for cell, own in zip(table.cells, gains, strict=True):
+            by_context[cell.context].append((cell, own))
+        for (left, one), (right, other) in chain.from_iterable(combinations(cells, 2) for cells in by_context):
+            allowed = Fraction(*program.allowed(left, right))
+            if one != other and any(abs(g - h) > allowed for g, h in zip(one, other, strict=True)):
+                return f"the utility violates the Lipschitz constraint between group {right.group} and the cell {_place(table, left)}"
+    for i, (terms, bound) in enumerate(utilities.rows):
+        if sum(Fraction(*c) * first[program.places[x, a]][u] for x, a, u, c in terms) > Fraction(*bound):
+            return f"the utility violates subject.class.rows[{i}]"
+    if utilities.family is not None and (fault := _outside_family(utilities.family, table, gains, theta)):
+        return fault
+    return _below_floor(program, metric)
+
+
+def _place(table: Table, cell: Cell) -> str:
+    return f"in context {shown(list(table.header.contexts[cell.context]))}, group {shown(list(table.header.groups[cell.group]))}"
+
+
+def _outside_family(family: Family, table: Table, gains: Sequence[Sequence[Fraction]], theta: Sequence[Rational] | None) -> str:
+    """Say why theta does not show that the utility belongs to the family."""
+    if theta is None:
+        return "no claim by lp-dual about this quantity gives the theta of the utility"
+    own = [Fraction(*parameter) for parameter in theta]
+    for k, (low, high) in enumerate(zip(family.lower, family.upper, strict=True)):
+        if not Fraction(*low) <= own[k] <= Fraction(*high):
+            return f"theta[{k}] is not within its ends"
+    for i, (coefficients, bound) in enumerate(family.rows):
+        if sum(Fraction(*c) * parameter for c, parameter in zip(coefficients, own, strict=True)) > Fraction(*bound):
+            return f"theta violates subject.class.family.rows[{i}]"
+    for cell, features, values in zip(table.cells, family.features, gains, strict=True):
+        for phi, g in zip(features, values, strict=True):
+            if sum(Fraction(*f) * parameter for f, parameter in zip(phi, own, strict=True)) != g:
+                return f"theta does not give the utility {_place(table, cell)}"
+    return ""
+
+
+def _below_floor(program: Program, metric: Maximum | None) -> str:
+    tau, table = program.utilities.tau, program.table
+    if tau is None or metric is None:
+        return ""
+    context, higher, lower = metric.place
+    for group in program.groups_with_floor(-1 if context is None else context, higher, lower):
+        if context is None:
+            _, mean = _group_law(program.by_group[group])
+        else:
+            mean = next(cell.expectation for cell in program.by_context[context] if cell.group == group)
+        if not _at_most(tau, mean):
+            return f"the floor is violated by group {shown(list(table.header.groups[group]))}, whose expectation is {shown(mean)}"
+    return ""
+
+
+def _fault_of_worst_case(claim: Claim, rule: Rule, program: Program) -> str:
+    """Judge a claim about every utility of the class."""
+    utilities = program.utilities
+    if rule.quantity != utilities.quantity:
+        return f"the class is about the {utilities.quantity} ratio"
+    if not _at_most(ONE, claim.value):
+        return "the value is less than 1, the ratio of 0 to 0"
+    if claim.key[2] == "T3":
+        if not utilities.blind or (utilities.tau is not None and utilities.tau_on == "pair"):
+            return "T3 is for blind classes in which all groups keep the floor"
+        if utilities.order or utilities.rows or utilities.family is not None:
+            return "T3 is for classes without further constraints"
+    if claim.value == INFINITY:
+        return ""
+    if isinstance(claim.evidence, Dual):
+        return _fault_of_dual(claim.value, claim.evidence, program)
+    return _fault_of_closed_form(claim.value, claim.evidence if isinstance(claim.evidence, list) else [], program)
+
+
+def _fault_of_dual(value: Rational, evidence: Dual, program: Program) -> str:
+    """Look for a compared pair for which the multipliers do not prove the claim.
+
+    E and E' being those of the two groups, slack_i >= 0 on the class and y_i > 0,
+    E - value E' <= E - value E' + sum of y_i slack_i, which is an affine form.  If its greatest value on the boxes is at
+    most 0, then E <= value E' for every utility of the class; in particular E = 0 if E' = 0, and 0/0 = 1 <= value.
+    """
+    utilities, pairs = program.utilities, dict(evidence.pairs)
+    # Both settings of tau_on put the floor under the lower group of every pair: E/E' <= gamma/floor.
+    bounded = utilities.floor != ZERO and _at_most(_product([utilities.gamma, (utilities.floor[1], utilities.floor[0])]), value)
+    for context, groups in program.compared():
+        # The expectations of a blind utility under equal laws are equal.
+        alike = utilities.blind and context >= 0 and len({cell.law for cell in program.by_context[context]}) == 1
+        for higher, lower in permutations(groups, 2):
+            pair = context, higher, lower
+            named = f"{'' if context < 0 else f'context {context}, '}groups {higher} and {lower}"
+            if pair not in pairs:
+                if alike or bounded:
+                    continue
+                return f"the evidence lacks {named}"
+            terms = [(ONE, program.mean(context, higher)), (_minus(value), program.mean(context, lower))]
+            for number, y in pairs.pop(pair):
+                slack = program.slack(pair, number)
+                if slack is None:
+                    return f"there is no constraint {number} for {named}"
+                terms.append((y, slack))
+            greatest = program.greatest(_affine_sum(terms))
+            if greatest[0] > 0:
+                return f"the multipliers leave {shown(_reduced(*greatest))}, more than 0, for {named}"
+    for context, higher, lower in pairs:
+        return f"the evidence names {'' if context < 0 else f'context {context}, '}groups {higher} and {lower}, which are not compared"
+    return ""
+
+
+def _fault_of_closed_form(value: Rational, multipliers: Iterable[Fraction], program: Program) -> str:
+    """Look for a compared pair of rows P, Q for which no multiplier k proves the claim.
+
+    H_k is the sum of max(0, P - k Q).  Where m <= g <= gamma, E - k E' is the sum of (P - k Q) g, which is at most
+    (gamma - m) H_k + (1 - k) m.  With t, the floor of E', this gives E/E' <= k + max(0, (gamma - m) H_k - (k - 1) m) / t;
+    if t = 0, hence m = 0, then H_k = 0 gives E <= k E'.
+
+    k t + max(0, (gamma - m) H_k - (k - 1) m) is convex in k.  So where it is too great, its slope tells on which side of k
+    others may do, and few of them have to be tried.
+    """
+    utilities = program.utilities
+    (gamma, m, floor), _ = _over_common_denominator([utilities.gamma, utilities.m, utilities.floor])
+    above, below = value
+    ks = sorted({k for k in multipliers if k <= Fraction(*value)})
+    hint = 0  # where the last multiplier that did was found
+
+    def proved(p: Law, q: Law) -> bool:
+        nonlocal hint
+        common = p[1] * q[1]
+        low, high = 0, len(ks)
+        at = hint
+        while low < high:
+            n, d = _pair(ks[at])
+            # P > k Q means p * raised > q * lowered; H_k is the sum of the differences over common * d
+            raised, lowered = q[1] * d, p[1] * n
+            sum_p = sum_q = 0
+            for a, b in zip(p[0], q[0], strict=True):
+                if a * raised > b * lowered:
+                    sum_p += a
+                    sum_q += b
+            excess = (gamma - m) * (sum_p * raised - sum_q * lowered) - (n - d) * m * common
+            if below * (n * floor * common + max(0, excess)) <= above * floor * d * common:
+                hint = at
+                return True
+            # Since k <= value, the excess is positive here; the slope is floor - (gamma - m) * sum_q / q[1] - m.
+            if (floor - m) * q[1] < (gamma - m) * sum_q:
+                low = at + 1
+            else:
+                high = at
+            at = (low + high) // 2
+        return False
+
+    for context, groups in program.compared():
+        if context >= 0:
+            laws = [cell.law for cell in program.by_context[context]]
+        else:
+            forms = [program.mean(-1, group) for group in groups]
+            laws = [_law([form.get(j, 0) for j in range(len(program.values))], total) for form, total in forms]
+        for (higher, p), (lower, q) in permutations(zip(groups, laws, strict=True), 2):
+            if p != q and not proved(p, q):
+                place = "" if context < 0 else f"context {context}, "
+                return f"no multiplier proves the value for {place}groups {higher} and {lower}"
     return ""
 
 
@@ -1662,7 +2241,7 @@ def _read_not_compared(value: object, where: str, columns: Columns) -> dict[str,
     return value
 
 
-def _read_claim(value: object, where: str) -> Claim:
+def _read_claim(value: object, where: str, parameters: int | None) -> Claim:
     keys = ("quantity", "relation", "value", "scope", "by", "assumptions", "evidence")
     members = _object(value, where, keys)
     quantity, relation, by, scope = (_string(members[key], f"{where}.{key}") for key in ("quantity", "relation", "by", "scope"))
@@ -1671,11 +2250,13 @@ def _read_claim(value: object, where: str) -> Claim:
         (quantity, relation, by, scope),
         _extended(members["value"], f"{where}.value"),
         _strings(members["assumptions"], f"{where}.assumptions"),
-        _read_evidence(members["evidence"], f"{where}.evidence", rule),
+        _read_dual(members["evidence"], f"{where}.evidence", quantity == "local_ratio", parameters)
+        if rule is not None and rule.evidence == "pairs"
+        else _read_evidence(members["evidence"], f"{where}.evidence", rule, may_be_empty=scope == UTILITIES),
     )
 
 
-def _read_evidence(value: object, where: str, rule: Rule | None) -> object:
+def _read_evidence(value: object, where: str, rule: Rule | None, may_be_empty: bool) -> object:
     if rule is None:  # an unknown claim is found false, whatever is offered as evidence
         return _object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
     members = _object(value, where, (rule.evidence,) if rule.evidence else ())
@@ -1687,7 +2268,7 @@ def _read_evidence(value: object, where: str, rule: Rule | None) -> object:
     if rule.evidence != "multipliers":
         return _extended(item, place)
     multipliers = _rationals(item, place, len(_list(item, place)))
-    if not multipliers:
+    if not (multipliers or may_be_empty):
         raise _malformed(place, "must not be empty")
     return [Fraction(*k) for k in multipliers]
 
@@ -1712,7 +2293,9 @@ def _read_certificate(raw: bytes) -> Certificate:
     _one_of(top["format"], "format", (CERTIFICATE_FORMAT,))
     of_policy = _is_about_policy(top["subject"])
     keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy
-    about = _object(top["subject"], "subject", keys_of_subject)
+    about = _object(top["subject"], "subject", keys_of_subject, optional=() if of_policy else ("class",))
+    utilities = _read_class(about["class"], "subject.class") if "class" in about else None
+    parameters = None if utilities is None or utilities.family is None else len(utilities.family.lower)
     subject = _read_subject(about, "subject")
     table = _object(about["table"], "subject.table", ("sha256", "cells"), optional=("header", "rows"))
     embedded: tuple[object, ...] | None = None
@@ -1727,6 +2310,7 @@ def _read_certificate(raw: bytes) -> Certificate:
         _integer(table["cells"], "subject.table.cells"),
         embedded,
         _read_constants(about["utility"], "subject.utility"),
+        utilities,
         _read_privacy(about["privacy"], "subject.privacy") if of_policy else None,
         _read_declared(about["declared"], "subject.declared") if of_policy else {},
         {name: _read_metric(metrics[name], f"metrics.{name}", name, subject.columns) for name in METRICS},
@@ -1735,7 +2319,7 @@ def _read_certificate(raw: bytes) -> Certificate:
             _read_not_compared(item, f"not_compared[{i}]", subject.columns)
             for i, item in enumerate(_list(top["not_compared"], "not_compared"))
         ],
-        tuple(_read_claim(item, f"claims[{i}]") for i, item in enumerate(_list(top["claims"], "claims"))),
+        tuple(_read_claim(item, f"claims[{i}]", parameters) for i, item in enumerate(_list(top["claims"], "claims"))),
         tuple(_read_target(item, f"targets[{i}]") for i, item in enumerate(_list(top["targets"], "targets"))),
         _one_of(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive")),
     )
@@ -1800,9 +2384,17 @@ def _check_not_compared(stated: Certificate, table: Table) -> Finding:
     return _finding(f"not_compared is {shown(stated.not_compared)}", True)
 
 
-def _check_claims(stated: Certificate, table: Table, metrics: Mapping[str, Maximum | None]) -> Iterator[Finding]:
+def _check_class(stated: Certificate, program: "Program", metrics: Mapping[str, Maximum | None]) -> Finding:
+    utilities = program.utilities
+    key = (f"{utilities.quantity}_ratio", "<=", "lp-dual", UTILITIES)
+    evidence = next((claim.evidence for claim in stated.claims if claim.key == key), None)
+    fault = _outside(program, metrics[utilities.quantity], evidence.theta if isinstance(evidence, Dual) else None)
+    return _finding(f"the utility is in subject.class: {utilities.described()}", not fault, fault)
+
+
+def _check_claims(stated: Certificate, table: Table, metrics: Mapping[str, Maximum | None], program: "Program | None") -> Iterator[Finding]:
     seen: set[tuple[str, str, str, str]] = set()
-    facts = Facts(table, metrics, stated.declared)
+    facts = Facts(table, metrics, stated.declared, program)
     for i, claim in enumerate(stated.claims):
         quantity, relation, by, scope = claim.key
         fault = "a claim that occurs twice" if claim.key in seen else _fault(claim, facts)
@@ -1875,13 +2467,16 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
         law = _read_table(_lines_of_file(table))
     else:
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
+    program = None if stated.utilities is None else Program(stated.utilities, law)
     metrics = measure(law)
     findings += _check_subject(stated, law)
+    if program is not None:
+        findings.append(_check_class(stated, program, metrics))
     findings += _check_metrics(stated.metrics, metrics, "metrics")
     if law.policy is not None:
         findings += _check_unfiltered(stated, law.policy)
     findings.append(_check_not_compared(stated, law))
-    findings += _check_claims(stated, law, metrics)
+    findings += _check_claims(stated, law, metrics, program)
     findings += _check_targets(stated, metrics)
     return Report(tuple(findings), stated.verdict)
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.calibration import Calibration
 from fairaudit.exact import InputError
+from fairaudit.filter_design import Design, Frontier
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_calibration", "save_calibration"]
+__all__ = ["plot_calibration", "plot_frontier", "save_calibration", "save_frontier"]
 
 
 def plot_calibration(found: Sequence[Calibration], ax: Axes | None = None) -> Axes:
@@ -65,10 +66,6 @@ def save_calibration(found: Sequence[Calibration], path: str) -> None:
     InputError
         If matplotlib is missing, nothing is feasible, or the file cannot be written.
     """
-    import io
-
-    from fairaudit.certificate import write_atomically
-
     feasible = _feasible(found)
     figure, (keep, epsilon, guarantee) = _figure(3)
     plot_calibration(found, keep)
@@ -83,6 +80,73 @@ def save_calibration(found: Sequence[Calibration], path: str) -> None:
     guarantee.set_xlabel("target L (nats)")
     guarantee.set_ylabel("L (nats)")
     guarantee.legend()
+    _save(figure, path)
+
+
+def plot_frontier(found: Frontier | Sequence[Design], ax: Axes | None = None) -> Axes:
+    """Draw the truth kept over the target, beside that of calibrated randomized response.
+
+    Parameters
+    ----------
+    found : Frontier or sequence of Design
+        Designs of the same setting for several targets.
+    ax : Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    Axes
+        With the targets as log-ratios on the horizontal axis.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is missing, or nothing is feasible.
+    """
+    axes = ax if ax is not None else _figure(1)[1][0]
+    kept = [
+        (log(d.target), d.truth_kept, d.response_truth_kept)
+        for d in (found.designs if isinstance(found, Frontier) else found)
+        if d.target is not None and d.truth_kept is not None
+    ]
+    if not kept:
+        raise InputError("no target is feasible; there is nothing to draw")
+    kept.sort(key=lambda entry: entry[0])
+    axes.plot([x for x, _, _ in kept], [float(y) for _, y, _ in kept], marker="o", label="design")
+    response = [(x, float(y)) for x, _, y in kept if y is not None]
+    axes.plot([x for x, _ in response], [y for _, y in response], marker="s", linestyle="--", label="randomized response")
+    axes.set_xlabel("target L (nats)")
+    axes.set_ylabel("probability of keeping the truth")
+    axes.set_ylim(0, 1.02)
+    axes.legend()
+    return axes
+
+
+def save_frontier(found: Frontier | Sequence[Design], path: str) -> None:
+    """Draw the truth kept over the target into a file.
+
+    Parameters
+    ----------
+    found : Frontier or sequence of Design
+        Designs of the same setting for several targets.
+    path : str
+        A PNG, SVG or PDF file.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is missing, nothing is feasible, or the file cannot be written.
+    """
+    figure, (axes,) = _figure(1)
+    plot_frontier(found, axes)
+    _save(figure, path)
+
+
+def _save(figure: Any, path: str) -> None:
+    import io
+
+    from fairaudit.certificate import write_atomically
+
     ending = Path(path).suffix.lower().lstrip(".") or "png"
     if ending not in ("png", "svg", "pdf"):
         raise InputError(f"{path}: a picture ends in .png, .svg or .pdf")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -203,7 +203,8 @@ def _simple_filter(kind: str, section: Mapping[str, Any], where: str, values: li
     if kind == "table":
         from fairaudit.tables.mechanisms import read_mechanism
 
-        return read_mechanism(folder / _text(section, "table", where))
+        # The columns of the file are named after what it holds, input and output; the policy's own names count.
+        return replace(read_mechanism(folder / _text(section, "table", where)), columns=())
     if kind == "identity":
         return Identity(values)
     if kind == "constant":

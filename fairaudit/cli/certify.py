@@ -333,7 +333,7 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
         for name in (decision, *groups, *contexts):
             column(table, name)
         table = table.with_numbers([*numeric, *([] if arguments.utility_column is None else [arguments.utility_column])])
-        law = _law(arguments, table, decision, groups, contexts)
+        law = law_from_options(arguments, table, decision, groups, contexts)
         if arguments.utility is not None:
             utility = Utility(utility_spec(arguments.utility))
         else:
@@ -346,7 +346,10 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     return law, utility
 
 
-def _law(arguments: argparse.Namespace, table: CsvTable, decision: str, groups: tuple[str, ...], contexts: tuple[str, ...]) -> Law:
+def law_from_options(
+    arguments: argparse.Namespace, table: CsvTable, decision: str, groups: tuple[str, ...], contexts: tuple[str, ...]
+) -> Law:
+    """Read the law that the options describe."""
     from dataclasses import replace
 
     from fairaudit.law import Law

@@ -1,0 +1,343 @@
+"""`fairaudit design`: the filter that keeps most truth for a target."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from fairaudit.filter_design import Design
+    from fairaudit.mechanism import Mechanism
+
+DESCRIPTION = """\
+Find the filter of least expected distortion (the probability that a lie is released, or costs of your own) for a fairness target, a cap on
+epsilon, or both: for the known policy of an audit file, or for every policy behind the filter that keeps a declared floor. With several
+attributes the filter acts on them jointly."""
+
+EPILOG = """\
+exit codes: 0 found; 1 infeasible (the reason says why); 2 bad input
+
+examples:
+  fairaudit design audit.toml --target 0.2 -o filter.csv
+  fairaudit design audit.toml --target-ratio 5/4 --max-epsilon 2 --distortion costs.csv -o filter.csv
+  fairaudit design audit.toml --target 0.05,0.1,0.2,0.5 --plot frontier.png
+  fairaudit design --groups 16 --target 0.2 --tau 0.3
+  fairaudit privacy filter.csv
+
+The file written is a table of exact fractions that fairaudit privacy reads, and AUDIT.toml with [filter.group] kind = "table". The file of
+costs has one row per pair: columns input…, output…, distortion; rows for a release of the truth may be left out and cost nothing."""
+
+SHOWN_GROUPS = 8
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = commands.add_parser(
+        "design",
+        help="find the best privacy filter for a fairness target",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument(
+        "audit", metavar="AUDIT.toml", nargs="?", help="policy, utility and population; its filters and targets are passed over"
+    )
+    target = parser.add_mutually_exclusive_group()
+    target.add_argument("--target", metavar="L[,L…]", help="target for L, a log-ratio in nats; several make a table")
+    target.add_argument("--target-ratio", metavar="Q[,Q…]", help="the same as a ratio, such as 5/4")
+    cap = parser.add_mutually_exclusive_group()
+    cap.add_argument("--max-epsilon", metavar="E", help="cap on epsilon of the whole filter, in nats")
+    cap.add_argument("--max-exp-epsilon", metavar="Q", help="the same as e^ε, such as 7/3")
+    parser.add_argument("--distortion", metavar="FILE.csv", help="what each release costs (1 for a lie)")
+    free = parser.add_argument_group("for every policy that keeps a floor, instead of the known one")
+    free.add_argument("--groups", metavar="K", help="number of groups, or name=2,age=5,… for joint attributes; without an audit file")
+    free.add_argument("--tau", metavar="T", help="declared floor of every group's expected utility behind the filter (0: none)")
+    free.add_argument("--gamma", metavar="G", help="greatest utility (1, or that of the audit file)")
+    parser.add_argument("-o", "--output", metavar="FILE.csv", help="write the filter here")
+    parser.add_argument("--plot", metavar="FILE", help="draw the truth kept over the targets (PNG, SVG or PDF)")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the work."""
+    from fairaudit.cli.text import put
+    from fairaudit.exact import InputError
+
+    given = arguments.target or arguments.target_ratio
+    name = "target_local" if arguments.target else "target_local_ratio"
+    targets = [{name: text.strip()} for text in given.split(",")] if given else [{}]
+    if len(targets) > 1 and arguments.output is not None:
+        raise InputError("-o writes one filter; give one target")
+    if arguments.plot is not None and not given:
+        raise InputError("--plot draws over targets; give at least one")
+    solve = _solver(arguments)
+    found = []
+    for target in targets:
+        try:
+            found.append(solve(target))
+        except InputError as error:
+            raise InputError(_as_options(str(error))) from None
+    if arguments.plot is not None:
+        from fairaudit.plots import save_frontier
+
+        save_frontier(found, arguments.plot)
+    if arguments.output is not None and found[0].mechanism is not None:
+        write_filter(found[0].mechanism, arguments.output)
+    if arguments.format == "json":
+        put(json.dumps([_entry(d) for d in found] if len(found) > 1 else _entry(found[0]), ensure_ascii=True, indent=1))
+    else:
+        put(_table(found) if len(found) > 1 else _text(found[0], arguments.output))
+    return 0 if all(d.feasible for d in found) else 1
+
+
+def write_filter(mechanism: Mechanism, path: str) -> None:
+    """Write a filter as a text file of exact fractions, whole or not at all.
+
+    A filter of one column is a table whose corner names the column, where that cannot be mistaken; one of several columns has one row per
+    input and output, without those of probability 0.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or the labels do not survive in a text file.
+    """
+    import csv
+    import io
+    from pathlib import Path
+
+    from fairaudit.certificate import number, write_atomically
+    from fairaudit.exact import InputError
+    from fairaudit.tables.mechanisms import read_mechanism
+
+    def cell(value: int) -> str:
+        return number(Fraction(value, mechanism.denominator))
+
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    if mechanism.width == 1:
+        released = [label[0] for label in mechanism.outputs]
+        corner = mechanism.columns[0] if mechanism.columns else ""
+        writer.writerow(["" if corner in released or corner.lower().startswith("input") else corner, *released])
+        writer.writerows([label[0], *map(cell, mechanism.row(label))] for label in mechanism.inputs)
+    else:
+        columns = mechanism.columns or tuple(str(i + 1) for i in range(mechanism.width))
+        writer.writerow([*(f"input_{c}" for c in columns), *(f"output_{c}" for c in columns), "probability"])
+        writer.writerows(
+            [*label, *output, cell(v)]
+            for label in mechanism.inputs
+            for output, v in zip(mechanism.outputs, mechanism.row(label), strict=True)
+            if v
+        )
+    write_atomically(Path(path), [text.getvalue().encode("utf-8")])
+    try:
+        again = read_mechanism(path)
+        same = all(
+            again.probability(label, output) * mechanism.denominator == v
+            for label in mechanism.inputs
+            for output, v in zip(mechanism.outputs, mechanism.row(label), strict=True)
+            if v
+        )
+    except InputError as error:
+        raise InputError(f"the filter was written but cannot be read back, because of its labels: {error}") from None
+    if not same:
+        raise InputError(f"{path}: the filter was written but reads back differently, because of its labels; rename them")
+
+
+def _solver(arguments: argparse.Namespace) -> Callable[[Mapping[str, Any]], Design]:
+    from fairaudit.cli.audit_file import read_policy
+    from fairaudit.cli.calibrate import groups_option
+    from fairaudit.exact import InputError
+    from fairaudit.filter_design import design, design_model_free
+
+    options: dict[str, Any] = {"max_epsilon": arguments.max_epsilon, "max_exp_epsilon": arguments.max_exp_epsilon}
+    if arguments.audit is None:
+        if arguments.groups is None:
+            raise InputError("neither an audit file nor --groups was given; name the file of a policy, or give the number of groups")
+        groups: Any = groups_option(arguments.groups)
+        width = len(groups) if isinstance(groups, dict) else 1
+        options["distortion"] = _costs(arguments.distortion, width)
+        options.update(tau=arguments.tau or 0, gamma=arguments.gamma or 1)
+        return lambda target: design_model_free(groups, **target, **options)
+    if arguments.groups is not None:
+        raise InputError("--groups goes without an audit file; the policy has its own groups")
+    policy, utility, population = read_policy(arguments.audit)
+    columns = policy.law.columns.group
+    options["distortion"] = _costs(arguments.distortion, len(columns))
+    if arguments.tau is None:
+        if arguments.gamma is not None:
+            raise InputError("--gamma goes with --tau; the known policy needs neither")
+        return lambda target: design(policy, utility, population=population, **target, **options)
+    table = utility.on(policy.law)
+    if table.depends_on_group:
+        raise InputError("--tau asks for a guarantee for every policy, which needs a utility that does not depend on the group")
+    return _free(policy, population, {"tau": arguments.tau, "gamma": arguments.gamma or table.gamma, **options})
+
+
+def _free(policy: Any, population: Any, options: Mapping[str, Any]) -> Callable[[Mapping[str, Any]], Design]:
+    """A design without the policy, for its groups and their frequencies."""
+    from dataclasses import replace
+
+    from fairaudit.filter_design import design_model_free
+    from fairaudit.mechanism import Identity
+
+    law = policy.law
+    mass = policy.behind(group=Identity(law.groups), population=population).mass
+    count = len(law.groups)
+    weights = [1] * count if mass is None else [sum(mass[i::count]) for i in range(count)]
+
+    def solve(target: Mapping[str, Any]) -> Design:
+        found = design_model_free(law.groups, population=weights, **target, **options)
+        return found if found.mechanism is None else replace(found, mechanism=replace(found.mechanism, columns=law.columns.group))
+
+    return solve
+
+
+def _costs(path: str | None, width: int) -> dict[Any, Any] | None:
+    """Read a file of costs: columns input…, output…, distortion."""
+    from fairaudit.exact import InputError
+    from fairaudit.tables.csv import read_csv
+
+    if path is None:
+        return None
+    table = read_csv(path)
+    sides = [[c for c in table.columns if c.strip().lower().startswith(word)] for word in ("input", "output")]
+    for word, side in zip(("input", "output"), sides, strict=True):
+        if len(side) != width:
+            raise InputError(f"{path}: {len(side)} columns have names that start with {word}; the groups have {width}")
+    if "distortion" not in table.columns:
+        raise InputError(f"{path}: there is no column 'distortion'; the columns input…, output…, distortion are needed")
+    table = table.with_numbers(["distortion"])
+    costs: dict[Any, Any] = {}
+    for i in range(len(table)):
+        pair = (tuple(table[c][i] for c in sides[0]), tuple(table[c][i] for c in sides[1]))
+        if pair in costs:
+            raise InputError(f"{path}, {table.locate(i)}: the pair occurs a second time; each pair has one row")
+        costs[pair] = table["distortion"][i]
+    return costs
+
+
+def _as_options(message: str) -> str:
+    """Name options instead of arguments."""
+    for name in ("target_local_ratio", "max_exp_epsilon", "max_epsilon", "target_local", "tau", "gamma"):
+        option = {"target_local": "--target", "target_local_ratio": "--target-ratio"}.get(name, "--" + name.replace("_", "-"))
+        for ending in (" is ", ":"):
+            if message.startswith(name + ending):
+                return option + message[len(name) :]
+    return message
+
+
+def _goal(found: Design) -> str:
+    from fairaudit.audit import approximate
+
+    parts = [] if found.target is None else [f"local fairness R at most {approximate(found.target)}"]
+    parts += [] if found.max_exp_epsilon is None else [f"e^ε at most {approximate(found.max_exp_epsilon)}"]
+    return " and ".join(parts)
+
+
+def _text(found: Design, written: str | None) -> str:
+    from fairaudit.audit import approximate
+    from fairaudit.cli.text import plain
+
+    if found.mechanism is None or found.distortion is None or found.truth_kept is None:
+        return f"INFEASIBLE   {_goal(found)}\n\n{found.reason[:1].upper()}{found.reason[1:]}."
+    low, _ = found.epsilon
+    epsilon = "infinite" if low.is_infinite() else f"{float(low):.6g}   (e^ε = {approximate(found.exp_epsilon)})"
+    lines = [f"FOUND        {_goal(found)}", ""]
+    lines.append(f"Truth kept             {_percent(found.truth_kept)}")
+    lines.append(f"Expected distortion    {approximate(found.distortion)}")
+    if found.response_distortion is not None and found.response_truth_kept is not None:
+        kept = f"{_percent(found.response_truth_kept)} kept, distortion {approximate(found.response_distortion)}"
+        lines.append(f"Randomized response    {kept}")
+    if found.lower_bound is not None:
+        lines.append(f"No filter distorts less than {approximate(found.lower_bound)} (proved exactly)")
+    if found.achieved is not None:
+        lines.append(f"Ratio R, exact         {approximate(found.achieved)}")
+    lines += [f"epsilon                {epsilon}", f"Found by               {found.method}", f"Scope                  {found.scope}"]
+    if found.reason:
+        lines.append(f"Note                   {found.reason}")
+    if found.assumptions:
+        lines += ["", "For you to judge", *(f"  - {plain(text)}" for text in found.assumptions)]
+    lines += ["", _filter(found.mechanism)]
+    if written is not None:
+        lines += ["", f"Filter: {plain(written)}", f"Measure it: fairaudit privacy {plain(written)}"]
+    return "\n".join(lines)
+
+
+def _filter(mechanism: Mechanism) -> str:
+    """The table, if it is small."""
+    from fairaudit.cli.text import plain
+
+    size = len(mechanism.inputs)
+    if size > SHOWN_GROUPS:
+        return f"The filter has {size} inputs and outputs; its exact probabilities are in the file that -o writes, and in --format json."
+    rows = [["released for", *(plain(", ".join(label)) for label in mechanism.outputs)]]
+    rows += [[plain(", ".join(a)), *(f"{v / mechanism.denominator:.6f}" for v in mechanism.row(a))] for a in mechanism.inputs]
+    return _aligned(rows) + "\nThe exact probabilities are in the file that -o writes, and in --format json."
+
+
+def _table(found: Sequence[Design]) -> str:
+    from fairaudit.audit import approximate
+
+    rows = [["target R", "truth kept", "distortion", "randomized response keeps", "R, exact", "epsilon"]]
+    for d in found:
+        target = "none" if d.target is None else approximate(d.target)
+        if d.distortion is None or d.truth_kept is None:
+            rows.append([target, "infeasible", "-", "-", "-", "-"])
+            continue
+        low, _ = d.epsilon
+        response = "-" if d.response_truth_kept is None else _percent(d.response_truth_kept)
+        achieved = "-" if d.achieved is None else approximate(d.achieved)
+        epsilon = "infinite" if low.is_infinite() else f"{float(low):.6g}"
+        rows.append([target, _percent(d.truth_kept), approximate(d.distortion), response, achieved, epsilon])
+    said = [f"Scope: {scope}" for scope in sorted({d.scope for d in found if d.feasible})]
+    said += sorted({f"Infeasible: {d.reason}" for d in found if not d.feasible})
+    return "\n\n".join([_aligned(rows), *said])
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
+
+
+def _percent(value: Fraction) -> str:
+    return f"{float(value):.4%}"
+
+
+def _entry(found: Design) -> dict[str, Any]:
+    from fairaudit.certificate import number
+
+    def exact(value: Fraction | float | None) -> str | None:
+        return None if value is None else number(value)
+
+    mechanism = found.mechanism
+    return {
+        "quantity": "local",
+        "target_ratio": exact(found.target),
+        "max_exp_epsilon": exact(found.max_exp_epsilon),
+        "feasible": found.feasible,
+        "truth_kept": exact(found.truth_kept),
+        "distortion": exact(found.distortion),
+        "lower_bound": exact(found.lower_bound),
+        "achieved_ratio": exact(found.achieved),
+        "exp_epsilon": exact(found.exp_epsilon) if found.feasible else None,
+        "epsilon": [str(end) for end in found.epsilon] if found.feasible else None,
+        "multipliers": [number(k) for k in found.multipliers],
+        "randomized_response": {"truth_kept": exact(found.response_truth_kept), "distortion": exact(found.response_distortion)},
+        "method": found.method,
+        "scope": found.scope,
+        "assumptions": list(found.assumptions),
+        "reason": found.reason,
+        "mechanism": None
+        if mechanism is None
+        else {
+            "columns": list(mechanism.columns),
+            "labels": [list(label) for label in mechanism.inputs],
+            "rows": [[number(Fraction(v, mechanism.denominator)) for v in mechanism.row(label)] for label in mechanism.inputs],
+        },
+    }

@@ -1,0 +1,246 @@
+"""`fairaudit worst-case`: the utility of a class for which a table looks worst."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from itertools import pairwise
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli.certify import check_output, column_list
+from fairaudit.cli.certify import law_from_options as law_of_table
+
+if TYPE_CHECKING:
+    from fairaudit.law import Law
+    from fairaudit.worst_utility import WorstCase
+
+DESCRIPTION = """\
+Find the utility, among all of a class, for which a table of decisions looks worst: the ratio that it gives exactly, a bound for every
+utility of the class with its proof, and a certificate of both. Utilities lie between --g-min and --gamma; more options narrow the class."""
+
+EPILOG = """\
+exit codes: 0 found; 2 bad input
+
+examples:
+  fairaudit worst-case admissions.csv --decision Admit --group Gender --context Dept --count Freq --tau 0.3 -o certificate.json
+  fairaudit worst-case grades.csv --decision grade --group sex --tau 1/4 --order low,mid,high
+  fairaudit worst-case log.csv --decision answer --group age --tau 0.2 --not-blind --lipschitz 0.1 --global"""
+
+SHOWN_ROWS = 20
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = commands.add_parser(
+        "worst-case",
+        help="find the utility for which a table looks worst",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("table", metavar="TABLE", help="CSV file with a header line")
+    roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
+    roles.add_argument("--decision", metavar="COL", required=True, help="what was decided")
+    roles.add_argument("--group", metavar="COL", action="append", required=True, help="sensitive attribute; several form intersections")
+    roles.add_argument("--context", metavar="COL", action="append", help="what may legitimately matter")
+    form = roles.add_mutually_exclusive_group()
+    form.add_argument("--count", metavar="COL", help="how often the row occurred")
+    form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
+    roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+    kind = parser.add_argument_group("the class of utilities (exact numbers)")
+    kind.add_argument("--gamma", metavar="G", default="1", help="greatest utility (1)")
+    kind.add_argument("--g-min", metavar="M", default="0", help="least utility (0)")
+    kind.add_argument("--tau", metavar="T", help="floor of the expected utility of the groups compared")
+    kind.add_argument("--tau-on", choices=("all", "pair"), default="all", help="which groups keep the floor (all)")
+    kind.add_argument("--not-blind", action="store_true", help="the utility may depend on the group")
+    kind.add_argument("--lipschitz", metavar="L", help="by how much at most, with --not-blind")
+    kind.add_argument("--order", metavar="LOW,…,HIGH", action="append", help="decisions from the least to the most useful")
+    rest = parser.add_argument_group("input and output")
+    rest.add_argument("--global", dest="overall", action="store_true", help="compare group means instead of groups within contexts")
+    rest.add_argument(
+        "--missing",
+        choices=("error", "drop", "group"),
+        default="error",
+        help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
+    )
+    rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
+    rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
+    rest.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the work."""
+    from fairaudit.cli.text import plain, put
+    from fairaudit.exact import InputError
+    from fairaudit.utility_class import UtilityClass
+    from fairaudit.worst_utility import worst_case
+    from fairaudit.worst_utility_certificate import certify_worst_case
+
+    check_output(arguments)
+    order = [pair for chain in arguments.order or [] for labels in (column_list([chain]),) for pair in _chain(labels)]
+    of = UtilityClass(
+        gamma=arguments.gamma,
+        m=arguments.g_min,
+        tau=arguments.tau,
+        tau_on=arguments.tau_on,
+        blind=not arguments.not_blind,
+        lipschitz=arguments.lipschitz,
+        order=order,
+    )
+    law = _read(arguments)
+    try:
+        found = worst_case(law, of, "global" if arguments.overall else "local")
+    except InputError as error:
+        raise InputError(f"{arguments.table}: {error}") from None
+    written: list[str] = []
+    certificate = None
+    if arguments.output is not None or arguments.format == "json":
+        certificate = certify_worst_case(found, embed_table=False if arguments.no_table else None)
+    if arguments.output is not None and certificate is not None:
+        written = [str(path) for path in certificate.save(arguments.output)]
+    if certificate is not None and arguments.format == "json":
+        put(json.dumps(_entry(found, certificate.document), ensure_ascii=True, indent=1))
+        return 0
+    for note in law.notes:
+        print(f"note: {plain(note)}", file=sys.stderr)
+    put(_text(found, written))
+    return 0
+
+
+def _read(arguments: argparse.Namespace) -> Law:
+    from fairaudit.columns import column
+    from fairaudit.exact import InputError
+    from fairaudit.tables.csv import read_csv
+
+    groups, contexts = column_list(arguments.group), column_list(arguments.context)
+    if not groups:
+        raise InputError("no group column was named; use --group COL")
+    if arguments.weight is not None and arguments.probability is None:
+        raise InputError("--weight goes with --probability; counts and logs carry their own population")
+    table = read_csv(arguments.table)
+    try:
+        for name in (arguments.decision, *groups, *contexts):
+            column(table, name)
+        table = table.with_numbers([c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None])
+        return law_of_table(arguments, table, arguments.decision, groups, contexts)
+    except InputError as error:
+        raise InputError(f"{table.name}: {error}") from None
+
+
+def _chain(labels: tuple[str, ...]) -> list[tuple[str, str]]:
+    from fairaudit.exact import InputError, shown
+
+    if len(labels) < 2:
+        raise InputError(f"--order {shown(','.join(labels))} names fewer than two decisions; list them from the least to the most useful")
+    return list(pairwise(labels))
+
+
+def _text(found: WorstCase, written: list[str]) -> str:
+    from fairaudit.audit import approximate, place
+    from fairaudit.cli.text import plain
+
+    witness = found.witness
+    where = f" in {plain(place(witness.context))}" if witness.context else ""
+    high, low = (approximate(v) for v in witness.expectations)
+    name = f"{found.quantity} fairness"
+    lines = [f"WORST CASE   {name}: ratio R = {approximate(found.lower)}, over every utility of the class", ""]
+    if found.lower == 1:
+        lines.append("No utility of the class tells any two groups apart.")
+    else:
+        lines.append(
+            f"{plain(place(witness.higher))} is favoured over {plain(place(witness.lower))}{where}: expected utility {high} against {low}."
+        )
+    lines += ["", *_table(found), ""]
+    lines.append(f"Attained exactly      R = {_exact(found.lower)}")
+    lines.append(f"Proved for all        R at most {_exact(found.upper)}")
+    gap = "none" if found.gap == 0 else "infinite" if found.gap == inf else f"{found.gap:.2g} (relative)"
+    lines.append(f"Gap                   {gap}")
+    how = {"closed form": "closed form (T3, T4, T6)", "lp": "linear programs, checked exactly", "conic": "conic program"}
+    lines.append(f"Method                {how[found.method]}")
+    if written:
+        beside = f" --table {written[1]}" if len(written) > 1 else ""
+        lines += ["", f"Certificate: {plain(', '.join(written))}", f"Check it:    fairaudit verify {plain(written[0] + beside)}"]
+    lines += [
+        "",
+        "What this does not say",
+        "  Whether anybody's utility is the worst one: it bounds what may be said about this table for any utility of the class.",
+    ]
+    return "\n".join(lines)
+
+
+def _exact(value: Any) -> str:
+    from fairaudit.audit import approximate
+    from fairaudit.certificate import number
+
+    if value == inf:
+        return "infinite"
+    text = number(value)
+    return text if len(text) <= 60 else approximate(value)
+
+
+def _table(found: WorstCase) -> list[str]:
+    """The worst utility: one row per decision, one column per place where it differs."""
+    from fairaudit.audit import approximate, place
+    from fairaudit.cli.text import plain
+
+    table = found.utility.on(found.law)
+    if table.by_decision:
+        rows = [[label, approximate(value)] for label, value in zip(found.law.decisions, _values(table, 0), strict=True)]
+        return _aligned([["worst utility", "g"], *rows])
+    law, witness = found.law, found.witness
+    lines = [["worst utility", "decision", "g"]]
+    hidden = 0
+    for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
+        context, group = law.context_label(x), law.group_label(a)
+        if (witness.context is not None and context != witness.context) or group not in (witness.higher, witness.lower):
+            continue
+        if found.utility_class.blind and group != witness.higher:
+            continue
+        label = place(context if found.utility_class.blind else {**context, **group})
+        for u, value in zip(law.decisions, _values(table, cell), strict=True):
+            if len(lines) > SHOWN_ROWS:
+                hidden += 1
+                continue
+            lines.append([label, u, approximate(value)])
+    shown = _aligned([[plain(text) for text in line] for line in lines])
+    if hidden:
+        shown.append(f"  … and {hidden} more values, in the certificate")
+    if witness.context is not None:
+        shown.append("  (elsewhere it is constant, or as the certificate lists it)")
+    return shown
+
+
+def _values(table: Any, cell: int) -> list[Any]:
+    from fractions import Fraction
+
+    return [Fraction(v, table.scale) for v in table.row(cell)]
+
+
+def _aligned(rows: list[list[str]]) -> list[str]:
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return ["  " + "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def _entry(found: WorstCase, document: dict[str, Any]) -> dict[str, Any]:
+    from fairaudit.certificate import number
+
+    witness = found.witness
+    return {
+        "quantity": found.quantity,
+        "lower": number(found.lower),
+        "upper": number(found.upper),
+        "gap": None if found.gap == inf else found.gap,
+        "method": found.method,
+        "certified": found.certified,
+        "witness": {
+            "context": witness.context,
+            "higher": witness.higher,
+            "lower": witness.lower,
+            "expectations": [number(v) for v in witness.expectations],
+        },
+        "certificate": document,
+    }
