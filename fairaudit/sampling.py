@@ -1,0 +1,1889 @@
+"""Intervals for fairness ratios of a population from which a table was drawn, at a stated confidence, for finite samples.
+
+A **cell** is a set of independent draws of a number in a known range, all with the same mean. Expected utilities are **forms**, weighted
+sums of cell means: a single cell for a plain table, the filters' probabilities for a policy behind filters, P(x|a) for a group mean. A
+**block** is a set of forms that are compared with each other, a context for the local ratio. The ratio R is the greatest quotient of two
+forms of one block.
+
+Every cell gets a lower and an upper end, each wrong with at most a stated probability, its level. Let K be the number of cells with
+draws, s the greatest number of them in the two forms of one compared pair, 1 − α the confidence, and [lo, hi] the ends.
+
+* *Upper end.* Let the pair attain R (it is unknown, but does not depend on the draws) and let w, v be its weights. Each cell needs one
+  end only: hi where w > R·v, lo where w < R·v. If these s ends hold, the greatest quotient of this pair over the box is at least R. So
+  s ends of level β suffice, however many cells there are.
+* *Lower end.* The pair that gives the greatest lower end does depend on the draws, so all 2K ends, of level β', have to hold. With
+  β' ≤ β the s ends above are among them.
+* *Both* hold with probability at least 1 − s·β − (2K − s)·β' by the union bound, which asks for no independence between cells. With
+  independent cells (1 − β − β')^s·(1 − 2β')^(K − s) is enough.
+
+The **product region**, for independent cells and forms of a single cell, replaces the corners of the box. If u and v are the tail
+probabilities of the two cells of a pair at their true means, then u and v are independent and stochastically at least uniform, and
+P(u ≤ b or v ≤ b or u·v ≤ c) ≤ 2b + f, f = c·log(c/b²) − c + b² (for b² ≤ c ≤ b). With (b, c) for the pair that attains R and (b', c') for
+all M ordered pairs, the error is at most 2b + (2K − 2)·b' + f + (M − 1)·f'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from fractions import Fraction
+from functools import cached_property, lru_cache
+from itertools import permutations, product
+from math import ceil, comb, exp, floor, inf, isqrt, log, log1p, pi, sqrt
+from statistics import NormalDist
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.columns import Label, Missing, column, label_text, locator, names, read_columns
+from fairaudit.exact import (
+    InputError,
+    _log_fixed,
+    compare_log,
+    exp_enclosure,
+    log_enclosure,
+    nearest,
+    rational,
+    rational_text,
+    shown,
+)
+from fairaudit.law import Law
+from fairaudit.mechanism import Mechanism
+from fairaudit.policy import Policy
+from fairaudit.utility import Utility, UtilityTable
+
+__all__ = [
+    "Cell",
+    "Comparison",
+    "FilterTest",
+    "Interval",
+    "NoiseFloor",
+    "Planning",
+    "cell_ends",
+    "default_region",
+    "further_draws",
+    "global_comparison",
+    "greatest_ratio",
+    "least_ratio",
+    "local_comparison",
+    "noise_floor",
+    "plan",
+    "policy_comparison",
+    "ratio_interval",
+    "repetition_warnings",
+    "sampled_population_interval",
+    "tail_bound",
+    "test_filter",
+    "unit_comparison",
+    "verdict",
+]
+
+Method = Literal["hoeffding-kl", "empirical-bernstein", "intersection"]
+Region = Literal["box", "product"]
+Side = Literal["both", "lower", "upper"]
+Form = tuple[tuple[int, Fraction], ...]
+Ends = tuple[Fraction, Fraction]
+Extended = Fraction | float
+Floats = NDArray[np.float64]
+
+EXACT_DRAWS = 5_000
+BITS = 128
+ONE = 1 << BITS
+WORK = 192
+DIGITS = 7
+PI_BELOW = Fraction(333, 106)
+SIDAK_CELLS = 2_000
+GUARD = Fraction(4, 5)
+SLACK = 0.02
+MAX_KNOTS = 400
+GRID = 60
+
+DRAWS = (
+    "the draws within a cell are independent, each with the law of the cell, and how many there are does not depend on how they came out"
+)
+CELLS = "the draws of different cells are independent of each other"
+DECLARED = "utility, method and confidence were chosen without looking at the draws"
+UNITS = (
+    "different sampling units are independent, and the mean of the utility over the rows of a unit in a cell has the expected utility of "
+    "that cell as its mean"
+)
+POOLED = "the contexts of each group were drawn from its population, not set by design"
+POPULATION = "the contexts of each group are distributed as in the stated population"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Independent draws of a number between `low` and `high`, all with the same mean.
+
+    Attributes
+    ----------
+    draws : int
+        How many.
+    total : Fraction
+        Their sum.
+    squares : Fraction or None
+        The sum of their squares, for the empirical Bernstein method.
+    low, high : Fraction
+        The known range of one draw.
+    binary : bool
+        Whether a draw takes no other values than `low` and `high`.
+    label : tuple
+        What to call it.
+
+    Examples
+    --------
+    >>> Cell(10, Fraction(3), None, Fraction(0), Fraction(1), True).mean
+    Fraction(3, 10)
+    """
+
+    draws: int
+    total: Fraction
+    squares: Fraction | None
+    low: Fraction
+    high: Fraction
+    binary: bool
+    label: tuple[Any, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what no draws can give."""
+        inside = self.low * self.draws <= self.total <= self.high * self.draws
+        if self.draws < 0 or self.low < 0 or self.high < self.low or not inside:
+            raise InputError(f"{self.draws} draws between {self.low} and {self.high} cannot sum to {self.total}")
+        if self.binary and self.high > self.low and self.successes.denominator != 1:
+            raise InputError(f"{self.draws} draws, each {self.low} or {self.high}, cannot sum to {self.total}")
+
+    @property
+    def informative(self) -> bool:
+        """Whether its mean is estimated: it has draws, and they could have come out differently."""
+        return self.draws > 0 and self.high > self.low
+
+    @property
+    def mean(self) -> Fraction:
+        """Mean of the draws."""
+        return self.total / self.draws
+
+    @property
+    def successes(self) -> Fraction:
+        """The sum on the scale on which the range is [0, 1]; for binary draws the number of high ones."""
+        return (self.total - self.draws * self.low) / (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Cells, and the blocks of forms in their means that are compared.
+
+    Attributes
+    ----------
+    cells : tuple of Cell
+        The cells.
+    blocks : tuple of tuple of forms
+        A form is a tuple of (cell index, weight > 0).
+    labels : tuple
+        For each block its context and the groups of its forms, as mappings from column to label (the context is None over all contexts).
+    dependent : bool
+        Whether cells are known to share draws or sampling units, so that they cannot be declared independent.
+    assumptions, notes : tuple of str
+        What the reader must accept, and what was noticed.
+    """
+
+    cells: tuple[Cell, ...]
+    blocks: tuple[tuple[Form, ...], ...]
+    labels: tuple[tuple[dict[str, str] | None, tuple[dict[str, str], ...]], ...] = ()
+    dependent: bool = False
+    assumptions: tuple[str, ...] = (DRAWS, DECLARED)
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def used(self) -> tuple[int, ...]:
+        """The informative cells of blocks with at least two forms, in order."""
+        found = {i for block in self.blocks if len(block) > 1 for form in block for i, _ in form}
+        return tuple(i for i in sorted(found) if self.cells[i].informative)
+
+    @cached_property
+    def span(self) -> int:
+        """s, the greatest number of informative cells in the two forms of a compared pair."""
+        used = set(self.used)
+        best = 0
+        for block in self.blocks:
+            supports = {frozenset(i for i, _ in form if i in used) for form in block} if len(block) > 1 else set()
+            sizes = sorted((len(support) for support in supports), reverse=True)
+            if len(supports) == 1 or sizes[:1] == [1]:
+                best = max([best, sum(sizes[:2])])
+            elif sum(sizes[:2]) > best:
+                best = max([best, *(len(p | q) for p, q in permutations(supports, 2))])
+        return best
+
+    @cached_property
+    def single(self) -> bool:
+        """Whether every form is one cell."""
+        return all(len(form) == 1 and form[0][1] == 1 for block in self.blocks for form in block)
+
+    @property
+    def pairs(self) -> int:
+        """M, the number of ordered pairs that are compared."""
+        return sum(len(block) * (len(block) - 1) for block in self.blocks)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A confidence interval of a fairness ratio.
+
+    Attributes
+    ----------
+    lower : Fraction
+        At least 1.
+    upper : Fraction or float
+        Possibly `math.inf`.
+    estimate : Fraction or float or None
+        The ratio of the table itself; None if a cell has no draws.
+    confidence : Fraction
+        The probability, before the draws, that both ends are right (or the one that was asked for).
+    region : {"box", "product"}
+        How the ends of the cells are joined.
+    methods : tuple of str
+        How the ends of the cells were found.
+    assumptions : tuple of str
+        What the reader must accept.
+    evidence : dict
+        What a checker needs, as docs/certificate-samples.md describes it.
+    """
+
+    lower: Fraction
+    upper: Extended
+    estimate: Extended | None
+    confidence: Fraction
+    region: Region
+    methods: tuple[str, ...]
+    assumptions: tuple[str, ...]
+    evidence: dict[str, Any]
+
+    @cached_property
+    def log(self) -> tuple[Decimal, Decimal]:
+        """Both ends on the scale of L, rounded outwards."""
+        return Decimal(log_enclosure(_pair(self.lower))[0]), Decimal(log_enclosure(_pair(self.upper))[1])
+
+
+@dataclass(frozen=True)
+class FilterTest:
+    """What end-to-end draws say about a claimed ε (T11)."""
+
+    refuted: bool
+    interval: Interval
+    exp_epsilon: Extended
+    sentence: str
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """An effect beside the ratio under edits that should not matter; both intervals hold together at the stated confidence."""
+
+    effect: Interval
+    placebo: Interval
+    rises: bool
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Planning:
+    """An estimate for planning, not a guarantee.
+
+    Attributes
+    ----------
+    draws : tuple of int or None
+        Draws per cell (in all for `plan`, further ones for `further_draws`); None if no number up to the limit would do.
+    decides : {"within", "exceeds"} or None
+        Which verdict they are expected to give.
+    sentence : str
+        The same in words.
+    """
+
+    draws: tuple[int, ...] | None
+    decides: Literal["within", "exceeds"] | None
+    sentence: str
+
+
+# What is compared
+
+
+def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | None = None) -> Comparison:
+    """Set up the local ratio of a plain table of counts.
+
+    Parameters
+    ----------
+    law : Law
+        Counts, all of them integers.
+    utility : UtilityTable
+        The utility on it.
+    limits : pair of numbers, optional
+        The range of g over everything that could be drawn, seen or not; by default from 0 to the greatest value that g has here.
+
+    Returns
+    -------
+    Comparison
+        One cell and one form for each (x,a) that is compared; a block for each context.
+
+    Raises
+    ------
+    InputError
+        If the law holds probabilities or fractional counts: they carry no sample size.
+
+    Examples
+    --------
+    >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> [cell.mean for cell in local_comparison(law, Utility({"yes": 1}).on(law)).cells]
+    [Fraction(3, 4), Fraction(1, 2)]
+    """
+    cells: list[Cell] = []
+    blocks: list[tuple[Form, ...]] = []
+    labels = []
+    scope = _Range(utility, limits)
+    for start, end in zip(law.starts[:-1].tolist(), law.starts[1:].tolist(), strict=True):
+        if end - start < 2:
+            continue
+        block = []
+        for i in range(start, end):
+            block.append(_unit_form(len(cells)))
+            context, group = law.contexts[int(law.cell_context[i])], law.groups[int(law.cell_group[i])]
+            cells.append(scope.cell(i, (context, group)))
+        blocks.append(tuple(block))
+        groups = tuple(law.group_label(int(law.cell_group[i])) for i in range(start, end))
+        labels.append((law.context_label(int(law.cell_context[start])), groups))
+    return Comparison(tuple(cells), tuple(blocks), tuple(labels), assumptions=(DRAWS, scope.assumption, DECLARED, *law.assumptions))
+
+
+def global_comparison(
+    law: Law, utility: UtilityTable, population: Mapping[tuple[Label, Label], Any] | None = None, limits: tuple[Any, Any] | None = None
+) -> Comparison:
+    """Set up the global ratio of a plain table of counts.
+
+    Parameters
+    ----------
+    law : Law
+        Counts, all of them integers.
+    utility : UtilityTable
+        The utility on it.
+    population : mapping from (context, group) to number, optional
+        P(x,a) up to a common factor, exact. Without one the contexts of each group count as drawn from its population: then the rows
+        of a group are independent draws of (x,u) given a, their utilities have the mean Ē(a), and a group is one cell.
+    limits : pair of numbers, optional
+        As for `local_comparison`.
+
+    Returns
+    -------
+    Comparison
+        A single block with a form for each group.
+
+    Raises
+    ------
+    InputError
+        As for `local_comparison`, and if the population names a cell without counts.
+    """
+    scope = _Range(utility, limits)
+    cells = [
+        scope.cell(i, (law.contexts[x], law.groups[a]))
+        for i, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True))
+    ]
+    if population is None:
+        groups = law.global_groups
+        pooled = [_pool([cells[i] for i in np.flatnonzero(law.cell_group == a).tolist()], (law.groups[a],)) for a in groups]
+        labels = ((None, tuple(law.group_label(a) for a in groups)),)
+        assumptions = (DRAWS, POOLED, scope.assumption, DECLARED, *law.assumptions)
+        return Comparison(tuple(pooled), (tuple(_unit_form(i) for i in range(len(pooled))),), labels, assumptions=assumptions)
+    place = {cell.label: i for i, cell in enumerate(cells)}
+    weights: dict[Label, list[tuple[int, Fraction]]] = {a: [] for a in law.groups}
+    for key, mass in _masses(population).items():
+        if not mass:
+            continue
+        if key not in place:
+            raise InputError(f"the population gives mass to {shown(key)}, for which there are no counts")
+        weights[key[1]].append((place[key], mass))
+    present = [(law.group_label(k), a) for k, a in enumerate(law.groups) if weights[a]]
+    forms = tuple(_normalised(weights[a]) for _, a in present)
+    labels = ((None, tuple(label for label, _ in present)),)
+    return Comparison(tuple(cells), (forms,), labels, assumptions=(DRAWS, POPULATION, scope.assumption, DECLARED, *law.assumptions))
+
+
+def policy_comparison(
+    policy: Policy,
+    utility: Utility,
+    group: Mechanism,
+    context: Mechanism | None = None,
+    population: Mapping[tuple[Label, Label], Any] | None = None,
+    *,
+    local: bool = True,
+    limits: tuple[Any, Any] | None = None,
+) -> Comparison:
+    """Set up a ratio of the law that a sampled policy induces behind filters.
+
+    Parameters
+    ----------
+    policy : Policy
+        From counts, all of them integers. Pairs (x̃,ã) without draws are allowed: their means are only known to lie in the range of g.
+    utility : Utility
+        The utility over true contexts and groups.
+    group : Mechanism
+        The filter of the group; its inputs are the true groups.
+    context : Mechanism, optional
+        The filter of the context; without one contexts are released as they are.
+    population : mapping from (context, group) to number, optional
+        P(x,a) up to a common factor, for the global ratio; without one contexts weigh equally.
+    local : bool
+        Whether to compare groups within each context, or their means over contexts.
+    limits : pair of numbers, optional
+        As for `local_comparison`.
+
+    Returns
+    -------
+    Comparison
+        One cell for each (x̃,ã) when g depends on the decision alone, else one for each (x,x̃,ã), or (x,x̃,ã,a) when g depends on the
+        group; these share draws and are marked as dependent.
+
+    Raises
+    ------
+    InputError
+        If the policy was not sampled, or the utility of a decision is not given.
+    """
+    law = policy.law
+    declared = None if limits is None else _limits(limits)
+    for label in utility.values:
+        if label not in law.decisions:
+            raise InputError(f"the utility names the decision {shown(label)}, which does not occur; {nearest(label, law.decisions)}")
+    contexts = law.contexts if context is None else context.inputs
+    made, forms, shared = _policy_forms(policy, utility, group, context, declared)
+    group_names, context_names = law.columns.group, law.columns.context
+    a_labels = tuple(dict(zip(group_names, a, strict=True)) for a in group.inputs)
+    low, high = declared or (min(cell.low for cell in made), max(cell.high for cell in made))
+    assumptions = (DRAWS, _range_said(low, high), DECLARED, *law.assumptions)
+    if local:
+        blocks = tuple(tuple(forms[x, a] for a in group.inputs) for x in contexts)
+        places = tuple((dict(zip(context_names, x, strict=True)), a_labels) for x in contexts)
+        return Comparison(tuple(made), blocks, places, shared, assumptions)
+    masses = _masses(population) if population is not None else {(x, a): Fraction(1) for x in contexts for a in group.inputs}
+    for key in masses:
+        if key not in forms:
+            raise InputError(f"the population names {shown(key)}, which is not a true context and group of the filters")
+    means = []
+    for a, label in zip(group.inputs, a_labels, strict=True):
+        weights: dict[int, Fraction] = {}
+        for x in contexts:
+            for i, w in forms[x, a]:
+                weights[i] = weights.get(i, Fraction(0)) + w * masses.get((x, a), Fraction(0))
+        listed = [(i, w) for i, w in weights.items() if w]
+        if listed:
+            means.append((label, _normalised(listed)))
+    labels = ((None, tuple(label for label, _ in means)),)
+    block = tuple(form for _, form in means)
+    return Comparison(tuple(made), (block,), labels, shared, (*assumptions, POPULATION))
+
+
+def unit_comparison(
+    table: Any,
+    utility: Utility,
+    *,
+    decision: str,
+    group: str | Sequence[str],
+    unit: str,
+    context: str | Sequence[str] | None = None,
+    missing: Missing = "error",
+    limits: tuple[Any, Any] | None = None,
+) -> Comparison:
+    """Set up the local ratio of a log in which several rows belong to one draw.
+
+    The draws of a cell (x,a) are its units: each unit counts once, with the mean of the utility over its rows in the cell. What is
+    estimated is therefore the mean over units, whatever the number of their rows. Dependence inside a unit is allowed for; a unit with
+    rows in several cells makes the cells dependent, which the union bound does not mind, and `independent` is then refused.
+
+    Parameters
+    ----------
+    table : DataFrame or mapping of str to sequence
+        One row per decision.
+    utility : Utility
+        The utility.
+    decision, group, context, missing
+        As for `Law.from_log`.
+    unit : str
+        Column of the sampling unit: a run, a profile that was asked several times.
+    limits : pair of numbers, optional
+        As for `local_comparison`.
+
+    Returns
+    -------
+    Comparison
+        One cell for each compared (x,a).
+
+    Raises
+    ------
+    InputError
+        If a column is absent, or a unit has no label.
+
+    Examples
+    --------
+    >>> table = {"a": ["f", "f", "m", "m"], "u": ["yes", "no", "no", "no"], "run": [1, 1, 1, 2]}
+    >>> cells = unit_comparison(table, Utility({"yes": 1}), decision="u", group="a", unit="run").cells
+    >>> [(cell.draws, cell.mean) for cell in cells]
+    [(1, Fraction(1, 2)), (2, Fraction(0, 1))]
+    """
+    law = Law.from_log(table, decision=decision, group=group, context=context, missing=missing)
+    values = utility.on(law)
+    coded = read_columns(table, decision, names(group), names(context), [unit], missing)
+    place = {key: i for i, key in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True))}
+    rows = [_values(values, i) for i in range(len(law.weights))]
+    sums: dict[tuple[int, str], list[Fraction]] = {}
+    cells_of: dict[str, set[int]] = {}
+    for position, (u, x, a, name) in enumerate(zip(*(codes.tolist() for codes in coded.codes), coded.values[unit], strict=True)):
+        text = label_text(name)
+        if text is None:
+            raise InputError(f"column {shown(unit)}, {coded.locate(position)}: the sampling unit has no label")
+        cell = place[x, a]
+        sums.setdefault((cell, text), []).append(rows[cell][u])
+        cells_of.setdefault(text, set()).add(cell)
+    base = local_comparison(law, values, limits)
+    index = {cell.label: i for i, cell in enumerate(base.cells)}
+    means: list[list[Fraction]] = [[] for _ in base.cells]
+    single = True
+    for (cell, _), listed in sums.items():
+        key = (law.contexts[int(law.cell_context[cell])], law.groups[int(law.cell_group[cell])])
+        if key in index:
+            means[index[key]].append(sum(listed, Fraction(0)) / len(listed))
+            single &= len(listed) == 1
+    cells = tuple(
+        replace(cell, draws=len(m), total=sum(m, Fraction(0)), squares=sum((v * v for v in m), Fraction(0)), binary=cell.binary and single)
+        for cell, m in zip(base.cells, means, strict=True)
+    )
+    spanning = sum(len(found) > 1 for found in cells_of.values())
+    notes = [f"{sum(len(m) for m in means)} draws, one for each unit of column {shown(unit)} in each cell"]
+    if spanning:
+        notes.append(f"{spanning} of {len(cells_of)} units have rows in several cells, so cells are not independent")
+    return replace(base, cells=cells, dependent=spanning > 0, assumptions=(UNITS, *base.assumptions[1:]), notes=tuple(notes))
+
+
+def repetition_warnings(table: Any, *, repetition: str, asked: str | Sequence[str], decision: str) -> tuple[str, ...]:
+    """Look for repetitions that answered everything alike.
+
+    Parameters
+    ----------
+    table : DataFrame or mapping of str to sequence
+        One row per decision.
+    repetition : str
+        Column that numbers the repetitions.
+    asked : str or sequence of str
+        Columns that say what was asked: all that the answer may depend on.
+    decision : str
+        Column of the decision.
+
+    Returns
+    -------
+    tuple of str
+        A warning for each set of repetitions with the same answers to the same questions, if there are at least two questions.
+
+    Examples
+    --------
+    >>> table = {"run": [1, 1, 2, 2], "cv": ["a", "b", "a", "b"], "u": ["yes", "no", "yes", "no"]}
+    >>> print(*repetition_warnings(table, repetition="run", asked="cv", decision="u"))
+    pseudo-replication: repetitions '1', '2' gave the same decisions on all 2 questions; if they are copies, they are one draw, not 2
+    """
+    columns = names(asked)
+    lists = [column(table, name) for name in (repetition, *columns, decision)]
+    where = locator(table)
+    answers: dict[str, dict[tuple[str | None, ...], list[str | None]]] = {}
+    for position, row in enumerate(zip(*lists, strict=True)):
+        label = label_text(row[0])
+        if label is None:
+            raise InputError(f"column {shown(repetition)}, {where(position)}: the repetition has no label")
+        answers.setdefault(label, {}).setdefault(tuple(map(label_text, row[1:-1])), []).append(label_text(row[-1]))
+    alike: dict[frozenset[Any], list[str]] = {}
+    for label, given in answers.items():
+        alike.setdefault(frozenset((key, tuple(sorted(map(str, listed)))) for key, listed in given.items()), []).append(label)
+    found = []
+    for vector, labels in alike.items():
+        if len(labels) > 1 and len(vector) > 1:
+            listed = ", ".join(map(shown, labels[:10])) + (", …" if len(labels) > 10 else "")
+            found.append(
+                f"pseudo-replication: repetitions {listed} gave the same decisions on all {len(vector)} questions; "
+                f"if they are copies, they are one draw, not {len(labels)}"
+            )
+    return tuple(found)
+
+
+def _counts(law: Law, cell: int) -> list[int]:
+    if law.kind != "counts":
+        raise InputError("probabilities carry no sample size; an interval needs counts, or a log")
+    row: list[int] = law.weights[cell].tolist()
+    if law.scale != 1:
+        for u, w in zip(law.decisions, row, strict=True):
+            if w % law.scale:
+                where = {**law.context_label(int(law.cell_context[cell])), **law.group_label(int(law.cell_group[cell]))}
+                raise InputError(
+                    f"the count of {shown(u)} at {where} is {Fraction(w, law.scale)}; an interval needs whole counts, "
+                    "because a weighted count carries no sample size"
+                )
+        row = [w // law.scale for w in row]
+    return row
+
+
+class _Range:
+    """A utility with the range that a draw of it can have."""
+
+    def __init__(self, utility: UtilityTable, limits: tuple[Any, Any] | None) -> None:
+        self.utility = utility
+        self.declared = None if limits is None else _limits(limits)
+        if utility.given is not None and self.declared is None:
+            self.declared = Fraction(0), utility.gamma
+        self.assumption = _range_said(*(self.declared or (Fraction(0), utility.gamma)))
+
+    def cell(self, index: int, label: tuple[Any, ...]) -> Cell:
+        row = _counts(self.utility.law, index)
+        values = _values(self.utility, index)
+        cell = _cell(row, values, self.declared, label)
+        # Where g is not given for every decision, what could have been drawn is only known to lie in the range.
+        return replace(cell, binary=False) if self.utility.given is not None else cell
+
+
+def _range_said(low: Fraction, high: Fraction) -> str:
+    return f"whatever could have been drawn has a utility between {_text(low)} and {_text(high)}"
+
+
+def _limits(limits: tuple[Any, Any]) -> tuple[Fraction, Fraction]:
+    low, high = (Fraction(*rational(v)) for v in limits)
+    if not 0 <= low <= high:
+        raise InputError(f"a utility between {low} and {high} is not accepted; the limits are at least 0, the lower one first")
+    return low, high
+
+
+def _values(utility: UtilityTable, cell: int) -> list[Fraction]:
+    """Values of g in a cell; one that was not given (nothing was drawn there) counts as the greatest."""
+    row = [Fraction(v, utility.scale) for v in utility.row(cell)]
+    if utility.given is None:
+        return row
+    return [v if g else utility.gamma for v, g in zip(row, utility.given[cell].tolist(), strict=True)]
+
+
+def _cell(row: Sequence[int], values: Sequence[Fraction], declared: tuple[Fraction, Fraction] | None, label: tuple[Any, ...]) -> Cell:
+    low, high = declared or (Fraction(0), max(values))
+    for w, v in zip(row, values, strict=True):
+        if w and not low <= v <= high:
+            raise InputError(f"a utility of {v} was drawn, outside the declared limits {low} and {high}")
+    total = sum((w * v for w, v in zip(row, values, strict=True)), Fraction(0))
+    squares = sum((w * v * v for w, v in zip(row, values, strict=True)), Fraction(0))
+    return Cell(sum(row), total, squares, low, high, {*values} <= {low, high}, label)
+
+
+def _pool(parts: Sequence[Cell], label: tuple[Any, ...]) -> Cell:
+    low, high = min(cell.low for cell in parts), max(cell.high for cell in parts)
+    binary = all(cell.binary and (cell.low, cell.high) in ((low, high), (low, low), (high, high)) for cell in parts)
+    squares = sum((cell.squares or Fraction(0) for cell in parts), Fraction(0))
+    total = sum((cell.total for cell in parts), Fraction(0))
+    return Cell(sum(cell.draws for cell in parts), total, squares, low, high, binary, label)
+
+
+def _policy_forms(
+    policy: Policy, utility: Utility, group: Mechanism, context: Mechanism | None, declared: tuple[Fraction, Fraction] | None
+) -> tuple[list[Cell], dict[tuple[Label, Label], Form], bool]:
+    """Cells of a sampled policy, E(x,a) as forms in them, and whether cells share draws."""
+    law = policy.law
+    place = {(law.contexts[x], law.groups[a]): _counts(law, i) for i, (x, a) in enumerate(_cell_places(law))}
+    nothing = [0] * len(law.decisions)
+    by_decision = utility.entries is None
+    by_group = not by_decision and _depends_on_group(utility)
+    index: dict[tuple[Any, ...], int] = {}
+    made: list[Cell] = []
+    forms: dict[tuple[Label, Label], Form] = {}
+    for x in law.contexts if context is None else context.inputs:
+        shown_x = [(x, Fraction(1))] if context is None else _released(context, x)
+        for a in group.inputs:
+            form = []
+            for (seen_x, p), (seen_a, q) in product(shown_x, _released(group, a)):
+                key: tuple[Any, ...] = (seen_x, seen_a) if by_decision else (seen_x, seen_a, x, a) if by_group else (seen_x, seen_a, x)
+                if key not in index:
+                    index[key] = len(made)
+                    row = place.get((seen_x, seen_a), nothing)
+                    made.append(_cell(row, _utility_row(utility, law.decisions, x, a), declared, key))
+                form.append((index[key], p * q))
+            forms[x, a] = tuple(form)
+    return made, forms, len({key[:2] for key in index}) < len(index)
+
+
+def _cell_places(law: Law) -> Iterable[tuple[int, int]]:
+    return zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)
+
+
+def _unit_form(cell: int) -> Form:
+    return ((cell, Fraction(1)),)
+
+
+def _normalised(weights: Sequence[tuple[int, Fraction]]) -> Form:
+    total = sum((w for _, w in weights), Fraction(0))
+    return tuple((i, w / total) for i, w in weights)
+
+
+def _masses(population: Mapping[tuple[Label, Label], Any]) -> dict[tuple[Label, Label], Fraction]:
+    masses = {(names(x), names(a)): Fraction(*rational(v)) for (x, a), v in population.items()}
+    if any(v < 0 for v in masses.values()) or not any(masses.values()):
+        raise InputError("the population needs masses of at least 0, one of them positive")
+    return masses
+
+
+def _released(mechanism: Mechanism, value: Label) -> list[tuple[Label, Fraction]]:
+    return [(out, Fraction(w, mechanism.denominator)) for out, w in zip(mechanism.outputs, mechanism.row(value), strict=True) if w]
+
+
+def _depends_on_group(utility: Utility) -> bool:
+    first: dict[tuple[str, Label], tuple[int, int]] = {}
+    return any(first.setdefault((u, x), pair) != pair for (u, x, _), pair in (utility.entries or {}).items())
+
+
+def _utility_row(utility: Utility, decisions: Sequence[str], x: Label, a: Label) -> list[Fraction]:
+    if utility.entries is None:
+        return [utility.values.get(u, Fraction(0)) for u in decisions]
+    for u in decisions:
+        if (u, x, a) not in utility.entries:
+            raise InputError(f"the utility of decision {shown(u)} in context {x} for group {a} is not given")
+    return [Fraction(*utility.entries[u, x, a]) for u in decisions]
+
+
+# Tails
+
+
+def tail_bound(cell: Cell, mean: Fraction, side: Literal["lower", "upper"]) -> int:
+    """Bound the probability of a sum as small, or as large, as the observed one.
+
+    Parameters
+    ----------
+    cell : Cell
+        The draws.
+    mean : Fraction
+        The supposed mean of one draw.
+    side : {"lower", "upper"}
+        Whether sums at most, or at least, the observed one are meant.
+
+    Returns
+    -------
+    int
+        An upper bound of the probability in units of 2^-128, at most 2^128. Binary draws, up to 5,000 of them: the binomial tail, every
+        step rounded up. More: exp(−n·kl) times min(1, 1/((1 − ρ)·sqrt(2πk(n−k)/n))), ρ the ratio of the two extreme terms (Stirling's
+        bound for the extreme term, a geometric series for the others). Others: exp(−n·kl), which holds for all draws in [0, 1] because
+        exp is convex.
+
+    Examples
+    --------
+    >>> ten = Cell(10, Fraction(0), None, Fraction(0), Fraction(1), True)
+    >>> tail_bound(ten, Fraction(1, 2), "lower") == 2**118
+    True
+    """
+    if not cell.informative:
+        return ONE
+    width = cell.high - cell.low
+    p = (mean - cell.low) / width
+    k = cell.successes
+    if side == "upper":
+        p, k = 1 - p, cell.draws - k
+    if p <= 0 or k == cell.draws:
+        return ONE
+    if p >= 1:
+        return ONE if k == cell.draws else 0
+    return _below(cell.draws, k, p, cell.binary)
+
+
+@lru_cache(maxsize=200_000)
+def _below(n: int, k: Fraction, p: Fraction, binary: bool) -> int:
+    """Upper bound of P(sum ≤ k), 0 < p < 1, k < n, in units of 2^-BITS."""
+    if not binary:
+        return _chernoff(n, k, p, sharp=False)
+    if n > EXACT_DRAWS:
+        return _chernoff(n, k, p, sharp=True)
+    top, bottom = p.numerator, p.denominator
+    rest = bottom - top
+    last = int(k)
+    start = min(last, (n + 1) * top // bottom)
+    high, high_at = _power_above(top, bottom, start)
+    low, low_at = _power_above(rest, bottom, n - start)
+    at = high_at + low_at + BITS
+    term = comb(n, start) * high * low
+    first = term << at if at >= 0 else -(-term >> -at)
+    total = first
+    for i, step in ((start, -1), (start, 1)):
+        term = first
+        while i > 0 if step < 0 else i < last:
+            up, down = (i * rest, (n - i + 1) * top) if step < 0 else ((n - i) * top, (i + 1) * rest)
+            term = -(-term * up // down)
+            i += step
+            if term <= 1:
+                total += i + 1 if step < 0 else last - i + 1
+                break
+            total += term
+    return min(total, ONE)
+
+
+def _power_above(top: int, bottom: int, exponent: int) -> tuple[int, int]:
+    """Mantissa m and exponent e with m·2^e ≥ (top/bottom)^exponent, barely."""
+    shift = WORK + bottom.bit_length() - top.bit_length()
+    base, base_at = -(-(top << shift) // bottom), -shift
+    result, at = 1, 0
+    while exponent:
+        if exponent & 1:
+            result, at = _rounded_up(result * base, at + base_at)
+        base, base_at = _rounded_up(base * base, 2 * base_at)
+        exponent >>= 1
+    return result, at
+
+
+def _rounded_up(mantissa: int, at: int) -> tuple[int, int]:
+    drop = mantissa.bit_length() - WORK
+    return (-(-mantissa >> drop), at + drop) if drop > 0 else (mantissa, at)
+
+
+def _chernoff(n: int, k: Fraction, p: Fraction, *, sharp: bool) -> int:
+    """exp(−n·kl(k/n, p)), with the factor for binomial tails if `sharp`, rounded up; units of 2^-BITS."""
+    if k >= n * p:
+        return ONE
+    bits = BITS + 16 + n.bit_length()
+    exponent = 0
+    for part, expected in ((k, n * p), (n - k, n * (1 - p))):
+        if part:
+            ratio = part / expected
+            low, _ = _log_fixed(ratio.numerator, ratio.denominator, bits)
+            exponent += part.numerator * low // part.denominator
+    if exponent <= 0:
+        return ONE
+    if exponent >= 90 << bits:
+        return 1
+    low, _ = exp_enclosure((exponent, 1 << bits), BITS + 16)
+    value = -(-(1 << (2 * BITS + 16)) // low)
+    if sharp and k:
+        ratio = k * (1 - p) / ((n - k + 1) * p)
+        if ratio < 1:
+            square = n / (2 * PI_BELOW * k * (n - k) * (1 - ratio) ** 2)
+            if square < 1:
+                root = isqrt((square.numerator << 2 * BITS) // square.denominator) + 1
+                value = -(-value * root >> BITS)
+    return min(value, ONE)
+
+
+def _excluded(cell: Cell, mean: Fraction, side: Literal["lower", "upper"], level: Fraction) -> bool:
+    return tail_bound(cell, mean, side) * level.denominator <= level.numerator << BITS
+
+
+def _bernstein_excluded(cell: Cell, mean: Fraction, side: Literal["lower", "upper"], level: Fraction) -> bool:
+    """Whether a mean lies beyond the empirical Bernstein bound of Maurer and Pontil (theorem 4), decided in integers."""
+    n, width = cell.draws, cell.high - cell.low
+    if n < 2 or cell.squares is None:
+        return False
+    distance = (mean - cell.mean if side == "lower" else cell.mean - mean) / width
+    variance = max(Fraction(0), (cell.squares - cell.total**2 / n) / (n - 1) / width**2)
+    _, high = _log_fixed(2 * level.denominator, level.numerator, BITS)
+    logarithm = Fraction(high, ONE)
+    rest = distance - 7 * logarithm / (3 * (n - 1))
+    return rest >= 0 and rest**2 >= 2 * variance * logarithm / n
+
+
+# Ends of a cell
+
+
+def cell_ends(cell: Cell, level: Fraction, method: Method = "hoeffding-kl") -> Ends:
+    """Bound the mean of a cell from below and above, each end wrong with probability at most `level`.
+
+    Parameters
+    ----------
+    cell : Cell
+        The draws.
+    level : Fraction
+        Probability of error of one end, in (0, 1).
+    method : {"hoeffding-kl", "empirical-bernstein", "intersection"}
+        For draws that are not binary; the intersection takes the better of the two, each at half the level. Binary draws have
+        binomial ends (Clopper and Pearson up to 5,000 draws).
+
+    Returns
+    -------
+    tuple of Fraction
+        Lower and upper end, rounded outwards to about seven digits and proved in integers; the range of the cell if it has no draws.
+
+    Examples
+    --------
+    >>> cell_ends(Cell(10, Fraction(0), None, Fraction(0), Fraction(1), True), Fraction(1, 40))
+    (Fraction(0, 1), Fraction(771243, 2500000))
+    """
+    if not cell.informative:
+        return cell.low, cell.high
+    width = cell.high - cell.low
+    scaled = Cell(
+        cell.draws,
+        cell.successes,
+        None if cell.binary or cell.squares is None else (cell.squares - 2 * cell.low * cell.total + cell.draws * cell.low**2) / width**2,
+        Fraction(0),
+        Fraction(1),
+        cell.binary,
+    )
+    low, high = _unit_ends(scaled, level, "hoeffding-kl" if cell.binary else method)
+    return cell.low + width * low, cell.low + width * high
+
+
+@lru_cache(maxsize=200_000)
+def _unit_ends(cell: Cell, level: Fraction, method: Method) -> Ends:
+    if method == "intersection":
+        (a, b), (c, d) = (_unit_ends(cell, level / 2, each) for each in ("hoeffding-kl", "empirical-bernstein"))
+        return max(a, c), min(b, d)
+    return _search(cell, level, method, "upper"), _search(cell, level, method, "lower")
+
+
+def _search(cell: Cell, level: Fraction, method: Method, side: Literal["lower", "upper"]) -> Fraction:
+    """Find the outermost grid point that is proved to be excluded: the lower end is excluded by the upper tail, and vice versa."""
+    outside = _bernstein_excluded if method == "empirical-bernstein" else _excluded
+    guess = min(max(_guess(cell, float(level), method, side), 0.0), 1.0)
+    scale = 10 ** (DIGITS - 1 + min(300, max(0, ceil(-log(guess) / log(10))) if guess > 0 else 0))
+    at = floor(Fraction(guess) * scale) if side == "upper" else ceil(Fraction(guess) * scale)
+    inward = 1 if side == "upper" else -1
+
+    def proved(i: int) -> bool:
+        return outside(cell, Fraction(i, scale), side, level)
+
+    def beyond(i: int) -> bool:
+        return i <= 0 if inward > 0 else i >= scale
+
+    step = 1
+    while not beyond(at) and not proved(at):
+        at -= inward * step
+        step *= 2
+    if beyond(at):
+        if step <= 2:
+            return Fraction(0 if inward > 0 else 1)
+        at = 0 if inward > 0 else scale
+    while step >= 1:
+        further = at + inward * step
+        if 0 < further < scale and proved(further):
+            at = further
+        else:
+            step //= 2
+    return Fraction(at, scale)
+
+
+def _guess(cell: Cell, level: float, method: Method, side: Literal["lower", "upper"]) -> float:
+    n, k = cell.draws, float(cell.total)
+    if method == "empirical-bernstein":
+        if n < 2 or cell.squares is None:
+            return 0.0 if side == "upper" else 1.0
+        variance = max(0.0, float((cell.squares - cell.total**2 / n) / (n - 1)))
+        radius = sqrt(2 * variance * log(2 / level) / n) + 7 * log(2 / level) / (3 * (n - 1))
+        return k / n - radius if side == "upper" else k / n + radius
+    return _float_end(n, k, level, cell.binary, side)
+
+
+def _float_end(n: float, k: float, level: float, binary: bool, side: Literal["lower", "upper"]) -> float:
+    """An end in floats: a guess, and what planning uses."""
+    if binary and n <= EXACT_DRAWS:
+        from scipy.special import betaincinv
+
+        if side == "upper":
+            return float(betaincinv(k, n - k + 1, level)) if k > 0 else 0.0
+        return float(betaincinv(k + 1, n - k, 1 - level)) if k < n else 1.0
+    if side == "upper":
+        return 1 - _float_end(n, n - k, level, binary, "lower") if k >= n / 2 else _float_solve(n, k, level, binary, upper=False)
+    return _float_solve(n, k, level, binary, upper=True) if k < n else 1.0
+
+
+def _float_solve(n: float, k: float, level: float, binary: bool, *, upper: bool) -> float:
+    low, high = (k / n, 1.0) if upper else (0.0, k / n)
+    for _ in range(200):
+        middle = (low + high) / 2
+        if middle in (low, high):
+            break
+        inside = _float_tail(n, k if upper else n - k, middle if upper else 1 - middle, binary) > level
+        if inside == upper:
+            low = middle
+        else:
+            high = middle
+    return high if upper else low
+
+
+def _float_tail(n: float, k: float, p: float, binary: bool) -> float:
+    """P(sum ≤ k) in floats, by the same formulas as `_below`."""
+    if k >= n or p <= 0:
+        return 1.0
+    if p >= 1:
+        return 0.0
+    if binary and n <= EXACT_DRAWS:
+        from scipy.special import bdtr
+
+        return float(bdtr(k, int(n), p))
+    if k >= n * p:
+        return 1.0
+    exponent = (k * log(k / (n * p)) if k else 0.0) + (n - k) * (log((n - k) / n) - log1p(-p))
+    value = exp(-max(exponent, 0.0))
+    if binary and k:
+        ratio = k * (1 - p) / ((n - k + 1) * p)
+        if ratio < 1:
+            value *= min(1.0, sqrt(n / (2 * pi * k * (n - k))) / (1 - ratio))
+    return value
+
+
+# Quotients over a box
+
+
+def greatest_ratio(top: Form, bottom: Form, ends: Sequence[tuple[Any, Any]]) -> Any:
+    """Maximise Σ w·h / Σ v·h over a box of non-negative h, exactly.
+
+    The maximum is at a threshold: h at its upper end where w/v is greater than the maximum, else at its lower end.
+
+    Parameters
+    ----------
+    top, bottom : tuple of (int, number)
+        The weights w and v, by cell.
+    ends : sequence of pairs
+        Lower and upper end of each cell.
+
+    Returns
+    -------
+    Fraction or float
+        The maximum, `math.inf` if the denominator can vanish and the numerator with it cannot; 0/0 is 1.
+
+    Examples
+    --------
+    >>> half = Fraction(1, 2)
+    >>> greatest_ratio(((0, half), (1, half)), ((1, Fraction(1)),), [(Fraction(1), Fraction(2))] * 2)
+    Fraction(3, 2)
+    """
+    w, v = dict(top), dict(bottom)
+    ordered = sorted({**w, **v}, key=lambda i: -w[i] / v[i] if i in w and i in v else -inf if i in w else 0)
+    above = sum(x * ends[i][0] for i, x in top)
+    below = sum(x * ends[i][0] for i, x in bottom)
+    best = _quotient(above, below)
+    for i in ordered:
+        gap = ends[i][1] - ends[i][0]
+        if gap:
+            above += w.get(i, 0) * gap
+            below += v.get(i, 0) * gap
+            best = max(best, _quotient(above, below))
+    return best
+
+
+def least_ratio(top: Form, bottom: Form, ends: Sequence[tuple[Any, Any]]) -> Any:
+    """Minimise Σ w·h / Σ v·h over a box of non-negative h, exactly; see `greatest_ratio`."""
+    value = greatest_ratio(bottom, top, ends)
+    return 0 if value == inf else 1 / value if value else inf
+
+
+def _quotient(top: Any, bottom: Any) -> Any:
+    if bottom == 0:
+        return Fraction(1) if top == 0 else inf
+    return top / bottom
+
+
+def _extreme(comparison: Comparison, ends: Sequence[tuple[Any, Any]], *, upper: bool) -> tuple[Any, tuple[int, int, int] | None]:
+    """Greatest maximum (or minimum) of a quotient over all compared pairs, clipped at 1, and where: block, higher, lower."""
+    best: Any = Fraction(1)
+    where = None
+    bound = greatest_ratio if upper else least_ratio
+    for b, block in enumerate(comparison.blocks):
+        for i, j in _candidates(block, ends):
+            value = bound(block[i], block[j], ends)
+            if value > best or (where is None and value == best):
+                best, where = value, (b, i, j)
+    return best, where
+
+
+def _candidates(block: tuple[Form, ...], ends: Sequence[tuple[Any, Any]]) -> Iterable[tuple[int, int]]:
+    """Ordered pairs that can be extreme: all of them, unless every form is a cell of its own."""
+    if len(block) < 3 or any(len(form) > 1 for form in block) or len({form[0][0] for form in block}) < len(block):
+        return permutations(range(len(block)), 2)
+    found = []
+    for numerator, denominator in ((1, 0), (0, 1)):
+        tops = sorted(range(len(block)), key=lambda i: (-ends[block[i][0][0]][numerator], i))[:2]
+        bottoms = sorted(range(len(block)), key=lambda i: (ends[block[i][0][0]][denominator], i))[:2]
+        found += [(i, j) for i in tops for j in bottoms if i != j]
+    return found
+
+
+# Levels
+
+
+def box_levels(cells: int, span: int, alpha: Fraction, *, independent: bool, side: Side = "both") -> tuple[Fraction, Fraction]:
+    """Levels of one end for the upper and for the lower end of the ratio; 0 for an end that was not asked for.
+
+    Examples
+    --------
+    >>> box_levels(4, 2, Fraction(1, 20), independent=False)
+    (Fraction(1, 80), Fraction(1, 240))
+    """
+    if not cells:
+        return Fraction(0), Fraction(0)
+    share = {"both": alpha / 2, "upper": alpha, "lower": alpha}[side]
+    upper = share / span if side != "lower" else Fraction(0)
+    lower = share / (2 * cells - span if side == "both" else 2 * cells) if side != "upper" else Fraction(0)
+    if not independent or cells > SIDAK_CELLS:
+        return upper, lower
+    # Scale both levels by the greatest factor that the product of the cells' chances allows.
+    low, high = 1.0, 2.0
+    rate, rest = float(upper + lower), float(2 * lower)
+    goal = log1p(-float(alpha))
+    for _ in range(60):
+        middle = (low + high) / 2
+        fits = middle * max(rate, rest) < 1 and span * log1p(-middle * rate) + (cells - span) * log1p(-middle * rest) >= goal
+        low, high = (middle, high) if fits else (low, middle)
+    factor = Fraction(floor(low * 10**9) - 1, 10**9)
+    if factor <= 1 or not _independent_levels(cells, span, alpha, upper * factor, lower * factor):
+        return upper, lower
+    return upper * factor, lower * factor
+
+
+def _independent_levels(cells: int, span: int, alpha: Fraction, upper: Fraction, lower: Fraction) -> bool:
+    return (1 - upper - lower) ** span * (1 - 2 * lower) ** (cells - span) >= 1 - alpha
+
+
+@dataclass(frozen=True)
+class _ProductLevels:
+    """b, c for the upper end and b', c' for the lower end."""
+
+    upper: tuple[Fraction, Fraction] | None
+    lower: tuple[Fraction, Fraction] | None
+
+
+@lru_cache(maxsize=1_000)
+def _product_levels(cells: int, pairs: int, alpha: Fraction, side: Side) -> _ProductLevels:
+    share = {"both": alpha / 2, "upper": alpha, "lower": alpha}[side]
+    upper = lower = None
+    if side != "lower":
+        upper = _with_product(GUARD * share / 2, (1 - GUARD) * share)
+    if side != "upper":
+        ends = max(2, 2 * cells - 2) if side == "both" else 2 * cells
+        lower = _with_product(GUARD * share / ends, (1 - GUARD) * share / (pairs - 1 if side == "both" else pairs))
+    if upper and lower:
+        lower = (lower[0], min(lower[1], upper[1]))
+    return _ProductLevels(upper, lower)
+
+
+def _with_product(guard: Fraction, budget: Fraction) -> tuple[Fraction, Fraction]:
+    """The guard b rounded down, and the greatest c, of about six digits, with c·log(c/b²) − c + b² ≤ budget."""
+    guard = _rounded_down(guard)
+    low, high = float(guard) ** 2, float(guard)
+    for _ in range(100):
+        middle = (low + high) / 2
+        fits = middle * log(middle / float(guard) ** 2) - middle + float(guard) ** 2 <= float(budget)
+        low, high = (middle, high) if fits else (low, middle)
+    c = _rounded_down(Fraction(low))
+    while c > guard**2 and product_area(guard, c) > budget:
+        c -= c / 1_000
+    return guard, max(c, guard**2)
+
+
+def product_area(guard: Fraction, c: Fraction) -> Fraction:
+    """Upper bound of the area where both tails exceed b and their product is at most c, for b² ≤ c ≤ b."""
+    ratio = c / guard**2
+    _, high = _log_fixed(ratio.numerator, ratio.denominator, BITS)
+    return c * Fraction(high, ONE) - c + guard**2
+
+
+def _rounded_down(value: Fraction) -> Fraction:
+    scale = 10 ** (6 + max(0, ceil(-log(value) / log(10))))
+    return Fraction(value.numerator * scale // value.denominator, scale)
+
+
+# Intervals
+
+
+def confidence_level(value: Any) -> Fraction:
+    """Read a confidence in (0, 1); a float is the decimal that it is printed as."""
+    pair = rational(repr(value)) if isinstance(value, float) else rational(value)
+    level = Fraction(*pair)
+    if not 0 < level < 1:
+        raise InputError(f"a confidence of {shown(value)} is not accepted; it lies between 0 and 1, such as 0.95")
+    return level
+
+
+def ratio_interval(
+    comparison: Comparison,
+    confidence: Any = "0.95",
+    *,
+    method: Method = "hoeffding-kl",
+    region: Region = "box",
+    independent: bool = False,
+    side: Side = "both",
+) -> Interval:
+    """Bound the greatest quotient of two compared forms at a confidence, for finite samples.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What is compared.
+    confidence : number or str
+        The probability with which both ends are to hold.
+    method : {"hoeffding-kl", "empirical-bernstein", "intersection"}
+        For cells whose draws are not binary; to be chosen before looking.
+    region : {"box", "product"}
+        "product" is narrower where the two cells of a pair are about equally uncertain (by about a fifth on the logarithmic scale); it
+        needs independent cells, forms of one cell each, and not the empirical Bernstein method.
+    independent : bool
+        Whether the draws of different cells are independent, which the reader must then accept.
+    side : {"both", "lower", "upper"}
+        Which ends the confidence is spent on; the other end is trivial.
+
+    Returns
+    -------
+    Interval
+        Both ends with evidence.
+
+    Raises
+    ------
+    InputError
+        If the confidence is not in (0, 1), nothing is compared, or the region does not fit.
+
+    Examples
+    --------
+    >>> law = Law.from_array([[90, 10], [30, 70]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> found = ratio_interval(local_comparison(law, Utility({"yes": 1}).on(law)), "0.95")
+    >>> round(float(found.lower), 2), found.estimate, round(float(found.upper), 2)
+    (1.96, Fraction(3, 1), 4.74)
+    """
+    level = confidence_level(confidence)
+    if not any(len(block) > 1 for block in comparison.blocks):
+        raise InputError("nothing is compared: no context has two groups")
+    if independent and comparison.dependent:
+        raise InputError("cells share draws or sampling units, so they are not independent")
+    if region == "product" and not (independent and comparison.single and method == "hoeffding-kl"):
+        raise InputError(
+            "the product region needs independent cells, expected utilities that are the mean of one cell each, and binary utilities or "
+            "the method hoeffding-kl; use the box"
+        )
+    alpha = 1 - level
+    used = comparison.used
+    region = region if used else "box"
+    found = _product(comparison, alpha, side) if region == "product" else _box(comparison, alpha, method, independent, side)
+    lower, upper, evidence = found
+    kinds = {"binomial" if comparison.cells[i].binary else method for i in used}
+    assumptions = (*comparison.assumptions, *((CELLS,) if independent else ()))
+    estimate = None
+    if all(cell.draws or cell.low == cell.high for cell in comparison.cells):
+        means = [(cell.mean, cell.mean) if cell.draws else (cell.low, cell.low) for cell in comparison.cells]
+        estimate, _ = _extreme(comparison, means, upper=True)
+    evidence = {
+        "confidence": _text(level),
+        "side": side,
+        "region": region,
+        "independent": independent,
+        "method": method,
+        "cells": [_cell_entry(cell) for cell in comparison.cells],
+        "blocks": [[[[i, _text(w)] for i, w in form] for form in block] for block in comparison.blocks],
+        **evidence,
+    }
+    return Interval(lower, upper, estimate, level, region, tuple(sorted(kinds)), assumptions, evidence)
+
+
+def default_region(comparison: Comparison, method: Method = "hoeffding-kl", *, independent: bool) -> Region:
+    """Choose a region by what is known before the draws: the product for three or more independent cells of similar size.
+
+    With two cells the product is usually a fifth narrower than the box, but some per cent wider where one of the two is much the more
+    uncertain, which is not known beforehand; there the box is taken, whose levels are then those of Bonferroni or better.
+    """
+    sizes = [comparison.cells[i].draws for i in comparison.used]
+    fits = independent and not comparison.dependent and comparison.single and method == "hoeffding-kl"
+    return "product" if fits and len(sizes) > 2 and max(sizes) <= 100 * min(sizes) else "box"
+
+
+def _box(
+    comparison: Comparison, alpha: Fraction, method: Method, independent: bool, side: Side
+) -> tuple[Fraction, Extended, dict[str, Any]]:
+    upper_level, lower_level = box_levels(len(comparison.used), comparison.span, alpha, independent=independent, side=side)
+    trivial = [(cell.low, cell.high) for cell in comparison.cells]
+    outer = _all_ends(comparison, upper_level, method) if upper_level else trivial
+    upper, _ = _extreme(comparison, outer, upper=True)
+    lower, where, inner = Fraction(1), None, trivial
+    if lower_level:
+        inner = _all_ends(comparison, lower_level, method)
+    if side != "upper":
+        lower, where = _extreme(comparison, inner, upper=False)
+    evidence = {
+        "levels": {"upper": _text(upper_level), "lower": _text(lower_level)},
+        "upper": None if side == "lower" else [[_text(a), _text(b)] for a, b in outer],
+        "lower": None if side == "upper" else [[_text(a), _text(b)] for a, b in inner],
+        "pair": list(where) if where and lower > 1 else None,
+    }
+    return lower, inf if side == "lower" else upper, evidence
+
+
+def _all_ends(comparison: Comparison, level: Fraction, method: Method) -> list[Ends]:
+    used = set(comparison.used)
+    return [cell_ends(cell, level, method) if i in used else (cell.low, cell.high) for i, cell in enumerate(comparison.cells)]
+
+
+def _text(value: Extended) -> str:
+    return rational_text(_pair(value))
+
+
+def _pair(value: Extended) -> tuple[int, int]:
+    return (1, 0) if isinstance(value, float) else (value.numerator, value.denominator)
+
+
+def _cell_entry(cell: Cell) -> dict[str, Any]:
+    return {
+        "draws": cell.draws,
+        "sum": _text(cell.total),
+        "squares": None if cell.squares is None else _text(cell.squares),
+        "range": [_text(cell.low), _text(cell.high)],
+        "binary": cell.binary,
+    }
+
+
+# The product region
+
+
+def _product(comparison: Comparison, alpha: Fraction, side: Side) -> tuple[Fraction, Extended, dict[str, Any]]:
+    levels = _product_levels(len(comparison.used), comparison.pairs, alpha, side)
+    own = [replace(cell) for cell in comparison.cells]  # cells are told apart by identity, equal ones included
+    blocks = [[own[form[0][0]] for form in block] for block in comparison.blocks if len(block) > 1]
+    entry: dict[str, Any] = {"levels": {"upper": None, "lower": None}, "upper": None, "lower": None}
+    upper: Extended = inf
+    lower = Fraction(1)
+    if levels.upper:
+        entry["levels"]["upper"] = [_text(v) for v in levels.upper]
+        upper = max((_ladder_bound(cells, cells, *levels.upper) for cells in blocks), default=Fraction(1))
+        upper = max(upper, Fraction(1))
+        if upper != inf:
+            knots = [_ladder(cells, cells, Fraction(upper), *levels.upper) for cells in blocks]
+            if None in knots:
+                upper = inf
+            else:
+                entry["upper"] = [[_text(q) for q in listed] for listed in knots if listed is not None]
+    if levels.lower:
+        entry["levels"]["lower"] = [_text(v) for v in levels.lower]
+        lower, entry["lower"] = _product_lower(replace(comparison, cells=tuple(own)), levels.lower)
+    return lower, upper, entry
+
+
+def _product_lower(comparison: Comparison, level: tuple[Fraction, Fraction]) -> tuple[Fraction, dict[str, Any] | None]:
+    """Lower end from the few pairs whose cells are furthest apart: one pair proves it, and all pairs share the error."""
+    ends = _all_ends(comparison, level[0], "hoeffding-kl")
+    ranked = []
+    for b, block in enumerate(comparison.blocks):
+        pairs = _candidates(block, ends) if len(block) > 1 else []
+        ranked += [(least_ratio(block[i], block[j], ends), -b, -i, -j) for i, j in pairs]
+    best, found = Fraction(1), None
+    for _, b, i, j in sorted(ranked, reverse=True)[:3]:
+        block = comparison.blocks[-b]
+        low, high = (comparison.cells[block[k][0][0]] for k in (-j, -i))
+        bound = _ladder_bound([low], [high], *level)
+        if bound != inf and 0 < bound < 1 / best:
+            knots = _ladder([low], [high], Fraction(bound), *level)
+            if knots is not None:
+                best, found = 1 / Fraction(bound), {"pair": [-b, -i, -j], "knots": [_text(q) for q in knots]}
+    return best, found
+
+
+def _ladder(tops: Sequence[Cell], bottoms: Sequence[Cell], ratio: Fraction, guard: Fraction, c: Fraction) -> list[Fraction] | None:
+    """Prove that mean(top)/mean(bottom) ≤ ratio wherever both tails exceed `guard` and their product c, for all pairs of cells.
+
+    The proof is a rising list of means q_0, q_1, …: at q_0 every upper tail of a bottom cell is at most `guard`; at (ratio·q_{j-1}, q_j)
+    the product of the tails is at most c; at ratio times the last one every lower tail of a top cell is at most `guard`.
+    """
+    tops, bottoms = _foremost(tops, tops=True), _foremost(bottoms, tops=False)
+    at = min(cell_ends(cell, guard)[0] for cell in bottoms)
+    end = max(cell_ends(cell, guard)[1] for cell in tops)
+    knots = [at]
+    if at <= 0:
+        return None
+    while ratio * at < end:
+        above = ratio * at
+        tails = [tail_bound(cell, above, "lower") if above < cell.high else 0 for cell in tops]
+        further = _next_knot(tops, tails, bottoms, at, c)
+        if further is None or len(knots) > MAX_KNOTS:
+            return None
+        knots.append(further)
+        at = further
+    return knots
+
+
+def _next_knot(tops: Sequence[Cell], tails: Sequence[int], bottoms: Sequence[Cell], at: Fraction, c: Fraction) -> Fraction | None:
+    """Largest mean found at which the product of the tails of any two different cells is at most c."""
+    if max(tails) == 0:
+        return max(cell.high for cell in bottoms)
+    heights = [max((t for top, t in zip(tops, tails, strict=True) if top is not cell), default=0) / 2.0**BITS for cell in bottoms]
+    goal = float(c) * (1 - 1e-6)
+    low, high = float(at), float(max(cell.high for cell in bottoms))
+    listed = _floats(bottoms)
+    for _ in range(45):
+        middle = (low + high) / 2
+        tail = max(cell.above(middle) * height for cell, height in zip(listed, heights, strict=True))
+        low, high = (middle, high) if tail <= goal else (low, middle)
+    scale = 10 ** (DIGITS + 2 + max(0, ceil(-log(low) / log(10))))
+    for shrink in (1.0, 1 - 1e-7, 1 - 1e-5):
+        q = Fraction(floor(at * scale) + floor((low - float(at)) * shrink * scale), scale)
+        if q <= at:
+            return None
+        products = (
+            t * tail_bound(cell, q, "upper") for top, t in zip(tops, tails, strict=True) for cell in bottoms if cell is not top and t
+        )
+        if all(product * c.denominator <= c.numerator << 2 * BITS for product in products):
+            return q
+    return None
+
+
+@dataclass(frozen=True)
+class _FloatCell:
+    """A cell in floats, for searching."""
+
+    draws: int
+    successes: float
+    low: float
+    width: float
+    binary: bool
+
+    def above(self, mean: float) -> float:
+        """Upper tail at a mean."""
+        p = (mean - self.low) / self.width if self.width else 1.0
+        return _float_tail(self.draws, self.draws - self.successes, 1 - p, self.binary) if self.draws and self.width else 1.0
+
+    def below(self, mean: float) -> float:
+        """Lower tail at a mean."""
+        p = (mean - self.low) / self.width if self.width else 1.0
+        return _float_tail(self.draws, self.successes, p, self.binary) if self.draws and self.width else 1.0
+
+
+def _floats(cells: Sequence[Cell]) -> list[_FloatCell]:
+    return [
+        _FloatCell(c.draws, float(c.successes) if c.high > c.low else 0.0, float(c.low), float(c.high - c.low), c.binary) for c in cells
+    ]
+
+
+def _foremost(cells: Sequence[Cell], *, tops: bool) -> list[Cell]:
+    """Leave out cells whose tails two others with as many draws exceed everywhere."""
+    classes: dict[tuple[Any, ...], list[Cell]] = {}
+    for cell in cells:
+        classes.setdefault((cell.draws, cell.low, cell.high, cell.binary), []).append(cell)
+    return [cell for listed in classes.values() for cell in sorted(listed, key=lambda c: -c.total if tops else c.total)[:2]]
+
+
+def _ladder_bound(tops: Sequence[Cell], bottoms: Sequence[Cell], guard: Fraction, c: Fraction) -> Extended:
+    """Find a ratio, as small as the search gets, for which `_ladder` has a proof; infinite if there is none."""
+    tops, bottoms = _foremost(tops, tops=True), _foremost(bottoms, tops=False)
+    start = float(min(cell_ends(cell, guard)[0] for cell in bottoms))
+    end = float(max(cell_ends(cell, guard)[1] for cell in tops))
+    if start <= 0:
+        return inf
+    # Along the boundary of the region: for each q the greatest p whose product of tails exceeds c.
+    float_tops, float_bottoms = _floats(tops), _floats(bottoms)
+    greatest = float(max(cell.high for cell in bottoms))
+    middle = float(min(cell.mean if cell.draws else cell.low for cell in bottoms))
+    stop = min(greatest, max(2 * middle - start, 1.5 * start))
+    best = end / stop
+    p = 0.0
+    for i in range(GRID + 1):
+        q = start + (stop - start) * i / GRID
+        above = [cell.above(q) for cell in float_bottoms]
+        heights = [max((t for bottom, t in zip(bottoms, above, strict=True) if bottom is not top), default=0.0) for top in tops]
+        low, high = p, end
+        for _ in range(30):
+            half = (low + high) / 2
+            inside = any(cell.below(half) * height > float(c) for cell, height in zip(float_tops, heights, strict=True))
+            low, high = (half, high) if inside else (low, half)
+        p = low
+        best = max(best, high / q)
+    center = float(max(cell.mean if cell.draws else cell.high for cell in tops)) / max(middle, 1e-300)
+    gap = SLACK * max(abs(log(best / center)) if center > 0 else 1.0, 1e-9)
+    for _ in range(12):
+        bound = best * exp(gap)
+        scale = 10 ** (DIGITS + max(0, ceil(-log(min(bound, 1.0)) / log(10))) + max(0, ceil(-log(min(gap, 1.0)) / log(10))))
+        ratio = Fraction(ceil(bound * scale), scale)
+        if _ladder(tops, bottoms, ratio, guard, c) is not None:
+            return ratio
+        gap *= 1.7
+    return inf
+
+
+# An estimated population
+
+
+def sampled_population_interval(
+    comparison: Comparison, counts: Sequence[Sequence[int]], confidence: Any = "0.95", *, method: Method = "hoeffding-kl"
+) -> Interval:
+    """Bound the global ratio when P(x|a) is itself estimated, from a sample of its own, in the same error.
+
+    P(·|a) lies in the box of its binomial ends and sums to 1; over that region the greatest and least group means are found exactly, by
+    filling up the contexts in order. The two groups of a pair are taken apart (a shared cell may be at its upper end in one and at its
+    lower in the other), which is sound and not tight.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        A local comparison: for each context a block with a form for each group, in the same order.
+    counts : sequence of sequence of int
+        How often each context (row) was seen for each group (column).
+    confidence, method
+        As for `ratio_interval`.
+
+    Returns
+    -------
+    Interval
+        Of the global ratio.
+
+    Raises
+    ------
+    InputError
+        If the counts do not fit.
+    """
+    level = confidence_level(confidence)
+    groups = len(comparison.blocks[0]) if comparison.blocks else 0
+    if len(counts) != len(comparison.blocks) or any(len(row) != groups for row in counts) or groups < 2:
+        raise InputError("the counts of contexts need one row for each context and one column for each of at least two groups")
+    if any(len(block) != groups for block in comparison.blocks):
+        raise InputError("an estimated population needs every group in every context")
+    if any(not isinstance(n, int) or isinstance(n, bool) or n < 0 for row in counts for n in row):
+        raise InputError("an estimated population needs whole counts of at least 0")
+    totals = [sum(row[a] for row in counts) for a in range(groups)]
+    if 0 in totals:
+        raise InputError("an estimated population needs at least one draw of every group")
+    used = len(comparison.used)
+    shares = len(counts) * groups if len(counts) > 1 else 0
+    end = (1 - level) / (2 * (used + shares)) if used + shares else Fraction(1, 2)
+    ends = _all_ends(comparison, end, method)
+    population = [
+        [cell_ends(Cell(totals[a], Fraction(row[a]), None, Fraction(0), Fraction(1), True), end) for row in counts] for a in range(groups)
+    ]
+    means = []
+    for a in range(groups):
+        low, high = ([sum((w * ends[i][side] for i, w in block[a]), Fraction(0)) for block in comparison.blocks] for side in (0, 1))
+        means.append((-_fill([-v for v in low], population[a]), _fill(high, population[a])))
+    box = Comparison(comparison.cells, (tuple(_unit_form(a) for a in range(groups)),))
+    upper, _ = _extreme(box, means, upper=True)
+    lower, _ = _extreme(box, means, upper=False)
+    estimate = None
+    if all(cell.draws for cell in comparison.cells):
+        point = [
+            sum(
+                (
+                    Fraction(row[a], totals[a]) * w * comparison.cells[i].mean
+                    for row, block in zip(counts, comparison.blocks, strict=True)
+                    for i, w in block[a]
+                ),
+                Fraction(0),
+            )
+            for a in range(groups)
+        ]
+        estimate, _ = _extreme(box, [(v, v) for v in point], upper=True)
+    evidence = {
+        "confidence": _text(level),
+        "method": method,
+        "cells": [_cell_entry(cell) for cell in comparison.cells],
+        "blocks": [[[[i, _text(w)] for i, w in form] for form in block] for block in comparison.blocks],
+        "counts": [list(row) for row in counts],
+        "level": _text(end),
+        "ends": [[_text(a), _text(b)] for a, b in ends],
+        "population": [[[_text(a), _text(b)] for a, b in row] for row in population],
+    }
+    kinds = {"binomial", *("binomial" if comparison.cells[i].binary else method for i in comparison.used)}
+    assumptions = (*comparison.assumptions, "the sample of the population was drawn independently from that population")
+    return Interval(lower, upper, estimate, level, "box", tuple(sorted(kinds)), assumptions, evidence)
+
+
+def _fill(values: Sequence[Fraction], shares: Sequence[Ends]) -> Fraction:
+    """Maximise Σ p·v over lo ≤ p ≤ hi, Σ p = 1: raise p from lo in falling order of v."""
+    rest = 1 - sum(low for low, _ in shares)
+    total = sum((low * v for (low, _), v in zip(shares, values, strict=True)), Fraction(0))
+    for v, (low, high) in sorted(zip(values, shares, strict=True), key=lambda pair: -pair[0]):
+        step = min(rest, high - low)
+        total += step * v
+        rest -= step
+    return total
+
+
+# What follows from an interval
+
+
+def verdict(
+    interval: Interval | tuple[Extended, Extended], limit: Any, unit: Literal["log", "ratio"] = "log"
+) -> Literal["within", "exceeds", "inconclusive"]:
+    """Judge a target by an interval.
+
+    Parameters
+    ----------
+    interval : Interval or pair
+        The interval of R.
+    limit : number or str
+        The limit on L (``unit="log"``, in nats) or on R (``unit="ratio"``).
+    unit : {"log", "ratio"}
+        Which of the two.
+
+    Returns
+    -------
+    {"within", "exceeds", "inconclusive"}
+        "within" if the upper end is at most the limit, "exceeds" if the lower end is above it.
+
+    Examples
+    --------
+    >>> verdict((Fraction(1), Fraction(6, 5)), "0.2"), verdict((Fraction(1), Fraction(4, 3)), "5/4", "ratio")
+    ('within', 'inconclusive')
+    """
+    lower, upper = (interval.lower, interval.upper) if isinstance(interval, Interval) else interval
+    pair = rational(limit)
+    if unit == "ratio":
+        bound = Fraction(*pair)
+        return "within" if upper <= bound else "exceeds" if lower > bound else "inconclusive"
+    if compare_log(_pair(upper), pair) <= 0:
+        return "within"
+    return "exceeds" if compare_log(_pair(lower), pair) > 0 else "inconclusive"
+
+
+def test_filter(
+    comparison: Comparison,
+    exp_epsilon: Any,
+    confidence: Any = "0.95",  # noqa: PT028
+    *,
+    method: Method = "hoeffding-kl",  # noqa: PT028
+    region: Region = "box",  # noqa: PT028
+    independent: bool = False,  # noqa: PT028
+) -> FilterTest:
+    """Test a claimed ε by decisions drawn end to end, at true contexts and groups, through the deployed filter (T11).
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The local comparison of the draws, made with a utility that ignores the group and was fixed beforehand.
+    exp_epsilon : number or str
+        e^ε ≥ 1, or ``"inf"``.
+    confidence, method, region, independent
+        As for `ratio_interval`; the whole error is spent on the lower end.
+
+    Returns
+    -------
+    FilterTest
+        Refuted if the lower end of R is above e^ε: then the filter is not ε-private, or its draws are not fresh and independent, except
+        with probability 1 − confidence. Not refuted is no proof of anything.
+
+    Raises
+    ------
+    InputError
+        If e^ε is below 1, or cells of a context differ in their range, so that g depends on the group.
+    """
+    infinite = exp_epsilon == inf or exp_epsilon == "inf"
+    claimed: Extended = inf if infinite else Fraction(*rational(exp_epsilon))
+    if claimed < 1:
+        raise InputError(f"e^ε = {shown(exp_epsilon)} is not accepted; it is at least 1")
+    if any(
+        len({(comparison.cells[i].low, comparison.cells[i].high) for form in block for i, _ in form}) > 1 for block in comparison.blocks
+    ):
+        raise InputError("the range of the utility differs between groups; a utility that depends on the group refutes nothing")
+    interval = ratio_interval(comparison, confidence, method=method, region=region, independent=independent, side="lower")
+    refuted = interval.lower > claimed
+    said = f"the ratio is at least {float(interval.lower):.6g} at confidence {_text(interval.confidence)}"
+    if refuted:
+        sentence = f"{said}, above e^ε = {shown(str(exp_epsilon))}: the filter is not what it claims, or its draws are not independent."
+    else:
+        sentence = f"{said}, not above e^ε = {shown(str(exp_epsilon))}: these draws do not refute the claim, and prove nothing for it."
+    return FilterTest(refuted, interval, claimed, sentence)
+
+
+test_filter.__test__ = False  # type: ignore[attr-defined]
+
+
+def noise_floor(
+    effect: Comparison,
+    placebo: Comparison,
+    confidence: Any = "0.95",
+    *,
+    method: Method = "hoeffding-kl",
+    region: Region = "box",
+    independent: bool = False,
+) -> NoiseFloor:
+    """Compare a ratio between groups with the ratio under edits that should not matter.
+
+    Parameters
+    ----------
+    effect, placebo : Comparison
+        The two tables, with the same utility.
+    confidence : number or str
+        With which both intervals hold together; each has half of the error.
+    method, region, independent
+        As for `ratio_interval`.
+
+    Returns
+    -------
+    NoiseFloor
+        The effect rises above the floor if its lower end is above the upper end of the placebo.
+    """
+    level = confidence_level(confidence)
+    each = 1 - (1 - level) / 2
+    options: dict[str, Any] = {"method": method, "region": region, "independent": independent}
+    first, second = (ratio_interval(comparison, each, **options) for comparison in (effect, placebo))
+    rises = first.lower > second.upper
+    shown_ends = [f"[{float(i.lower):.4g}, {float(i.upper):.4g}]" for i in (first, second)]
+    relation = "rises above" if rises else "does not rise above"
+    sentence = (
+        f"The ratio of the groups lies in {shown_ends[0]}, that of the placebo in {shown_ends[1]}, both at confidence {_text(level)}: "
+        f"the effect {relation} the noise floor."
+    )
+    return NoiseFloor(first, second, rises, sentence)
+
+
+# Planning, in floats
+
+
+def further_draws(
+    comparison: Comparison,
+    limit: Any,
+    unit: Literal["log", "ratio"] = "log",
+    confidence: Any = "0.95",
+    *,
+    greatest: int = 10**12,
+) -> Planning:
+    """Estimate how many more draws would decide a target, if the means stay what they are and all cells grow alike.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The draws so far.
+    limit, unit
+        The target, as for `verdict`.
+    confidence : number or str
+        Of the interval; it is planned for with the box, and hoeffding-kl where draws are not binary.
+    greatest : int
+        Give up when a cell would need more draws than this.
+
+    Returns
+    -------
+    Planning
+        A planning estimate: about one time in two the draws will not suffice.
+    """
+    level = confidence_level(confidence)
+    cells = comparison.cells
+    if any(not cells[i].draws for block in comparison.blocks for form in block for i, _ in form):
+        return Planning(None, None, "Planning estimate: some cells have no draws; draw from every cell first.")
+    goal = _float_limit(limit, unit)
+    means = [float(cell.mean) for cell in cells]
+
+    def decides(factor: float) -> Literal["within", "exceeds"] | None:
+        lower, upper = _expected(comparison, means, [max(cell.draws, ceil(cell.draws * factor)) for cell in cells], level, 0.0)
+        return "within" if upper <= goal else "exceeds" if lower > goal else None
+
+    factor, found = _least(decides, greatest / max(cell.draws for cell in cells))
+    if found is None:
+        return Planning(
+            None, None, "Planning estimate: no number of further draws is expected to decide; the ratio is too close to the limit."
+        )
+    more = tuple(max(0, ceil(cell.draws * factor) - cell.draws) for cell in cells)
+    return Planning(
+        more,
+        found,
+        f"Planning estimate, not a guarantee: about {sum(more)} further draws ({factor:.3g} times as many in all) would show {found!r}.",
+    )
+
+
+def plan(
+    guesses: Comparison | Sequence[Any],
+    limit: Any,
+    unit: Literal["log", "ratio"] = "log",
+    confidence: Any = "0.95",
+    *,
+    power: float = 0.8,
+    limits: tuple[Any, Any] = (0, 1),
+    binary: bool = True,
+    greatest: int = 10**12,
+) -> Planning:
+    """Estimate the draws per cell, the same in each, that would show that a target is kept or exceeded, before any are taken.
+
+    Parameters
+    ----------
+    guesses : sequence of numbers, or Comparison
+        The supposed means of the groups of one context; or a comparison whose cell means are the guesses.
+    limit, unit
+        The target, as for `verdict`.
+    confidence : number or str
+        Of the interval.
+    power : float
+        How likely it should roughly be, in [0.5, 1), that the draws suffice if the guesses are right.
+    limits, binary
+        The range of the utility, and whether it takes no values between.
+    greatest : int
+        Give up beyond this number of draws per cell.
+
+    Returns
+    -------
+    Planning
+        A planning estimate, in floats.
+
+    Raises
+    ------
+    InputError
+        If a guess lies outside the limits or the power is not in [0.5, 1).
+
+    Examples
+    --------
+    >>> plan(["0.5", "0.5"], "0.2").draws
+    (973, 973)
+    """
+    if not 0.5 <= power < 1:
+        raise InputError(f"a power of {shown(power)} is not accepted; it lies between 0.5 and 1")
+    level = confidence_level(confidence)
+    if isinstance(guesses, Comparison):
+        comparison = replace(
+            guesses, cells=tuple(replace(c, draws=max(1, c.draws), total=c.total if c.draws else c.high) for c in guesses.cells)
+        )
+        means = [float(cell.mean) for cell in comparison.cells]
+    else:
+        low, high = _limits(limits)
+        values = [Fraction(*rational(guess)) for guess in guesses]
+        if len(values) < 2 or any(not low <= v <= high for v in values):
+            raise InputError(f"guesses are needed for at least two groups, between {low} and {high}")
+        cells = tuple(Cell(1, v, None, low, high, False) for v in values)
+        comparison = Comparison(
+            tuple(replace(c, total=c.low, binary=binary) for c in cells), (tuple(_unit_form(i) for i in range(len(cells))),)
+        )
+        means = [float(v) for v in values]
+    goal, shift = _float_limit(limit, unit), NormalDist().inv_cdf(power)
+
+    def decides(draws: float) -> Literal["within", "exceeds"] | None:
+        lower, upper = _expected(comparison, means, [ceil(draws)] * len(means), level, shift)
+        return "within" if upper <= goal else "exceeds" if lower > goal else None
+
+    draws, found = _least(decides, greatest)
+    if found is None:
+        return Planning(None, None, "Planning estimate: no number of draws is expected to decide; the guesses are too close to the limit.")
+    count = ceil(draws)
+    return Planning(
+        (count,) * len(means),
+        found,
+        f"Planning estimate, not a guarantee: about {count} draws per cell would show {found!r} if the guesses are right.",
+    )
+
+
+def _float_limit(limit: Any, unit: Literal["log", "ratio"]) -> float:
+    value = float(Fraction(*rational(limit)))
+    return exp(min(value, 700.0)) if unit == "log" else value
+
+
+def _least(decides: Callable[[float], Any], greatest: float) -> tuple[float, Any]:
+    """Least number ≥ 1 from which on a verdict is expected, by doubling and halving."""
+    high = 1.0
+    while decides(high) is None:
+        if high >= greatest:
+            return high, None
+        high = min(2 * high, greatest)
+    low = high / 2
+    while high > 1 and high - low > max(0.5 / greatest, 1e-3 * high):
+        middle = (low + high) / 2
+        low, high = (low, middle) if decides(middle) is not None else (middle, high)
+    return high, decides(high)
+
+
+def _expected(comparison: Comparison, means: Sequence[float], draws: Sequence[int], level: Fraction, shift: float) -> tuple[float, float]:
+    """The interval that the box is expected to give; with a shift, against a deviation of that many standard errors in each cell."""
+    used = set(comparison.used)
+    levels = box_levels(len(used), comparison.span, 1 - level, independent=False)
+    sides = []
+    for upper, each in zip((True, False), map(float, levels), strict=True):
+        ends: list[tuple[float, float]] = []
+        for i, (cell, mean, n) in enumerate(zip(comparison.cells, means, draws, strict=True)):
+            low, width = float(cell.low), float(cell.high - cell.low)
+            if i not in used:
+                ends.append((low, low + width))
+                continue
+            p = (mean - low) / width
+            error = shift * sqrt(p * (1 - p) / n) if shift else 0.0
+            # Both ends of the ratio suffer when a numerator or denominator deviates towards its own end.
+            below, above = max(0.0, p - error), min(1.0, p + error)
+            ends.append(
+                (
+                    low + width * _float_end(n, n * below, each, cell.binary, "upper"),
+                    low + width * _float_end(n, n * above, each, cell.binary, "lower"),
+                )
+            )
+        value, _ = _extreme(comparison, ends, upper=upper)
+        sides.append(float(value))
+    return sides[1], sides[0]
