@@ -31,7 +31,7 @@ from statistics import NormalDist
 from typing import Any, Literal, TypeVar
 
 from fairaudit.columns import Label
-from fairaudit.exact import InputError, exp_enclosure, log_enclosure, rational, shown
+from fairaudit.exact import InputError, at_least, exp_enclosure, log_enclosure, shown
 from fairaudit.fairness import cell_expectation
 from fairaudit.law import Law
 from fairaudit.mechanism import Factor, Mechanism
@@ -429,7 +429,7 @@ def t3_gdp(mu: Any, t: Any, *, floor: Floor = "table") -> Bound:
     >>> round(float(t3_gdp(1, "0.5").value), 6), t3_gdp(1, "0.5").certified
     (1.682689, False)
     """
-    shift, level = _at_least("mu", mu, 0), _level(t)
+    shift, level = at_least("mu", mu, 0), _level(t)
     value = 1 / level
     rough = float(level)
     if Fraction(rough) < level:
@@ -475,7 +475,7 @@ def t3_renyi(order: Any, rho: Any, t: Any, *, floor: Floor = "table") -> Bound:
     >>> round(float(t3_renyi(2, "0.1", "0.5").value), 6)
     1.486722
     """
-    alpha, loss, level = _at_least("order", order, 1), _at_least("rho", rho, 0), _level(t)
+    alpha, loss, level = at_least("order", order, 1), at_least("rho", rho, 0), _level(t)
     if alpha == 1:
         raise InputError("the order is 1; an order above 1 is accepted")
     ends = [1 / level]
@@ -515,7 +515,7 @@ def t3_zcdp(rho: Any, t: Any, *, floor: Floor = "table") -> Bound:
     >>> round(float(t3_zcdp("0.1", "0.1").value), 6)
     2.362464
     """
-    loss, level = _at_least("rho", rho, 0), _level(t)
+    loss, level = at_least("rho", rho, 0), _level(t)
     ends = [1 / level]
     if loss == 0:
         ends.append(Fraction(1))
@@ -624,8 +624,8 @@ def t4(mechanism: Mechanism, gamma: Any, g_min: Any, tau: Any = None, *, floor: 
     >>> t4(Identity(["a", "b"]), 3, 1).value
     Fraction(3, 1)
     """
-    top, least = _range(gamma, 0)[0], _at_least("g_min", g_min, 0)
-    low = least if tau is None else _at_least("tau", tau, 0)
+    top, least = _range(gamma, 0)[0], at_least("g_min", g_min, 0)
+    low = least if tau is None else at_least("tau", tau, 0)
     if least > top:
         raise InputError(f"g_min is {least}, above gamma, which is {top}; the least utility is at most the greatest")
     if not least <= low <= top:
@@ -1102,7 +1102,7 @@ def t11_refutes(measured_ratio_lower: Any, exp_epsilon: Any) -> bool:
     (True, False)
     """
     factor = _factor(exp_epsilon)
-    measured = inf if _infinite(measured_ratio_lower) else _at_least("the measured ratio", measured_ratio_lower, 0)
+    measured = inf if _infinite(measured_ratio_lower) else at_least("the measured ratio", measured_ratio_lower, 0)
     return bool(measured > factor)
 
 
@@ -1151,18 +1151,8 @@ def _infinite(value: object) -> bool:
     return isinstance(value, float) and value == inf
 
 
-def _at_least(name: str, value: Any, least: int) -> Fraction:
-    try:
-        number = Fraction(*rational(value))
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-    if number < least:
-        raise InputError(f"{name} is {shown(value)}; a number of at least {least} is accepted")
-    return number
-
-
 def _ratio(name: str, value: Any) -> Extended:
-    return inf if _infinite(value) else _at_least(name, value, 1)
+    return inf if _infinite(value) else at_least(name, value, 1)
 
 
 def _factor(exp_epsilon: Any) -> Extended:
@@ -1170,28 +1160,28 @@ def _factor(exp_epsilon: Any) -> Extended:
 
 
 def _probability(name: str, value: Any) -> Fraction:
-    number = _at_least(name, value, 0)
+    number = at_least(name, value, 0)
     if number > 1:
         raise InputError(f"{name} is {shown(value)}; a number from 0 to 1 is accepted")
     return number
 
 
 def _level(t: Any) -> Fraction:
-    number = _at_least("t", t, 0)
+    number = at_least("t", t, 0)
     if not 0 < number <= 1:
         raise InputError(f"t is {shown(t)}; a floor above 0 and at most 1, as a part of the greatest utility, is accepted")
     return number
 
 
 def _chance(tau: Any) -> Fraction:
-    number = _at_least("tau", tau, 0)
+    number = at_least("tau", tau, 0)
     if not 0 < number <= Fraction(1, 2):
         raise InputError(f"tau is {shown(tau)}; a chance above 0 and at most 1/2, that of every one of at least two persons, is accepted")
     return number
 
 
 def _range(gamma: Any, tau: Any) -> tuple[Fraction, Fraction]:
-    top, low = _at_least("gamma", gamma, 0), _at_least("tau", tau, 0)
+    top, low = at_least("gamma", gamma, 0), at_least("tau", tau, 0)
     if top == 0:
         raise InputError("gamma is 0; the greatest utility must be above 0")
     if low > top:
@@ -1261,12 +1251,12 @@ def _power_ratio(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
 def _classes(mechanism: Mechanism, gap: Distance) -> list[tuple[PairLaw, Fraction]]:
     """Distinct ordered pairs of rows, each with the greatest K of the input pairs that have this form."""
     if not callable(gap):
-        number = _at_least("K", gap, 0)
+        number = at_least("K", gap, 0)
         return [(pair, number) for pair in pair_laws(mechanism)]
     found: dict[tuple[tuple[int, int], ...], tuple[PairLaw, Fraction]] = {}
     rows = {label: mechanism.row(label) for label in mechanism.inputs}
     for first, second in permutations(rows, 2):
-        number = _at_least(f"K of {first} and {second}", gap(first, second), 0)
+        number = at_least(f"K of {first} and {second}", gap(first, second), 0)
         two = Factor((first, second), mechanism.outputs, (rows[first], rows[second]), mechanism.denominator)
         # A factor of two inputs has this ordered pair and the reverse; both get K, which is that of a metric.
         for pair in pair_laws(Mechanism((two,))):
@@ -1326,7 +1316,7 @@ def _pure(pair: PairLaw) -> Extended:
 def _privacy_floor(
     exp_epsilon: Any, delta: Any, gamma: Any, tau: Any, gap: Any, floor: Floor, value_of: Callable[[Fraction, Fraction], Fraction]
 ) -> Bound:
-    factor, part, number = _factor(exp_epsilon), _probability("delta", delta), _at_least("K", gap, 0)
+    factor, part, number = _factor(exp_epsilon), _probability("delta", delta), at_least("K", gap, 0)
     top, low = _range(gamma, tau)
     constants = _finite(exp_epsilon=factor, delta=part, gamma=top, tau=low, K=number)
     scope, extra = _floor_terms(floor, f"{low}", any_filter=True, trivial=low == 0)

@@ -15,6 +15,7 @@ from numbers import Integral, Rational
 
 __all__ = [
     "InputError",
+    "at_least",
     "common_denominator",
     "compare_log",
     "exp_enclosure",
@@ -154,6 +155,28 @@ def rational(value: object) -> tuple[int, int]:
         return parts()
     except (OverflowError, ValueError):
         raise InputError(f"{shown(value)} is not a finite number") from None
+
+
+def at_least(name: str, value: object, least: int) -> Fraction:
+    """Read a named number that must not be below a least value, exactly.
+
+    Raises
+    ------
+    InputError
+        If it is not a finite number, or below `least`; the message begins with the name.
+
+    Examples
+    --------
+    >>> at_least("exp_epsilon", "7/3", 1)
+    Fraction(7, 3)
+    """
+    try:
+        number = Fraction(*rational(value))
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+    if number < least:
+        raise InputError(f"{name} is {shown(value)}; a number of at least {least} is accepted")
+    return number
 
 
 def fraction(pair: tuple[int, int]) -> Fraction | float:

@@ -27,7 +27,7 @@ import numpy as np
 from fairaudit import bounds, privacy
 from fairaudit.calibration import calibrate, calibrate_policy
 from fairaudit.columns import Label, label_text
-from fairaudit.exact import InputError, common_denominator, exp_enclosure, log_enclosure, nearest, rational, shown
+from fairaudit.exact import InputError, at_least, common_denominator, exp_enclosure, log_enclosure, nearest, shown
 from fairaudit.fairness import local_fairness
 from fairaudit.mechanism import Constant, Factor, Identity, Mechanism, RandomizedResponse
 from fairaudit.policy import Policy
@@ -354,7 +354,7 @@ def design_model_free(
     target = _target(target_local, target_local_ratio)
     cap = _cap(max_epsilon, max_exp_epsilon)
     _something(target, cap)
-    floor, top = _number("tau", tau), _number("gamma", gamma)
+    floor, top = at_least("tau", tau, 0), at_least("gamma", gamma, 0)
     if top == 0:
         raise InputError("gamma is 0; a utility that is always 0 treats everybody alike, and needs no filter")
     if floor > top:
@@ -442,7 +442,7 @@ def _target(log_ratio: Any, ratio: Any) -> Fraction | None:
     if log_ratio is not None and ratio is not None:
         raise InputError("target_local and target_local_ratio were given; give at most one")
     if ratio is not None:
-        number = _number("target_local_ratio", ratio)
+        number = at_least("target_local_ratio", ratio, 0)
         if number < 1:
             raise InputError(f"target_local_ratio is {shown(ratio)}; a ratio of at least 1 is accepted")
         return number
@@ -453,7 +453,7 @@ def _cap(epsilon: Any, factor: Any) -> Fraction | None:
     if epsilon is not None and factor is not None:
         raise InputError("max_epsilon and max_exp_epsilon were given; give at most one")
     if factor is not None:
-        number = _number("max_exp_epsilon", factor)
+        number = at_least("max_exp_epsilon", factor, 0)
         if number < 1:
             raise InputError(f"max_exp_epsilon is {shown(factor)}; a factor e^ε of at least 1 is accepted")
         return number
@@ -462,7 +462,7 @@ def _cap(epsilon: Any, factor: Any) -> Fraction | None:
 
 def _exp_below(name: str, value: Any) -> Fraction:
     """Exponential of the value, rounded down, and at least 1."""
-    number = _number(name, value)
+    number = at_least(name, value, 0)
     if number > 10_000:
         raise InputError(f"{name} is {shown(value)}; a number from 0 to 10,000 is accepted")
     low, _ = exp_enclosure((number.numerator, number.denominator), TARGET_BITS)
@@ -472,16 +472,6 @@ def _exp_below(name: str, value: Any) -> Fraction:
 def _something(target: Fraction | None, cap: Fraction | None) -> None:
     if target is None and cap is None:
         raise InputError("neither a target nor a cap on epsilon was given; the identity filter distorts nothing")
-
-
-def _number(name: str, value: Any) -> Fraction:
-    try:
-        number = Fraction(*rational(value))
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-    if number < 0:
-        raise InputError(f"{name} is {shown(value)}; it must be at least 0")
-    return number
 
 
 def _attributes(groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]]) -> dict[str, tuple[Label, ...]]:
@@ -507,7 +497,7 @@ def _masses(population: Mapping[Any, Any] | Sequence[Any] | None, labels: tuple[
     if population is None:
         return [1] * len(labels)
     if isinstance(population, Mapping):
-        given = {_label(key): _number("population", value) for key, value in population.items()}
+        given = {_label(key): at_least("population", value, 0) for key, value in population.items()}
         for label in given:
             if label not in labels:
                 raise InputError(
@@ -515,7 +505,7 @@ def _masses(population: Mapping[Any, Any] | Sequence[Any] | None, labels: tuple[
                 )
         numbers = [given.get(label, Fraction(0)) for label in labels]
     else:
-        numbers = [_number("population", value) for value in population]
+        numbers = [at_least("population", value, 0) for value in population]
         if len(numbers) != len(labels):
             raise InputError(f"the population has {len(numbers)} masses for {len(labels)} groups; give one for each")
     if not any(numbers):
@@ -550,7 +540,7 @@ def _costs(distortion: Distortion | None, labels: tuple[Label, ...]) -> list[lis
         return [[Fraction(int(a != b)) for b in labels] for a in labels]
 
     def number(a: Label, b: Label, value: Any) -> Fraction:
-        return _number(f"the distortion of {', '.join(a)} released as {', '.join(b)}", value)
+        return at_least(f"the distortion of {', '.join(a)} released as {', '.join(b)}", value, 0)
 
     if callable(distortion):
         bare = [label[0] if len(label) == 1 else label for label in labels]

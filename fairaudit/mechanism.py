@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fairaudit.columns import Label, column, label_text, locator, names, numbers
-from fairaudit.exact import InputError, common_denominator, exp_enclosure, nearest, rational, shown
+from fairaudit.exact import InputError, at_least, common_denominator, exp_enclosure, nearest, rational, shown
 
 __all__ = ["Constant", "Factor", "Identity", "Mechanism", "Product", "RandomizedResponse"]
 
@@ -340,12 +340,12 @@ def RandomizedResponse(  # noqa: N802
     if k < 2:
         raise InputError("randomized response needs at least two values")
     if epsilon is not None:
-        keep = _keep_for_epsilon(_number("epsilon", epsilon, 0), k)
+        keep = _keep_for_epsilon(at_least("epsilon", epsilon, 0), k)
     elif exp_epsilon is not None:
-        factor = _number("exp_epsilon", exp_epsilon, 1)
+        factor = at_least("exp_epsilon", exp_epsilon, 1)
         keep = factor / (factor + k - 1)
     else:
-        keep = _number("keep_probability", keep_probability, 0)
+        keep = at_least("keep_probability", keep_probability, 0)
         if keep > 1:
             raise InputError(f"keep_probability is {shown(keep_probability)}; a probability from 0 to 1 is accepted")
     (top, lie), bottom = common_denominator([(keep.numerator, keep.denominator), ((1 - keep) / (k - 1)).as_integer_ratio()])
@@ -436,16 +436,6 @@ def Product(parts: Mapping[str, Mechanism]) -> Mechanism:  # noqa: N802
         if part.width != 1:
             raise InputError(f"the filter of {shown(name)} covers {part.width} columns; each filter of a product covers one")
     return Mechanism(tuple(f for part in parts.values() for f in part.factors), tuple(parts))
-
-
-def _number(name: str, value: Any, least: int) -> Fraction:
-    try:
-        number = Fraction(*rational(value))
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-    if number < least:
-        raise InputError(f"{name} is {shown(value)}; it must be at least {least}")
-    return number
 
 
 def _keep_for_epsilon(epsilon: Fraction, k: int) -> Fraction:

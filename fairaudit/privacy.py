@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.columns import Label
-from fairaudit.exact import InputError, exp_enclosure, log_enclosure, rational, shown
+from fairaudit.exact import InputError, at_least, exp_enclosure, log_enclosure, rational, shown
 from fairaudit.mechanism import Factor, Mechanism
 
 __all__ = [
@@ -356,7 +356,7 @@ def approx_dp(mechanism: Mechanism, exp_epsilon: Any) -> ApproxDP:
     >>> approx_dp(RandomizedResponse(["a", "b"], keep_probability="0.7"), 1)
     ApproxDP(exp_epsilon=Fraction(1, 1), delta=Fraction(2, 5), pair=(('a',), ('b',)))
     """
-    k = _factor_of("exp_epsilon", exp_epsilon)
+    k = at_least("exp_epsilon", exp_epsilon, 1)
     if _dense(mechanism):
         rows, bottoms = _multiplied_out(mechanism)
         top, bottom, at = 0, 1, None
@@ -465,7 +465,7 @@ class Profile:
 
     def delta(self, exp_epsilon: Any) -> Fraction:
         """δ at a rational e^ε ≥ 1, exact."""
-        k = _factor_of("exp_epsilon", exp_epsilon)
+        k = at_least("exp_epsilon", exp_epsilon, 1)
         return self.vertices[-1][1] if k >= self.vertices[-1][0] else _interpolated(self.vertices, k)
 
 
@@ -591,7 +591,7 @@ def per_pair(mechanism: Mechanism, exp_epsilon: Any = 1) -> PairTable:
     >>> len(table), table.at("b", "a").exp_epsilon, [pair.delta for pair in table]
     (2, Fraction(7, 3), [Fraction(1, 10), Fraction(1, 10)])
     """
-    k = _factor_of("exp_epsilon", exp_epsilon)
+    k = at_least("exp_epsilon", exp_epsilon, 1)
     if _dense(mechanism):
         rows, bottoms = _multiplied_out(mechanism)
         size = len(rows)
@@ -740,7 +740,7 @@ class Composition:
 
     def delta(self, exp_epsilon: Any) -> Fraction:
         """δ at a rational e^ε ≥ 1: the least one if `exact`, else an upper bound."""
-        k = _factor_of("exp_epsilon", exp_epsilon)
+        k = at_least("exp_epsilon", exp_epsilon, 1)
         if k >= self.exp_epsilon:
             return Fraction(0)
         return min(Fraction(1), max((hockey_stick(law, k) for law in self.laws), default=Fraction(0)))
@@ -970,17 +970,6 @@ def _ratio(value: Fraction | float) -> Column:
 def _log(ratio: Column) -> Enclosure:
     low, high = log_enclosure(ratio)
     return Decimal(low), Decimal(high)
-
-
-def _factor_of(name: str, value: Any) -> Fraction:
-    """Read an e^ε."""
-    try:
-        k = Fraction(*rational(value))
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-    if k < 1:
-        raise InputError(f"{name} is {shown(value)}; it must be at least 1")
-    return k
 
 
 def _exp_below(epsilon: Any) -> Fraction:
