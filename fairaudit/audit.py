@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from decimal import Context, Decimal, localcontext
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -35,6 +35,20 @@ from fairaudit.law import Law
 from fairaudit.mechanism import Mechanism
 from fairaudit.policy import Deployment
 from fairaudit.privacy import exp_epsilon
+from fairaudit.sampling import (
+    Comparison,
+    Interval,
+    Method,
+    Planning,
+    confidence_level,
+    default_region,
+    further_draws,
+    global_comparison,
+    local_comparison,
+    policy_comparison,
+    ratio_interval,
+)
+from fairaudit.sampling import verdict as interval_verdict
 from fairaudit.utility import Utility, UtilityTable
 
 if TYPE_CHECKING:
@@ -60,7 +74,7 @@ class Claim:
     """A statement with its scope and evidence, as docs/certificate.md lists them."""
 
     quantity: str
-    relation: Literal["=", "<="]
+    relation: Literal["=", "<=", ">="]
     value: Fraction | float
     by: str
     evidence: Mapping[str, Any]
@@ -81,13 +95,19 @@ class Target:
     unit : {"log", "ratio"}
         Which of the two.
     verdict : {"within", "exceeds", "inconclusive"}
-        Decided exactly; inconclusive when nothing was compared.
+        Decided exactly; inconclusive when nothing was compared, or the draws do not decide.
+    confidence : Fraction or None
+        What was judged: the population behind the draws at this confidence, or, if None, the table itself.
+    upper : tuple of (Fraction or float, str) or None
+        Of a target about the population, the smallest sound upper end of the ratio, and where it comes from: a theorem, or the interval.
     """
 
     quantity: Quantity
     limit: Fraction
     unit: Literal["log", "ratio"]
     verdict: Verdict
+    confidence: Fraction | None = None
+    upper: tuple[Fraction | float, str] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +144,8 @@ class Result:
         What theorems guarantee about the deployment, each with its scope and assumptions.
     declared : dict of str to Fraction
         Constants that were declared instead of read off the table.
+    intervals : dict
+        Intervals of the ratios of the population behind counts, under ``"local"`` and ``"global"`` where there is one.
     """
 
     law: Law
@@ -143,6 +165,8 @@ class Result:
     unfiltered: tuple[Ratio | None, Ratio | None] | None = None
     bounds: tuple[Bound, ...] = ()
     declared: Mapping[str, Fraction] = field(default_factory=dict)
+    intervals: Mapping[Quantity, Interval] = field(default_factory=dict)
+    comparisons: Mapping[Quantity, Comparison] = field(default_factory=dict, repr=False)
     embed: bool | None = field(default=None, repr=False)
 
     @property
@@ -159,6 +183,16 @@ class Result:
             )
         context = place(self.local.witness.context or {})
         return _sentence(self.local, f"in {context}" if context else "")
+
+    @cached_property
+    def further_draws(self) -> tuple[tuple[Target, Planning], ...]:
+        """For each target that the draws do not decide, an estimate of how many more would: for planning, no guarantee."""
+        open_targets = [
+            t for t in self.targets if t.verdict == "inconclusive" and t.confidence is not None and t.quantity in self.comparisons
+        ]
+        return tuple(
+            (t, further_draws(self.comparisons[t.quantity], t.limit, t.unit, self.intervals[t.quantity].confidence)) for t in open_targets
+        )
 
     def most_unequal(self, count: int = 3) -> dict[str, tuple[Ratio, ...] | tuple[Distance, ...]]:
         """Rank the most unequal pairs of groups, by measure.
@@ -262,12 +296,17 @@ class Result:
                 for claim in self.claims
             ],
             "targets": [
-                {"quantity": t.quantity, "limit": number(t.limit), "unit": t.unit, "judged": "this table", "verdict": t.verdict}
+                {"quantity": t.quantity, "limit": number(t.limit), "unit": t.unit, "judged": _judged(t), "verdict": t.verdict}
                 for t in self.targets
             ],
             "verdict": self.verdict,
             "versions": {"fairaudit": __version__},
         }
+        if self.intervals:
+            document["intervals"] = {
+                quantity: _interval_entry(interval, self.comparisons[quantity], law if quantity == "local" else None)
+                for quantity, interval in self.intervals.items()
+            }
         if deployment is None:
             return with_table(document, Table(law, self.utility), embed=self.embed)
         context = deployment.context_filter
@@ -288,10 +327,12 @@ def certify(
     max_local_ratio: Any = None,
     max_global_ratio: Any = None,
     confidence: Any = 0.95,
+    interval: Method = "hoeffding-kl",
+    independent: bool = False,
     declared: Mapping[str, Any] | None = None,
     embed_table: bool | None = None,
 ) -> Result:
-    """Measure a law exactly, judge it against targets, and prepare a certificate.
+    """Measure a law exactly, say what follows for the population behind it, judge it against targets, and prepare a certificate.
 
     Parameters
     ----------
@@ -304,33 +345,43 @@ def certify(
     max_local_ratio, max_global_ratio : number or str, optional
         Targets for R and R̄, such as ``"5/4"``.
     confidence : float or None
-        None judges the table itself. Claims about the population behind counts do not exist yet, so a target on counts needs None.
+        Targets on counts are judged for the population from which they were drawn, all of them together at this confidence. None judges
+        the table itself. Probabilities carry no sample size: the table itself is judged.
+    interval : {"hoeffding-kl", "empirical-bernstein", "intersection"}
+        For utilities with more than two values; to be chosen before looking at the draws. Others have exact binomial intervals.
+    independent : bool
+        Whether the draws of different cells are independent of each other, which narrows intervals and is an assumption of the
+        certificate. Decisions on the same profiles with only the group exchanged are not.
     declared : mapping, optional
-        For a policy behind filters, constants that hold whatever the table says: ``tau``, a floor of every group's expected utility
-        behind the filter; ``gamma``, ``m``, ``lipschitz``, bounds of g and of its difference between groups. Bounds for every policy
-        that keeps a floor need a declared ``tau``.
+        Constants that hold whatever the table says: ``gamma`` and ``m``, the greatest and least value of g over everything that could be
+        drawn; for a policy behind filters also ``tau``, a floor of every group's expected utility behind the filter, and ``lipschitz``, a
+        bound of the difference of g between groups. Bounds for every policy that keeps a floor need a declared ``tau``.
     embed_table : bool, optional
-        Whether the certificate holds the table; by default if it has at most 100,000 entries. False leaves only a salted digest.
+        Whether the certificate holds the table; by default if it has at most 100,000 entries. False leaves only a salted digest, and
+        needs confidence None, because the ends of intervals disclose the counts.
 
     Returns
     -------
     Result
-        Exact measures with witnesses, claims, verdict and certificate.
+        Exact measures with witnesses, intervals, claims, verdict and certificate.
 
     Raises
     ------
     InputError
-        If the utility does not fit the law, a target is not sensible, a declared constant contradicts the table, or nothing at all can
-        be compared.
+        If the utility does not fit the law, a target is not sensible, a declared constant contradicts the table, a target on counts is
+        to be judged at a confidence and they are not whole, or nothing at all can be compared.
 
     Examples
     --------
     >>> law = Law.from_counts(
-    ...     {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [3, 1, 1, 1]},
+    ...     {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [300, 100, 200, 200]},
     ...     decision="hired", group="sex", count="n")
-    >>> result = certify(law, {"yes": 1}, max_local_ratio="5/4", confidence=None)
+    >>> result = certify(law, {"yes": 1}, max_local_ratio="5/4")
     >>> result.local.ratio, result.verdict
     (Fraction(3, 2), 'exceeds')
+    >>> found = result.intervals["local"]
+    >>> round(float(found.lower), 2), round(float(found.upper), 2)
+    (1.25, 1.8)
     """
     asked = [
         _limit("local", "log", max_local),
@@ -341,25 +392,32 @@ def certify(
     limits = [limit for limit in asked if limit is not None]
     deployment = subject if isinstance(subject, Deployment) else None
     law = subject.law if isinstance(subject, Deployment) else subject
-    sampled = deployment.policy.law if deployment else law
-    if confidence is not None and not 0 < Fraction(*rational(confidence)) < 1:
-        raise InputError(f"confidence is {shown(confidence)}; a number between 0 and 1, or None for the table itself, is accepted")
-    if limits and sampled.kind == "counts" and confidence is not None:
-        raise InputError(
-            "a target on counts would be judged at a confidence for the population behind them, and such claims do not exist yet; "
-            "confidence none judges the table itself"
-        )
-    table = (utility if isinstance(utility, Utility) else Utility(utility)).on(law)
+    level = None if confidence is None else confidence_level(confidence)
+    utility = utility if isinstance(utility, Utility) else Utility(utility)
+    table = utility.on(law)
     local, overall = local_fairness(law, table), global_fairness(law, table)
     if local is None and overall is None:
         raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
-    targets = tuple(Target(q, limit, unit, _judge(measured[q], limit, unit)) for q, unit, limit in limits)
-    verdict: Verdict = max((t.verdict for t in targets), key=RANK.__getitem__, default="none")
     tau = least_expectation(law, table)
-    if deployment is None and declared:
-        raise InputError("declared constants go with a policy behind filters; a plain table has its own")
-    constants = _constants(table, tau, declared or {})
+    constants = _constants(table, tau, declared or {}, deployment)
+    found = () if deployment is None else tuple(_bounds(deployment, table, tau, constants, law))
+    named = {quantity for quantity, _, _ in limits}
+    comparisons, notes = ({}, ()) if level is None else _comparisons(subject, utility, table, measured, constants, named, embed_table)
+    intervals: dict[Quantity, Interval] = {}
+    for quantity, comparison in comparisons.items():
+        # Targets on both quantities share the error, so that their verdicts hold together.
+        alpha = (1 - (level or 0)) / max(1, len(named & comparisons.keys()))
+        region = default_region(comparison, interval, independent=independent)
+        intervals[quantity] = ratio_interval(comparison, 1 - alpha, method=interval, region=region, independent=independent)
+    sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
+    targets = tuple(
+        Target(quantity, limit, unit, _judge(measured[quantity], limit, unit))
+        if sampled is None
+        else _judge_population(quantity, limit, unit, sampled, intervals.get(quantity), found, constants)
+        for quantity, unit, limit in limits
+    )
+    verdict: Verdict = max((t.verdict for t in targets), key=RANK.__getitem__, default="none")
     without = deployment.unfiltered if deployment else None
     return Result(
         law=law,
@@ -374,11 +432,13 @@ def certify(
         not_compared=tuple(_not_compared(law)),
         targets=targets,
         verdict=verdict,
-        notes=law.notes,
+        notes=(*law.notes, *notes),
         deployment=deployment,
         unfiltered=None if without is None else _both(without, replace(table, law=without)),
-        bounds=() if deployment is None else tuple(_bounds(deployment, table, tau, constants, law)),
+        bounds=found,
         declared=constants,
+        intervals=intervals,
+        comparisons=comparisons,
         embed=embed_table,
     )
 
@@ -400,19 +460,22 @@ def place(labels: Mapping[str, str]) -> str:
     return ", ".join(f"{column}={label}" for column, label in labels.items())
 
 
-def approximate(value: Fraction | float) -> str:
+def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest") -> str:
     """Four significant digits of an exact value, for a person.
 
     Examples
     --------
     >>> approximate(Fraction(24475, 18432)), approximate(Fraction(10**400, 3)), approximate(float("inf"))
     ('1.328', '3.333e+399', 'infinite')
+    >>> approximate(Fraction(24475, 18432), "down"), approximate(Fraction(2, 3), "up")
+    ('1.327', '0.6667')
     """
     if not isinstance(value, Fraction):
         return "infinite"
-    if value == 0 or Fraction(1, 10**300) < value < 10**300:
+    if rounding == "nearest" and (value == 0 or Fraction(1, 10**300) < value < 10**300):
         return f"{float(value):.4g}"
-    with localcontext(Context(prec=4, Emin=-999_999, Emax=999_999)) as context:
+    towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
+    with localcontext(Context(prec=4, rounding=towards, Emin=-999_999, Emax=999_999)) as context:
         return format(context.divide(Decimal(value.numerator), Decimal(value.denominator)), ".4g")
 
 
@@ -453,9 +516,100 @@ def _judge(measured: Ratio | None, limit: Fraction, unit: str) -> Verdict:
     return "within" if compare_log(measured.pair, (limit.numerator, limit.denominator)) <= 0 else "exceeds"
 
 
-def _constants(table: UtilityTable, tau: Fraction | None, declared: Mapping[str, Any]) -> dict[str, Fraction]:
+def _judge_population(
+    quantity: Quantity,
+    limit: Fraction,
+    unit: Literal["log", "ratio"],
+    confidence: Fraction,
+    interval: Interval | None,
+    found: tuple[Bound, ...],
+    declared: Mapping[str, Fraction],
+) -> Target:
+    """Judge a target for whatever law or policy was sampled: by its interval, and by theorems that rest on declared constants only."""
+    ends: list[tuple[Fraction | float, str]] = []
+    if interval is not None:
+        ends.append((interval.upper, "the interval"))
+    for bound in found:
+        needs = {"T2": (), "T5": (), "T5-decision": (), "T4": ("gamma", "m")}.get(bound.theorem)
+        if bound.scope == bounds.FLOORED:
+            needs = ("gamma",)
+        elif bound.scope != bounds.ANY_POLICY:
+            needs = None
+        if bound.certified and bound.quantity == f"{quantity}_ratio" and needs is not None and all(name in declared for name in needs):
+            ends.append((bound.value, bound.theorem))
+    upper = min(ends, key=lambda end: end[0], default=None)
+    lower = interval.lower if interval is not None else Fraction(1)
+    verdict = interval_verdict((lower, max(lower, upper[0] if upper else inf)), limit, unit)
+    return Target(quantity, limit, unit, verdict, confidence, upper)
+
+
+def _comparisons(
+    subject: Law | Deployment,
+    utility: Utility,
+    table: UtilityTable,
+    measured: Mapping[Quantity, Ratio | None],
+    declared: Mapping[str, Fraction],
+    named: set[Quantity],
+    embed: bool | None,
+) -> tuple[dict[Quantity, Comparison], tuple[str, ...]]:
+    """What the draws behind counts say of the population, as far as an interval is possible, and why it is not."""
+    law = subject.policy.law if isinstance(subject, Deployment) else subject
+    if law.kind != "counts":
+        return {}, ()
+    limits = (declared.get("m", Fraction(0)), declared.get("gamma", table.gamma)) if {"gamma", "m"} & declared.keys() else None
+    made: dict[Quantity, Comparison] = {}
+    notes: list[str] = []
+    wanted: list[Quantity] = [quantity for quantity, ratio in measured.items() if ratio is not None]
+    for quantity in wanted:
+        try:
+            if utility.observed and "gamma" not in declared:
+                raise InputError(
+                    "the utility was read from a column, and the greatest value seen there does not bound what could have been drawn; "
+                    "declare its range (gamma and m, or --utility-range LOW,HIGH)"
+                )
+            if embed is False:
+                raise InputError("the ends of intervals would disclose the counts of a certificate without its table")
+            made[quantity] = _comparison(subject, utility, table, quantity, limits)
+            notes += made[quantity].notes
+        except InputError as error:
+            if quantity in named:
+                raise InputError(f"{error}; confidence none (--confidence none) judges the table itself") from None
+            notes.append(f"no interval for the {quantity} ratio is claimed: {error}")
+    if len(wanted) == 2 and not made:
+        notes = [f"no interval is claimed:{notes[0].partition(':')[2]}"]
+    return made, tuple(notes)
+
+
+def _comparison(
+    subject: Law | Deployment, utility: Utility, table: UtilityTable, quantity: Quantity, limits: tuple[Fraction, Fraction] | None
+) -> Comparison:
+    if isinstance(subject, Law):
+        compare = local_comparison if quantity == "local" else global_comparison
+        return replace(compare(subject, table, limits=limits), limits=limits)
+    places = [(x, a) for x in subject.contexts for a in subject.groups]
+    population = None if subject.mass is None else dict(zip(places, subject.mass, strict=True))
+    context = subject.context_filter
+    found = policy_comparison(
+        subject.policy, _tabulated(utility, table), subject.group_filter, context, population, local=quantity == "local", limits=limits
+    )
+    return replace(found, assumptions=(bounds.FRESH, *found.assumptions), limits=limits)
+
+
+def _tabulated(utility: Utility, table: UtilityTable) -> Utility:
+    """The utility without entries for contexts and groups that are not there."""
+    if utility.entries is None:
+        return utility
+    contexts, groups = set(table.law.contexts), set(table.law.groups)
+    return replace(utility, entries={key: pair for key, pair in utility.entries.items() if key[1] in contexts and key[2] in groups})
+
+
+def _constants(
+    table: UtilityTable, tau: Fraction | None, declared: Mapping[str, Any], deployment: Deployment | None
+) -> dict[str, Fraction]:
     """Declared constants as exact rationals, none of which contradicts the table."""
     measured = {"gamma": table.gamma, "m": table.m, "tau": tau, "lipschitz": table.lipschitz()}
+    if deployment is None and declared.keys() & {"tau", "lipschitz"}:
+        raise InputError("tau and lipschitz are declared for a policy behind filters; a plain table has its own")
     constants: dict[str, Fraction] = {}
     for name, value in declared.items():
         if name not in measured:
@@ -643,7 +797,28 @@ def _claims(result: Result) -> list[Claim]:
             add(distance, bound, "T7", relation="<=", evidence={"supremum": number(r)})
     if result.local and result.global_ and law.independent:
         add("global_ratio", result.local.ratio, "T5", relation="<=")
+    for quantity, interval in result.intervals.items():
+        by = next((method for method in interval.methods if method != "binomial"), "binomial")
+        scope = f"population at confidence {number(interval.confidence)}"
+        evidence = {"interval": quantity}
+        claims.append(Claim(f"{quantity}_ratio", ">=", interval.lower, by, evidence, scope, interval.assumptions))
+        claims.append(Claim(f"{quantity}_ratio", "<=", interval.upper, by, evidence, scope, interval.assumptions))
     return claims + [_bound_claim(bound, law.assumptions) for bound in result.bounds if bound.certified]
+
+
+def _interval_entry(interval: Interval, comparison: Comparison, law: Law | None) -> dict[str, Any]:
+    """An interval as a certificate stores it: docs/certificate-samples.md."""
+    entry = {key: value for key, value in interval.evidence.items() if key not in ("cells", "blocks")}
+    entry["limits"] = None if comparison.limits is None else [number(limit) for limit in comparison.limits]
+    entry["ratio"] = [number(interval.lower), number(interval.upper)]
+    if law is not None and law.units is not None and law.units.repeated:
+        compared = np.flatnonzero(law.compared).tolist()
+        entry["units"] = [[[n, list(rows)] for n, rows in law.units.profiles[cell]] for cell in compared]
+    return entry
+
+
+def _judged(target: Target) -> str:
+    return "this table" if target.confidence is None else f"population at confidence {number(target.confidence)}"
 
 
 def _bound_claim(bound: Bound, assumptions: tuple[str, ...]) -> Claim:

@@ -92,11 +92,12 @@ class Table:
             yield entry
 
     def _policy_rows(self) -> Iterator[dict[str, Any]]:
-        """Yield the policy's rows, then the true cells where they carry mass or utility."""
+        """Yield the policy's rows, with the number of draws if it was sampled, then the true cells where they carry mass or utility."""
         law, utility = self.law, self.utility
         for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
             row = law.row(cell)
-            yield {"context": x, "group": a, "weights": _texts(row, sum(row))}
+            drawn = {"draws": sum(row) // law.scale} if law.whole else {}
+            yield {"context": x, "group": a, "weights": _texts(row, sum(row)), **drawn}
         induced = utility.law
         if induced.population == "equal" and utility.by_decision:
             return

@@ -31,9 +31,9 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
-from itertools import chain, combinations, permutations, product, zip_longest
-from math import gcd, isqrt, lcm, prod
+from functools import cached_property, lru_cache
+from itertools import chain, combinations, pairwise, permutations, product, zip_longest
+from math import comb, gcd, isqrt, lcm, prod
 from operator import add, mul
 from typing import TypeVar
 
@@ -245,6 +245,12 @@ def _integer(value: object, where: str, below: int | None = None) -> int:
         raise _malformed(where, f"must be an integer, not {_described(value)}")
     if value < 0 or (below is not None and value >= below):
         raise _malformed(where, f"is out of range: {value}")
+    return value
+
+
+def _boolean(value: object, where: str) -> bool:
+    if not isinstance(value, bool):
+        raise _malformed(where, f"must be true or false, not {_described(value)}")
     return value
 
 
@@ -618,9 +624,11 @@ def _read_factor(value: object, where: str) -> "Factor":
     return Factor(inputs, tuple(outputs[j] for j in released), [[row[j] for j in released] for row in matrix], total)
 
 
-def _read_row(value: object, where: str, header: Header, keys: Sequence[str]) -> tuple[dict[str, object], tuple[int, int], Law, Rational]:
+def _read_row(
+    value: object, where: str, header: Header, keys: Sequence[str], optional: Sequence[str] = ()
+) -> tuple[dict[str, object], tuple[int, int], Law, Rational]:
     """Read a line with weights: its members, context and group, the law, and the sum of the weights."""
-    members = _object(value, where, ("context", "group", "weights", *keys))
+    members = _object(value, where, ("context", "group", "weights", *keys), optional)
     weights, denominator = _over_common_denominator(_rationals(members["weights"], f"{where}.weights", len(header.decisions)))
     total = sum(weights)
     if total == 0:
@@ -884,6 +892,13 @@ class Filter:
             lists = [[i * len(factor.outputs) + j for i in before for j in after] for before in lists for after in own]
         return lists
 
+    def matrix(self) -> tuple[list[list[int]], int]:
+        """Multiply out the probabilities of the joint outputs under each joint input, over one denominator."""
+        rows = [[1]]
+        for factor in self.factors:
+            rows = [[p * q for p in before for q in after] for before in rows for after in factor.matrix]
+        return rows, prod(factor.total for factor in self.factors)
+
     @property
     def exp_epsilon(self) -> Rational:
         """The greatest ratio of the probabilities of one output under two inputs."""
@@ -916,7 +931,8 @@ class Policy:
     """What claims about a policy need to know of it besides the law that it induces with its filters.
 
     ``rows`` are the laws by released context and released group, ``by_context`` those by true context and released
-    group, both for the released values that are reachable only.
+    group, both for the released values that are reachable only.  ``draws`` tells how many decisions each of the rows
+    was estimated from; it is empty when the policy is not a sample.
     """
 
     group: Filter
@@ -924,6 +940,7 @@ class Policy:
     rows: list[list[Law]]
     by_context: list[list[Law]]
     unfiltered: Table | None
+    draws: list[list[int]]
 
 
 class _PolicyRows(_Rows):
@@ -936,6 +953,7 @@ class _PolicyRows(_Rows):
         if self.context is not None:
             self.true = replace(self.true, contexts=tuple(self.context.inputs))
         self.laws: dict[tuple[int, int], Law] = {}
+        self.draws: dict[tuple[int, int], int] = {}
         self.given: list[tuple[Rational, Sequence[Rational | None]]] = []
 
     def add(self, value: object, where: str) -> None:
@@ -943,11 +961,15 @@ class _PolicyRows(_Rows):
         if isinstance(value, dict) and "true_group" in value:
             self._add_true_cell(value, where)
             return
-        _, place, law, _ = _read_row(value, where, self.header, ())
+        members, place, law, _ = _read_row(value, where, self.header, (), optional=("draws",))
         if self.given:
             raise _malformed(where, "is a row of the policy after a true cell")
         self.follow(place, where)
         self.laws[place] = law
+        if "draws" in members:
+            self.draws[place] = _integer(members["draws"], f"{where}.draws")
+            if self.draws[place] == 0 or self.draws[place] % law[1]:  # the weights are in lowest terms over law[1]
+                raise _malformed(f"{where}.draws", "must be positive, and whole when multiplied with any of the weights")
 
     def _add_true_cell(self, value: object, where: str) -> None:
         keys = _given_with_cells(self.header)
@@ -958,24 +980,24 @@ class _PolicyRows(_Rows):
         every = [1] * len(self.header.decisions)  # each decision has to have its utility
         self.given.append(_read_given(members, where, self.header, every))
 
-    def _released(self) -> list[list[Law]]:
-        """List the policy's laws by reachable context and reachable group."""
+    def _released(self) -> list[list[tuple[int, int]]]:
+        """List the places of the policy's rows by reachable context and reachable group."""
         if (len(self.header.contexts) if self.context is None else self.context.released) * self.group.released > len(self.laws):
             raise _malformed("the table", "lacks a row of the policy for what the filters can release")
         contexts = self.header.contexts if self.context is None else self.context.outputs
         groups = self.group.outputs
-        laws = self._rows_of(contexts, groups)
-        if len(laws) < len(contexts) * len(groups):
-            x, a = next(place for place in product(contexts, groups) if place not in laws)
+        places = self._rows_of(contexts, groups)
+        if len(places) < len(contexts) * len(groups):
+            x, a = next(labels for labels in product(contexts, groups) if labels not in places)
             raise _malformed("the table", f"lacks a row of the policy for {shown(x)} and {shown(a)}, which can be released")
-        return [[laws[x, a] for a in groups] for x in contexts]
+        return [[places[x, a] for a in groups] for x in contexts]
 
-    def _rows_of(self, contexts: Sequence[Labels], groups: Sequence[Labels]) -> dict[tuple[Labels, Labels], Law]:
-        """Find the rows of the policy, so far as there are any, for some contexts and groups."""
+    def _rows_of(self, contexts: Sequence[Labels], groups: Sequence[Labels]) -> dict[tuple[Labels, Labels], tuple[int, int]]:
+        """Find the places of the policy's rows, so far as there are any, for some contexts and groups."""
         context_at = {label: i for i, label in enumerate(self.header.contexts)}
         group_at = {label: i for i, label in enumerate(self.header.groups)}
         places = {(x, a): (context_at.get(x, -1), group_at.get(a, -1)) for x, a in product(contexts, groups)}
-        return {labels: self.laws[place] for labels, place in places.items() if place in self.laws}
+        return {labels: place for labels, place in places.items() if place in self.laws}
 
     def table(self, digest: str) -> Table:
         """Compute the law that the policy and its filters induce."""
@@ -985,14 +1007,18 @@ class _PolicyRows(_Rows):
             raise _malformed("the table", "does not list every true cell")
         given = self.given or [(ONE, self.header.utility or ())] * n
         _check_masses(self.header, [mass for mass, _ in given])
-        rows = by_context = self._released()
+        if self.draws and len(self.draws) < len(self.laws):
+            raise _malformed("the table", "gives draws for some rows of the policy only")
+        released = self._released()
+        rows = by_context = [[self.laws[place] for place in places] for places in released]
+        draws = [[self.draws[place] for place in places] for places in released] if self.draws else []
         if self.context is not None:
             flat = _mixed([law for row in rows for law in row], self.context.maps)
             by_context = [flat[i : i + len(rows[0])] for i in range(0, len(flat), len(rows[0]))]
         induced = chain.from_iterable(_mixed(laws, self.group.maps) for laws in by_context)
         raw = self._rows_of(self.true.contexts, self.true.groups)  # in the order of the true cells
-        unfiltered = self._table(raw.values(), given, "", None) if len(raw) == n else None
-        return self._table(induced, given, digest, Policy(self.group, self.context, rows, by_context, unfiltered))
+        unfiltered = self._table((self.laws[place] for place in raw.values()), given, "", None) if len(raw) == n else None
+        return self._table(induced, given, digest, Policy(self.group, self.context, rows, by_context, unfiltered, draws))
 
     def _table(
         self, laws: Iterable[Law], given: Sequence[tuple[Rational, Sequence[Rational | None]]], digest: str, policy: Policy | None
@@ -1298,6 +1324,7 @@ class Target:
     limit: Rational
     unit: str
     judged: str
+    confidence: Fraction | None  # of what is judged about the population
     verdict: str
 
 
@@ -1319,6 +1346,7 @@ class Certificate:
     claims: tuple[Claim, ...]
     targets: tuple[Target, ...]
     verdict: str
+    intervals: "dict[str, Interval]"  # by quantity
 
 
 LAW = "this law"
@@ -1327,6 +1355,7 @@ FLOORED = "any policy behind this filter that keeps the declared floor"
 GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values"
 CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts"
 UTILITIES = "every utility of the class"
+POPULATION = "population at confidence "  # the confidence follows
 
 
 @dataclass(frozen=True)
@@ -1337,6 +1366,7 @@ class Facts:
     metrics: Mapping[str, Maximum | None]
     declared: Mapping[str, Rational]
     program: "Program | None"
+    proven: "Mapping[str, Proven]"  # the intervals that hold
 
     @cached_property
     def constants(self) -> dict[str, Fraction]:
@@ -1471,6 +1501,8 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
 
 def _fault(claim: Claim, facts: Facts) -> str:
     """Say what is wrong with a claim; nothing if it is true."""
+    if _is_about_population(claim.key):
+        return _fault_about_population(claim, facts.proven)
     rule = RULES.get(claim.key)
     of_policy = facts.table.policy is not None
     of_class = claim.key[3] == UTILITIES
@@ -1644,12 +1676,6 @@ class Dual:
 
 def _signed(value: object, where: str, length: int | None = None) -> list[Rational]:
     return [_rational(item, f"{where}[{i}]") for i, item in enumerate(_list(value, where, length))]
-
-
-def _boolean(value: object, where: str) -> bool:
-    if not isinstance(value, bool):
-        raise _malformed(where, f"must be true or false, not {_described(value)}")
-    return value
 
 
 def _read_class(value: object, where: str) -> UtilityClass:
@@ -2143,16 +2169,648 @@ def _fault_of_closed_form(value: Rational, multipliers: Iterable[Fraction], prog
     return ""
 
 
+# ---------------------------------------------------------------------------------------------------------------------
+# Intervals for the population behind a sample
+
+METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
+SUMMED = 5000  # draws up to which binomial tails are exact sums
+PRECISION = 256  # bits after the point of the enclosures here
+
+
+class Unproven(Exception):
+    """The evidence of an interval does not prove it."""
+
+
+Ladder = list[Fraction]
+Box = list[tuple[Fraction, Fraction]]
+Place = tuple[int, int, int]  # a block, and the positions of two forms in it, the higher one first
+
+
+@dataclass(frozen=True)
+class BoxEvidence:
+    """Ends of all cells, at the levels for the upper and for the lower end of the ratio."""
+
+    levels: tuple[Fraction, Fraction]
+    upper: Box
+    lower: Box
+    pair: Place | None
+
+
+@dataclass(frozen=True)
+class LadderEvidence:
+    """Ladders for the upper end by block, and one for the lower end; the levels are (b, c)."""
+
+    levels: tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction]]
+    upper: list[Ladder] | None
+    lower: tuple[Place, Ladder] | None
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An interval as the certificate states it."""
+
+    quantity: str
+    confidence: Rational
+    scope: str
+    independent: bool
+    method: str
+    limits: tuple[Fraction, Fraction] | None
+    units: list[list[tuple[int, list[int]]]] | None
+    ratio: tuple[Rational, Rational]
+    evidence: BoxEvidence | LadderEvidence
+
+    @property
+    def region(self) -> str:
+        """The name of the kind of evidence."""
+        return "box" if isinstance(self.evidence, BoxEvidence) else "product"
+
+
+@dataclass(frozen=True)
+class Proven:
+    """An interval that holds but with the probability ``error``, and what claims about it have to say."""
+
+    ratio: tuple[Rational, Rational]
+    error: Fraction
+    scope: str
+    by: str
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Independent draws of a number between low and high that have the same mean; binary if they are low or high."""
+
+    draws: int
+    total: Fraction
+    squares: Fraction
+    low: Fraction
+    high: Fraction
+    binary: bool
+
+    @property
+    def informative(self) -> bool:
+        """Whether the draws say more of the mean than the range does."""
+        return self.draws > 0 and self.low < self.high
+
+    def tail(self, mean: Fraction, below: bool) -> "Tail":
+        """The lower tail, or the upper one, at a mean; for informative samples."""
+        n, width = self.draws, self.high - self.low
+        k, p = (self.total - n * self.low) / width, (mean - self.low) / width
+        return (n, k, p, self.binary) if below else (n, n - k, 1 - p, self.binary)
+
+
+def _read_confidence(value: object, where: str) -> Fraction:
+    confidence = Fraction(*_rational(value, where))
+    if not 0 < confidence < 1:
+        raise _malformed(where, "must have a confidence between 0 and 1")
+    return confidence
+
+
+def _read_intervals(value: object, where: str, kind: str) -> dict[str, Interval]:
+    members = _object(value, where, (), optional=("local", "global"))
+    if not members:
+        raise _malformed(where, "must not be empty")
+    return {name: _read_interval(item, f"{where}.{name}", name, kind) for name, item in members.items()}
+
+
+def _read_interval(value: object, where: str, name: str, kind: str) -> Interval:
+    keys = ["confidence", "side", "region", "independent", "method", "limits", "ratio", "levels", "upper", "lower"]
+    of_box = isinstance(value, dict) and value.get("region") == "box"
+    with_units = name == "local" and kind == "counts"
+    members = _object(value, where, keys + ["pair"] * of_box, optional=["units"] * with_units)
+    _one_of(members["side"], f"{where}.side", ("both",))
+    _one_of(members["region"], f"{where}.region", ("box", "product"))
+    levels = _object(members["levels"], f"{where}.levels", ("upper", "lower"))
+    upper, lower = members["upper"], members["lower"]
+    evidence: BoxEvidence | LadderEvidence
+    if of_box:
+        evidence = BoxEvidence(
+            (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
+            [_two(item, f"{where}.upper[{i}]") for i, item in enumerate(_list(upper, f"{where}.upper"))],
+            [_two(item, f"{where}.lower[{i}]") for i, item in enumerate(_list(lower, f"{where}.lower"))],
+            None if members["pair"] is None else _read_pair(members["pair"], f"{where}.pair"),
+        )
+    else:
+        proof = None if lower is None else _object(lower, f"{where}.lower", ("pair", "knots"))
+        ladders = None if upper is None else _list(upper, f"{where}.upper")
+        evidence = LadderEvidence(
+            (_two(levels["upper"], f"{where}.levels.upper"), _two(levels["lower"], f"{where}.levels.lower")),
+            None if ladders is None else [_read_ladder(item, f"{where}.upper[{i}]") for i, item in enumerate(ladders)],
+            None if proof is None else (_read_pair(proof["pair"], f"{where}.lower.pair"), _read_ladder(proof["knots"], f"{where}.lower")),
+        )
+    limits = None if members["limits"] is None else _two(members["limits"], f"{where}.limits")
+    if limits is not None and limits[0] > limits[1]:
+        raise _malformed(f"{where}.limits", "must have the lower one first")
+    ends = _list(members["ratio"], f"{where}.ratio", 2)
+    confidence = _read_confidence(members["confidence"], f"{where}.confidence")
+    return Interval(
+        name,
+        _pair(confidence),
+        POPULATION + _string(members["confidence"], f"{where}.confidence"),
+        _boolean(members["independent"], f"{where}.independent"),
+        _one_of(members["method"], f"{where}.method", METHODS),
+        limits,
+        _read_units(members["units"], f"{where}.units") if "units" in members else None,
+        (_rational(ends[0], f"{where}.ratio[0]"), _extended(ends[1], f"{where}.ratio[1]")),
+        evidence,
+    )
+
+
+def _level(value: object, where: str) -> Fraction:
+    return Fraction(*_rational(value, where, nonnegative=True))
+
+
+def _two(value: object, where: str) -> tuple[Fraction, Fraction]:
+    first, second = _rationals(value, where, 2)
+    return Fraction(*first), Fraction(*second)
+
+
+def _read_ladder(value: object, where: str) -> Ladder:
+    return [Fraction(*knot) for knot in _rationals(value, where, len(_list(value, where)))]
+
+
+def _read_pair(value: object, where: str) -> Place:
+    block, higher, lower = (_integer(item, f"{where}[{i}]") for i, item in enumerate(_list(value, where, 3)))
+    return block, higher, lower
+
+
+def _read_units(value: object, where: str) -> list[list[tuple[int, list[int]]]]:
+    lists: list[list[tuple[int, list[int]]]] = []
+    for i, entries in enumerate(_list(value, where)):
+        units: dict[tuple[int, ...], int] = {}
+        for j, item in enumerate(_list(entries, f"{where}[{i}]")):
+            place = f"{where}[{i}][{j}]"
+            number, counts = _list(item, place, 2)
+            rows = tuple(_integer(count, f"{place}[1][{u}]") for u, count in enumerate(_list(counts, f"{place}[1]")))
+            if rows in units or not any(rows):
+                raise _malformed(f"{place}[1]", "must not be all 0, nor what stood there before")
+            units[rows] = _integer(number, f"{place}[0]")
+            if units[rows] == 0:
+                raise _malformed(f"{place}[0]", "must be at least 1")
+        lists.append([(n, list(rows)) for rows, n in units.items()])
+    return lists
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Samples, and by block the forms that are compared: expected utilities as weighted sums of the means of the samples."""
+
+    samples: list[Sample]
+    blocks: list[list[Affine]]
+    shared: bool  # whether a draw occurs in several samples
+
+
+Part = tuple[Sequence[int], Sequence[Rational | None]]  # the counts of the decisions, and their utilities
+Units = Sequence[tuple[int, Sequence[int]]]  # how many draws had which counts
+
+
+def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, Fraction]) -> Sample:
+    """Pool counts; the units say which rows of a single part belong to one draw."""
+    low, high = limits
+    pooled: Counter[Rational | None] = Counter()
+    for counts, utility in parts:
+        for count, g in zip(counts, utility, strict=True):
+            pooled[g] += count
+    values = {g: Fraction(*g) for g in pooled if g is not None}
+    draws = [(pooled[g], value) for g, value in values.items() if pooled[g]]
+    if not all(low <= value <= high for _, value in draws):
+        raise Unproven("a utility that was drawn is outside the limits")
+    binary = None not in pooled and all(value in (low, high) for value in values.values())
+    if units is not None:
+        [(_, utility)] = parts
+        rows = [
+            (n, [(count, values[g]) for count, g in zip(counts, utility, strict=True) if count and g is not None]) for n, counts in units
+        ]
+        draws = [(n, sum((c * g for c, g in own), Fraction(0)) / sum(c for c, _ in own)) for n, own in rows]
+        binary = binary and all(sum(counts) == 1 for _, counts in units)
+    total, squares = (sum((n * value**power for n, value in draws), Fraction(0)) for power in (1, 2))
+    return Sample(sum(n for n, _ in draws), total, squares, low, high, binary)
+
+
+class _Sampling:
+    """What the samples of an interval are taken from."""
+
+    def __init__(self, interval: Interval, table: Table) -> None:
+        self.interval, self.table = interval, table
+        self.partly = any(None in cell.utility for cell in table.cells)
+        given = {g for cell in table.cells for g in cell.utility} if self.partly else set()
+        self.greatest = max((Fraction(*g) for g in given if g is not None), default=Fraction(0))
+
+    def limits(self, cells: Iterable[Cell]) -> tuple[Fraction, Fraction]:
+        """The range of g in some cells; if g is not given somewhere, it may be anything up to the greatest one there is."""
+        if self.interval.limits is not None:
+            return self.interval.limits
+        if self.partly:
+            return Fraction(0), self.greatest
+        return Fraction(0), max(Fraction(*g) for cell in cells for g in set(cell.utility) if g is not None)
+
+    def of_counts(self) -> Comparison:
+        """Take a sample from each cell that is compared, or from each group, whose rows are pooled over the contexts."""
+        table, units = self.table, self.interval.units
+        by_group = table.by_group()
+        blocks = [[by_group[a] for a in groups] for groups in [_globally_compared(table)] if groups]
+        if self.interval.quantity == "local":
+            blocks = [[[cell] for cell in cells] for cells in table.by_context() if len(cells) > 1]
+        pools = [*chain.from_iterable(blocks)]
+        if units is not None and len(units) != len(pools):
+            raise Unproven(f"units must be listed for {len(pools)} cells, not for {len(units)}")
+        samples: list[Sample] = []
+        for i, cells in enumerate(pools):
+            parts: list[Part] = []
+            for cell in cells:
+                (weights, total), (n, d) = cell.law, cell.mass
+                if n % (d * total):
+                    raise Unproven(f"the counts are not integers {_place(table, cell)}")
+                parts.append(([weight * (n // (d * total)) for weight in weights], cell.utility))
+            if units is not None:
+                counts, _ = parts[0]
+                rows = [[n * count for count in row] for n, row in units[i]]
+                if any(len(row) != len(counts) for row in rows) or [*map(sum, zip(*rows, strict=True))] != counts:
+                    raise Unproven(f"units[{i}] do not add up to the counts {_place(table, cells[0])}")
+            samples.append(_sample(parts, None if units is None else units[i], self.limits(cells)))
+        numbers = iter(range(len(samples)))
+        return Comparison(samples, [[({next(numbers): 1}, 1) for _ in block] for block in blocks], units is not None)
+
+    def of_policy(self, policy: Policy) -> Comparison:
+        """Take a sample from each released context and group, for each true context and group if the utility depends on them."""
+        table = self.table
+        if not policy.draws:
+            raise Unproven("the rows of the policy do not say how many decisions were drawn")
+        groups, unit = policy.group.matrix()
+        if policy.context is None:
+            contexts, scale = [[(x, 1)] for x in range(len(policy.rows))], 1
+        else:
+            matrix, scale = policy.context.matrix()
+            contexts = [[(x, p) for x, p in enumerate(row) if p] for row in matrix]
+        by_group, by_context = constants(table)["depends_on_group"], table.header.utility is None
+        numbers: dict[tuple[int, int, int, int], int] = {}
+        samples: list[Sample] = []
+        forms: list[Affine] = []
+        for cell in table.cells:
+            form: dict[int, int] = {}
+            own = (cell.context if by_context else -1, cell.group if by_group else -1)
+            for (x, p), (a, q) in product(contexts[cell.context], enumerate(groups[cell.group])):
+                if q:
+                    number = numbers.setdefault((x, a, *own), len(samples))
+                    form[number] = p * q
+                    if number == len(samples):
+                        weights, total = policy.rows[x][a]
+                        counts = [weight * (policy.draws[x][a] // total) for weight in weights]
+                        samples.append(_sample([(counts, cell.utility)], None, self.limits([cell])))
+            forms.append((form, scale * unit))
+        n = len(table.header.groups)
+        blocks = [forms[i : i + n] for i in range(0, len(forms), n)]
+        if self.interval.quantity == "global":
+            means: list[Affine] = []
+            for a in _globally_compared(table):
+                masses = [cell.mass for cell in table.by_group()[a]]
+                above, below = _sum(masses)
+                means.append(_affine_sum(((p * below, q * above), form) for (p, q), form in zip(masses, forms[a::n], strict=True)))
+            blocks = [means] if means else []
+        return Comparison(samples, blocks, len({place[:2] for place in numbers}) < len(numbers))
+
+
+def _proven(interval: Interval, table: Table) -> Proven:
+    """Make sure that the evidence of an interval proves it."""
+    sampling = _Sampling(interval, table)
+    if table.header.subject.kind == "probabilities" or (table.policy is not None and interval.units is not None):
+        raise Unproven("the table is not of the stated kind")
+    comparison = sampling.of_counts() if table.policy is None else sampling.of_policy(table.policy)
+    samples, blocks = comparison.samples, comparison.blocks
+    if not blocks:
+        raise Unproven("the table does not give this quantity")
+    if interval.independent and comparison.shared:
+        raise Unproven("samples that share draws are not independent")
+    if not _at_most(ONE, interval.ratio[0]) or not _at_most(ONE, interval.ratio[1]):
+        raise Unproven("no ratio is less than 1")
+    supports = [[frozenset(i for i in form if samples[i].informative) for form, _ in block] for block in blocks]
+    used: frozenset[int] = frozenset().union(*chain.from_iterable(supports))
+    if isinstance(interval.evidence, BoxEvidence):
+        spanned = max(len(one | other) for block in supports for one, other in combinations(block, 2))
+        _prove_by_box(interval, interval.evidence, comparison, len(used), spanned)
+    else:
+        _prove_by_ladders(interval, interval.evidence, comparison, len(used))
+    by = "binomial" if all(samples[i].binary for i in used) else interval.method
+    return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by)
+
+
+def _prove_by_box(interval: Interval, evidence: BoxEvidence, comparison: Comparison, used: int, spanned: int) -> None:
+    samples, blocks = comparison.samples, comparison.blocks
+    confidence = Fraction(*interval.confidence)
+    beta, other = evidence.levels
+    if not (0 < other <= beta < 1 if used else beta == other == 0):
+        raise Unproven("the levels must be positive and less than 1, and that for the lower end no greater, or 0 where nothing was drawn")
+    # One of the ends that matter is wrong with no greater probability than this.
+    plain = spanned * beta + (2 * used - spanned) * other
+    if plain > 1 - confidence and not (interval.independent and _all_hold(beta, other, used, spanned, confidence)):
+        raise Unproven(f"the levels add up to {shown(_pair(plain))}")
+    for name, ends, level in (("upper", evidence.upper, beta), ("lower", evidence.lower, other)):
+        if len(ends) != len(samples):
+            raise Unproven(f"{name} must list the ends of {len(samples)} cells, not of {len(ends)}")
+        for i, (sample, (lo, hi)) in enumerate(zip(samples, ends, strict=True)):
+            if fault := _fault_of_ends(sample, lo, hi, level, interval.method):
+                raise Unproven(f"{name}[{i}] {fault}")
+    low, high = interval.ratio
+    if high != INFINITY:
+        box = _scaled_box(evidence.upper)
+        for number, block in enumerate(blocks):
+            _check_block(block, number, Fraction(*high), box)
+    if (low == ONE) is not (evidence.pair is None):
+        raise Unproven("a pair has to be named exactly if the lower end is more than 1")
+    if evidence.pair is not None:
+        higher, lower = _forms(evidence.pair, blocks)
+        box = _scaled_box(evidence.lower)
+        nothing = not any(box[i][0] for i in {*higher[0], *lower[0]})  # 0/0 is 1
+        if nothing or not _at_most_times(lower, higher, Fraction(low[1], low[0]), box):
+            raise Unproven("the least quotient of the pair is less than the lower end")
+
+
+def _all_hold(beta: Fraction, other: Fraction, used: int, spanned: int, confidence: Fraction) -> bool:
+    """Decide whether all ends that matter are right with the probability ``confidence``, when the cells are independent."""
+    pair, rest = 1 - beta - other, 1 - 2 * other
+    if pair <= 0 or rest <= 0:
+        return False
+    if used <= 1000:
+        return pair**spanned * rest ** (used - spanned) >= confidence
+    return _log_form([(Fraction(spanned), pair), (Fraction(used - spanned), rest), (Fraction(-1), confidence)]) >= 0
+
+
+def _forms(place: Place, blocks: Sequence[Sequence[Affine]]) -> tuple[Affine, Affine]:
+    """Find the two forms, the higher one first."""
+    block, higher, lower = place
+    if block >= len(blocks) or max(higher, lower) >= len(blocks[block]) or higher == lower:
+        raise Unproven("the pair is not one that is compared")
+    return blocks[block][higher], blocks[block][lower]
+
+
+def _scaled_box(box: Box) -> list[tuple[int, int]]:
+    """Multiply all ends by one number, which no quotient depends on."""
+    ends, _ = _over_common_denominator([_pair(end) for ends in box for end in ends])
+    return [*zip(ends[::2], ends[1::2], strict=True)]
+
+
+def _at_most_times(one: Affine, other: Affine, ratio: Fraction, box: Sequence[tuple[int, int]]) -> bool:
+    """Decide whether one form is at most ``ratio`` times another one everywhere in a box."""
+    (w, w_unit), (v, v_unit) = one, other
+    n, d = ratio.numerator * w_unit, ratio.denominator * v_unit
+    greatest = 0
+    for i in w.keys() | v.keys():
+        coefficient = w.get(i, 0) * d - v.get(i, 0) * n
+        greatest += coefficient * box[i][coefficient > 0]
+    return greatest <= 0
+
+
+def _check_block(block: Sequence[Affine], number: int, ratio: Fraction, box: Sequence[tuple[int, int]]) -> None:
+    """Make sure that no form of a block can be more than ``ratio`` times another one."""
+    ends = [(sum(c * box[i][side] for i, c in form.items()), unit) for side in (0, 1) for form, unit in block]
+    values, _ = _over_common_denominator(ends)
+    least = [ratio.numerator * value for value in values[: len(block)]]
+    greatest = [ratio.denominator * value for value in values[len(block) :]]
+    for (i, top), (j, bottom) in product(enumerate(greatest), enumerate(least)):
+        # Most pairs are far from it, even if the cells that two forms share were different ones.
+        if top > bottom and i != j and not _at_most_times(block[i], block[j], ratio, box):
+            raise Unproven(f"forms {i} and {j} of block {number} can have a greater quotient than the upper end")
+
+
+def _fault_of_ends(sample: Sample, lo: Fraction, hi: Fraction, level: Fraction, method: str) -> str:
+    if not sample.low <= lo <= hi <= sample.high:
+        return "are not ends in the range of the cell"
+    if not sample.informative:
+        return "" if (lo, hi) == (sample.low, sample.high) else "are not the range of the cell, of which nothing else is known"
+    if lo > sample.low and not _excluded(sample, lo, level, method, above=False):
+        return f"has the lower end {shown(_pair(lo))}, which is not excluded from below at the level {shown(_pair(level))}"
+    if hi < sample.high and not _excluded(sample, hi, level, method, above=True):
+        return f"has the upper end {shown(_pair(hi))}, which is not excluded from above at the level {shown(_pair(level))}"
+    return ""
+
+
+def _excluded(sample: Sample, mean: Fraction, level: Fraction, method: str, above: bool) -> bool:
+    """Decide whether a test at this level rejects a mean as too great, or as too small."""
+    if sample.binary or method == "hoeffding-kl":
+        return _tails_at_most([sample.tail(mean, above)], level)
+    if method == "intersection":
+        level /= 2
+        return _tails_at_most([sample.tail(mean, above)], level) or _bernstein(sample, mean, level, above)
+    return _bernstein(sample, mean, level, above)
+
+
+def _bernstein(sample: Sample, mean: Fraction, level: Fraction, above: bool) -> bool:
+    """Decide |mean - z| >= sqrt(2 V log(2/level) / n) + 7 log(2/level) / (3 (n - 1)), z being the mean of the sample and V its variance."""
+    n, width = sample.draws, sample.high - sample.low
+    if n < 2 or level == 0:
+        return False
+    logarithm = Fraction(-_log_form([(Fraction(1), level / 2)]), 1 << PRECISION)
+    variance = (sample.squares - sample.total**2 / n) / (n - 1) / width**2
+    distance = (mean - sample.total / n if above else sample.total / n - mean) / width - 7 * logarithm / (3 * (n - 1))
+    return distance >= 0 and distance**2 >= 2 * variance * logarithm / n
+
+
+# A bound of the probability that the sum of n draws from [0, 1] with mean p is at most k: n, k, p, and whether all draws
+# are 0 or 1.
+Tail = tuple[int, Fraction, Fraction, bool]
+
+
+def _log_form(terms: Sequence[tuple[Fraction, Fraction]]) -> int:
+    """Bound 2^PRECISION (the sum of c log x) from below, for terms (c, x), x > 0."""
+    bits = PRECISION + max(int(abs(c)).bit_length() for c, _ in terms)
+    total = 0
+    for c, x in terms:
+        n, d = x.numerator, x.denominator
+        if n < d:
+            n, d, c = d, n, -c
+        if n > d:
+            low, high = _log_bounds(n, d, bits)
+            total += c.numerator * (low if c > 0 else high) // c.denominator
+    return total >> (bits - PRECISION)
+
+
+def _is_summed(tail: Tail) -> bool:
+    """Whether the bound is the binomial sum; for k = 0 that is the other bound too, and can be compared exactly."""
+    n, k, _, binary = tail
+    return n <= SUMMED and (binary or k == 0)
+
+
+@lru_cache(maxsize=1 << 16)
+def _rarity(tail: Tail) -> int | None:
+    """Bound -2^PRECISION log B from below, where B is the bound of a tail; None if B is 0."""
+    n, k, p, binary = tail
+    if p <= 0 or k == n:
+        return 0
+    if p >= 1:
+        return None
+    if _is_summed(tail):
+        terms = [(k, 1 / p), (n - k, 1 / (1 - p)), (Fraction(1), Fraction(1 << PRECISION, comb(n, int(k)) * _relative_sum(n, int(k), p)))]
+        return max(0, _log_form(terms))
+    if k >= n * p:
+        return 0
+    terms = [(n - k, (n - k) / (n * (1 - p)))]
+    if k:
+        terms.append((k, k / (n * p)))
+        rho = k * (1 - p) / ((n - k + 1) * p)
+        square = Fraction(53 * n, 333) / (k * (n - k) * (1 - rho) ** 2)
+        if binary and square < 1:
+            terms.append((Fraction(-1, 2), square))
+    return max(0, _log_form(terms))
+
+
+def _relative_sum(n: int, k: int, p: Fraction) -> int:
+    """Add up the terms of a binomial tail, the one for k first, as multiples of 2^-PRECISION of that one, rounded up."""
+    a, b = p.numerator, p.denominator - p.numerator
+    total = term = 1 << PRECISION
+    for i in range(k, 0, -1):
+        term = -(-term * i * b // ((n - i + 1) * a))
+        total += term
+        if term == 1:  # the quotients of successive terms fall: no term from here on is greater
+            return total + i - 1
+    return total
+
+
+def _binomial(tail: Tail) -> Fraction:
+    """The binomial sum itself."""
+    n, k, p, _ = tail
+    if p <= 0:
+        return Fraction(1)
+    a, b = p.numerator, p.denominator - p.numerator
+    total, term = 0, 1
+    for i in range(int(k) + 1):
+        total = total * b + term
+        term = term * (n - i) * a // (i + 1)
+    return Fraction(total * b ** (n - int(k)), p.denominator**n)
+
+
+def _tails_at_most(tails: Sequence[Tail], level: Fraction) -> bool:
+    """Decide whether the product of the bounds of some tails is at most a level less than 1."""
+    rarities = [_rarity(tail) for tail in tails]
+    known = [rarity for rarity in rarities if rarity is not None]
+    if len(known) < len(rarities) or level == 0:
+        return len(known) < len(rarities)
+    excess = sum(known) + _log_of_level(level)
+    if excess >= 0:
+        return True
+    # Equality cannot be seen by logarithms.
+    return excess >> (PRECISION - 64) == -1 and all(map(_is_summed, tails)) and prod(map(_binomial, tails)) <= level
+
+
+@lru_cache(maxsize=64)
+def _log_of_level(level: Fraction) -> int:
+    return _log_form([(Fraction(1), level)])
+
+
+def _prove_by_ladders(interval: Interval, evidence: LadderEvidence, comparison: Comparison, used: int) -> None:
+    samples, blocks = comparison.samples, comparison.blocks
+    if not interval.independent:
+        raise Unproven("a product is for independent cells only")
+    if any(len(form) != 1 or [*form.values()] != [unit] for block in blocks for form, unit in block):
+        raise Unproven("a product is for forms of a single cell only")
+    if interval.method != "hoeffding-kl" and not all(sample.binary for sample in samples if sample.informative):
+        raise Unproven("a product is for binary cells or hoeffding-kl only")
+    (b, c), (other_b, other_c) = evidence.levels
+    if not (b * b <= c <= b < 1 and other_b * other_b <= other_c <= other_b <= b and other_c <= c):
+        raise Unproven("the levels b, c must keep b^2 <= c <= b < 1, and those for the lower end must be no greater")
+    pairs = sum(len(block) * (len(block) - 1) for block in blocks)
+    spent = 2 * b + max(2, 2 * used - 2) * other_b + _area(b, c) + (pairs - 1) * _area(other_b, other_c)
+    if spent > 1 - Fraction(*interval.confidence):
+        raise Unproven("the levels add up to more than the confidence leaves")
+    members = [[next(iter(form)) for form, _ in block] for block in blocks]
+    low, high = interval.ratio
+    if (high == INFINITY) is not (evidence.upper is None) or (low == ONE) is not (evidence.lower is None):
+        raise Unproven("there must be ladders exactly for a finite upper end, and for a lower end of more than 1")
+    if evidence.upper is not None:
+        if len(evidence.upper) != len(blocks):
+            raise Unproven(f"there must be {len(blocks)} ladders, not {len(evidence.upper)}")
+        for number, (block, ladder) in enumerate(zip(members, evidence.upper, strict=True)):
+            cells = {i: samples[i] for i in block}
+            _check_ladder(ladder, cells, cells, Fraction(*high), b, c, f"upper[{number}]")
+    if evidence.lower is not None:
+        place, ladder = evidence.lower
+        _forms(place, blocks)
+        higher, lower = members[place[0]][place[1]], members[place[0]][place[2]]
+        if higher == lower:
+            raise Unproven("the forms of the pair are equal")
+        one, another = {lower: samples[lower]}, {higher: samples[higher]}
+        _check_ladder(ladder, one, another, Fraction(low[1], low[0]), other_b, other_c, "lower")
+
+
+def _area(b: Fraction, c: Fraction) -> Fraction:
+    """Bound the probability that independent uniform u and v exceed b while uv is at most c: c log(c/b^2) - c + b^2."""
+    if b == 0:
+        return Fraction(0)
+    return c * Fraction(-_log_form([(Fraction(1), b * b / c)]), 1 << PRECISION) - c + b * b
+
+
+def _check_ladder(
+    knots: Ladder, tops: Mapping[int, Sample], bottoms: Mapping[int, Sample], ratio: Fraction, b: Fraction, c: Fraction, where: str
+) -> None:
+    """Make sure that a ladder proves of all different tops and bottoms that the mean of the top is at most ``ratio`` times the other."""
+    if not knots or knots[0] <= 0 or any(q <= p for p, q in pairwise(knots)):
+        raise Unproven(f"{where} is not a strictly rising list of positive knots")
+    for sample in bottoms.values():
+        if knots[0] > sample.low and not (sample.informative and _tails_at_most([sample.tail(knots[0], False)], b)):
+            raise Unproven(f"{where} begins too high")
+    for sample in tops.values():
+        mean = ratio * knots[-1]
+        if mean < sample.high and not (sample.informative and _tails_at_most([sample.tail(mean, True)], b)):
+            raise Unproven(f"{where} ends too low")
+    certain: Tail = (1, Fraction(1), Fraction(1, 2), True)
+    for number, (p, q) in enumerate(pairwise(knots)):
+        above = {i: s.tail(ratio * p, True) if s.informative else certain for i, s in tops.items() if ratio * p < s.high}
+        below = {i: s.tail(q, False) if s.informative else certain for i, s in bottoms.items()}
+        # For each top the likeliest bottom of another index is one of the two likeliest of all.
+        likeliest = sorted((rarity, i) for i, tail in below.items() if (rarity := _rarity(tail)) is not None)[:2]
+        for i, tail in above.items():
+            bottom = next((j for _, j in likeliest if j != i), None)
+            if bottom is not None and not _tails_at_most([tail, below[bottom]], c):
+                raise Unproven(f"{where} has too wide a step after knot {number}")
+
+
+def _is_about_population(key: tuple[str, str, str, str]) -> bool:
+    quantity, relation, by, scope = key
+    known = quantity in ("local_ratio", "global_ratio") and relation in ("<=", ">=") and by in ("binomial", *METHODS)
+    return known and scope.startswith(POPULATION)
+
+
+def _fault_about_population(claim: Claim, proven: Mapping[str, Proven]) -> str:
+    """Judge a claim that repeats an end of an interval, or has a weaker one."""
+    quantity, relation, by, scope = claim.key
+    interval = proven.get(quantity.removesuffix("_ratio"))
+    if not claim.assumptions:
+        return "states no assumption"
+    if interval is None:
+        return "there is no interval that holds"
+    if claim.evidence != quantity.removesuffix("_ratio"):
+        return "the evidence is the interval of the other ratio"
+    if scope != interval.scope:
+        return f"the interval is for {shown(interval.scope)}"
+    if by != interval.by:
+        return f"the method is {shown(interval.by)}"
+    low, high = interval.ratio
+    true = _at_most(high, claim.value) if relation == "<=" else _at_most(ONE, claim.value) and _at_most(claim.value, low)
+    return "" if true else f"the interval is from {shown(low)} to {shown(high)}"
+
+
+def _ends_of_population(quantity: str, facts: Facts, true_claims: Iterable[Claim]) -> tuple[Rational, Rational]:
+    """Find the ends of a ratio of the population: those of the interval, and bounds that hold whatever was sampled."""
+    low, high = facts.proven[quantity].ratio if quantity in facts.proven else (ONE, INFINITY)
+    declared = facts.declared.keys()
+    for claim in true_claims:
+        _, _, by, scope = claim.key
+        needed = {POLICIES: {"gamma", "m"} if by == "T4" else set(), FLOORED: {"gamma"}}.get(scope)
+        holds = needed is not None and needed <= declared
+        if holds and claim.key[0] == f"{quantity}_ratio" and _at_most(claim.value, high):
+            high = claim.value
+    return low, high
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Reading a certificate
+
+
 def _read_constants(value: object, where: str) -> dict[str, Rational | bool | None]:
     members = _object(value, where, ("gamma", "m", "tau", "lipschitz", "depends_on_group"))
     read: dict[str, Rational | bool | None] = {}
     for key in ("gamma", "m", "tau", "lipschitz"):
         absent = key == "tau" and members[key] is None
         read[key] = None if absent else _rational(members[key], f"{where}.{key}")
-    depends = members["depends_on_group"]
-    if not isinstance(depends, bool):
-        raise _malformed(f"{where}.depends_on_group", f"must be true or false, not {_described(depends)}")
-    return read | {"depends_on_group": depends}
+    return read | {"depends_on_group": _boolean(members["depends_on_group"], f"{where}.depends_on_group")}
 
 
 def _read_privacy(value: object, where: str) -> dict[str, dict[str, object] | None]:
@@ -2245,20 +2903,23 @@ def _read_claim(value: object, where: str, parameters: int | None) -> Claim:
     keys = ("quantity", "relation", "value", "scope", "by", "assumptions", "evidence")
     members = _object(value, where, keys)
     quantity, relation, by, scope = (_string(members[key], f"{where}.{key}") for key in ("quantity", "relation", "by", "scope"))
-    rule = RULES.get((quantity, relation, by, scope))
+    key = quantity, relation, by, scope
     return Claim(
-        (quantity, relation, by, scope),
+        key,
         _extended(members["value"], f"{where}.value"),
         _strings(members["assumptions"], f"{where}.assumptions"),
-        _read_dual(members["evidence"], f"{where}.evidence", quantity == "local_ratio", parameters)
-        if rule is not None and rule.evidence == "pairs"
-        else _read_evidence(members["evidence"], f"{where}.evidence", rule, may_be_empty=scope == UTILITIES),
+        _read_evidence(members["evidence"], f"{where}.evidence", key, parameters),
     )
 
 
-def _read_evidence(value: object, where: str, rule: Rule | None, may_be_empty: bool) -> object:
+def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], parameters: int | None) -> object:
+    if _is_about_population(key):
+        return _one_of(_object(value, where, ("interval",))["interval"], f"{where}.interval", ("local", "global"))
+    rule = RULES.get(key)
     if rule is None:  # an unknown claim is found false, whatever is offered as evidence
         return _object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
+    if rule.evidence == "pairs":
+        return _read_dual(value, where, key[0] == "local_ratio", parameters)
     members = _object(value, where, (rule.evidence,) if rule.evidence else ())
     if not rule.evidence:
         return None
@@ -2268,18 +2929,21 @@ def _read_evidence(value: object, where: str, rule: Rule | None, may_be_empty: b
     if rule.evidence != "multipliers":
         return _extended(item, place)
     multipliers = _rationals(item, place, len(_list(item, place)))
-    if not (multipliers or may_be_empty):
+    if not multipliers and key[3] != UTILITIES:
         raise _malformed(place, "must not be empty")
     return [Fraction(*k) for k in multipliers]
 
 
 def _read_target(value: object, where: str) -> Target:
     members = _object(value, where, ("quantity", "limit", "unit", "judged", "verdict"))
+    judged = _string(members["judged"], f"{where}.judged")
+    of_population = judged.startswith(POPULATION)
     target = Target(
         _one_of(members["quantity"], f"{where}.quantity", ("local", "global")),
         _rational(members["limit"], f"{where}.limit", nonnegative=True),
         _one_of(members["unit"], f"{where}.unit", ("log", "ratio")),
-        _string(members["judged"], f"{where}.judged"),
+        judged,
+        _read_confidence(judged.removeprefix(POPULATION), f"{where}.judged") if of_population else None,
         _one_of(members["verdict"], f"{where}.verdict", ("within", "exceeds", "inconclusive")),
     )
     if target.unit == "ratio" and not _at_most(ONE, target.limit):
@@ -2289,7 +2953,7 @@ def _read_target(value: object, where: str) -> Target:
 
 def _read_certificate(raw: bytes) -> Certificate:
     keys = ("format", "subject", "metrics", "not_compared", "claims", "targets", "verdict", "versions")
-    top = _object(_decoded(raw, "the certificate"), "the certificate", keys)
+    top = _object(_decoded(raw, "the certificate"), "the certificate", keys, optional=("intervals",))
     _one_of(top["format"], "format", (CERTIFICATE_FORMAT,))
     of_policy = _is_about_policy(top["subject"])
     keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy
@@ -2297,6 +2961,8 @@ def _read_certificate(raw: bytes) -> Certificate:
     utilities = _read_class(about["class"], "subject.class") if "class" in about else None
     parameters = None if utilities is None or utilities.family is None else len(utilities.family.lower)
     subject = _read_subject(about, "subject")
+    if "intervals" in top and (subject.kind == "probabilities" or utilities is not None):
+        raise _malformed("the certificate", "has intervals, which are for counts and policies without a class of utilities")
     table = _object(about["table"], "subject.table", ("sha256", "cells"), optional=("header", "rows"))
     embedded: tuple[object, ...] | None = None
     if "header" in table or "rows" in table:
@@ -2322,6 +2988,7 @@ def _read_certificate(raw: bytes) -> Certificate:
         tuple(_read_claim(item, f"claims[{i}]", parameters) for i, item in enumerate(_list(top["claims"], "claims"))),
         tuple(_read_target(item, f"targets[{i}]") for i, item in enumerate(_list(top["targets"], "targets"))),
         _one_of(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive")),
+        _read_intervals(top["intervals"], "intervals", subject.kind) if "intervals" in top else {},
     )
 
 
@@ -2392,39 +3059,75 @@ def _check_class(stated: Certificate, program: "Program", metrics: Mapping[str, 
     return _finding(f"the utility is in subject.class: {utilities.described()}", not fault, fault)
 
 
-def _check_claims(stated: Certificate, table: Table, metrics: Mapping[str, Maximum | None], program: "Program | None") -> Iterator[Finding]:
+def _check_intervals(stated: Certificate, table: Table) -> tuple[list[Finding], dict[str, "Proven"]]:
+    findings: list[Finding] = []
+    proven: dict[str, Proven] = {}
+    for name, interval in stated.intervals.items():
+        fault = ""
+        try:
+            proven[name] = _proven(interval, table)
+        except Unproven as error:
+            fault = str(error)
+        ends = " and ".join(map(shown, interval.ratio))
+        how = "independent" if interval.independent else "dependent"
+        statement = f"intervals.{name}: between {ends} at confidence {shown(interval.confidence)}, by a {interval.region} of {how} cells"
+        findings.append(_finding(statement, not fault, fault))
+    return findings, proven
+
+
+def _faults_of_claims(claims: Sequence[Claim], facts: Facts) -> list[str]:
+    """Say of each claim what is wrong with it; nothing if it is true."""
+    faults: list[str] = []
     seen: set[tuple[str, str, str, str]] = set()
-    facts = Facts(table, metrics, stated.declared, program)
-    for i, claim in enumerate(stated.claims):
-        quantity, relation, by, scope = claim.key
-        fault = "a claim that occurs twice" if claim.key in seen else _fault(claim, facts)
+    for claim in claims:
+        faults.append("a claim that occurs twice" if claim.key in seen else _fault(claim, facts))
         seen.add(claim.key)
+    return faults
+
+
+def _check_claims(claims: Sequence[Claim], faults: Sequence[str]) -> Iterator[Finding]:
+    for i, (claim, fault) in enumerate(zip(claims, faults, strict=True)):
+        quantity, relation, by, scope = claim.key
         statement = f"claims[{i}]: {shown(quantity)} {shown(relation)[1:-1]} {shown(claim.value)} by {shown(by)}"
         statement += "" if scope == LAW else f" for {shown(scope)}"
         assumed = f"assuming, for the reader to judge, {shown(list(claim.assumptions))}" if claim.assumptions else ""
         yield _finding(statement, not fault, fault or assumed)
 
 
-def _judge(target: Target, metrics: Mapping[str, Maximum | None]) -> str:
-    metric = metrics[target.quantity]
-    if metric is None:
-        return "inconclusive"
+def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
+    """Judge a ratio of which only ends are known."""
     decide = log_at_most if target.unit == "log" else _at_most
-    return "within" if decide(metric.value, target.limit) else "exceeds"
+    if not decide(ends[0], target.limit):
+        return "exceeds"
+    return "within" if decide(ends[1], target.limit) else "inconclusive"
 
 
-def _check_targets(stated: Certificate, metrics: Mapping[str, Maximum | None]) -> Iterator[Finding]:
+def _check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim]) -> Iterator[Finding]:
+    named = {target.quantity for target in stated.targets if target.confidence is not None}
+    spent = sum((facts.proven[quantity].error for quantity in named & facts.proven.keys()), Fraction(0))
     verdicts: list[str] = []
     seen: set[tuple[str, str]] = set()
     for i, target in enumerate(stated.targets):
-        verdicts.append(_judge(target, metrics))
+        metric = facts.metrics[target.quantity]
+        ends = (ONE, INFINITY) if metric is None else (metric.value, metric.value)
+        if target.confidence is not None:
+            ends = _ends_of_population(target.quantity, facts, true_claims)
+        verdicts.append(_judge(target, ends))
         fault = "" if target.verdict == verdicts[-1] else f"the table gives {shown(verdicts[-1])}"
-        if target.judged != "this table":
-            fault = f'judged must be "this table", not {shown(target.judged)}'
+        if target.confidence is None and target.judged != "this table":
+            fault = f'judged must be "this table" or a population at some confidence, not {shown(target.judged)}'
+        if target.confidence is not None:
+            if facts.table.header.subject.kind == "probabilities":
+                fault = "probabilities are not a sample from a population"
+            if any(other.confidence not in (None, target.confidence) for other in stated.targets):
+                fault = "another target is judged at another confidence"
+            if spent > 1 - target.confidence:
+                fault = f"the intervals do not hold together at this confidence, but only at {shown(_pair(1 - spent))}"
         if (target.quantity, target.unit) in seen:
             fault = "a target that occurs twice"
         seen.add((target.quantity, target.unit))
-        statement = f"targets[{i}]: {target.quantity} {target.unit}, limit {shown(target.limit)}: {target.verdict}"
+        judged = "" if target.confidence is None else f" for {shown(target.judged)}"
+        statement = f"targets[{i}]: {target.quantity} {target.unit}, limit {shown(target.limit)}: {target.verdict}{judged}"
         yield _finding(statement, not fault, fault)
     order = ("exceeds", "inconclusive", "within", "none")
     yield _compared("verdict", stated.verdict, next(verdict for verdict in order if verdict in [*verdicts, "none"]))
@@ -2476,8 +3179,12 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     if law.policy is not None:
         findings += _check_unfiltered(stated, law.policy)
     findings.append(_check_not_compared(stated, law))
-    findings += _check_claims(stated, law, metrics, program)
-    findings += _check_targets(stated, metrics)
+    of_intervals, proven = _check_intervals(stated, law)
+    findings += of_intervals
+    facts = Facts(law, metrics, stated.declared, program, proven)
+    faults = _faults_of_claims(stated.claims, facts)
+    findings += _check_claims(stated.claims, faults)
+    findings += _check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault])
     return Report(tuple(findings), stated.verdict)
 
 

@@ -50,7 +50,13 @@ class CodedTable:
 
 
 def read_columns(
-    table: Any, decision: str, group: Sequence[str], context: Sequence[str], others: Sequence[str], missing: Missing
+    table: Any,
+    decision: str,
+    group: Sequence[str],
+    context: Sequence[str],
+    others: Sequence[str],
+    missing: Missing,
+    unit: Sequence[str] = (),
 ) -> CodedTable:
     """Read decision, group and context columns as codes, and fetch others.
 
@@ -64,6 +70,8 @@ def read_columns(
         Columns to fetch as they are.
     missing : {"error", "drop", "group"}
         What an empty label means.
+    unit : sequence of str
+        Columns to fetch that may be among the label columns.
 
     Returns
     -------
@@ -76,7 +84,7 @@ def read_columns(
         If a column is absent or used twice, columns differ in length, or a label is not usable.
     """
     labelled = (decision, *group, *context)
-    lists = _lists(table, labelled, others)
+    lists = _lists(table, labelled, [*others, *(name for name in unit if name not in labelled)])
     where = locator(table)
     if missing not in ("error", "drop", "group"):
         raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop' or 'group'")
@@ -85,7 +93,7 @@ def read_columns(
     for name in labelled:
         coded[name], note = _missing_labels(*coded[name], name, missing, where)
         notes += note
-    values = {name: lists[name] for name in others}
+    values = {name: lists[name] for name in (*others, *unit)}
     rows = len(lists[decision])
     keep = np.all([codes >= 0 for codes, _ in coded.values()], axis=0)
     assumptions: tuple[str, ...] = ()

@@ -277,7 +277,7 @@ def log_enclosure(pair: tuple[int, int]) -> tuple[str, str]:
     scale = 10**LOG_DIGITS
     bits = 64
     while True:
-        lo, hi = _log_fixed(top, bottom, bits)
+        lo, hi = log_fixed(top, bottom, bits)
         below, above = (max(lo, 0) * scale) >> bits, (hi * scale) >> bits
         if below == above:
             return _decimal(below), _decimal(below + 1)
@@ -317,7 +317,7 @@ def compare_log(pair: tuple[int, int], limit: tuple[int, int]) -> int:
         return -1
     bits = 64
     while True:
-        lo, hi = _log_fixed(top, bottom, bits)
+        lo, hi = log_fixed(top, bottom, bits)
         if lo * over > at << bits:
             return 1
         if hi * over < at << bits:
@@ -389,7 +389,7 @@ def _decimal(units: int) -> str:
     return f"{whole}.{rest:0{LOG_DIGITS}d}"
 
 
-def _log_fixed(top: int, bottom: int, bits: int) -> tuple[int, int]:
+def log_fixed(top: int, bottom: int, bits: int) -> tuple[int, int]:
     """Integers lo, hi with lo ≤ 2^bits·log(top/bottom) ≤ hi."""
     shift = top.bit_length() - bottom.bit_length()
     work = bits + 16 + abs(shift).bit_length()

@@ -23,6 +23,8 @@ from fairaudit.columns import (
     Label,
     Locate,
     Missing,
+    combine,
+    encode,
     exact_floats,
     integers,
     label_text,
@@ -32,12 +34,13 @@ from fairaudit.columns import (
 )
 from fairaudit.exact import InputError, common_denominator, rational, shown
 
-__all__ = ["Columns", "Law"]
+__all__ = ["Columns", "Law", "Units"]
 
 Kind = Literal["counts", "probabilities"]
 Population = Literal["counts", "weights", "equal"]
 
 MAX_ENTRIES = 500_000_000
+MAX_DRAWS = 10**18
 TOLERANCE = 10**6
 
 
@@ -48,6 +51,36 @@ class Columns:
     decision: str
     group: tuple[str, ...]
     context: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Units:
+    """Sampling units of a log: a run, a person, a profile, of which each may have several rows.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        The columns that name them.
+    total : int
+        How many there are.
+    spanning : int
+        How many of them have rows in several cells.
+    once_per_group : bool
+        Whether no unit has two rows with the same group.
+    profiles : tuple of tuple of (int, tuple of int)
+        For each cell of the law the different counts of rows per decision that a unit has there, each after the number of such units.
+    """
+
+    columns: tuple[str, ...]
+    total: int
+    spanning: int
+    once_per_group: bool
+    profiles: tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]
+
+    @property
+    def repeated(self) -> bool:
+        """Whether some unit has several rows in one cell."""
+        return any(sum(rows) > 1 for cell in self.profiles for _, rows in cell)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +113,8 @@ class Law:
         What was noticed while reading, for a person.
     assumptions : tuple of str
         What was done to the table and must be judged by the reader of a certificate (rows dropped, say).
+    units : Units or None
+        Which rows of a log belong to one draw; None if every row is a draw of its own.
 
     Examples
     --------
@@ -103,6 +138,7 @@ class Law:
     mass: tuple[int, ...] | None = None
     notes: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
+    units: Units | None = None
 
     @staticmethod
     def from_counts(
@@ -147,8 +183,27 @@ class Law:
         group: str | Sequence[str],
         context: str | Sequence[str] | None = None,
         missing: Missing = "error",
+        unit: str | Sequence[str] | None = None,
     ) -> Law:
-        """Read a log with one decision per row. Parameters and errors as in `from_counts`.
+        """Read a log with one decision per row.
+
+        Parameters
+        ----------
+        table, decision, group, context, missing
+            As in `from_counts`.
+        unit : str or sequence of str, optional
+            Columns of the sampling unit, when several rows belong to one draw: the run that ranked several candidates, the profile
+            that was asked about several times. It changes no figure of the table, only what may be said of the population behind it.
+
+        Returns
+        -------
+        Law
+            The law, with the counts as population.
+
+        Raises
+        ------
+        InputError
+            As in `from_counts`, and if a row has no unit.
 
         Examples
         --------
@@ -156,7 +211,7 @@ class Law:
         >>> law.weights.tolist()
         [[1, 1], [1, 0]]
         """
-        return _read(table, decision, group, context, "counts", None, None, missing)
+        return _read(table, decision, group, context, "counts", None, None, missing, unit)
 
     @staticmethod
     def from_probabilities(
@@ -257,6 +312,13 @@ class Law:
         """First row of each context that has rows, then the number of rows."""
         edges = np.flatnonzero(np.diff(self.cell_context)) + 1
         return np.concatenate(([0], edges, [len(self.cell_context)]))
+
+    @cached_property
+    def whole(self) -> bool:
+        """Whether its counts are numbers of draws: whole, and not above 10^18."""
+        if self.kind != "counts" or (self.scale != 1 and any(w % self.scale for w in self.weights.ravel().tolist())):
+            return False
+        return int(self.totals.max()) <= MAX_DRAWS * self.scale
 
     @property
     def floating(self) -> bool:
@@ -393,11 +455,14 @@ def _read(
     value: str | None,
     weight: str | None,
     missing: Missing,
+    unit: str | Sequence[str] | None = None,
 ) -> Law:
     columns = Columns(decision, names(group), names(context))
     if not columns.group:
         raise InputError("no group column was named; name at least one")
-    coded = read_columns(table, decision, columns.group, columns.context, [c for c in (value, weight) if c is not None], missing)
+    coded = read_columns(
+        table, decision, columns.group, columns.context, [c for c in (value, weight) if c is not None], missing, names(unit)
+    )
     u, x, a = coded.codes
     weights, scale = (np.ones(len(u), dtype=np.int64), 1) if value is None else numbers(coded.values[value], value, coded.locate)
     if kind == "counts" and weights.dtype.kind == "f":
@@ -434,8 +499,34 @@ def _read(
             mass=mass,
             notes=coded.notes,
             assumptions=coded.assumptions,
+            units=_units(coded, names(unit), cell, len(cells)) if unit else None,
         )
     )
+
+
+def _units(coded: CodedTable, columns: tuple[str, ...], cell: NDArray[np.int64], cells: int) -> Units:
+    """Which rows belong to which sampling unit, as far as an interval needs it."""
+    parts = [encode(coded.values[name], name, coded.locate) for name in columns]
+    for name, (found, _) in zip(columns, parts, strict=True):
+        if (found < 0).any():
+            at = int(np.flatnonzero(found < 0)[0])
+            raise InputError(f"column {shown(name)}, {coded.locate(at)}: the sampling unit has no label; every row belongs to a unit")
+    codes, texts = combine(parts, len(cell))
+    u, _, a = coded.codes
+    keys, pair = np.unique(cell * len(texts) + codes, return_inverse=True)
+    if len(keys) * len(coded.decisions) > MAX_ENTRIES:
+        raise InputError(
+            f"column {shown(name)}: {len(keys)} units in {cells} cells with {len(coded.decisions)} decisions are too many entries"
+        )
+    rows = np.zeros((len(keys), len(coded.decisions)), dtype=np.int64)
+    np.add.at(rows, (pair, u), 1)
+    kinds, times = np.unique(np.column_stack((keys // len(texts), rows)), axis=0, return_counts=True)
+    profiles: list[list[tuple[int, tuple[int, ...]]]] = [[] for _ in range(cells)]
+    for (where, *counts), n in zip(kinds.tolist(), times.tolist(), strict=True):
+        profiles[where].append((n, tuple(counts)))
+    _, per_unit = np.unique(keys % len(texts), return_counts=True)
+    once = len(np.unique(a * len(texts) + codes)) == len(codes)
+    return Units(columns, len(texts), int((per_unit > 1).sum()), once, tuple(map(tuple, profiles)))
 
 
 def _finish(law: Law) -> Law:

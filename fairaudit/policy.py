@@ -272,7 +272,11 @@ class Deployment:
             x, a = contexts[int(lost[0][0])], groups[int(lost[0][1])]
             raise InputError(
                 f"the filters can release context {x or 'everything'} with group {a}, for which the policy has no law; "
-                "add it to the policy, or filter into what the policy knows"
+                + (
+                    "draw decisions there (fairaudit.sampling.policy_comparison bounds the ratio without them)"
+                    if law.kind == "counts"
+                    else "add it to the policy, or filter into what the policy knows"
+                )
             )
         full = np.concatenate((rows, np.zeros((1, rows.shape[1]), dtype=rows.dtype)))
         if len(full) == index.size + 1 and np.array_equal(index.ravel(), np.arange(index.size)):

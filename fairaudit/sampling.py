@@ -24,6 +24,7 @@ all M ordered pairs, the error is at most 2b + (2K − 2)·b' + f + (M − 1)·f
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
@@ -37,19 +38,19 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.columns import Label, Missing, column, label_text, locator, names, read_columns
+from fairaudit.columns import Label, column, label_text, locator, names
 from fairaudit.exact import (
     InputError,
-    _log_fixed,
     compare_log,
     exp_enclosure,
     log_enclosure,
+    log_fixed,
     nearest,
     rational,
     rational_text,
     shown,
 )
-from fairaudit.law import Law
+from fairaudit.law import MAX_DRAWS, Law, Units
 from fairaudit.mechanism import Mechanism
 from fairaudit.policy import Policy
 from fairaudit.utility import Utility, UtilityTable
@@ -76,7 +77,6 @@ __all__ = [
     "sampled_population_interval",
     "tail_bound",
     "test_filter",
-    "unit_comparison",
     "verdict",
 ]
 
@@ -99,6 +99,8 @@ GUARD = Fraction(4, 5)
 SLACK = 0.02
 MAX_KNOTS = 400
 GRID = 60
+MANY = 20
+TIGHT_CELLS = 500
 
 DRAWS = (
     "the draws within a cell are independent, each with the law of the cell, and how many there are does not depend on how they came out"
@@ -186,6 +188,8 @@ class Comparison:
         Whether cells are known to share draws or sampling units, so that they cannot be declared independent.
     assumptions, notes : tuple of str
         What the reader must accept, and what was noticed.
+    limits : pair of Fraction or None
+        The declared range of g.
     """
 
     cells: tuple[Cell, ...]
@@ -194,6 +198,7 @@ class Comparison:
     dependent: bool = False
     assumptions: tuple[str, ...] = (DRAWS, DECLARED)
     notes: tuple[str, ...] = ()
+    limits: Ends | None = None
 
     @cached_property
     def used(self) -> tuple[int, ...]:
@@ -310,6 +315,10 @@ class Planning:
 def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | None = None) -> Comparison:
     """Set up the local ratio of a plain table of counts.
 
+    The draws of a law with sampling units (`Law.from_log` with ``unit=``) are its units: in each cell a unit counts once, with the mean
+    of the utility over its rows there, so that dependence inside a unit is allowed for. What is estimated is then the mean over units,
+    whatever the number of their rows. Units with rows in several cells make the cells dependent.
+
     Parameters
     ----------
     law : Law
@@ -334,6 +343,9 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
     >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     >>> [cell.mean for cell in local_comparison(law, Utility({"yes": 1}).on(law)).cells]
     [Fraction(3, 4), Fraction(1, 2)]
+    >>> law = Law.from_log({"a": list("ffmm"), "u": ["yes", "no", "no", "no"], "run": [1, 1, 1, 2]}, decision="u", group="a", unit="run")
+    >>> [(cell.draws, cell.mean) for cell in local_comparison(law, Utility({"yes": 1}).on(law)).cells]
+    [(1, Fraction(1, 2)), (2, Fraction(0, 1))]
     """
     cells: list[Cell] = []
     blocks: list[tuple[Form, ...]] = []
@@ -350,7 +362,10 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
         blocks.append(tuple(block))
         groups = tuple(law.group_label(int(law.cell_group[i])) for i in range(start, end))
         labels.append((law.context_label(int(law.cell_context[start])), groups))
-    return Comparison(tuple(cells), tuple(blocks), tuple(labels), assumptions=(DRAWS, scope.assumption, DECLARED, *law.assumptions))
+    drawn = UNITS if law.units and law.units.repeated else DRAWS
+    assumptions = (drawn, scope.assumption, DECLARED, *law.assumptions)
+    notes = _unit_notes(law.units, cells) if law.units else ()
+    return Comparison(tuple(cells), tuple(blocks), tuple(labels), bool(law.units and law.units.spanning), assumptions, notes)
 
 
 def global_comparison(
@@ -378,8 +393,14 @@ def global_comparison(
     Raises
     ------
     InputError
-        As for `local_comparison`, and if the population names a cell without counts.
+        As for `local_comparison`; if the population names a cell without counts; or if a sampling unit has several rows with one group,
+        which are then no independent draws.
     """
+    if law.units and not law.units.once_per_group:
+        raise InputError(
+            f"units of {_column_names(law.units)} have several rows with the same group, which are no independent draws of it; "
+            "an interval for the global ratio needs one row for each unit and group"
+        )
     scope = _Range(utility, limits)
     cells = [
         scope.cell(i, (law.contexts[x], law.groups[a]))
@@ -390,7 +411,8 @@ def global_comparison(
         pooled = [_pool([cells[i] for i in np.flatnonzero(law.cell_group == a).tolist()], (law.groups[a],)) for a in groups]
         labels = ((None, tuple(law.group_label(a) for a in groups)),)
         assumptions = (DRAWS, POOLED, scope.assumption, DECLARED, *law.assumptions)
-        return Comparison(tuple(pooled), (tuple(_unit_form(i) for i in range(len(pooled))),), labels, assumptions=assumptions)
+        forms = (tuple(_unit_form(i) for i in range(len(pooled))),)
+        return Comparison(tuple(pooled), forms, labels, bool(law.units), assumptions)
     place = {cell.label: i for i, cell in enumerate(cells)}
     weights: dict[Label, list[tuple[int, Fraction]]] = {a: [] for a in law.groups}
     for key, mass in _masses(population).items():
@@ -400,9 +422,10 @@ def global_comparison(
             raise InputError(f"the population gives mass to {shown(key)}, for which there are no counts")
         weights[key[1]].append((place[key], mass))
     present = [(law.group_label(k), a) for k, a in enumerate(law.groups) if weights[a]]
-    forms = tuple(_normalised(weights[a]) for _, a in present)
+    block = tuple(_normalised(weights[a]) for _, a in present)
     labels = ((None, tuple(label for label, _ in present)),)
-    return Comparison(tuple(cells), (forms,), labels, assumptions=(DRAWS, POPULATION, scope.assumption, DECLARED, *law.assumptions))
+    assumptions = (DRAWS, POPULATION, scope.assumption, DECLARED, *law.assumptions)
+    return Comparison(tuple(cells), (block,), labels, bool(law.units), assumptions)
 
 
 def policy_comparison(
@@ -478,96 +501,15 @@ def policy_comparison(
     return Comparison(tuple(made), (block,), labels, shared, (*assumptions, POPULATION))
 
 
-def unit_comparison(
-    table: Any,
-    utility: Utility,
-    *,
-    decision: str,
-    group: str | Sequence[str],
-    unit: str,
-    context: str | Sequence[str] | None = None,
-    missing: Missing = "error",
-    limits: tuple[Any, Any] | None = None,
-) -> Comparison:
-    """Set up the local ratio of a log in which several rows belong to one draw.
-
-    The draws of a cell (x,a) are its units: each unit counts once, with the mean of the utility over its rows in the cell. What is
-    estimated is therefore the mean over units, whatever the number of their rows. Dependence inside a unit is allowed for; a unit with
-    rows in several cells makes the cells dependent, which the union bound does not mind, and `independent` is then refused.
-
-    Parameters
-    ----------
-    table : DataFrame or mapping of str to sequence
-        One row per decision.
-    utility : Utility
-        The utility.
-    decision, group, context, missing
-        As for `Law.from_log`.
-    unit : str
-        Column of the sampling unit: a run, a profile that was asked several times.
-    limits : pair of numbers, optional
-        As for `local_comparison`.
-
-    Returns
-    -------
-    Comparison
-        One cell for each compared (x,a).
-
-    Raises
-    ------
-    InputError
-        If a column is absent, or a unit has no label.
-
-    Examples
-    --------
-    >>> table = {"a": ["f", "f", "m", "m"], "u": ["yes", "no", "no", "no"], "run": [1, 1, 1, 2]}
-    >>> cells = unit_comparison(table, Utility({"yes": 1}), decision="u", group="a", unit="run").cells
-    >>> [(cell.draws, cell.mean) for cell in cells]
-    [(1, Fraction(1, 2)), (2, Fraction(0, 1))]
-    """
-    law = Law.from_log(table, decision=decision, group=group, context=context, missing=missing)
-    values = utility.on(law)
-    coded = read_columns(table, decision, names(group), names(context), [unit], missing)
-    place = {key: i for i, key in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True))}
-    rows = [_values(values, i) for i in range(len(law.weights))]
-    sums: dict[tuple[int, str], list[Fraction]] = {}
-    cells_of: dict[str, set[int]] = {}
-    for position, (u, x, a, name) in enumerate(zip(*(codes.tolist() for codes in coded.codes), coded.values[unit], strict=True)):
-        text = label_text(name)
-        if text is None:
-            raise InputError(f"column {shown(unit)}, {coded.locate(position)}: the sampling unit has no label")
-        cell = place[x, a]
-        sums.setdefault((cell, text), []).append(rows[cell][u])
-        cells_of.setdefault(text, set()).add(cell)
-    base = local_comparison(law, values, limits)
-    index = {cell.label: i for i, cell in enumerate(base.cells)}
-    means: list[list[Fraction]] = [[] for _ in base.cells]
-    single = True
-    for (cell, _), listed in sums.items():
-        key = (law.contexts[int(law.cell_context[cell])], law.groups[int(law.cell_group[cell])])
-        if key in index:
-            means[index[key]].append(sum(listed, Fraction(0)) / len(listed))
-            single &= len(listed) == 1
-    cells = tuple(
-        replace(cell, draws=len(m), total=sum(m, Fraction(0)), squares=sum((v * v for v in m), Fraction(0)), binary=cell.binary and single)
-        for cell, m in zip(base.cells, means, strict=True)
-    )
-    spanning = sum(len(found) > 1 for found in cells_of.values())
-    notes = [f"{sum(len(m) for m in means)} draws, one for each unit of column {shown(unit)} in each cell"]
-    if spanning:
-        notes.append(f"{spanning} of {len(cells_of)} units have rows in several cells, so cells are not independent")
-    return replace(base, cells=cells, dependent=spanning > 0, assumptions=(UNITS, *base.assumptions[1:]), notes=tuple(notes))
-
-
-def repetition_warnings(table: Any, *, repetition: str, asked: str | Sequence[str], decision: str) -> tuple[str, ...]:
+def repetition_warnings(table: Any, repetition: str | Sequence[str], asked: str | Sequence[str], decision: str) -> tuple[str, ...]:
     """Look for repetitions that answered everything alike.
 
     Parameters
     ----------
     table : DataFrame or mapping of str to sequence
         One row per decision.
-    repetition : str
-        Column that numbers the repetitions.
+    repetition : str or sequence of str
+        Columns that name the repetitions.
     asked : str or sequence of str
         Columns that say what was asked: all that the answer may depend on.
     decision : str
@@ -576,7 +518,8 @@ def repetition_warnings(table: Any, *, repetition: str, asked: str | Sequence[st
     Returns
     -------
     tuple of str
-        A warning for each set of repetitions with the same answers to the same questions, if there are at least two questions.
+        A warning for each set of repetitions with the same answers to the same questions, if there are at least two questions. There
+        is none where independent answers would give many such coincidences, and there are not more than twice as many.
 
     Examples
     --------
@@ -584,26 +527,32 @@ def repetition_warnings(table: Any, *, repetition: str, asked: str | Sequence[st
     >>> print(*repetition_warnings(table, repetition="run", asked="cv", decision="u"))
     pseudo-replication: repetitions '1', '2' gave the same decisions on all 2 questions; if they are copies, they are one draw, not 2
     """
-    columns = names(asked)
-    lists = [column(table, name) for name in (repetition, *columns, decision)]
+    repeats = names(repetition)
+    lists = [column(table, name) for name in (*repeats, *names(asked), decision)]
     where = locator(table)
     answers: dict[str, dict[tuple[str | None, ...], list[str | None]]] = {}
     for position, row in enumerate(zip(*lists, strict=True)):
-        label = label_text(row[0])
-        if label is None:
-            raise InputError(f"column {shown(repetition)}, {where(position)}: the repetition has no label")
-        answers.setdefault(label, {}).setdefault(tuple(map(label_text, row[1:-1])), []).append(label_text(row[-1]))
+        parts = [label_text(value) for value in row[: len(repeats)]]
+        if None in parts:
+            raise InputError(f"column {shown(repeats[parts.index(None)])}, {where(position)}: the repetition has no label")
+        label, question = ", ".join(map(str, parts)), tuple(map(label_text, row[len(repeats) : -1]))
+        answers.setdefault(label, {}).setdefault(question, []).append(label_text(row[-1]))
     alike: dict[frozenset[Any], list[str]] = {}
     for label, given in answers.items():
         alike.setdefault(frozenset((key, tuple(sorted(map(str, listed)))) for key, listed in given.items()), []).append(label)
+    spread = Counter(text for given in answers.values() for listed in given.values() for text in listed)
+    agree = sum(n * n for n in spread.values()) / sum(spread.values()) ** 2
+    by_chance = sum(agree ** sum(map(len, given.values())) for given in answers.values()) * (len(answers) - 1)
+    copies = {vector: labels for vector, labels in alike.items() if len(labels) > 1 and len(vector) > 1}
+    if by_chance >= MANY and sum(len(labels) * (len(labels) - 1) for labels in copies.values()) <= 2 * by_chance:
+        return ()
     found = []
-    for vector, labels in alike.items():
-        if len(labels) > 1 and len(vector) > 1:
-            listed = ", ".join(map(shown, labels[:10])) + (", …" if len(labels) > 10 else "")
-            found.append(
-                f"pseudo-replication: repetitions {listed} gave the same decisions on all {len(vector)} questions; "
-                f"if they are copies, they are one draw, not {len(labels)}"
-            )
+    for vector, labels in copies.items():
+        listed = ", ".join(map(shown, labels[:10])) + (", …" if len(labels) > 10 else "")
+        found.append(
+            f"pseudo-replication: repetitions {listed} gave the same decisions on all {len(vector)} questions; "
+            f"if they are copies, they are one draw, not {len(labels)}"
+        )
     return tuple(found)
 
 
@@ -616,10 +565,12 @@ def _counts(law: Law, cell: int) -> list[int]:
             if w % law.scale:
                 where = {**law.context_label(int(law.cell_context[cell])), **law.group_label(int(law.cell_group[cell]))}
                 raise InputError(
-                    f"the count of {shown(u)} at {where} is {Fraction(w, law.scale)}; an interval needs whole counts, "
-                    "because a weighted count carries no sample size"
+                    f"the count of {shown(u)} at {where} is not whole; an interval needs whole counts, because a weighted count carries "
+                    "no sample size"
                 )
         row = [w // law.scale for w in row]
+    if sum(row) > MAX_DRAWS:
+        raise InputError(f"{shown(str(sum(row)))} decisions in one cell are not accepted as draws; an interval needs at most 10^18")
     return row
 
 
@@ -637,6 +588,9 @@ class _Range:
         row = _counts(self.utility.law, index)
         values = _values(self.utility, index)
         cell = _cell(row, values, self.declared, label)
+        units = self.utility.law.units
+        if units and units.repeated:
+            cell = _by_unit(cell, units.profiles[index], values)
         # Where g is not given for every decision, what could have been drawn is only known to lie in the range.
         return replace(cell, binary=False) if self.utility.given is not None else cell
 
@@ -668,6 +622,28 @@ def _cell(row: Sequence[int], values: Sequence[Fraction], declared: tuple[Fracti
     total = sum((w * v for w, v in zip(row, values, strict=True)), Fraction(0))
     squares = sum((w * v * v for w, v in zip(row, values, strict=True)), Fraction(0))
     return Cell(sum(row), total, squares, low, high, {*values} <= {low, high}, label)
+
+
+def _column_names(units: Units) -> str:
+    listed = ", ".join(map(shown, units.columns))
+    return f"column{'s' if len(units.columns) > 1 else ''} {listed}"
+
+
+def _unit_notes(units: Units, cells: Sequence[Cell]) -> tuple[str, ...]:
+    drawn = f"{sum(cell.draws for cell in cells)} draws, one for each unit of {_column_names(units)} in each cell"
+    if not units.spanning:
+        return (drawn,)
+    return drawn, f"{units.spanning} of {units.total} units have rows in several cells, so cells are not independent"
+
+
+def _by_unit(cell: Cell, profiles: Sequence[tuple[int, tuple[int, ...]]], values: Sequence[Fraction]) -> Cell:
+    """The same cell with the mean over the rows of a unit as one draw."""
+    draws, total, squares = 0, Fraction(0), Fraction(0)
+    for n, rows in profiles:
+        mean = sum((w * v for w, v in zip(rows, values, strict=True)), Fraction(0)) / sum(rows)
+        draws, total, squares = draws + n, total + n * mean, squares + n * mean * mean
+    single = all(sum(rows) == 1 for _, rows in profiles)
+    return replace(cell, draws=draws, total=total, squares=squares, binary=cell.binary and single)
 
 
 def _pool(parts: Sequence[Cell], label: tuple[Any, ...]) -> Cell:
@@ -843,7 +819,7 @@ def _chernoff(n: int, k: Fraction, p: Fraction, *, sharp: bool) -> int:
     for part, expected in ((k, n * p), (n - k, n * (1 - p))):
         if part:
             ratio = part / expected
-            low, _ = _log_fixed(ratio.numerator, ratio.denominator, bits)
+            low, _ = log_fixed(ratio.numerator, ratio.denominator, bits)
             exponent += part.numerator * low // part.denominator
     if exponent <= 0:
         return ONE
@@ -872,7 +848,7 @@ def _bernstein_excluded(cell: Cell, mean: Fraction, side: Literal["lower", "uppe
         return False
     distance = (mean - cell.mean if side == "lower" else cell.mean - mean) / width
     variance = max(Fraction(0), (cell.squares - cell.total**2 / n) / (n - 1) / width**2)
-    _, high = _log_fixed(2 * level.denominator, level.numerator, BITS)
+    _, high = log_fixed(2 * level.denominator, level.numerator, BITS)
     logarithm = Fraction(high, ONE)
     rest = distance - 7 * logarithm / (3 * (n - 1))
     return rest >= 0 and rest**2 >= 2 * variance * logarithm / n
@@ -1169,7 +1145,7 @@ def _with_product(guard: Fraction, budget: Fraction) -> tuple[Fraction, Fraction
 def product_area(guard: Fraction, c: Fraction) -> Fraction:
     """Upper bound of the area where both tails exceed b and their product is at most c, for b² ≤ c ≤ b."""
     ratio = c / guard**2
-    _, high = _log_fixed(ratio.numerator, ratio.denominator, BITS)
+    _, high = log_fixed(ratio.numerator, ratio.denominator, BITS)
     return c * Fraction(high, ONE) - c + guard**2
 
 
@@ -1276,33 +1252,88 @@ def default_region(comparison: Comparison, method: Method = "hoeffding-kl", *, i
     """
     sizes = [comparison.cells[i].draws for i in comparison.used]
     fits = independent and not comparison.dependent and comparison.single and method == "hoeffding-kl"
-    return "product" if fits and len(sizes) > 2 and max(sizes) <= 100 * min(sizes) else "box"
+    return "product" if fits and 2 < len(sizes) <= TIGHT_CELLS and max(sizes) <= 100 * min(sizes) else "box"
 
 
 def _box(
     comparison: Comparison, alpha: Fraction, method: Method, independent: bool, side: Side
 ) -> tuple[Fraction, Extended, dict[str, Any]]:
     upper_level, lower_level = box_levels(len(comparison.used), comparison.span, alpha, independent=independent, side=side)
-    trivial = [(cell.low, cell.high) for cell in comparison.cells]
-    outer = _all_ends(comparison, upper_level, method) if upper_level else trivial
-    upper, _ = _extreme(comparison, outer, upper=True)
-    lower, where, inner = Fraction(1), None, trivial
-    if lower_level:
-        inner = _all_ends(comparison, lower_level, method)
-    if side != "upper":
-        lower, where = _extreme(comparison, inner, upper=False)
+    binary = all(comparison.cells[i].binary for i in comparison.used)
+    many = len(comparison.used) > TIGHT_CELLS and comparison.single and (binary or method == "hoeffding-kl")
+    find = _decisive_ends if many else _every_end
+    outer, upper, _ = find(comparison, upper_level, method, upper=True)
+    inner, lower, where = find(comparison, lower_level, method, upper=False)
     evidence = {
         "levels": {"upper": _text(upper_level), "lower": _text(lower_level)},
         "upper": None if side == "lower" else [[_text(a), _text(b)] for a, b in outer],
         "lower": None if side == "upper" else [[_text(a), _text(b)] for a, b in inner],
-        "pair": list(where) if where and lower > 1 else None,
+        "pair": list(where) if where and lower > 1 and side != "upper" else None,
     }
-    return lower, inf if side == "lower" else upper, evidence
+    return Fraction(1) if side == "upper" else lower, inf if side == "lower" else upper, evidence
 
 
 def _all_ends(comparison: Comparison, level: Fraction, method: Method) -> list[Ends]:
-    used = set(comparison.used)
+    used = set(comparison.used) if level else set()
     return [cell_ends(cell, level, method) if i in used else (cell.low, cell.high) for i, cell in enumerate(comparison.cells)]
+
+
+def _every_end(
+    comparison: Comparison, level: Fraction, method: Method, *, upper: bool
+) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
+    """Ends of all cells, the greatest maximum (or minimum) of a quotient over them, and where it is."""
+    ends = _all_ends(comparison, level, method)
+    return (ends, *_extreme(comparison, ends, upper=upper))
+
+
+def _decisive_ends(
+    comparison: Comparison, level: Fraction, method: Method, *, upper: bool
+) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
+    """The same for many cells, of which only those that decide have ends as narrow as can be.
+
+    For the maximum the others have ends by a cheaper inequality, which their block's quotients cannot lift above it; for the minimum, where
+    one pair is enough, they have their whole range.
+    """
+    cells, blocks = comparison.cells, comparison.blocks
+    if not level:
+        return _every_end(comparison, level, method, upper=upper)
+    used = set(comparison.used)
+    if upper:
+        ends = [_wide_ends(cell, level) if i in used else (cell.low, cell.high) for i, cell in enumerate(cells)]
+        low, high = ([float(end[k]) for end in ends] for k in (0, 1))
+    else:
+        ends = [(cell.low, cell.high) for cell in cells]
+        low = high = [float(cell.mean) if cell.draws else float(cell.low) for cell in cells]
+    promises: list[tuple[float, int]] = []
+    for place, block in enumerate(blocks):
+        members = [form[0][0] for form in block]
+        most, least = max(map(high.__getitem__, members)), min(map(low.__getitem__, members))
+        promises.append((most / least if least else 0.0 if not most else inf, -place))
+    best: Any = Fraction(1)
+    where: tuple[int, int, int] | None = None
+    for value, place in sorted(promises, reverse=True):
+        if best == inf or value * (1 + 1e-9) < best:
+            break
+        block = blocks[-place]
+        for form in block:
+            if form[0][0] in used:
+                ends[form[0][0]] = cell_ends(cells[form[0][0]], level, method)
+        found, pair = _extreme(Comparison(cells, (block,)), ends, upper=upper)
+        if pair and (found > best or where is None):
+            best, where = found, (-place, *pair[1:])
+    return ends, best, where
+
+
+def _wide_ends(cell: Cell, level: Fraction) -> Ends:
+    """Ends of a cell in closed form, which the sharp tail excludes too: D ≥ 2n(z − μ)², and D ≥ n(z − μ)²/(2·max(z, μ))."""
+    z, cost = float(cell.successes) / cell.draws, -log(float(level)) / cell.draws
+    square = sqrt(cost / 2)
+    low = max(z - square, z - sqrt(2 * z * cost)) * (1 - 1e-6) - 1e-9
+    high = min(z + square, z + cost + sqrt(2 * z * cost + cost * cost)) * (1 + 1e-6) + 1e-9
+    width = cell.high - cell.low
+    return cell.low + width * Fraction(max(0, floor(low * 10**9)), 10**9), cell.low + width * Fraction(
+        min(10**9, ceil(high * 10**9)), 10**9
+    )
 
 
 def _text(value: Extended) -> str:
@@ -1780,8 +1811,8 @@ def plan(
 
     Parameters
     ----------
-    guesses : sequence of numbers, or Comparison
-        The supposed means of the groups of one context; or a comparison whose cell means are the guesses.
+    guesses : sequence of numbers, sequence of such sequences, or Comparison
+        The supposed means of the groups of one context, or of each of several; or a comparison whose cell means are the guesses.
     limit, unit
         The target, as for `verdict`.
     confidence : number or str
@@ -1818,14 +1849,15 @@ def plan(
         means = [float(cell.mean) for cell in comparison.cells]
     else:
         low, high = _limits(limits)
-        values = [Fraction(*rational(guess)) for guess in guesses]
-        if len(values) < 2 or any(not low <= v <= high for v in values):
-            raise InputError(f"guesses are needed for at least two groups, between {low} and {high}")
-        cells = tuple(Cell(1, v, None, low, high, False) for v in values)
-        comparison = Comparison(
-            tuple(replace(c, total=c.low, binary=binary) for c in cells), (tuple(_unit_form(i) for i in range(len(cells))),)
-        )
-        means = [float(v) for v in values]
+        listed = [list(part) if isinstance(part, (list, tuple)) else [part] for part in guesses]
+        rows = listed if any(len(part) > 1 for part in listed) else [[part[0] for part in listed]]
+        values = [[Fraction(*rational(guess)) for guess in row] for row in rows]
+        if any(len(row) < 2 for row in values) or any(not low <= v <= high for row in values for v in row):
+            raise InputError(f"guesses are needed for at least two groups of each context, between {low} and {high}")
+        means = [float(v) for row in values for v in row]
+        places = iter(range(len(means)))
+        blocks = tuple(tuple(_unit_form(next(places)) for _ in row) for row in values)
+        comparison = Comparison((Cell(1, low, None, low, high, binary),) * len(means), blocks)
     goal, shift = _float_limit(limit, unit), NormalDist().inv_cdf(power)
 
     def decides(draws: float) -> Literal["within", "exceeds"] | None:

@@ -29,6 +29,10 @@ class Utility:
     ----------
     values : mapping of decision to number
         g(u), the same in every context and group; decisions that are not listed have g = 0.
+    entries : mapping, optional
+        g(u,x,a) where it varies; set by `from_table` and `from_function`.
+    observed : bool
+        Whether the values were read off a table, so that the greatest one seen does not bound those that were not.
 
     Examples
     --------
@@ -38,6 +42,7 @@ class Utility:
 
     values: Mapping[Any, Any]
     entries: Mapping[Entry, tuple[int, int]] | None = field(default=None, repr=False)
+    observed: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
         """Read the values as exact rationals."""
@@ -128,7 +133,7 @@ class Utility:
                     f"column {shown(utility)}, {where(position)}: the utility {shown(value)} differs from that of an earlier row with the "
                     "same decision, context and group; leave out the decision column so that each value counts as its own decision"
                 )
-        return Utility(*_simplest(entries))
+        return Utility(*_simplest(entries), observed=True)
 
     @staticmethod
     def from_function(function: Callable[[str, Label, Label], Any], law: Law) -> Utility:

@@ -110,7 +110,8 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert (printed["random_order_bound"], printed["slots"], printed["imbalance"]) == ("49/9", 3, "0")
     for extra, word in (
         (["--utility", "x"], "--utility"),
-        (["--max-local", "1"], "confidence"),
+        (["--confidence", "2"], "--confidence '2' is not accepted"),
+        (["--unit", "won"], "--unit does not go with --slots"),
         (["--profile-exp-epsilon", "1/2"], "at least 1"),
     ):
         assert main([*command, *extra]) == 2

@@ -46,9 +46,12 @@ def test_a_confidence_lies_between_0_and_1(confidence: object) -> None:
         certify(law(), {"yes": 1}, confidence=confidence)
 
 
-def test_a_target_on_counts_needs_confidence_none() -> None:
-    with pytest.raises(InputError, match="confidence"):
-        certify(law(), {"yes": 1}, max_local="0.2")
+def test_a_target_on_counts_is_about_the_population() -> None:
+    """Three against one of few draws decide nothing, though the table's ratio is 3/2."""
+    result = certify(law(), {"yes": 1}, max_local="0.2")
+    assert result.verdict == "inconclusive"
+    assert result.targets[0].confidence == Fraction(19, 20)
+    assert certify(law(), {"yes": 1}, max_local="0.2", confidence=None).verdict == "exceeds"
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,6 @@ from fairaudit.sampling import (
     sampled_population_interval,
     tail_bound,
     test_filter,
-    unit_comparison,
     verdict,
 )
 
@@ -55,6 +54,11 @@ def binary(n: int, k: int) -> Cell:
 
 def bounded(values: list[Fraction], low: Fraction = ZERO, high: Fraction = ONE) -> Cell:
     return Cell(len(values), sum(values, F(0)), sum((v * v for v in values), F(0)), low, high, False)
+
+
+def by_unit(table: Any, utility: Utility, **columns: str) -> Comparison:
+    law = Law.from_log(table, **columns, unit="run")  # type: ignore[arg-type]
+    return local_comparison(law, utility.on(law))
 
 
 def one_block(*cells: Cell) -> Comparison:
@@ -693,7 +697,7 @@ def test_units_count_once() -> None:
                 rows["run"].append(f"{run}{a}")
     law = Law.from_log(rows, decision="u", group="a")
     naive = ratio_interval(local_comparison(law, Utility({"yes": 1}).on(law)))
-    comparison = unit_comparison(rows, Utility({"yes": 1}), decision="u", group="a", unit="run")
+    comparison = by_unit(rows, Utility({"yes": 1}), decision="u", group="a")
     honest = ratio_interval(comparison)
     assert [c.draws for c in comparison.cells] == [60, 60]
     assert not comparison.dependent
@@ -704,14 +708,14 @@ def test_units_count_once() -> None:
 
 def test_units_that_span_cells_are_not_independent() -> None:
     rows = {"a": list("fmfm"), "u": ["yes", "no", "yes", "yes"], "run": [1, 1, 2, 2]}
-    comparison = unit_comparison(rows, Utility({"yes": 1}), decision="u", group="a", unit="run")
+    comparison = by_unit(rows, Utility({"yes": 1}), decision="u", group="a")
     assert comparison.dependent and all(cell.binary for cell in comparison.cells)
     assert any("2 of 2 units" in note for note in comparison.notes)
     with pytest.raises(InputError, match="not independent"):
         ratio_interval(comparison, independent=True)
     rows["run"][0] = None
     with pytest.raises(InputError, match="row 1: the sampling unit has no label"):
-        unit_comparison(rows, Utility({"yes": 1}), decision="u", group="a", unit="run")
+        by_unit(rows, Utility({"yes": 1}), decision="u", group="a")
 
 
 def test_copies_are_noticed() -> None:
@@ -875,7 +879,7 @@ def test_resume_rankings_with_the_run_as_unit(data: Path) -> None:
                     rows, (job, group, "first" if ranked.split()[0] == group else "not_first", f"{job} {batch} {run}"), strict=True
                 ):
                     rows[name].append(value)
-    comparison = unit_comparison(rows, Utility({"first": 1}), decision="decision", group="group", context="job", unit="run")
+    comparison = by_unit(rows, Utility({"first": 1}), decision="decision", group="group", context="job")
     assert comparison.dependent and all(cell.binary for cell in comparison.cells)
     published = {
         (job, group): int(n)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from fairaudit import __version__
-from fairaudit.cli import calibrate, certify, design, inspect, privacy, verify, worst_case
+from fairaudit.cli import calibrate, certify, design, inspect, plan, privacy, verify, worst_case
 
 __all__ = ["main"]
 
@@ -50,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--version", action="version", version=f"fairaudit {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for module in (certify, inspect, verify, privacy, calibrate, design, worst_case):
+    for module in (certify, inspect, verify, privacy, calibrate, design, worst_case, plan):
         module.add(commands)
     arguments = parser.parse_args(argv)
     try:

@@ -11,16 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fairaudit.allocation import Allocation
-    from fairaudit.audit import Result
+    from fairaudit.audit import Quantity, Result
+    from fairaudit.fairness import Ratio
+    from fairaudit.sampling import Interval
 
 FOREIGN = ("decision", "group", "count", "probability", "weight", "utility", "utility_column")
+NOT_HERE = ("unit", "interval", "independent_cells", "utility_range", "placebo", "placebo_group", "claimed_exp_epsilon")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
     from fairaudit.allocation import CHOSEN, read_allocation
     from fairaudit.audit import certify
-    from fairaudit.cli.certify import TARGETS, check_output, column_list, confidence_option
+    from fairaudit.cli.certify import TARGETS, check_output, column_list
+    from fairaudit.cli.population import confidence_option
     from fairaudit.cli.text import plain, put
     from fairaudit.exact import InputError
     from fairaudit.tables.csv import read_csv
@@ -28,6 +32,9 @@ def run(arguments: argparse.Namespace) -> int:
     for name in FOREIGN:
         if getattr(arguments, name):
             raise InputError(f"--{name.replace('_', '-')} does not go with --slots; the decision is who was chosen")
+    for name in NOT_HERE:
+        if getattr(arguments, name):
+            raise InputError(f"--{name.replace('_', '-')} does not go with --slots; each row is one draw, with one winner")
     if arguments.table is None or arguments.winner is None:
         raise InputError("--slots needs a table and --winner COL, the column that says who was chosen")
     bound = _bound(arguments.profile_exp_epsilon)
@@ -38,8 +45,8 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         found = read_allocation(table, slots=column_list(arguments.slots), winner=arguments.winner, context=column_list(arguments.context))
         profile = certify(found.profile, {CHOSEN: 1}, **targets, confidence=judged, embed_table=embed)
-        position = certify(found.position, {CHOSEN: 1}, embed_table=embed)
-        within = certify(found.profile_by_position, {CHOSEN: 1}, embed_table=embed)
+        position = certify(found.position, {CHOSEN: 1}, confidence=judged, embed_table=embed)
+        within = certify(found.profile_by_position, {CHOSEN: 1}, confidence=None)
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
     written: list[Path] = []
@@ -84,9 +91,15 @@ def _text(found: Allocation, profile: Result, position: Result, within: Result, 
         ("Profile effect, averaged over slots", profile),
     ):
         lines = [title]
-        for name, measured in (("worst within a context", result.local), ("over all contexts", result.global_)):
+        kinds: tuple[tuple[Quantity, str, Ratio | None], ...] = (
+            ("local", "worst within a context", result.local),
+            ("global", "over all contexts", result.global_),
+        )
+        for quantity, name, measured in kinds:
             if measured is not None:
                 lines.append(f"  {name}: R = {approximate(measured.ratio)} ({plain(_where(measured))})")
+            if measured is not None and quantity in result.intervals:
+                lines.append(f"    {_ends(result.intervals[quantity])}")
         lines += [f"  {plain(label)}: chosen in {float(chance):.1%} of choices" for label, chance in _chances(result)]
         blocks.append("\n".join(lines))
     if within.local is not None:
@@ -96,10 +109,21 @@ def _text(found: Allocation, profile: Result, position: Result, within: Result, 
         said = f"the chances of two persons differ by at most a factor {approximate(bound.value)} (T10)."
         judge = [f"  - {plain(text)}" for text in bound.assumptions]
         blocks.append("\n".join([f"If every profile passes a filter with this e^ε and the order is drawn at random, {said}", *judge]))
-    blocks.append("It describes these choices, not the chooser behind them: small counts vary by chance, and no interval is claimed.")
+    if profile.intervals:
+        assumed = dict.fromkeys(text for result in (profile, position) for found in result.intervals.values() for text in found.assumptions)
+        blocks.append("\n".join(["The intervals assume, for you to judge", *(f"  - {plain(text)}" for text in assumed)]))
+    else:
+        blocks.append("It describes these choices, not the chooser behind them: small counts vary by chance, and no interval is claimed.")
     if written:
         blocks.append(f"Certificates of the profile and the position effect: {plain(', '.join(map(str, written)))}")
     return "\n\n".join(blocks)
+
+
+def _ends(interval: Interval) -> str:
+    from fairaudit.audit import approximate
+
+    ends = f"between {approximate(interval.lower, 'down')} and {approximate(interval.upper, 'up')}"
+    return f"of the chooser behind these choices: {ends}, at confidence {float(100 * interval.confidence):.6g} %"
 
 
 def _where(measured: Any) -> str:

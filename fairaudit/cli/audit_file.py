@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from fairaudit.cli.population import METHODS
 from fairaudit.columns import Label, names
 from fairaudit.exact import InputError, nearest, shown
 from fairaudit.law import Law
 from fairaudit.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
 from fairaudit.policy import Deployment, Policy
+from fairaudit.sampling import repetition_warnings
 from fairaudit.tables.csv import CsvTable, read_csv
 from fairaudit.utility import Utility
 
@@ -20,6 +22,7 @@ __all__ = ["Audit", "read_audit", "read_policy"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
 TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight")
+LAW_KEYS = (*TABLE_KEYS, "unit")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz")
@@ -34,7 +37,7 @@ class Audit:
     utility: Utility
     declared: dict[str, Any]
     targets: dict[str, Any]
-    confidence: Any
+    sampling: dict[str, Any]
 
 
 def read_audit(path: str) -> Audit:
@@ -95,7 +98,7 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
         raise InputError("exactly one of the sections [law] and [policy] is needed")
     about = "law" if "law" in document else "policy"
     source = sections[about]
-    _known(source, TABLE_KEYS, f"[{about}]")
+    _known(source, LAW_KEYS if about == "law" else TABLE_KEYS, f"[{about}]")
     table = _table(source, about, folder)
     law = _law(source, about, table)
     subject: Law | Deployment = law
@@ -117,8 +120,22 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
     declared: dict[str, Any] = {name: wanted[name] for name in ("gamma", "m", "tau", "lipschitz") if name in wanted}
     targets = sections["targets"]
     _known(targets, TARGET_KEYS, "[targets]")
-    _known(sections["confidence"], ("level",), "[confidence]")
-    return Audit(subject, utility, declared, dict(targets), sections["confidence"].get("level"))
+    return Audit(subject, utility, declared, dict(targets), _sampling(sections["confidence"]))
+
+
+def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
+    """What [confidence] says of the population behind counts."""
+    _known(section, ("level", "interval", "independent_cells"), "[confidence]")
+    found: dict[str, Any] = {"confidence": section["level"]} if "level" in section else {}
+    if "interval" in section:
+        if section["interval"] not in METHODS:
+            raise InputError(f"[confidence] interval is {shown(section['interval'])}; {nearest(str(section['interval']), METHODS)}")
+        found["interval"] = section["interval"]
+    if "independent_cells" in section:
+        if not isinstance(section["independent_cells"], bool):
+            raise InputError(f"[confidence] independent_cells is {shown(section['independent_cells'])}; true or false is accepted")
+        found["independent"] = section["independent_cells"]
+    return found
 
 
 def _section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -164,12 +181,19 @@ def _law(section: Mapping[str, Any], where: str, table: CsvTable) -> Law:
         raise InputError(f"[{where}] has both count and probability; give one, or neither for a log")
     if "weight" in section and ("probability" not in section or where == "policy"):
         raise InputError(f"[{where}] has weight, which goes with probability in [law]; the population of a policy is in [population]")
+    unit = _columns(section, "unit", where)
+    if unit and ("count" in section or "probability" in section):
+        raise InputError(f"[{where}] has unit, which goes with a log; counts do not say which rows belong together")
     if "count" in section:
         return Law.from_counts(table, **columns, count=_text(section, "count", where))
     if "probability" in section:
         weight = _text(section, "weight", where) if "weight" in section else None
         return Law.from_probabilities(table, **columns, probability=_text(section, "probability", where), weight=weight)
-    return Law.from_log(table, **columns)
+    law = Law.from_log(table, **columns, unit=unit)
+    if not unit:
+        return law
+    asked = (*columns["context"], *columns["group"])
+    return replace(law, notes=(*law.notes, *repetition_warnings(table, unit, asked, columns["decision"])))
 
 
 def _filter(section: Any, where: str, columns: tuple[str, ...], labels: tuple[Label, ...], folder: Path) -> Mechanism:

@@ -11,9 +11,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import population
+
 if TYPE_CHECKING:
     from fairaudit.audit import Result
     from fairaudit.cli.audit_file import Audit
+    from fairaudit.cli.population import Finding
     from fairaudit.law import Law
     from fairaudit.tables.csv import CsvTable
     from fairaudit.utility import Utility
@@ -30,7 +33,8 @@ exit codes: 0 within the targets, or no target; 1 a target is exceeded; 2 bad in
 examples:
   fairaudit certify --example ucb-admissions -o certificate.json
   fairaudit certify admissions.csv --decision Admit --group Gender --context Dept --count Freq --utility Admitted
-  fairaudit certify log.csv --decision answer --group sex,age --utility yes=1,maybe=0.5 --max-local-ratio 5/4 --confidence none"""
+  fairaudit certify log.csv --decision answer --group sex,age --utility yes=1,maybe=0.5 --max-local-ratio 5/4 --confidence 0.99
+  fairaudit certify log.csv --decision answer --group sex --utility yes --max-local 0.2 --unit interview"""
 
 
 def add(commands: Any) -> None:
@@ -67,17 +71,12 @@ def add(commands: Any) -> None:
     kind = worth.add_mutually_exclusive_group()
     kind.add_argument("--utility", metavar="SPEC", help="decision[=number],…; decisions that are not listed are worth 0")
     kind.add_argument("--utility-column", metavar="COL", help="column with the utility of each row; --decision may then be left out")
-    targets = parser.add_argument_group("targets (decided exactly)")
+    targets = parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)")
     targets.add_argument("--max-local", metavar="L", help="limit on L, the log of the worst ratio within a context")
     targets.add_argument("--max-global", metavar="L", help="limit on the log of the worst ratio of group means")
     targets.add_argument("--max-local-ratio", metavar="Q", help="the same as a ratio, such as 5/4")
     targets.add_argument("--max-global-ratio", metavar="Q", help="the same as a ratio")
-    targets.add_argument(
-        "--confidence",
-        metavar="C",
-        default=None,
-        help="'none' judges the table itself; claims about the population behind counts do not exist yet, so targets on counts need it",
-    )
+    population.add_options(parser)
     rest = parser.add_argument_group("input and output")
     rest.add_argument(
         "--missing",
@@ -111,34 +110,36 @@ def run(arguments: argparse.Namespace) -> int:
     audit = _audit_file(arguments) if isinstance(arguments.table, str) and arguments.table.endswith(".toml") else None
     subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
     targets = {name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None}
-    confidence = arguments.confidence if arguments.confidence is not None or audit is None else audit.confidence
     check_output(arguments)
 
     from fairaudit.audit import certify
 
-    judged = confidence_option(confidence)
+    options = population.options(arguments, subject, audit.sampling if audit else {})
+    declared = {**(audit.declared if audit else {}), **population.utility_range(arguments.utility_range)}
     try:
         result = certify(
             subject,
             utility,
             **{**(audit.targets if audit else {}), **targets},
-            confidence=judged,
-            declared=audit.declared if audit else None,
+            **options,
+            declared=declared,
             embed_table=False if arguments.no_table else None,
         )
+        findings = population.findings(arguments, result, utility, options)
     except InputError as error:
         raise InputError(f"{getattr(arguments.table, 'name', arguments.table)}: {error}") from None
     from fairaudit.cli.text import plain, put, summary
 
-    said = json.dumps(_json(result, arguments.top), ensure_ascii=True, indent=1) if arguments.format == "json" else ""
+    said = json.dumps(_json(result, arguments.top, findings), ensure_ascii=True, indent=1) if arguments.format == "json" else ""
     written = result.certificate.save(arguments.output) if arguments.output is not None else []
     if arguments.format == "json":
         put(said)
     else:
         for note in result.notes:
             print(f"note: {plain(note)}", file=sys.stderr)
-        put(summary(result, arguments.top, [str(path) for path in written]))
-    return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[result.verdict]
+        put(summary(result, arguments.top, [str(path) for path in written], [plain(finding.sentence) for finding in findings]))
+    code = {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[result.verdict]
+    return 1 if any(finding.refuted for finding in findings) else code
 
 
 def _audit_file(arguments: argparse.Namespace) -> Audit:
@@ -146,7 +147,8 @@ def _audit_file(arguments: argparse.Namespace) -> Audit:
     from fairaudit.cli.audit_file import read_audit
     from fairaudit.exact import InputError
 
-    for name in ("decision", "group", "context", "count", "probability", "weight", "utility", "utility_column"):
+    foreign = ("decision", "group", "context", "count", "probability", "weight", "utility", "utility_column", "unit", "placebo")
+    for name in foreign:
         if getattr(arguments, name):
             raise InputError(f"--{name.replace('_', '-')} goes with a table; the audit file {arguments.table} says it itself")
     if arguments.missing != "error":
@@ -234,19 +236,6 @@ def _positive(text: str) -> int:
     return int(text)
 
 
-def confidence_option(text: str | None) -> float | None:
-    """Read --confidence."""
-    from fairaudit.exact import InputError, shown
-
-    if text == "none":
-        return None
-    if text is None:
-        return 0.95
-    raise InputError(
-        f"--confidence {shown(text)} is not accepted; claims about the population behind a table do not exist yet, so only 'none' is"
-    )
-
-
 def check_output(arguments: argparse.Namespace) -> None:
     """Refuse an output that cannot be written, or must not be, before the work is done."""
     from fairaudit.exact import InputError
@@ -308,8 +297,11 @@ def _take_example(arguments: argparse.Namespace) -> None:
 
 
 def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
+    from dataclasses import replace
+
     from fairaudit.columns import column
     from fairaudit.exact import InputError, shown
+    from fairaudit.sampling import repetition_warnings
     from fairaudit.tables.csv import read_csv
     from fairaudit.utility import Utility
 
@@ -326,14 +318,16 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
     if arguments.utility_column in (*groups, *contexts, *numeric):
         raise InputError(f"the column {shown(arguments.utility_column)} is used twice; each column has one role")
+    if arguments.unit and (arguments.count or arguments.probability):
+        raise InputError("--unit goes with a log, which has one decision per row; counts do not say which rows belong together")
     if arguments.weight is not None and arguments.probability is None:
         raise InputError("--weight goes with --probability; counts and logs carry their own population")
     table = read_csv(arguments.table) if isinstance(arguments.table, str) else arguments.table
     try:
-        for name in (decision, *groups, *contexts):
+        for name in (decision, *groups, *contexts, *column_list(arguments.unit)):
             column(table, name)
         table = table.with_numbers([*numeric, *([] if arguments.utility_column is None else [arguments.utility_column])])
-        law = law_from_options(arguments, table, decision, groups, contexts)
+        law = law_from_options(arguments, table, decision, groups, contexts, column_list(arguments.unit))
         if arguments.utility is not None:
             utility = Utility(utility_spec(arguments.utility))
         else:
@@ -341,13 +335,20 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
                 table, utility=arguments.utility_column, decision=decision, group=groups, context=contexts, missing=arguments.missing
             )
         utility.on(law)
+        if arguments.unit:
+            law = replace(law, notes=(*law.notes, *repetition_warnings(table, column_list(arguments.unit), (*contexts, *groups), decision)))
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
     return law, utility
 
 
 def law_from_options(
-    arguments: argparse.Namespace, table: CsvTable, decision: str, groups: tuple[str, ...], contexts: tuple[str, ...]
+    arguments: argparse.Namespace,
+    table: CsvTable,
+    decision: str,
+    groups: tuple[str, ...],
+    contexts: tuple[str, ...],
+    unit: tuple[str, ...] = (),
 ) -> Law:
     """Read the law that the options describe."""
     from dataclasses import replace
@@ -367,18 +368,23 @@ def law_from_options(
             missing=arguments.missing,
         )
     else:
-        law = Law.from_log(table, decision=decision, group=groups, context=contexts, missing=arguments.missing)
+        law = Law.from_log(table, decision=decision, group=groups, context=contexts, missing=arguments.missing, unit=unit)
     return replace(law, notes=(*table.notes, *law.notes))
 
 
-def _json(result: Result, top: int) -> dict[str, Any]:
-    """What `--format json` prints: the certificate, the sentence, the most unequal pairs and the notes."""
+def _json(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
+    """What `--format json` prints: the certificate, the sentence, the most unequal pairs, findings of tests, and the notes."""
     from fairaudit.audit import measure_entry
 
     return {
         "verdict": result.verdict,
         "sentence": result.sentence,
         "most_unequal": {name: [measure_entry(m) for m in measures] for name, measures in result.most_unequal(top).items()},
+        "findings": [{"test": found.test, "sentence": found.sentence, **found.figures} for found in findings],
+        "further_draws": [
+            {"quantity": target.quantity, "unit": target.unit, "draws": planned.draws, "sentence": planned.sentence}
+            for target, planned in result.further_draws
+        ],
         "notes": list(result.notes),
         "certificate": result.certificate.document,
     }

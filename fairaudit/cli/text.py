@@ -6,6 +6,7 @@ import os
 import sys
 import unicodedata
 from collections.abc import Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -19,8 +20,9 @@ from fairaudit.privacy import exp_epsilon
 if TYPE_CHECKING:
     from fairaudit.audit import Result, Target
     from fairaudit.bounds import Bound
+    from fairaudit.sampling import Interval
 
-__all__ = ["plain", "put", "silence", "summary", "verdict"]
+__all__ = ["intervals", "plain", "put", "silence", "summary", "verdict"]
 
 STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
 SHOW_EXACT = 60
@@ -66,12 +68,14 @@ def silence() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def summary(result: Result, top: int, written: Sequence[str]) -> str:
-    """Describe a result: the verdict, one sentence, the figures, and what they do not say."""
+def summary(result: Result, top: int, written: Sequence[str], findings: Sequence[str] = ()) -> str:
+    """Describe a result: the verdict, one sentence, the figures, what was found beside them, and what they do not say."""
     blocks = [
         verdict(result),
         plain(result.sentence),
         _figures(result),
+        intervals(result),
+        "\n".join(findings),
         _filters(result),
         _before_and_after(result),
         _bounds(result),
@@ -93,17 +97,59 @@ def verdict(result: Result) -> str:
     lines = []
     for target in result.targets:
         measured = result.local if target.quantity == "local" else result.global_
-        lines.append(f"{target.verdict.upper():<13}{_target(target, measured)}")
+        lines.append(f"{target.verdict.upper():<13}{_target(target, measured, result.intervals.get(target.quantity))}")
     return "\n".join(lines)
 
 
-def _target(target: Target, measured: Ratio | None) -> str:
+def _target(target: Target, measured: Ratio | None, interval: Interval | None) -> str:
     name = f"{target.quantity} {'log-ratio' if target.unit == 'log' else 'ratio'}"
     said = approximate(target.limit)
     if measured is None:
         return f"{name} at most {said}: nothing could be compared"
     value = approximate(measured.ratio) if target.unit == "ratio" else _log(measured)
-    return f"{name} at most {said}: it is {value} (this table, decided exactly)"
+    if target.confidence is None or target.upper is None:
+        return f"{name} at most {said}: it is {value} (this table, decided exactly)"
+    lower = interval.lower if interval else Fraction(1)
+    upper, source = target.upper
+    proved = "" if source == "the interval" else f", by {source}"
+    ends = " and ".join(_end(end, target.unit, up=up) for end, up in ((lower, False), (upper, True)))
+    return f"{name} at most {said}: between {ends}{proved}, at confidence {_percent(target.confidence)} ({value} in the table)"
+
+
+def _end(value: Fraction | float, unit: str, *, up: bool) -> str:
+    """An end of an interval in the unit of a target."""
+    if unit == "ratio" or value == inf:
+        return approximate(value, "up" if up else "down")
+    return _rounded(Ratio(value, NOWHERE).log[int(up)], up=up)
+
+
+def _rounded(value: Decimal, *, up: bool) -> str:
+    return "infinite" if value.is_infinite() else str(value.quantize(Decimal("1.0000"), ROUND_CEILING if up else ROUND_FLOOR))
+
+
+def _percent(confidence: Fraction) -> str:
+    return f"{float(100 * confidence):.6g} %"
+
+
+def intervals(result: Result) -> str:
+    """What the draws say of the population from which they come."""
+    if not result.intervals:
+        return ""
+    rows = []
+    for quantity, found in result.intervals.items():
+        logs = f"{_rounded(found.log[0], up=False)} to {_rounded(found.log[1], up=True)}"
+        ends = f"{approximate(found.lower, 'down')} to {approximate(found.upper, 'up')}"
+        method = ", ".join(found.methods) or "nothing was drawn at random"
+        rows.append((f"{quantity} ratio R", ends, f"log R {logs}", f"at confidence {_percent(found.confidence)} ({method})"))
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    lines = ["In the population from which these decisions were drawn"]
+    lines += ["  " + "  ".join([*(cell.ljust(width) for cell, width in zip(row[:3], widths, strict=True)), row[3]]) for row in rows]
+    if len(rows) == 2 and len({t.quantity for t in result.targets}) < 2:
+        lines.append("  Each interval holds at its confidence by itself.")
+    lines += [f"  {target.quantity}: {planned.sentence}" for target, planned in result.further_draws]
+    lines.append("  For you to judge")
+    lines += [f"    - {plain(text)}" for text in dict.fromkeys(text for found in result.intervals.values() for text in found.assumptions)]
+    return "\n".join(lines)
 
 
 def _log(measured: Ratio) -> str:
@@ -261,7 +307,9 @@ def _not_compared(result: Result) -> str:
 
 def _limits(result: Result) -> str:
     said = []
-    if result.law.kind == "counts":
+    if result.intervals:
+        said.append("The figures above the intervals describe this table; small counts vary by chance, as the intervals show.")
+    elif (result.deployment.policy.law if result.deployment else result.law).kind == "counts":
         said.append("It describes this table, not the population behind it: small counts vary by chance, and no interval is claimed.")
     else:
         said.append("It takes the probabilities in the table as given.")

@@ -17,16 +17,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fairaudit import Policy, RandomizedResponse, Utility
+from fairaudit import Law, Policy, RandomizedResponse, Utility
 from fairaudit.sampling import (
     Cell,
     Comparison,
     default_region,
+    local_comparison,
     policy_comparison,
     ratio_interval,
     sampled_population_interval,
     test_filter,
-    unit_comparison,
 )
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
@@ -192,6 +192,11 @@ def profiles_of_different_quality(generator: Generator, runs: int) -> tuple[list
     return groups, answers, units, 1.0
 
 
+def by_unit(table: Any, utility: Utility, **columns: str) -> Comparison:
+    law = Law.from_log(table, **columns, unit="run")  # type: ignore[arg-type]
+    return local_comparison(law, utility.on(law))
+
+
 @pytest.mark.parametrize("name", UNITS)
 @pytest.mark.parametrize("method", ["hoeffding-kl", "empirical-bernstein"])
 def test_dependent_units(name: str, method: Any) -> None:
@@ -202,7 +207,7 @@ def test_dependent_units(name: str, method: Any) -> None:
         if "yes" not in answers:
             continue
         table = {"a": groups, "u": answers, "run": units}
-        comparison = unit_comparison(table, Utility({"yes": 1}), decision="u", group="a", unit="run")
+        comparison = by_unit(table, Utility({"yes": 1}), decision="u", group="a")
         misses += not covers(ratio_interval(comparison, 1 - ALPHA, method=method), true)
     judge(misses, count)
 

@@ -1,0 +1,76 @@
+"""`fairaudit plan`: how many decisions to draw so that a target will be decided, before any money is spent."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+EPILOG = """\
+exit codes: 0 a number of draws is expected to decide; 1 no number is; 2 bad input
+
+examples:
+  fairaudit plan --guess 0.5,0.5 --target 0.2
+  fairaudit plan --guess 0.5,0.45,0.4 --guess 0.2,0.2,0.2 --target-ratio 5/4 --confidence 0.99 --power 0.9"""
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = commands.add_parser(
+        "plan",
+        help="estimate how many decisions are needed to certify a target",
+        description="Estimate the draws per context and group that would show that a target is kept or exceeded, if guesses are right.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument(
+        "--guess",
+        metavar="MEAN,MEAN…",
+        action="append",
+        required=True,
+        help="supposed expected utility of each group; repeat the option for each context",
+    )
+    goal = parser.add_mutually_exclusive_group(required=True)
+    goal.add_argument("--target", metavar="L", help="limit on L, the log of the worst ratio within a context")
+    goal.add_argument("--target-ratio", metavar="Q", help="the same as a ratio, such as 5/4")
+    parser.add_argument("--confidence", metavar="C", default="0.95", help="confidence of the verdict (default 0.95)")
+    parser.add_argument("--power", metavar="P", default="0.8", help="how likely the draws should roughly suffice (default 0.8)")
+    parser.add_argument("--utility-range", metavar="LOW,HIGH", default="0,1", help="least and greatest utility (default 0,1)")
+    parser.add_argument("--many-valued", action="store_true", help="the utility takes values between the two")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the work."""
+    from fairaudit.cli.population import utility_range
+    from fairaudit.cli.text import put
+    from fairaudit.exact import InputError, rational, shown
+    from fairaudit.sampling import plan
+
+    rows = [[guess.strip() for guess in text.split(",")] for text in arguments.guess]
+    for row in rows:
+        if len(row) < 2:
+            raise InputError(f"--guess {shown(row[0])} names one group; at least two are compared, such as --guess 0.5,0.45")
+    ends = utility_range(arguments.utility_range)
+    top, bottom = rational(arguments.power)
+    unit, limit = ("log", arguments.target) if arguments.target is not None else ("ratio", arguments.target_ratio)
+    least = (0, 1) if unit == "log" else (1, 1)
+    if rational(limit)[0] * least[1] < least[0] * rational(limit)[1]:
+        raise InputError(f"the target is {shown(limit)}; it must be at least {least[0]}, which is perfect parity")
+    found = plan(
+        rows,
+        limit,
+        unit,  # type: ignore[arg-type]
+        arguments.confidence,
+        power=top / bottom,
+        limits=(ends["m"], ends["gamma"]),
+        binary=not arguments.many_valued,
+    )
+    if arguments.format == "json":
+        import json
+
+        put(json.dumps({"draws": found.draws, "decides": found.decides, "sentence": found.sentence}))
+    else:
+        put(found.sentence if found.draws is None else f"{found.sentence}\nIn all cells together: {sum(found.draws)} draws.")
+    return 0 if found.draws is not None else 1

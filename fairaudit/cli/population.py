@@ -1,0 +1,201 @@
+"""What `certify` says of the population behind counts and logs: its options, a placebo beside the effect, a test of a filter."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fairaudit.audit import Result
+    from fairaudit.law import Law
+    from fairaudit.policy import Deployment
+    from fairaudit.sampling import Comparison, Interval
+    from fairaudit.utility import Utility
+
+METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
+DEFAULT = "0.95"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a test beside the targets found: its name, a sentence, whether a claim was refuted, and the figures."""
+
+    test: str
+    sentence: str
+    refuted: bool
+    figures: dict[str, Any]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    sampling = parser.add_argument_group("the population behind counts and logs (choose before looking at the decisions)")
+    sampling.add_argument(
+        "--confidence",
+        metavar="C",
+        default=None,
+        help="confidence at which targets on counts and logs are judged (default 0.95); 'none' judges the table itself",
+    )
+    sampling.add_argument(
+        "--unit", metavar="COL", action="append", help="of a log: rows with the same label are one draw (a run, a profile asked often)"
+    )
+    sampling.add_argument(
+        "--interval",
+        choices=METHODS,
+        default=None,
+        help="for utilities of more than two values (default hoeffding-kl); others have exact binomial intervals",
+    )
+    sampling.add_argument("--utility-range", metavar="LOW,HIGH", help="least and greatest utility of anything that could be drawn")
+    sampling.add_argument(
+        "--independent-cells",
+        action="store_true",
+        help="decisions in different cells were drawn independently (not the same profiles with the group exchanged): narrower intervals",
+    )
+    sampling.add_argument(
+        "--placebo", metavar="TABLE", help="the same columns under edits that should not matter: is the effect above that?"
+    )
+    sampling.add_argument("--placebo-group", metavar="COL", action="append", help="the column of the edits there (default: as --group)")
+    sampling.add_argument(
+        "--claimed-exp-epsilon", metavar="Q", help="e^epsilon that a filter claims: do decisions drawn through it refute that? (T11)"
+    )
+
+
+def options(arguments: argparse.Namespace, subject: Law | Deployment, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Confidence, method and independence for `certify`: from the command line, else from an audit file, else the defaults."""
+    from fairaudit.exact import InputError, shown
+    from fairaudit.policy import Deployment
+
+    law = subject.policy.law if isinstance(subject, Deployment) else subject
+    asked = arguments.confidence if arguments.confidence is not None else given.get("confidence")
+    chosen = confidence_option(asked)
+    if law.kind != "counts":
+        for name, wanted in (("confidence", asked is not None and chosen is not None), *((n, getattr(arguments, n)) for n in ONLY_SAMPLES)):
+            if wanted:
+                raise InputError(
+                    f"--{name.replace('_', '-')} needs counts or a log: probabilities carry no sample size, so the table itself is judged"
+                )
+        chosen = None
+    elif asked is not None and chosen is not None and not law.whole:
+        raise InputError(
+            f"--confidence {shown(str(asked))} needs whole counts of at most 10^18, and the table has others: weighted counts carry no "
+            "sample size; --confidence none judges the table itself"
+        )
+    elif chosen is None:
+        for name in ONLY_SAMPLES:
+            if getattr(arguments, name):
+                raise InputError(f"--{name.replace('_', '-')} is about the population, and --confidence none leaves that out")
+    return {
+        "confidence": chosen,
+        "interval": arguments.interval or given.get("interval", METHODS[0]),
+        "independent": arguments.independent_cells or given.get("independent", False),
+    }
+
+
+ONLY_SAMPLES = ("interval", "independent_cells", "placebo", "claimed_exp_epsilon")
+
+
+def confidence_option(text: Any) -> Any:
+    """Read a confidence: a number between 0 and 1 (0.95 if it was not given), or None for 'none'.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    from fairaudit.exact import InputError, shown
+    from fairaudit.sampling import confidence_level
+
+    if text == "none":
+        return None
+    try:
+        return confidence_level(DEFAULT if text is None else text)
+    except InputError:
+        raise InputError(f"--confidence {shown(text)} is not accepted; a number between 0 and 1 such as 0.95 is, or 'none'") from None
+
+
+def utility_range(text: str | None) -> dict[str, str]:
+    """Read --utility-range as declared constants.
+
+    Examples
+    --------
+    >>> utility_range("0,5")
+    {'m': '0', 'gamma': '5'}
+    """
+    from fairaudit.exact import InputError, shown
+
+    if text is None:
+        return {}
+    low, comma, high = text.partition(",")
+    if not comma or "," in high:
+        raise InputError(f"--utility-range {shown(text)} is not of the form LOW,HIGH, such as 0,1")
+    return {"m": low.strip(), "gamma": high.strip()}
+
+
+def findings(arguments: argparse.Namespace, result: Result, utility: Utility, chosen: Mapping[str, Any]) -> list[Finding]:
+    """Run the tests that were asked for."""
+    from fairaudit.exact import InputError
+    from fairaudit.sampling import default_region, test_filter
+
+    found: list[Finding] = []
+    made = {"confidence": chosen["confidence"], "method": chosen["interval"], "independent": chosen["independent"]}
+    if arguments.claimed_exp_epsilon is not None:
+        if "local" not in result.comparisons:
+            raise InputError("--claimed-exp-epsilon needs an interval for the local ratio, and there is none")
+        comparison = result.comparisons["local"]
+        region = default_region(comparison, chosen["interval"], independent=chosen["independent"])
+        tested = test_filter(comparison, arguments.claimed_exp_epsilon, region=region, **made)
+        found.append(Finding("T11", tested.sentence, tested.refuted, {"refuted": tested.refuted, "interval": _ends(tested.interval)}))
+    if arguments.placebo is not None:
+        found += _placebo(arguments, result, utility, made)
+    elif arguments.placebo_group is not None:
+        raise InputError("--placebo-group goes with --placebo")
+    return found
+
+
+def _placebo(arguments: argparse.Namespace, result: Result, utility: Utility, made: Mapping[str, Any]) -> list[Finding]:
+    from fairaudit.exact import InputError
+    from fairaudit.sampling import noise_floor
+
+    try:
+        compared = _placebo_comparisons(arguments, utility)
+    except InputError as error:
+        raise InputError(f"the placebo: {error}") from None
+    found = []
+    for quantity, effect in result.comparisons.items():
+        floor = noise_floor(effect, compared[quantity], **made)
+        found.append(
+            Finding(
+                f"noise floor, {quantity}",
+                f"{quantity.capitalize()}: {floor.sentence[0].lower()}{floor.sentence[1:]}",
+                False,
+                {"rises": floor.rises, "effect": _ends(floor.effect), "placebo": _ends(floor.placebo)},
+            )
+        )
+    if not found:
+        raise InputError("--placebo needs intervals of the effect, and there are none")
+    return found
+
+
+def _placebo_comparisons(arguments: argparse.Namespace, utility: Utility) -> dict[Any, Comparison]:
+    """Read the placebo with the columns of the table, and set up its ratios."""
+    from fairaudit.audit import certify
+    from fairaudit.cli.certify import column_list, law_from_options
+    from fairaudit.columns import column
+    from fairaudit.tables.csv import read_csv
+
+    table = read_csv(arguments.placebo)
+    groups = column_list(arguments.placebo_group or arguments.group)
+    contexts = column_list(arguments.context)
+    decision = arguments.decision or arguments.utility_column
+    for name in (decision, *groups, *contexts, *column_list(arguments.unit)):
+        column(table, name)
+    table = table.with_numbers([] if arguments.count is None else [arguments.count])
+    law = law_from_options(arguments, table, decision, groups, contexts, column_list(arguments.unit))
+    return dict(certify(law, utility, declared=utility_range(arguments.utility_range)).comparisons)
+
+
+def _ends(interval: Interval) -> list[str]:
+    from fairaudit.certificate import number
+
+    return [number(interval.lower), number(interval.upper)]
