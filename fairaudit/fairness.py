@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property, cmp_to_key
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.columns import INT64
+from fairaudit.dense import equal_to_previous, products
 from fairaudit.exact import fraction, log_enclosure
 from fairaudit.law import Law
 from fairaudit.utility import UtilityTable
@@ -43,6 +44,7 @@ Pair = tuple[int, int]
 Floats = NDArray[np.float64]
 UNIT = 2.0**-53
 TINY = 2.0**-1074
+EXACT = 2**53
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,8 @@ class _Grid:
     exact: Callable[[int, int], Pair]
     same: Callable[[NDArray[np.int64]], NDArray[np.bool_]]
     """Which of the given blocks have members that are byte for byte equal."""
+    refine: Callable[[NDArray[np.int64]], tuple[Floats, Floats]] | None = None
+    """Sharper ends for the given members, where these here are quick and coarse."""
 
 
 @dataclass(frozen=True)
@@ -308,12 +312,14 @@ def _block_starts(law: Law, cells: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _expectation_grid(law: Law, utility: UtilityTable) -> _Grid:
-    compared = law.compared
-    cells = np.flatnonzero(compared)
-    everything = bool(compared.all())
+    cells = np.flatnonzero(law.compared)
+    everything = len(cells) == len(law.weights)
     weights = law.weights if everything else law.weights[cells]
     values = utility.values if utility.by_decision or everything else utility.values[cells]
-    lo, hi = _expectation_enclosure(weights, values)
+    totals = law.float_sums if law.floating else law.totals
+    sums = totals if everything else totals[cells]
+    factors = _unit_floats(values) if law.floating else values
+    lo, hi = _expectation_enclosure(weights, sums, factors)
     starts = _block_starts(law, cells)
     cache: dict[tuple[bytes, bytes], Pair] = {}
 
@@ -333,51 +339,53 @@ def _expectation_grid(law: Law, utility: UtilityTable) -> _Grid:
         equal = _equal_blocks(weights, starts, blocks)
         return equal if values.ndim == 1 else equal & _equal_blocks(values, starts, blocks)
 
-    return _Grid(lo[:, None], hi[:, None], starts, exact, same)
+    def refine(members: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        some = slice(None) if len(members) == len(cells) else members
+        low, high = _expectation_enclosure(weights[some], sums[some], factors if factors.ndim == 1 else factors[some], fine=True)
+        return low[:, None], high[:, None]
+
+    return _Grid(lo[:, None], hi[:, None], starts, exact, same, refine if weights.dtype == np.float32 else None)
 
 
 def _row_key(row: NDArray[Any], extra: bytes) -> tuple[bytes, bytes]:
     return row.tobytes(), extra
 
 
-def _expectation_enclosure(weights: NDArray[Any], values: NDArray[Any]) -> tuple[Floats, Floats]:
-    """Float bounds on E·scale, all in one common unit.
+def _expectation_enclosure(weights: NDArray[Any], sums: NDArray[Any], values: NDArray[Any], *, fine: bool = False) -> tuple[Floats, Floats]:
+    """Float bounds on E·scale, all in one common unit; for float rows `values` are floats, and float32 is quick and coarse unless `fine`.
 
-    For float rows the n products and sums of non-negative numbers carry a relative error of at most (2n+8)·2^-53·1.01, and underflow adds
-    at most (n + Σw)·2^-1074 to the numerator.
+    For float rows the n products and sums of non-negative numbers carry a relative error of at most (2n+8)·u·1.01, and underflow adds
+    at most (n + Σw)·t to the numerator, with u = 2^-53 and t = 2^-1074 (float32: 2^-24 and 2^-149).
     """
     n = weights.shape[1]
     if weights.dtype.kind == "f":
-        top_value = float(values.max()) if values.dtype != object else 1.0
-        scaled = values.astype(np.float64) / top_value if values.dtype != object and top_value > 0 else _unit_floats(values)
-        tops = np.vecdot(weights, scaled)
-        sums = weights.sum(axis=1)
+        coarse = weights.dtype == np.float32 and not fine
+        unit, tiny = (2.0**-24, 2.0**-149) if coarse else (UNIT, TINY)
+        tops = products(weights, values.astype(np.float32) if coarse else values)
         middle = tops / sums
-        relative = (2 * n + 12) * UNIT * 1.01
-        absolute = (n + sums) * TINY / sums * 1.01 + TINY
-        absolute = np.where(tops > n * 2.0**-960, 0.0, absolute)
+        relative = (2 * n + 12) * unit * 1.01
+        absolute = (n + sums) * tiny / sums * 1.01 + TINY
+        absolute = np.where(tops > n * tiny * 2.0 ** (30 if coarse else 114), 0.0, absolute)
         return np.maximum(middle * (1 - relative) - absolute, 0.0), middle * (1 + relative) + absolute
-    if weights.dtype != object and values.dtype != object and _fits(weights, values):
-        tops = weights @ values if values.ndim == 1 else (weights * values).sum(axis=1)
-        middle = tops / _sums(weights)
-        return middle * (1 - 8 * UNIT), middle * (1 + 8 * UNIT)
+    if weights.dtype != object and values.dtype != object:
+        greatest = int(sums.max()) * int(values.max()) if len(sums) else 0
+        if greatest <= INT64:
+            if greatest < EXACT:
+                tops = products(weights, values)
+            else:
+                tops = weights @ values if values.ndim == 1 else (weights * values).sum(axis=1)
+            middle = tops / sums
+            return middle * (1 - 8 * UNIT), middle * (1 + 8 * UNIT)
     wide, g = weights.astype(object), values.astype(object)
     numerators = wide @ g if g.ndim == 1 else (wide * g).sum(axis=1)
-    return _enclose(list(zip(numerators.tolist(), wide.sum(axis=1).tolist(), strict=True)))
-
-
-def _sums(weights: NDArray[Any]) -> NDArray[np.int64]:
-    """Row sums of an integer matrix."""
-    return np.asarray(weights.sum(axis=1))
-
-
-def _fits(weights: NDArray[Any], values: NDArray[Any]) -> bool:
-    return len(weights) == 0 or int(_sums(weights).max()) * int(values.max()) <= INT64
+    return _enclose(list(zip(numerators.tolist(), sums.tolist(), strict=True)))
 
 
 def _unit_floats(values: NDArray[Any]) -> Floats:
-    """Non-negative integers divided by the greatest, each correctly rounded."""
+    """Non-negative integers divided by the greatest, each within a relative 2^-52."""
     top = max(int(values.max()), 1)
+    if values.dtype != object:
+        return values.astype(np.float64) / top
     return np.array([int(v) / top for v in values.ravel()], dtype=np.float64).reshape(values.shape)
 
 
@@ -405,7 +413,7 @@ def _probability_grid(law: Law) -> _Grid:
         flat = [(w, total) for row in weights.tolist() for total in (sum(row),) for w in row]
         lo, hi = (bound.reshape(weights.shape) for bound in _enclose(flat))
     else:
-        middle = weights / weights.sum(axis=1, keepdims=True)
+        middle = law.float_rows(cells)
         relative = (n + 8) * UNIT * 1.01 if weights.dtype.kind == "f" else 8 * UNIT
         absolute = np.where((middle > 0) & (middle < 2.0**-960), 2 * TINY, 0.0)
         if weights.dtype.kind == "f":
@@ -420,19 +428,12 @@ def _probability_grid(law: Law) -> _Grid:
 
 
 def _equal_blocks(matrix: NDArray[Any], starts: NDArray[np.int64], blocks: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Tell which blocks have equal rows only, about ten million entries at a time."""
-    result = np.ones(len(blocks), dtype=bool)
-    sizes = starts[blocks + 1] - starts[blocks]
-    pieces = max(1, int(sizes.sum()) * matrix.shape[1] // 10_000_000)
-    for part in np.array_split(np.arange(len(blocks)), min(pieces, max(1, len(blocks)))):
-        if not len(part):
-            continue
-        lengths, first = sizes[part], starts[blocks[part]]
-        edges = np.concatenate(([0], np.cumsum(lengths)[:-1]))
-        members = np.arange(int(lengths.sum())) - np.repeat(edges, lengths) + np.repeat(first, lengths)
-        equal = (matrix[members] == matrix[np.repeat(first, lengths)]).all(axis=1)
-        result[part] = np.logical_and.reduceat(equal, edges)
-    return result
+    """Tell which of the given blocks have equal rows only."""
+    chosen = np.zeros(len(starts) - 1, dtype=bool)
+    chosen[blocks] = True
+    equal = equal_to_previous(matrix, np.repeat(chosen, np.diff(starts)))
+    equal[starts[:-1]] = True
+    return np.asarray(np.logical_and.reduceat(equal, starts[:-1])[blocks]) if len(blocks) else np.zeros(0, dtype=bool)
 
 
 def _listed_grid(table: Sequence[Sequence[Pair]]) -> _Grid:
@@ -448,7 +449,7 @@ def _group_means(law: Law, utility: UtilityTable) -> list[Pair]:
     if not law.global_groups:
         return []
     coefficients, totals = law.mixing
-    safe = law.weights.dtype == np.int64 and utility.values.dtype == np.int64 and _fits(law.weights, utility.values)
+    safe = law.weights.dtype == np.int64 == utility.values.dtype and int(law.totals.max()) * int(utility.values.max()) <= INT64
     if safe:
         tops = law.weights @ utility.values if utility.by_decision else (law.weights * utility.values).sum(axis=1)
         listed: list[int] = tops.tolist()
@@ -464,12 +465,11 @@ def _group_means(law: Law, utility: UtilityTable) -> list[Pair]:
 
 def _law_rows(law: Law, cells: NDArray[np.int64]) -> _Rows:
     weights = law.weights if len(cells) == len(law.weights) else law.weights[cells]
-    floats = _object_rows(weights.tolist()) if weights.dtype == object else weights / weights.sum(axis=1, keepdims=True)
 
     def exact(i: int) -> list[int]:
         return law.row(int(cells[i]))
 
-    return _Rows(floats, _distance_error(len(law.decisions)), _block_starts(law, cells), exact, weights)
+    return _Rows(law.float_rows(cells), _distance_error(len(law.decisions)), _block_starts(law, cells), exact, weights)
 
 
 def _listed_rows(rows: Sequence[list[int]]) -> _Rows:
@@ -498,22 +498,19 @@ def _distance_error(columns: int) -> float:
 
 def _rank(grid: _Grid, count: int) -> list[tuple[int, int, int]]:
     """Find the `count` greatest ratios as (column, higher, lower), by member; equal pairs only if nothing else is there."""
-    starts = grid.starts
-    if len(starts) < 2 or not len(grid.lo):
+    if len(grid.starts) < 2 or not len(grid.lo):
         return []
-    edges = starts[:-1]
-    top_lo, top_hi = np.maximum.reduceat(grid.lo, edges), np.maximum.reduceat(grid.hi, edges)
-    low_lo, low_hi = np.minimum.reduceat(grid.lo, edges), np.minimum.reduceat(grid.hi, edges)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        upper = np.where(low_lo > 0, top_hi / low_lo * (1 + 4 * UNIT), np.where(top_hi > 0, np.inf, 1.0))
-        lower = np.where(low_hi > 0, top_lo / low_hi * (1 - 4 * UNIT), np.where(top_lo > 0, np.inf, 1.0))
-    upper, lower = np.nan_to_num(upper, nan=np.inf, posinf=np.inf), np.maximum(np.nan_to_num(lower, nan=1.0, posinf=np.inf), 1.0)
-    ranked = np.sort(lower, axis=None)
-    threshold = ranked[-min(count, ranked.size)]
-    found: list[tuple[Pair, int, int, int, int]] = []
-    candidates = upper >= threshold
+    candidates = _candidates(grid, count)
     blocks = np.flatnonzero(candidates.any(axis=1))
-    candidates[blocks[grid.same(blocks)]] = False
+    same = blocks[grid.same(blocks)]
+    candidates[same] = False
+    if grid.refine is not None:
+        members = np.flatnonzero(np.repeat(candidates.any(axis=1), np.diff(grid.starts)))
+        lo, hi = grid.lo.copy(), grid.hi.copy()
+        lo[members], hi[members] = grid.refine(members)
+        grid = replace(grid, lo=lo, hi=hi)
+        candidates &= _candidates(grid, count)
+    found: list[tuple[Pair, int, int, int, int]] = []
     for block, column in np.argwhere(candidates).tolist():
         for ratio, high, low in _rank_block(grid, block, column, count):
             found.append((ratio, block, column, high, low))
@@ -525,6 +522,19 @@ def _rank(grid: _Grid, count: int) -> list[tuple[int, int, int]]:
     if found:
         return [(column, high, low) for _, _, column, high, low in found]
     return [(0, 0, 1)]
+
+
+def _candidates(grid: _Grid, count: int) -> NDArray[np.bool_]:
+    """Tell which blocks, by column, may hold one of the `count` greatest ratios."""
+    edges = grid.starts[:-1]
+    top_lo, top_hi = np.maximum.reduceat(grid.lo, edges), np.maximum.reduceat(grid.hi, edges)
+    low_lo, low_hi = np.minimum.reduceat(grid.lo, edges), np.minimum.reduceat(grid.hi, edges)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        upper = np.where(low_lo > 0, top_hi / low_lo * (1 + 4 * UNIT), np.where(top_hi > 0, np.inf, 1.0))
+        lower = np.where(low_hi > 0, top_lo / low_hi * (1 - 4 * UNIT), np.where(top_lo > 0, np.inf, 1.0))
+    upper, lower = np.nan_to_num(upper, nan=np.inf, posinf=np.inf), np.maximum(np.nan_to_num(lower, nan=1.0, posinf=np.inf), 1.0)
+    ranked = np.sort(lower, axis=None)
+    return np.asarray(upper >= ranked[-min(count, ranked.size)])
 
 
 def _best(found: list[tuple[Pair, int, int, int, int]], count: int) -> list[tuple[Pair, int, int, int, int]]:

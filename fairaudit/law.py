@@ -2,7 +2,7 @@
 
 A law holds one row of non-negative weights per cell (x,a); a row normalised by its own sum is P(·|x,a). Rows are integers over one
 denominator (int64, or Python integers where those are too small) or the float64 values that were handed over, each of which is a
-dyadic rational. Nothing is rounded on the way in.
+dyadic rational, or float32 values likewise. Nothing is rounded on the way in.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from fairaudit.columns import (
     numbers,
     read_columns,
 )
+from fairaudit.dense import least_and_sums
 from fairaudit.exact import InputError, common_denominator, rational, shown
 
 __all__ = ["Columns", "Law", "Units"]
@@ -39,7 +40,7 @@ __all__ = ["Columns", "Law", "Units"]
 Kind = Literal["counts", "probabilities"]
 Population = Literal["counts", "weights", "equal"]
 
-MAX_ENTRIES = 500_000_000
+MAX_ENTRIES = 2_000_000_000
 MAX_DRAWS = 10**18
 TOLERANCE = 10**6
 
@@ -273,7 +274,8 @@ class Law:
         Parameters
         ----------
         array : array_like
-            Counts or probabilities; an all-zero row is a cell without a law. Floats are the dyadic rationals that they are.
+            Counts or probabilities; an all-zero row is a cell without a law. Floats are the dyadic rationals that they are. Arrays of
+            float64 and float32 probabilities are neither copied nor converted, so they may be memory-mapped files larger than memory.
         kind : {"counts", "probabilities"}
             What the entries are.
         decisions, groups, contexts : sequence, optional
@@ -322,8 +324,25 @@ class Law:
 
     @property
     def floating(self) -> bool:
-        """Whether the rows are float64."""
+        """Whether the rows are floats."""
         return self.weights.dtype.kind == "f"
+
+    @cached_property
+    def float_sums(self) -> NDArray[np.float64]:
+        """Row sums of float rows in float64, off by a relative n·2⁻⁵³ at most."""
+        return least_and_sums(self.weights)[1]
+
+    def float_rows(self, cells: NDArray[np.int64]) -> NDArray[np.float64]:
+        """P(·|x,a) of the given cells in float64, each entry off by a relative (n + 4)·2⁻⁵³ at most, underflow aside."""
+        weights, sums = (self.weights, self.float_sums) if self.floating else (self.weights, self.totals)
+        if len(cells) < len(weights):
+            weights, sums = weights[cells], sums[cells]
+        if weights.dtype == object:
+            return np.array(
+                [[w / total for w in row] for row, total in zip(weights.tolist(), sums.tolist(), strict=True)], dtype=np.float64
+            )
+        rows: NDArray[np.float64] = np.divide(weights, sums[:, None], dtype=np.float64)
+        return rows
 
     def row(self, cell: int) -> list[int]:
         """Weights of a cell as integers, up to a common factor (none for counts)."""
@@ -536,7 +555,11 @@ def _finish(law: Law) -> Law:
     if not len(law.cell_context):
         raise InputError("every count is zero; nothing is left to audit")
     residue = _check_sums(law) if law.kind == "probabilities" else ""
-    return replace(law, notes=(*law.notes, residue)) if residue else law
+    if residue:
+        known = {"float_sums": law.float_sums} if law.floating else {}
+        law = replace(law, notes=(*law.notes, residue))
+        vars(law).update(known)
+    return law
 
 
 def _refuse_repeats(flat: NDArray[np.int64], coded: CodedTable, columns: Columns) -> None:
@@ -559,8 +582,7 @@ def _refuse_repeats(flat: NDArray[np.int64], coded: CodedTable, columns: Columns
 def _check_sums(law: Law) -> str:
     """Refuse rows whose sum is off 1 by more than 1e-6; describe the largest smaller residue, if any."""
     if law.floating:
-        sums = law.weights.sum(axis=1)
-        off = np.abs(sums - 1)
+        off = np.abs(law.float_sums - 1)
         for i in np.flatnonzero(~(off < 0.99e-6)).tolist():
             whole, bottom = common_denominator([v.as_integer_ratio() for v in law.weights[i].tolist()])
             if abs(sum(whole) - bottom) * TOLERANCE > bottom:
@@ -647,7 +669,7 @@ def _from_array(
     if values.ndim != 3 or 0 in values.shape:
         raise InputError(f"an array of shape {np.shape(array)} is not indexed [context, group, decision]")
     x, a, u = values.shape
-    matrix, scale = _array_entries(values.reshape(x * a, u), kind)
+    matrix, scale, sums = _array_entries(values.reshape(x * a, u), kind)
     group_labels = _axis_labels(groups, a, "groups")
     context_labels: list[Label] = [()] if single and contexts is None else _axis_labels(contexts, x, "contexts")
     decision_labels = _axis_labels(decisions, u, "decisions")
@@ -657,34 +679,37 @@ def _from_array(
         columns = Columns("decision", _default_names("group", len(group_labels[0])), _default_names("context", len(context_labels[0])))
     elif len(columns.group) != len(group_labels[0]) or len(columns.context) != len(context_labels[0]):
         raise InputError("the column names do not fit the number of parts of the labels")
-    full = np.asarray(matrix.any(axis=1))
+    full = np.asarray(matrix.any(axis=1)) if sums is None else sums > 0
     cells = np.flatnonzero(full)
     mass = None if population is None else _array_mass(population, kind, (x, a), full)
-    return _finish(
-        Law(
-            columns=columns,
-            decisions=tuple(text for (text,) in decision_labels),
-            groups=tuple(group_labels),
-            contexts=tuple(context_labels),
-            kind=kind,
-            population="counts" if kind == "counts" else "equal" if mass is None else "weights",
-            cell_context=cells // a,
-            cell_group=cells % a,
-            weights=matrix if full.all() else matrix[full],
-            scale=scale,
-            mass=mass,
-        )
+    law = Law(
+        columns=columns,
+        decisions=tuple(text for (text,) in decision_labels),
+        groups=tuple(group_labels),
+        contexts=tuple(context_labels),
+        kind=kind,
+        population="counts" if kind == "counts" else "equal" if mass is None else "weights",
+        cell_context=cells // a,
+        cell_group=cells % a,
+        weights=matrix if full.all() else matrix[full],
+        scale=scale,
+        mass=mass,
     )
+    if sums is not None and law.floating:
+        vars(law)["float_sums"] = sums[full]
+    return _finish(law)
 
 
-def _array_entries(matrix: NDArray[Any], kind: Kind) -> tuple[NDArray[Any], int]:
-    """Entries of an array, exact and checked, with the denominator of counts."""
+def _array_entries(matrix: NDArray[Any], kind: Kind) -> tuple[NDArray[Any], int, NDArray[np.float64] | None]:
+    """Entries of an array, exact and checked, with the denominator of counts and the row sums of floats."""
     scale = 1
+    sums = None
     least: Any
-    if matrix.dtype.kind == "f":
-        matrix = matrix.astype(np.float64, copy=False)
-        least = float(matrix.min())
-        if not (np.isfinite(least) and np.isfinite(float(matrix.max()))):
+    if matrix.dtype.kind == "f" and matrix.dtype.itemsize <= 8:
+        if matrix.dtype != np.float32 or kind == "counts":
+            matrix = matrix.astype(np.float64, copy=False)
+        least, sums = least_and_sums(matrix)
+        if not (np.isfinite(least) and (np.isfinite(sums).all() or np.isfinite(float(matrix.max())))):
             raise InputError("the array has an entry that is not a finite number")
     elif matrix.dtype.kind in "iu":
         least = int(matrix.min())
@@ -700,7 +725,7 @@ def _array_entries(matrix: NDArray[Any], kind: Kind) -> tuple[NDArray[Any], int]
     if kind == "counts" and matrix.dtype.kind == "f":
         flat, scale = exact_floats(matrix.ravel())
         matrix = flat.reshape(matrix.shape)
-    return matrix, scale
+    return matrix, scale, sums
 
 
 def _default_names(stem: str, count: int) -> tuple[str, ...]:

@@ -278,10 +278,7 @@ def _rows(setting: Setting) -> _Rows:
         cells = np.flatnonzero(law.compared)
         weights = law.weights if len(cells) == len(law.weights) else law.weights[cells]
         sizes = [len(block) for block in setting.members]
-        if weights.dtype == object:
-            floats = np.array([[v / total for v in row] for row in weights.tolist() for total in (sum(row),)], dtype=np.float64)
-        else:
-            floats = weights / weights.sum(axis=1, keepdims=True)
+        floats = law.float_rows(cells)
         starts = np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
         return _Rows(floats, starts, lambda i: law.row(int(cells[i])), cells.tolist(), weights)
     n, places = setting.n, setting.place_of

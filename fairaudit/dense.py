@@ -1,0 +1,94 @@
+"""Passes over big float matrices: blocks of rows that fit into a cache, on all cores, without a copy of the whole.
+
+The matrices may be memory-mapped files. float32 entries are converted block by block, exactly, so that sums are always formed in float64.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["equal_to_previous", "least_and_sums", "products"]
+
+BLOCK_BYTES = 1 << 21
+Floats = NDArray[np.float64]
+
+
+def _each_block(rows: int, row_bytes: int, work: Callable[[int, int], None]) -> None:
+    """Call `work` with the first and last row of every block."""
+    step = max(1, BLOCK_BYTES // max(1, row_bytes))
+    edges = range(0, rows, step)
+    if len(edges) <= 4:
+        for first in edges:
+            work(first, min(first + step, rows))
+        return
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        for _ in pool.map(lambda first: work(first, min(first + step, rows)), edges):
+            pass
+
+
+def least_and_sums(matrix: NDArray[Any]) -> tuple[float, Floats]:
+    """Least entry of a float matrix (nan if any entry is), and the sum of every row in float64.
+
+    Examples
+    --------
+    >>> least_and_sums(np.array([[0.5, 0.25], [1, 2]]))
+    (0.25, array([0.75, 3.  ]))
+    """
+    sums = np.empty(len(matrix))
+    least: list[float] = []
+
+    def work(first: int, last: int) -> None:
+        block = matrix[first:last]
+        least.append(float(block.min()))
+        np.add.reduce(block, axis=1, dtype=np.float64, out=sums[first:last])
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        _each_block(len(matrix), matrix.shape[1] * matrix.itemsize, work)
+    return float(np.min(least)), sums
+
+
+def products(matrix: NDArray[Any], values: NDArray[Any]) -> Floats:
+    """Row sums of matrix * values; `values` is one row for all, or a row for each.
+
+    They are formed in float32 if `values` are, else in float64. Integers are converted to float64 as well; the caller makes sure that the
+    sums stay below 2^53, where that is exact.
+
+    Examples
+    --------
+    >>> products(np.array([[1, 2], [3, 4]]), np.array([1.0, 0.5]))
+    array([2., 5.])
+    """
+    result = np.empty(len(matrix))
+    kind = np.float32 if values.dtype == np.float32 else np.float64
+
+    def work(first: int, last: int) -> None:
+        g = values if values.ndim == 1 else values[first:last]
+        result[first:last] = np.vecdot(matrix[first:last].astype(kind, copy=False), g.astype(kind, copy=False))
+
+    _each_block(len(matrix), matrix.shape[1] * matrix.itemsize, work)
+    return result
+
+
+def equal_to_previous(matrix: NDArray[Any], wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell which rows equal the row before them; rows that are not wanted are not looked at, and the first row equals nothing.
+
+    Examples
+    --------
+    >>> equal_to_previous(np.array([[1, 2], [1, 2], [3, 4]]), np.ones(3, dtype=bool))
+    array([False,  True, False])
+    """
+    result = np.zeros(len(matrix), dtype=bool)
+
+    def work(first: int, last: int) -> None:
+        begin = max(first, 1)
+        if wanted[begin:last].any():
+            np.logical_and.reduce(matrix[begin:last] == matrix[begin - 1 : last - 1], axis=1, out=result[begin:last])
+
+    _each_block(len(matrix), matrix.shape[1] * matrix.itemsize, work)
+    return result
