@@ -15,21 +15,25 @@ from numpy.typing import NDArray
 
 __all__ = ["equal_to_previous", "least_and_sums", "products"]
 
-BLOCK_BYTES = 1 << 21
+BLOCK_BYTES = 1 << 22
 Floats = NDArray[np.float64]
 
 
 def _each_block(rows: int, row_bytes: int, work: Callable[[int, int], None]) -> None:
-    """Call `work` with the first and last row of every block."""
+    """Call `work` with the first and last row of every block, on all cores if there are many blocks."""
     step = max(1, BLOCK_BYTES // max(1, row_bytes))
-    edges = range(0, rows, step)
-    if len(edges) <= 4:
-        for first in edges:
-            work(first, min(first + step, rows))
+    blocks = [(first, min(first + step, rows)) for first in range(0, rows, step)]
+    parts = 1 if len(blocks) <= 8 else os.cpu_count() or 1
+
+    def every(part: int) -> None:
+        for first, last in blocks[part * len(blocks) // parts : (part + 1) * len(blocks) // parts]:
+            work(first, last)
+
+    if parts == 1:
+        every(0)
         return
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        for _ in pool.map(lambda first: work(first, min(first + step, rows)), edges):
-            pass
+    with ThreadPoolExecutor(parts) as pool:
+        list(pool.map(every, range(parts)))
 
 
 def least_and_sums(matrix: NDArray[Any]) -> tuple[float, Floats]:

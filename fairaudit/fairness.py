@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fairaudit.columns import INT64
 from fairaudit.dense import equal_to_previous, products
-from fairaudit.exact import fraction, log_enclosure
+from fairaudit.exact import InputError, fraction, log_enclosure
 from fairaudit.law import Law
 from fairaudit.utility import UtilityTable
 
@@ -254,9 +254,8 @@ def most_unequal_ratios(law: Law, utility: UtilityTable, count: int, *, within_c
     if within_context:
         grid = _expectation_grid(law, utility)
         return tuple(_local_ratio(law, grid, *found) for found in _rank(grid, count))
-    means = _group_means(law, utility)
-    grid = _listed_grid([[mean] for mean in means])
-    return tuple(_global_ratio(law, means, high, low) for _, high, low in _rank(grid, count))
+    grid = _mean_grid(law, utility)
+    return tuple(_global_ratio(law, grid, high, low) for _, high, low in _rank(grid, count))
 
 
 def most_unequal_distances(law: Law, count: int, *, within_context: bool) -> tuple[Distance, ...]:
@@ -444,13 +443,64 @@ def _listed_grid(table: Sequence[Sequence[Pair]]) -> _Grid:
     return _Grid(lo, hi, starts, lambda i, k: table[i][k], lambda blocks: np.zeros(len(blocks), dtype=bool))
 
 
+def _mean_grid(law: Law, utility: UtilityTable) -> _Grid:
+    """Ē(a) of the globally compared groups."""
+    if law.floating and law.global_groups:
+        return _float_mean_grid(law, utility)
+    return _listed_grid([[mean] for mean in _group_means(law, utility)])
+
+
+def _float_mean_grid(law: Law, utility: UtilityTable) -> _Grid:
+    """Ē(a) of float rows, which share no denominator: enclosed in floats, and exact only where it is asked for."""
+    lo, hi = _expectation_enclosure(law.weights, law.float_sums, _unit_floats(utility.values), fine=True)
+    members = [[i for i in np.flatnonzero(law.cell_group == group).tolist() if law.cell_mass[i]] for group in law.global_groups]
+    totals = [sum(law.cell_mass[i] for i in cells) for cells in members]
+    shares = [np.array([law.cell_mass[i] / total for i in cells]) for cells, total in zip(members, totals, strict=True)]
+    slack = [(len(cells) + 8) * UNIT for cells in members]
+    low = [float(share @ lo[cells]) * (1 - s) for share, cells, s in zip(shares, members, slack, strict=True)]
+    high = [float(share @ hi[cells]) * (1 + s) + len(cells) * TINY for share, cells, s in zip(shares, members, slack, strict=True)]
+    low = [v if v > 2.0**-960 else 0.0 for v in low]
+    known: dict[bytes, Pair] = {}
+    means: dict[int, Pair] = {}
+
+    def expectation(cell: int) -> Pair:
+        key = law.weights[cell].tobytes() + (b"" if utility.by_decision else str(utility.row(cell)).encode())
+        if key not in known:
+            known[key] = cell_expectation(law, utility, cell)
+        return known[key]
+
+    def exact(i: int, _: int) -> Pair:
+        if i not in means:
+            top, bottom = _sum([(law.cell_mass[cell] * e, d) for cell in members[i] for e, d in (expectation(cell),)])
+            means[i] = top, bottom * totals[i]
+        return means[i]
+
+    starts = np.array([0, len(members)], dtype=np.int64)
+    return _Grid(np.array(low)[:, None], np.array(high)[:, None], starts, exact, lambda blocks: np.zeros(len(blocks), dtype=bool))
+
+
+def _sum(pairs: Sequence[Pair]) -> Pair:
+    """Sum of quotients, in lowest terms, by halves so that the numbers stay short for long."""
+    if len(pairs) == 1:
+        top, bottom = pairs[0]
+    else:
+        (a, b), (c, d) = _sum(pairs[: len(pairs) // 2]), _sum(pairs[len(pairs) // 2 :])
+        top, bottom = (a + c, b) if b == d else (a * d + c * b, b * d)
+    common = gcd(top, bottom)
+    if bottom.bit_length() - common.bit_length() > 300_000:
+        raise InputError(
+            "the exact global figures of this table need more than 90,000 digits; give the probabilities as decimals of the "
+            "same length, so that rows share a denominator"
+        )
+    return top // common, bottom // common
+
+
 def _group_means(law: Law, utility: UtilityTable) -> list[Pair]:
-    """Ē(a) of the globally compared groups, exact."""
+    """Ē(a) of the globally compared groups of integer rows, exact."""
     if not law.global_groups:
         return []
     coefficients, totals = law.mixing
-    safe = law.weights.dtype == np.int64 == utility.values.dtype and int(law.totals.max()) * int(utility.values.max()) <= INT64
-    if safe:
+    if law.weights.dtype == np.int64 == utility.values.dtype and int(law.totals.max()) * int(utility.values.max()) <= INT64:
         tops = law.weights @ utility.values if utility.by_decision else (law.weights * utility.values).sum(axis=1)
         listed: list[int] = tops.tolist()
     else:
@@ -598,9 +648,9 @@ def _local_ratio(law: Law, grid: _Grid, column: int, high: int, low: int, *, dec
     return Ratio(_quotient(*values), witness)
 
 
-def _global_ratio(law: Law, means: list[Pair], high: int, low: int) -> Ratio:
+def _global_ratio(law: Law, grid: _Grid, high: int, low: int) -> Ratio:
     groups = law.global_groups
-    values = (Fraction(*means[high]), Fraction(*means[low]))
+    values = (Fraction(*grid.exact(high, 0)), Fraction(*grid.exact(low, 0)))
     return Ratio(_quotient(*values), Witness(None, law.group_label(groups[high]), law.group_label(groups[low]), values))
 
 
