@@ -1,0 +1,248 @@
+"""Fairness metrics with the signature of scikit-learn and Fairlearn: arrays in, one number out.
+
+Each is exact until the last step, when it becomes the nearest float. `fairaudit.certify` says more about the same decisions: the pair of
+groups that attains the number, an interval for the population behind them, and a certificate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fairaudit.columns import label_text
+from fairaudit.exact import InputError, shown
+from fairaudit.fairness import Ratio, global_fairness, local_fairness
+from fairaudit.fairness import demographic_parity as _demographic_parity
+from fairaudit.fairness import equalized_odds as _equalized_odds
+from fairaudit.law import Law
+from fairaudit.utility import Utility
+
+__all__ = ["demographic_parity", "equalized_odds", "global_g_fairness", "local_g_fairness"]
+
+
+def local_g_fairness(
+    y_true: Any,
+    y_pred: Any,
+    *,
+    sensitive_features: Any,
+    control_features: Any = None,
+    utility: Mapping[Any, Any] | None = None,
+    sample_weight: Any = None,
+) -> float:
+    """Local g-fairness L: the worst log-ratio of mean utilities between two groups with the same control features.
+
+    Parameters
+    ----------
+    y_true : array_like or None
+        Not used: fairness compares decisions. To compare within true labels, pass them as a control feature.
+    y_pred : array_like, shape (samples,)
+        The decisions.
+    sensitive_features : array_like, mapping or DataFrame
+        The groups; several columns make intersections.
+    control_features : array_like, mapping or DataFrame, optional
+        The contexts within which groups are compared; one context if there are none.
+    utility : mapping of decision to number ≥ 0, optional
+        What a decision is worth to the person, and 0 for those that are not listed. If it is not given, decisions are numbers ≥ 0 and worth
+        what they say, which for 0 and 1 compares selection rates.
+    sample_weight : array_like, optional
+        Weights ≥ 0.
+
+    Returns
+    -------
+    float
+        L ≥ 0 in nats; ``exp(L)`` is the ratio. Two means of 0 are equal (0); a mean of 0 beside a greater one gives infinity. Contexts
+        with a single group compare nobody and are passed over.
+
+    Raises
+    ------
+    InputError
+        If no context has two groups, lengths differ, a label is missing, or a number is not usable.
+
+    Examples
+    --------
+    >>> round(local_g_fairness(None, [1, 1, 0, 1, 0, 0], sensitive_features=list("aaabbb")), 4)  # log of (2/3) / (1/3)
+    0.6931
+    """
+    law = _law(y_pred, sensitive_features, control_features, sample_weight)
+    return _log(local_fairness(law, _utility(utility, law).on(law)))
+
+
+def global_g_fairness(
+    y_true: Any,
+    y_pred: Any,
+    *,
+    sensitive_features: Any,
+    control_features: Any = None,
+    utility: Mapping[Any, Any] | None = None,
+    sample_weight: Any = None,
+) -> float:
+    """Global g-fairness L̄: the worst log-ratio of the groups' mean utilities over everybody.
+
+    Parameters
+    ----------
+    y_true, y_pred, sensitive_features, utility, sample_weight
+        As in `local_g_fairness`.
+    control_features : array_like, mapping or DataFrame, optional
+        Accepted, so that all metrics can be called alike; averaging over contexts with the samples' own frequencies removes them.
+
+    Returns
+    -------
+    float
+        L̄ ≥ 0 in nats, with the conventions of `local_g_fairness`.
+
+    Raises
+    ------
+    InputError
+        As `local_g_fairness`.
+
+    Examples
+    --------
+    >>> global_g_fairness(None, [1, 0, 1, 0], sensitive_features=list("aabb"))
+    0.0
+    """
+    law = _law(y_pred, sensitive_features, control_features, sample_weight)
+    return _log(global_fairness(law, _utility(utility, law).on(law)))
+
+
+def demographic_parity(
+    y_true: Any,
+    y_pred: Any,
+    *,
+    sensitive_features: Any,
+    control_features: Any = None,
+    utility: Mapping[Any, Any] | None = None,
+    sample_weight: Any = None,
+) -> float:
+    """Demographic parity: the greatest total variation distance between the decisions of two groups.
+
+    For two decisions it is the difference of selection rates.
+
+    Parameters
+    ----------
+    y_true, y_pred, sensitive_features, sample_weight
+        As in `local_g_fairness`.
+    control_features, utility
+        Accepted, so that all metrics can be called alike; they make no difference.
+
+    Returns
+    -------
+    float
+        Between 0 (alike) and 1.
+
+    Raises
+    ------
+    InputError
+        As `local_g_fairness`.
+
+    Examples
+    --------
+    >>> demographic_parity(None, ["yes", "no", "yes", "yes"], sensitive_features=list("aabb"))
+    0.5
+    """
+    found = _demographic_parity(_law(y_pred, sensitive_features, control_features, sample_weight))
+    if found is None:
+        raise _nobody()
+    return float(found.value)
+
+
+def equalized_odds(
+    y_true: Any,
+    y_pred: Any,
+    *,
+    sensitive_features: Any,
+    control_features: Any = None,
+    utility: Mapping[Any, Any] | None = None,
+    sample_weight: Any = None,
+) -> float:
+    """Equalized odds, conditioned on the control features: the greatest total variation distance between two groups within a context.
+
+    The name usually means conditioning on the true label. Here it conditions on whatever the control features are; pass ``y_true`` as a
+    control feature to condition on it, and the number is then the greatest difference of true or false positive rates for two decisions.
+
+    Parameters
+    ----------
+    y_true, y_pred, sensitive_features, control_features, sample_weight
+        As in `local_g_fairness`; `y_true` is not used.
+    utility
+        Accepted, so that all metrics can be called alike; it makes no difference.
+
+    Returns
+    -------
+    float
+        Between 0 (alike) and 1.
+
+    Raises
+    ------
+    InputError
+        As `local_g_fairness`.
+
+    Examples
+    --------
+    >>> truth = [1, 1, 0, 1, 1, 0]
+    >>> equalized_odds(truth, [1, 0, 0, 1, 1, 0], sensitive_features=list("aaabbb"), control_features=truth)
+    0.5
+    """
+    found = _equalized_odds(_law(y_pred, sensitive_features, control_features, sample_weight))
+    if found is None:
+        raise _nobody()
+    return float(found.value)
+
+
+def _law(y_pred: Any, sensitive_features: Any, control_features: Any, sample_weight: Any) -> Law:
+    groups = _features(sensitive_features, "sensitive feature")
+    if not groups:
+        raise InputError("sensitive_features is None; give the group of every sample")
+    contexts = _features(control_features, "control feature")
+    table = {"decision": _flat(y_pred, "y_pred"), **groups, **contexts}
+    if sample_weight is None:
+        return Law.from_log(table, decision="decision", group=list(groups), context=list(contexts))
+    table["sample_weight"] = _flat(sample_weight, "sample_weight")
+    return Law.from_counts(table, decision="decision", group=list(groups), context=list(contexts), count="sample_weight")
+
+
+def _flat(values: Any, name: str) -> list[Any]:
+    array = np.asarray(values)
+    if array.ndim == 2 and array.shape[1] == 1:
+        array = array[:, 0]
+    if array.ndim != 1:
+        raise InputError(f"{name} has shape {array.shape}; one value for each sample is accepted")
+    listed: list[Any] = array.tolist()
+    return listed
+
+
+def _features(features: Any, name: str) -> dict[str, list[Any]]:
+    """Columns of features: of a frame or mapping by name, of arrays by number."""
+    if features is None:
+        return {}
+    if isinstance(features, Mapping) or hasattr(features, "columns"):
+        return {f"{name} {column}": _flat(features[column], f"{name} {shown(column)}") for column in getattr(features, "columns", features)}
+    array = np.asarray(features, dtype=None if hasattr(features, "dtype") else object)
+    if array.ndim == 1:
+        return {name: array.tolist()}
+    if array.ndim != 2:
+        raise InputError(f"the {name}s have shape {array.shape}; one value, or one row of values, for each sample is accepted")
+    return {f"{name} {i}": column.tolist() for i, column in enumerate(array.T)}
+
+
+def _utility(utility: Mapping[Any, Any] | None, law: Law) -> Utility:
+    if utility is None:
+        truth = {"True": 1, "False": 0}
+        try:
+            return Utility({decision: truth.get(decision, decision) for decision in law.decisions})
+        except InputError as error:
+            raise InputError(f"y_pred as a utility: {error}; or give utility={{decision: value}}") from None
+    values = {label_text(decision) or "": value for decision, value in utility.items()}
+    return Utility({decision: values.get(decision, 0) for decision in law.decisions})
+
+
+def _log(found: Ratio | None) -> float:
+    if found is None:
+        raise _nobody()
+    lo, hi = found.log
+    return float((lo + hi) / 2)
+
+
+def _nobody() -> InputError:
+    return InputError("no two groups have the same control features, so that nobody is compared; use fewer control features")

@@ -1,0 +1,210 @@
+"""Metrics with the signature of scikit-learn and Fairlearn, beside the libraries that compute the same numbers."""
+
+from __future__ import annotations
+
+import csv
+import logging
+import math
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fairaudit import InputError, metrics
+
+METRICS = [metrics.local_g_fairness, metrics.global_g_fairness, metrics.demographic_parity, metrics.equalized_odds]
+
+
+@pytest.fixture(scope="module")
+def aif360() -> Any:
+    logging.disable(logging.WARNING)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import aif360.sklearn.metrics as found
+    logging.disable(logging.NOTSET)
+    return found
+
+
+@pytest.fixture
+def berkeley(data: Path) -> pd.DataFrame:
+    """Each applicant of 1973 a row: admitted or not."""
+    table = pd.read_csv(data / "ucb_admissions.csv")
+    table["admitted"] = (table["Admit"] == "Admitted").astype(int)
+    return table.loc[table.index.repeat(table["Freq"]), ["admitted", "Gender", "Dept"]].reset_index(drop=True)
+
+
+@pytest.fixture
+def names(data: Path) -> pd.DataFrame:
+    """Recommendations of language models for the same résumé under different names."""
+    table = pd.read_csv(data / "hiringbias_firstname.csv")
+    table["invited"] = (table["recommend_interview"] != "no").astype(int)
+    return table
+
+
+def tables(berkeley: pd.DataFrame, names: pd.DataFrame) -> list[tuple[pd.Series, pd.Series, pd.Series]]:
+    return [(berkeley["admitted"], berkeley["Gender"], berkeley["Dept"]), (names["invited"], names["name"], names["jd"])]
+
+
+def test_fairlearn_agrees(berkeley: pd.DataFrame, names: pd.DataFrame) -> None:
+    from fairlearn.metrics import demographic_parity_difference, demographic_parity_ratio, equalized_odds_difference
+
+    for y, groups, context in tables(berkeley, names):
+        ratio = demographic_parity_ratio(y, y, sensitive_features=groups)
+        assert math.exp(-metrics.global_g_fairness(None, y, sensitive_features=groups)) == pytest.approx(ratio, rel=1e-12)
+        difference = demographic_parity_difference(y, y, sensitive_features=groups)
+        assert metrics.demographic_parity(None, y, sensitive_features=groups) == pytest.approx(difference, rel=1e-12)
+        truth = (context == context.iloc[0]).astype(int)
+        odds = equalized_odds_difference(truth, y, sensitive_features=groups)
+        assert metrics.equalized_odds(truth, y, sensitive_features=groups, control_features=truth) == pytest.approx(odds, rel=1e-12)
+
+
+def test_fairlearn_agrees_on_weighted_samples(berkeley: pd.DataFrame) -> None:
+    from fairlearn.metrics import demographic_parity_difference, demographic_parity_ratio
+
+    few = berkeley.groupby(["admitted", "Gender", "Dept"]).size().reset_index(name="n")
+    weights = {"sensitive_features": few["Gender"], "sample_weight": few["n"]}
+    ratio = demographic_parity_ratio(few["admitted"], few["admitted"], **weights)
+    assert math.exp(-metrics.global_g_fairness(None, few["admitted"], **weights)) == pytest.approx(ratio, rel=1e-12)
+    difference = demographic_parity_difference(few["admitted"], few["admitted"], **weights)
+    assert metrics.demographic_parity(None, few["admitted"], **weights) == pytest.approx(difference, rel=1e-12)
+
+
+def test_inside_a_metric_frame(berkeley: pd.DataFrame) -> None:
+    """Local g-fairness is the greatest of the global ones by department, which a MetricFrame lists."""
+    from fairlearn.metrics import MetricFrame
+
+    frame = MetricFrame(
+        metrics=metrics.global_g_fairness,
+        y_true=berkeley["admitted"],
+        y_pred=berkeley["admitted"],
+        sensitive_features=berkeley["Dept"],
+        sample_params={"sensitive_features": berkeley["Gender"]},
+    )
+    local = metrics.local_g_fairness(None, berkeley["admitted"], sensitive_features=berkeley["Gender"], control_features=berkeley["Dept"])
+    assert frame.by_group.max() == pytest.approx(local, rel=1e-12)
+    assert math.exp(local) == pytest.approx(24475 / 18432, rel=1e-11)
+    assert frame.by_group.idxmax() == "A"
+    assert frame.overall == pytest.approx(math.log(2198330 / 1498887), rel=1e-11)
+
+
+def test_as_a_scikit_learn_scorer() -> None:
+    from sklearn import config_context
+    from sklearn.linear_model import LogisticRegression
+    from sklearn.metrics import make_scorer
+    from sklearn.model_selection import cross_validate
+
+    generator = np.random.default_rng(0)
+    groups = generator.integers(0, 2, 400)
+    x = np.column_stack((groups, generator.normal(size=400)))
+    y = (x.sum(axis=1) + generator.normal(size=400) > 0.5).astype(int)
+    with config_context(enable_metadata_routing=True):
+        scorer = make_scorer(metrics.demographic_parity, greater_is_better=False).set_score_request(sensitive_features=True)
+        scores = cross_validate(LogisticRegression(), x, y, scoring=scorer, params={"sensitive_features": groups}, cv=2)["test_score"]
+        model = LogisticRegression().fit(x, y)
+        alone = scorer(model, x, y, sensitive_features=groups)
+    rates = [model.predict(x)[groups == a].mean() for a in (0, 1)]
+    assert alone == pytest.approx(-abs(rates[0] - rates[1]))
+    assert (scores < -0.1).all()
+
+
+def test_aif360_agrees(aif360: Any, berkeley: pd.DataFrame, data: Path) -> None:
+    indexed = berkeley.set_index("Gender")["admitted"]
+    given = {"prot_attr": "Gender", "priv_group": "Male", "pos_label": 1}
+    ratio = aif360.disparate_impact_ratio(indexed, indexed, **given)
+    assert math.exp(-metrics.global_g_fairness(None, berkeley["admitted"], sensitive_features=berkeley["Gender"])) == pytest.approx(ratio)
+    difference = aif360.statistical_parity_difference(indexed, indexed, **given)
+    assert metrics.demographic_parity(None, berkeley["admitted"], sensitive_features=berkeley["Gender"]) == pytest.approx(-difference)
+    # Differential fairness of binary outcomes is the greater of the two log-ratios; AIF360 smooths, less and less here.
+    both = max(
+        metrics.global_g_fairness(None, berkeley["admitted"], sensitive_features=berkeley["Gender"], utility={decision: 1})
+        for decision in (0, 1)
+    )
+    assert aif360.smoothed_edf(indexed, prot_attr="Gender", pos_label=1, concentration=1e-9) == pytest.approx(both, rel=1e-6)
+
+
+def test_zero_cells_have_one_documented_meaning(aif360: Any) -> None:
+    from fairlearn.metrics import demographic_parity_ratio
+
+    nobody = {"y": [0, 0, 0, 0], "a": ["f", "f", "m", "m"]}
+    some = {"y": [0, 0, 1, 0], "a": ["f", "f", "m", "m"]}
+    assert metrics.global_g_fairness(None, nobody["y"], sensitive_features=nobody["a"]) == 0
+    assert metrics.global_g_fairness(None, some["y"], sensitive_features=some["a"]) == math.inf
+    assert metrics.local_g_fairness(None, some["y"], sensitive_features=some["a"]) == math.inf
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert math.isnan(demographic_parity_ratio(nobody["y"], nobody["y"], sensitive_features=nobody["a"]))
+        assert demographic_parity_ratio(some["y"], some["y"], sensitive_features=some["a"]) == 0
+        for table in (nobody, some):
+            indexed = pd.Series(table["y"], index=pd.Index(table["a"], name="a"))
+            found = aif360.disparate_impact_ratio(indexed, indexed, prot_attr="a", priv_group="m", pos_label=1)
+            assert found == 0 or math.isnan(found)
+
+
+def test_several_features_make_intersections() -> None:
+    y = [1, 0, 1, 1, 0, 0, 1, 0]
+    sex, age = list("ffffmmmm"), list("ooyyooyy")
+    frame = pd.DataFrame({"sex": sex, "age": age})
+    columns = np.array([sex, age]).T
+    numbers = {
+        metrics.demographic_parity(None, y, sensitive_features=features)
+        for features in (frame, columns, columns.tolist(), {"sex": sex, "age": age}, [f"{s}{o}" for s, o in zip(sex, age, strict=True)])
+    }
+    assert numbers == {1.0}
+    assert metrics.equalized_odds(None, y, sensitive_features=sex, control_features=frame[["age"]]) == 0.5
+
+
+def test_utilities() -> None:
+    y, groups = ["yes", "maybe", "no", "no"], list("aabb")
+    assert metrics.global_g_fairness(None, y, sensitive_features=groups, utility={"yes": 1, "no": "0.5"}) == 0
+    assert metrics.global_g_fairness(None, y, sensitive_features=groups, utility={"yes": 3, "no": 0.5, "never seen": 9}) == pytest.approx(
+        math.log(3)
+    )
+    numbers = metrics.global_g_fairness(None, [0.5, 1.5, 1.0, 3.0], sensitive_features=groups)
+    assert numbers == pytest.approx(math.log(2))
+    assert metrics.global_g_fairness(None, np.array([True, False, True, True]), sensitive_features=groups) == pytest.approx(math.log(2))
+
+
+@pytest.mark.parametrize("metric", METRICS)
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"sensitive_features": None}, "sensitive_features is None"),
+        ({"sensitive_features": ["a", "a", "a", "a"]}, "only one group"),
+        ({"sensitive_features": ["a", "b"]}, "equally long"),
+        ({"sensitive_features": ["a", None, "b", "b"]}, "missing"),
+        ({"control_features": [1, 2, 3, 4]}, "nobody is compared"),
+        ({"sample_weight": [1, 1, -1, 1]}, "-1"),
+        ({"y_pred": [[1, 2], [1, 2], [1, 2], [1, 2]]}, "shape"),
+        ({"y_pred": ["yes", "no", "yes", "no"]}, "give utility="),
+    ],
+)
+def test_bad_input(metric: Any, changes: dict[str, Any], message: str) -> None:
+    call = {"y_pred": [1, 0, 1, 0], "sensitive_features": ["a", "a", "b", "b"]} | changes
+    parity = metric in (metrics.demographic_parity, metrics.equalized_odds)
+    if message == "give utility=" and parity:
+        assert metric(None, **call) == 0
+        return
+    if message == "nobody is compared" and metric in (metrics.demographic_parity, metrics.global_g_fairness):
+        assert metric(None, **call) == 0
+        return
+    with pytest.raises(InputError, match=message):
+        metric(None, **call)
+
+
+def test_a_log_of_many_rows_is_read_as_it_stands(data: Path) -> None:
+    """The same number as counting by hand, on a file that nobody prepared."""
+    with (data / "hiringbias_firstname.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    tally: dict[str, list[int]] = {}
+    for row in rows:
+        entry = tally.setdefault(row["name"], [0, 0])
+        entry[0] += row["recommend_interview"] == "yes"
+        entry[1] += 1
+    rates = [yes / n for yes, n in tally.values()]
+    found = metrics.global_g_fairness(
+        None, [r["recommend_interview"] for r in rows], sensitive_features=[r["name"] for r in rows], utility={"yes": 1}
+    )
+    assert found == pytest.approx(math.log(max(rates) / min(rates)) if min(rates) else math.inf)
