@@ -168,6 +168,9 @@ rewrite /expect (bigD1 a0) //= big1 => [|a /negbTE na]; rewrite /point ?eqxx ?mu
 by rewrite na mul0r.
 Qed.
 
+Lemma expect_pointr A (P : A -> R) a0 : expect P (point R a0) = P a0.
+Proof. by rewrite -[RHS](expect_point P a0); apply: eq_bigr => a _; rewrite mulrC. Qed.
+
 Lemma law_le1 A (P : A -> R) a : law P -> P a <= 1.
 Proof.
 case=> P0 <-; rewrite (bigD1 a) //= ler_addl.
