@@ -1,0 +1,213 @@
+From Coq Require Import ZArith.
+From mathcomp Require Import all_ssreflect all_algebra all_fingroup.
+From mathcomp.algebra_tactics Require Import ring.
+From Fairaudit Require Import Definitions Ratios.
+
+Set Implicit Arguments.
+Unset Strict Implicit.
+Unset Printing Implicit Defensive.
+
+Import Order.TTheory GRing.Theory Num.Theory.
+Local Open Scope ring_scope.
+
+Section Counterbalancing.
+Variable R : realFieldType.
+Variables S A At : finType.
+Variable M : A -> At -> R.
+Hypothesis M_kernel : kernel M.
+
+Let M_ge0 a v : 0 <= M a v.
+Proof. by case: (M_kernel a). Qed.
+
+Let M_sum1 a : \sum_v M a v = 1.
+Proof. by case: (M_kernel a). Qed.
+
+Definition view_law (a : S -> A) (order : {perm S}) (v : {ffun S -> At}) : R :=
+  \prod_s M (a ((order^-1)%g s)) (v s).
+
+Definition chance (h : {ffun S -> At} -> S -> R) (a : S -> A) (i : S) : R :=
+  (#|{perm S}|%:R)^-1 * \sum_(order : {perm S}) \sum_v view_law a order v * h v (order i).
+
+Let trade (i j : S) (order : {perm S}) : {perm S} := (tperm i j * order)%g.
+
+Lemma view_law_by_person a (order : {perm S}) v : view_law a order v = \prod_p M (a p) (v (order p)).
+Proof.
+rewrite /view_law (reindex_inj (@perm_inj _ order)) /=.
+by apply: eq_bigr => p _; rewrite permK.
+Qed.
+
+Lemma view_law_traded a i j (order : {perm S}) v :
+  view_law a (trade i j order) v = \prod_p M (a (tperm i j p)) (v (order p)).
+Proof.
+rewrite view_law_by_person (reindex_inj (@perm_inj _ (tperm i j))) /=.
+by apply: eq_bigr => p _; rewrite permM tpermK.
+Qed.
+
+Lemma view_law_ge0 a order v : 0 <= view_law a order v.
+Proof. by apply: prodr_ge0. Qed.
+
+Definition others (a : S -> A) (i j : S) (w : S -> At) : R := \prod_(p | (p != i) && (p != j)) M (a p) (w p).
+
+Lemma view_law_split a i j (order : {perm S}) v : i != j ->
+  view_law a order v = M (a i) (v (order i)) * M (a j) (v (order j)) * others a i j (v \o order).
+Proof.
+move=> ij; rewrite view_law_by_person (bigD1 i) //= (bigD1 j) /=; last by rewrite eq_sym.
+by rewrite mulrA.
+Qed.
+
+Lemma view_law_traded_split a i j (order : {perm S}) v : i != j ->
+  view_law a (trade i j order) v = M (a j) (v (order i)) * M (a i) (v (order j)) * others a i j (v \o order).
+Proof.
+move=> ij; rewrite view_law_traded (bigD1 i) //= (bigD1 j) /=; last by rewrite eq_sym.
+rewrite tpermL tpermR mulrA; congr (_ * _); apply: eq_bigr => p /andP[pi pj].
+by rewrite tpermD // eq_sym.
+Qed.
+
+Lemma others_ge0 a i j w : 0 <= others a i j w.
+Proof. by apply: prodr_ge0. Qed.
+
+Lemma chance_traded h a i j :
+  chance h a j = (#|{perm S}|%:R)^-1 * \sum_(order : {perm S}) \sum_v view_law a (trade i j order) v * h v (order i).
+Proof.
+rewrite /chance; congr (_ * _); rewrite (reindex_inj (mulgI (tperm i j))) /=.
+by apply: eq_bigr => order _; apply: eq_bigr => v _; rewrite permM tpermR.
+Qed.
+
+Lemma orders_gt0 : (0 : R) < (#|{perm S}|%:R)^-1.
+Proof. by rewrite invr_gt0 ltr0n; apply/card_gt0P; exists 1%g. Qed.
+
+Lemma dp_ge1 (e : R) (a : A) : every_pair (pure_dp e) M -> 1 <= e.
+Proof.
+move=> dp; rewrite -(M_sum1 a) -[leRHS]mulr1 -(M_sum1 a); apply: ratio_of_sums => v; apply: dp.
+Qed.
+
+Theorem T10_persons (e : R) h a i j :
+  every_pair (pure_dp e) M -> (forall v s, 0 <= h v s) ->
+  chance h a i <= e ^+ 2 * chance h a j.
+Proof.
+move=> dp h_ge0; have e1 := dp_ge1 (a i) dp; have e0 : 0 <= e := le_trans ler01 e1.
+rewrite (chance_traded h a i j) mulrCA ler_wpmul2l ?(ltW orders_gt0) //.
+apply: ratio_of_sums => order; apply: ratio_of_weights => // v.
+have [<-|ij] := eqVneq i j.
+  rewrite /trade tperm1 mul1g ler_pemull ?view_law_ge0 ?expr_ge1 //.
+rewrite (view_law_split _ _ _ ij) (view_law_traded_split _ _ _ ij) mulrA ler_wpmul2r ?others_ge0 //.
+by rewrite expr2 mulrACA; apply: ler_pmul => //; apply: dp.
+Qed.
+
+(** For a known filter: hockey stick of the pair of pairs *)
+Definition exchange_hockey (k : R) (a b : A) : R := hockey_stick k (both M M (a, b)) (both M M (b, a)).
+
+Lemma exchange_hockeyE k a b :
+  exchange_hockey k a b = \sum_v \sum_w Num.max 0 (M a v * M b w - k * (M b v * M a w)).
+Proof.
+by rewrite /exchange_hockey /hockey_stick /both -(pair_bigA _ (fun v w => Num.max 0 (M a v * M b w - k * (M b v * M a w)))).
+Qed.
+
+Lemma sum_others a i j (F : At -> At -> R) : i != j ->
+  \sum_(w : {ffun S -> At}) F (w i) (w j) * others a i j w = \sum_b \sum_c F b c.
+Proof.
+move=> ij.
+pose pick b c p x : R := if p == i then (b == x)%:R else if p == j then (c == x)%:R else M (a p) x.
+have pick_sum b c : \sum_(w : {ffun S -> At}) (w i == b)%:R * (w j == c)%:R * others a i j w = 1.
+  transitivity (\sum_(w : {ffun S -> At}) \prod_p pick b c p (w p)).
+    apply: eq_bigr => w _; rewrite (bigD1 i) //= (bigD1 j) /=; last by rewrite eq_sym.
+    rewrite /pick eqxx eq_sym [j == i]eq_sym (negbTE ij) eqxx mulrA [c == _]eq_sym; congr (_ * _).
+    by apply: eq_bigr => p /andP[/negbTE-> /negbTE->].
+  rewrite -(bigA_distr_bigA (fun p x => pick b c p x)) big1 // => p _; rewrite /pick.
+  case: eqP => _; first by rewrite -[RHS](sum_indicator b (fun=> 1)); apply: eq_bigr => x _; rewrite mul1r eq_sym.
+  case: eqP => _ //.
+  by rewrite -[RHS](sum_indicator c (fun=> 1)); apply: eq_bigr => x _; rewrite mul1r eq_sym.
+transitivity (\sum_(w : {ffun S -> At}) \sum_b \sum_c F b c * ((w i == b)%:R * (w j == c)%:R * others a i j w)).
+  apply: eq_bigr => w _.
+  rewrite (bigD1 (w i)) //= (bigD1 (w j)) //= !eqxx !mul1r big1 ?addr0; last first.
+    by move=> c /negbTE c_neq; rewrite [w j == c]eq_sym c_neq mulr0 mul0r mulr0.
+  rewrite big1 ?addr0 // => b /negbTE b_neq; rewrite big1 // => c _.
+  by rewrite [w i == b]eq_sym b_neq !mul0r mulr0.
+rewrite exchange_big /=; apply: eq_bigr => b _; rewrite exchange_big /=; apply: eq_bigr => c _.
+by rewrite -mulr_sumr pick_sum mulr1.
+Qed.
+
+Theorem T10_persons_hockey (k gamma : R) h a i j : i != j -> 
+  (forall v, ranged 0 gamma (h v)) ->
+  chance h a i <= k * chance h a j + gamma * exchange_hockey k (a i) (a j).
+Proof.
+move=> ij h_test; rewrite (chance_traded h a i j) -ler_subl_addl.
+rewrite /chance [k * _]mulrCA -mulrBr [leLHS]mulrC ler_pdivr_mulr; last by have := orders_gt0; rewrite invr_gt0.
+rewrite -sum1_card natr_sum mulr_sumr mulr_sumr -sumrB; apply: ler_sum => order _.
+rewrite mulr1 mulr_sumr -sumrB.
+pose F b c := gamma * Num.max 0 (M (a i) b * M (a j) c - k * (M (a j) b * M (a i) c)).
+have -> : gamma * exchange_hockey k (a i) (a j) = \sum_b \sum_c F b c.
+  by rewrite exchange_hockeyE mulr_sumr; apply: eq_bigr => b _; rewrite mulr_sumr.
+rewrite -(sum_others a F ij).
+pose turn (w : {ffun S -> At}) : {ffun S -> At} := [ffun s => w ((order^-1)%g s)].
+have turn_inj : injective turn.
+  by move=> w w' /ffunP eq_ww; apply/ffunP => p; have := eq_ww (order p); rewrite !ffunE permK.
+rewrite (reindex_inj turn_inj) /=; apply: ler_sum => w _.
+have turnK p : turn w (order p) = w p by rewrite ffunE permK.
+rewrite (view_law_split _ _ _ ij) (view_law_traded_split _ _ _ ij) !turnK.
+have -> : others a i j (turn w \o order) = others a i j w.
+  by apply: eq_bigr => p _; rewrite /= turnK.
+have /andP[h0 h1] := h_test (turn w) (order i).
+set D := others a i j w; have D0 : 0 <= D := others_ge0 a i j w.
+rewrite [leLHS](_ : _ = (M (a i) (w i) * M (a j) (w j) - k * (M (a j) (w i) * M (a i) (w j))) * h (turn w) (order i) * D); last by ring.
+rewrite ler_wpmul2r // /F mulrC; set d := _ - _.
+apply: (@le_trans _ _ (h (turn w) (order i) * Num.max 0 d)).
+  by rewrite ler_wpmul2l // le_maxr lexx orbT.
+by rewrite ler_wpmul2r // le_maxr lexx.
+Qed.
+
+Lemma exchange_hockey_ge0 k a b : 0 <= exchange_hockey k a b.
+Proof. by apply: sumr_ge0 => v _; rewrite le_maxr lexx. Qed.
+
+Theorem T10_persons_floor (k gamma tau : R) h a i j : i != j -> 0 < tau ->
+  (forall v, ranged 0 gamma (h v)) -> tau <= chance h a j ->
+  chance h a i <= (k + gamma * exchange_hockey k (a i) (a j) / tau) * chance h a j.
+Proof.
+move=> ij tau0 h_test floor; apply: le_trans (T10_persons_hockey k a ij h_test) _.
+rewrite mulrDl ler_add2l mulrAC ler_pdivl_mulr // ler_wpmul2l //.
+case: (set_0Vmem [set: At]) => [At0|[v _]]; last first.
+  have /andP[h0 h1] := h_test [ffun=> v] i.
+  by rewrite mulr_ge0 ?exchange_hockey_ge0 ?(le_trans h0 h1).
+suff -> : exchange_hockey k (a i) (a j) = 0 by rewrite mulr0.
+by rewrite exchange_hockeyE big1 // => v; have := in_setT v; rewrite At0 inE.
+Qed.
+
+Lemma chance_affine h a i (c : R) : chance (fun v s => c - h v s) a i = c - chance h a i.
+Proof.
+have view1 (order : {perm S}) : \sum_v view_law a order v = 1.
+  rewrite /view_law -(bigA_distr_bigA (fun s x => M (a ((order^-1)%g s)) x)).
+  by apply: big1 => s _; apply: M_sum1.
+have inv : (#|{perm S}|%:R)^-1 * #|{perm S}|%:R = 1 :> R.
+  by rewrite mulVf // -(invr_eq0 _) gt_eqF // orders_gt0.
+rewrite /chance; transitivity ((#|{perm S}|%:R)^-1 * \sum_(order : {perm S}) (c - \sum_v view_law a order v * h v (order i))).
+  congr (_ * _); apply: eq_bigr => order _.
+  rewrite -[X in X - _](mean_const c (view1 order)) -sumrB.
+  by apply: eq_bigr => v _; rewrite mulrBr.
+by rewrite sumrB sumr_const -[c *+ _]mulr_natr mulrBr mulrCA inv mulr1.
+Qed.
+
+Theorem T10_persons_floor_pure (e gamma tau : R) h a i j : 0 < tau ->
+  every_pair (pure_dp e) M ->
+  (forall v, ranged 0 gamma (h v)) -> tau <= chance h a j ->
+  chance h a i <=
+    Num.min (Num.min (gamma / tau) (e ^+ 2)) ((1 - (1 - tau / gamma) / e ^+ 2) / (tau / gamma)) * chance h a j.
+Proof.
+move=> tau0 dp h_test floor.
+have e1 := dp_ge1 (a i) dp; have E1 : 1 <= e ^+ 2 by rewrite expr_ge1 // (le_trans ler01).
+have h_ge0 v s : 0 <= h v s by case/andP: (h_test v s).
+have c_ge0 v s : 0 <= gamma - h v s by rewrite subr_ge0; case/andP: (h_test v s).
+have chance_le k : chance h a k <= gamma.
+  rewrite -subr_ge0 -chance_affine; apply: mulr_ge0; first exact/ltW/orders_gt0.
+  by apply: sumr_ge0 => order _; apply: sumr_ge0 => v _; rewrite mulr_ge0 ?view_law_ge0.
+have gamma0 : 0 < gamma by apply: lt_le_trans tau0 (le_trans floor (chance_le j)).
+have cj0 : 0 < chance h a j by apply: lt_le_trans floor.
+apply: le_min_mul; first apply: le_min_mul.
+- rewrite mulrAC ler_pdivl_mulr //; apply: ler_pmul => //; last exact: ltW.
+  apply: mulr_ge0; first exact/ltW/orders_gt0.
+  by apply: sumr_ge0 => order _; apply: sumr_ge0 => v _; rewrite mulr_ge0 ?view_law_ge0.
+- exact: T10_persons.
+apply: complement_term => //; have := T10_persons a j i dp c_ge0.
+by rewrite !chance_affine.
+Qed.
+
+End Counterbalancing.
