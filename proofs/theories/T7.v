@@ -22,14 +22,13 @@ Let S : {set U} := [set u | Q u < P u].
 Lemma tv_prob : tv P Q = prob P S - prob Q S.
 Proof.
 rewrite /tv /hockey_stick /prob -sumrB [RHS]big_mkcond; apply: eq_bigr => u _.
-rewrite mul1r inE -subr_gt0; case: ltP => h; first by apply/max_idPr/ltW.
-exact/max_idPl.
+by rewrite mul1r inE -subr_gt0; case: ltP.
 Qed.
 
 Lemma prob_compl (P' : U -> R) : law P' -> prob P' (~: S) = 1 - prob P' S.
 Proof.
-case=> _ P1; rewrite -P1 /prob (bigID (fun u => u \in S)) /= addrAC subrr add0r.
-by apply: eq_bigl => u; rewrite inE.
+case=> _ P1; apply/eqP; rewrite eq_sym subr_eq -P1 (bigID (mem S)) /= addrC; apply/eqP.
+by congr (_ + _); apply: eq_bigl => u; rewrite !inE.
 Qed.
 
 Lemma tv_ge0 : 0 <= tv P Q.
@@ -77,11 +76,11 @@ Qed.
 (* T7 with one R for both orders: TV <= (R - 1)/(R + 1). *)
 Theorem T7_symmetric r : pure_dp r P Q -> pure_dp r Q P -> tv P Q <= (r - 1) / (r + 1).
 Proof.
-move=> PQ QP; have r1 := ratio_ge1 PQ; have rp : 0 < r + 1 by rewrite ltr_paddl // (le_trans ler01).
+move=> PQ QP; have r1 := ratio_ge1 PQ; have rp : 0 < r + 1 := ltr_paddl (le_trans ler01 r1) ltr01.
 have [r_eq1|r_neq1] := eqVneq r 1.
-  have := T7_one_sided PQ QP; rewrite r_eq1 subrr mul0r !mul0r.
-  by move=> h; rewrite mul0r.
-rewrite ler_pdivl_mulr // -(@ler_pmul2r _ (r - 1)) ?subr_gt0 ?lt_neqAle ?r1 1?eq_sym ?r_neq1 //.
+  by have := T7_one_sided PQ QP; rewrite r_eq1 subrr !mul0r.
+have r_gt1 : 0 < r - 1 by rewrite subr_gt0 lt_neqAle eq_sym r_neq1.
+rewrite ler_pdivl_mulr // -(ler_pmul2r r_gt1).
 rewrite -mulrA; have -> : (r + 1) * (r - 1) = r * r - 1 by ring.
 by rewrite mulrC; apply: T7_product.
 Qed.
@@ -95,8 +94,9 @@ Implicit Types r : R.
 (* The sharp form is at most half of the paper's R - 1. *)
 Theorem T7_form r : 1 <= r -> (r - 1) / (r + 1) <= (r - 1) / 2%:R.
 Proof.
-move=> r1; apply: ler_wpmul2l; first by rewrite subr_ge0.
-by rewrite lef_pinv ?posrE ?ltr0n ?ltr_paddl ?(le_trans ler01) // -[2%:R]/(1 + 1) ler_add2r.
+move=> r1; have rp : 0 < r + 1 := ltr_paddl (le_trans ler01 r1) ltr01.
+apply: ler_wpmul2l; first by rewrite subr_ge0.
+by rewrite lef_pinv ?posrE ?ltr0n // -[2%:R]/(1 + 1) ler_add2r.
 Qed.
 
 (* The paper's form: TV <= R - 1. *)
@@ -117,7 +117,7 @@ Theorem T7_sharp r : 1 <= r ->
       tv (lean r) (tilt r) = (r - 1) / (r + 1)].
 Proof.
 move=> r1; have r0 : 0 <= r := le_trans ler01 r1.
-have rp : 0 < r + 1 by rewrite ltr_paddl.
+have rp : 0 < r + 1 := ltr_paddl r0 ltr01.
 have rr : 1 <= r * r by rewrite mulr_ege1.
 have nz : r + 1 != 0 by rewrite gt_eqF.
 split.
@@ -125,10 +125,10 @@ split.
 - by split=> [[]|]; rewrite ?big_bool /tilt /= ?divr_ge0 ?ler01 ?(ltW rp) // -mulrDl addrC divff // addrC.
 - by case; rewrite /lean /tilt mulrA ler_pmul2r ?invr_gt0 // ?mulr1.
 - by case; rewrite /lean /tilt mulrA ler_pmul2r ?invr_gt0 // ?mulr1.
-rewrite /tv /hockey_stick big_bool /lean /tilt /= !mul1r -!mulrBl.
-rewrite (max_idPr _) ?(max_idPl _) ?addr0 //.
-  by rewrite mulr_le0_ge0 ?subr_le0 ?invr_ge0 ?ltW.
-by rewrite divr_ge0 ?subr_ge0 // ltW.
+have up : 0 <= (r - 1) / (r + 1) by rewrite divr_ge0 ?subr_ge0 // ltW.
+have down : (1 - r) / (r + 1) <= 0 by rewrite mulr_le0_ge0 ?subr_le0 ?invr_ge0 // ltW.
+rewrite /tv /hockey_stick big_bool /lean /tilt /= ![1 * (_ / _)]mul1r -!mulrBl.
+by rewrite (max_idPr up) (max_idPl down) addr0.
 Qed.
 
 End Forms.
@@ -173,7 +173,7 @@ Proof.
 move=> kX kA kT dp x a a'.
 have PQ b b' : pure_dp k (induced MX MA T x b) (induced MX MA T x b').
   move=> u; rewrite /induced; apply: ratio_of_sums => y; apply: ratio_of_sums => c.
-  rewrite mulrA mulrA ler_wpmul2r ?(proj1 (kT y c)) // mulrCA -mulrA ler_wpmul2l ?(proj1 (kX x)) //.
-  by rewrite mulrC; apply: dp.
+  have -> : k * (MX x y * MA b' c * T y c u) = MX x y * (k * MA b' c) * T y c u by ring.
+  by rewrite ler_wpmul2r ?(proj1 (kT y c)) // ler_wpmul2l ?(proj1 (kX x)) // dp.
 by apply: T7_symmetric => //; apply: kernel_induced.
 Qed.
