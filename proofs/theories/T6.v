@@ -19,10 +19,6 @@ Variables (R : realFieldType) (U : finType) (P Q : U -> R).
 Theorem T6_upper r (g : U -> R) : pure_dp r P Q -> (forall u, 0 <= g u) -> expect P g <= r * expect Q g.
 Proof. by move=> PQ g0; apply: ratio_of_weights. Qed.
 
-(* The utility 1{u} has the probability of u as its expectation. *)
-Lemma expect_decision (u : U) : expect P (point R u) = P u.
-Proof. exact: sum_indicator. Qed.
-
 End Pair.
 
 Section Local.
@@ -38,7 +34,7 @@ Lemma decision_ge0 u0 u x a : 0 <= decision u0 u x a.
 Proof. exact: ler0n. Qed.
 
 Lemma utility_decision u x a : utility P (decision u) x a = P x a u.
-Proof. exact: expect_decision. Qed.
+Proof. exact: expect_pointr. Qed.
 
 (* T6, local: r bounds R for every utility g(u,x) >= 0 if and only if it bounds every ratio P(u|x,a)/P(u|x,a'). *)
 Theorem T6_local r :
@@ -124,13 +120,13 @@ Theorem T6_global r :
 Proof.
 split=> [bound a a' u|PQ g g0 a a']; last by rewrite !group_mean_group_law; apply: T6_upper.
 have := bound (point R u) (fun v => ler0n _ _) a a'.
-by rewrite !group_mean_group_law !expect_decision.
+by rewrite !group_mean_group_law !expect_pointr.
 Qed.
 
 (* It is attained by 1{u}. *)
 Theorem T6_global_attained a u :
   group_mean W (utility P (fun v _ _ => point R u v)) a = group_law a u.
-Proof. by rewrite group_mean_group_law expect_decision. Qed.
+Proof. by rewrite group_mean_group_law expect_pointr. Qed.
 
 (* If g may depend on the context as well, the global supremum is max P(u,x|a)/P(u,x|a'): the composition of the
    groups is included. *)
@@ -142,7 +138,7 @@ Proof.
 split=> [bound a a' ux|PQ g g0 a a']; last by rewrite !group_mean_joint_law; apply: T6_upper.
 have := bound (fun u x => point R ux (u, x)) (fun u x => ler0n _ _) a a'.
 have picks b : expect (joint_law b) (fun v => point R ux (v.1, v.2)) = joint_law b ux.
-  by rewrite -[RHS]expect_decision; apply: eq_bigr; case.
+  by rewrite -[RHS]expect_pointr; apply: eq_bigr; case.
 by rewrite !group_mean_joint_law !picks.
 Qed.
 
