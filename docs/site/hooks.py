@@ -1,0 +1,77 @@
+"""Pages and pictures of the documentation that are made from the code, when the site is built."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from mkdocs.structure.files import File, Files
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULES = (
+    "law", "mechanism", "utility", "policy", "allocation", "fairness", "privacy", "bounds", "sampling", "worst_utility", "utility_class",
+    "calibration", "filter_design", "audit", "certificate", "metrics", "plots", "testing", "pytest_plugin",
+)  # fmt: skip
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the references and the pictures."""
+    files.append(File.generated(config, "reference/cli.md", content=command_line()))
+    files.append(File.generated(config, "reference/python.md", content=python_reference()))
+    for name, content in pictures().items():
+        files.append(File.generated(config, f"pictures/{name}", content=content))
+    return files
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Links that leave docs/ for the repository's own files lead nowhere on the site."""
+    return re.sub(r"\[([^\]]*)\]\(\.\./[^)]*\)", r"\1", markdown)
+
+
+def command_line() -> str:
+    """Every command's own help."""
+    os.environ["COLUMNS"] = "110"
+    overview = _help()
+    names = re.findall(r"^    ([a-z-]+)(?:\s|$)", overview, re.MULTILINE)
+    parts = ["# Command line", "What `--help` says, command by command.", f"```text\n{overview}```"]
+    parts += [f"## fairaudit {name}\n\n```text\n{_help(name)}```" for name in names]
+    return "\n\n".join(parts) + "\n"
+
+
+def _help(*command: str) -> str:
+    from fairaudit.cli import main
+
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
+        main([*command, "--help"])
+    return text.getvalue()
+
+
+def python_reference() -> str:
+    """Every public name, from its docstring."""
+    from fairaudit import _HOME
+
+    parts = [
+        "# Python",
+        "What `import fairaudit as fa` offers lives in the modules below; names in the table are reachable as `fa.NAME`.",
+        "| name | module |\n| --- | --- |\n" + "\n".join(f"| `{name}` | `{home}` |" for name, home in sorted(_HOME.items())),
+    ]
+    parts += [f"::: fairaudit.{name}" for name in MODULES if (ROOT / "fairaudit" / f"{name}.py").exists()]
+    return "\n\n".join(parts) + "\n"
+
+
+def pictures() -> dict[str, bytes]:
+    """Pictures that pages show, drawn afresh."""
+    from fairaudit.calibration import calibrate
+    from fairaudit.plots import save_calibration
+
+    found = [calibrate(target_local=t, groups=16, gamma=1, tau="0.3") for t in ("0.05", "0.1", "0.2", "0.4", "0.7", "1")]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "calibration.png"
+        save_calibration(found, str(path))
+        return {"calibration.png": path.read_bytes()}
