@@ -1,0 +1,1 @@
+"""Experiments with language models: ask, keep every answer, certify. Needs the extra ``vlm``."""

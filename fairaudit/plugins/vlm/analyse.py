@@ -1,0 +1,433 @@
+"""From answers to certificates: two utilities, kept apart, and what answers that are no choice may have meant.
+
+*Slot*: g of slot 1, A = the profiles by slot. It does not depend on A, so T2, T3, T9 and T12 apply; the bias of the position cancels.
+*Person*: g of a person. It is written as a policy that is shown (slot of the person, profiles) and decides "chosen" or not; the filter
+draws the slot with the order and the profiles with their own filters. Its ε is that of exchanging two profiles, 2·ε of one of them, so
+that T2 on this filter is T10. With a fixed order the slot gives the person away, ε is infinite, and nothing is guaranteed.
+*Position*: g of whoever stands in a slot, people in random order: the bias of the position alone.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, log
+from typing import Any, Literal
+
+import fairaudit as fa
+from fairaudit.exact import InputError
+from fairaudit.plugins.vlm.answers import UNREADABLE, Reading, read_answer
+from fairaudit.plugins.vlm.experiment import Experiment, Profile, Setting, Slots
+from fairaudit.plugins.vlm.journal import Draw, Journal
+from fairaudit.sampling import Cell, cell_ends, confidence_level, greatest_ratio, least_ratio
+from fairaudit.sampling import verdict as judge
+
+__all__ = ["Finding", "Question", "Table", "certify", "tables"]
+
+Question = Literal["slot", "person", "position"]
+Number = Fraction | float
+DRAWN = "drawn at random"
+TARGETS = {
+    "max_local": ("local", "log"),
+    "max_local_ratio": ("local", "ratio"),
+    "max_global": ("global", "log"),
+    "max_global_ratio": ("global", "ratio"),
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """What was decided in each cell.
+
+    Attributes
+    ----------
+    setting : int
+        The setting whose filter drew what was shown, or -1: asked cell by cell, so that filters are applied afterwards.
+    rows : mapping
+        For (context, slots) the weight of each option and of ``unreadable``: counts, or probabilities.
+    sampled : bool
+        Whether they are counts.
+    complete : bool
+        Whether nothing is left to be asked.
+    kinds : Counter
+        How many answers were of which kind.
+    """
+
+    setting: int
+    rows: Mapping[tuple[str, Slots], Mapping[str, Fraction]]
+    sampled: bool
+    complete: bool
+    kinds: Counter[str]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One question at one setting.
+
+    Attributes
+    ----------
+    question, setting : str, Setting
+        Which.
+    result : Result
+        What the core found, with unreadable answers worth what an option that was not chosen is worth.
+    meanings : dict
+        For "local" and "global" the least and greatest ratio of the table over everything that unreadable answers may have meant.
+    interval : dict
+        The same for the population at the confidence; empty without one.
+    exp_epsilon : Fraction or float
+        e^ε of the filter of A: that of all attributes of all profiles shown, for the person that of an exchange.
+    bounds : dict
+        The least bound of each theorem on the local ratio.
+    targets : dict
+        Verdict on each target, unreadable answers allowed for.
+    """
+
+    question: Question
+    setting: Setting
+    result: fa.Result
+    meanings: Mapping[str, tuple[Number, Number]]
+    interval: Mapping[str, tuple[Number, Number]]
+    exp_epsilon: Number
+    bounds: Mapping[str, Number]
+    targets: Mapping[str, str]
+
+    @property
+    def verdict(self) -> str:
+        """Of all targets: exceeds before inconclusive before within."""
+        found = set(self.targets.values())
+        return next((v for v in ("exceeds", "inconclusive", "within") if v in found), "none")
+
+
+def tables(experiment: Experiment, journal: Journal, model: str) -> list[Table]:
+    """Read what a journal holds of a model.
+
+    Raises
+    ------
+    InputError
+        If it holds nothing of it.
+    """
+    if model not in journal.models():
+        raise InputError(f"the journal {journal.path} has no answers of {model}; its models: {', '.join(journal.models()) or 'none yet'}")
+    counted: dict[int, dict[tuple[str, Slots], Counter[str]]] = defaultdict(dict)
+    masses: dict[tuple[str, Slots], dict[str, Fraction]] = {}
+    kinds: dict[int, Counter[str]] = defaultdict(Counter)
+    for draw, reading in readings(experiment, journal, model):
+        kinds[draw.setting][reading.kind] += 1
+        if experiment.answer == "logprobs":
+            shares = reading.probabilities or (Fraction(0),) * len(experiment.options)
+            found = dict(zip(experiment.options, shares, strict=True))
+            masses[draw.shown_context, draw.shown_slots] = found | {UNREADABLE: 1 - sum(shares, Fraction(0))}
+            continue
+        slots = draw.shown_slots if draw.setting < 0 else experiment.slots(draw.people)
+        counted[draw.setting].setdefault((draw.context, slots), Counter())[reading.decision] += 1
+    total, done = journal.size(model)
+    if masses:
+        return [Table(-1, masses, sampled=False, complete=total == done, kinds=kinds[-1])]
+    return [
+        Table(setting, {key: {u: Fraction(n) for u, n in row.items()} for key, row in rows.items()}, True, total == done, kinds[setting])
+        for setting, rows in sorted(counted.items())
+    ]
+
+
+def readings(experiment: Experiment, journal: Journal, model: str) -> Iterable[tuple[Draw, Reading]]:
+    """Every draw that has an answer, and what it says."""
+    for answer in journal.answers(model):
+        yield answer.draw, read_answer(experiment, answer.status, answer.content_type, answer.body)
+
+
+def exact_table(experiment: Experiment, probabilities: Any) -> Table:
+    """Lay out the table of a decision maker whose probabilities are known."""
+    rows = {}
+    for context, slots in experiment.cells():
+        shares = probabilities(context, slots)
+        rows[context, slots] = {**dict(zip(experiment.options, shares, strict=True)), UNREADABLE: 1 - sum(shares)}
+    return Table(-1, rows, sampled=False, complete=True, kinds=Counter())
+
+
+def questions(experiment: Experiment) -> tuple[Question, ...]:
+    """What can be asked: with a fixed order only what happens to people."""
+    return ("slot", "person", "position") if experiment.order == "both" else ("person",)
+
+
+def settings_of(experiment: Experiment, table: Table) -> list[Setting]:
+    """The settings that a table answers: all, or the one whose filter drew it."""
+    return list(experiment.settings) if table.setting < 0 else [experiment.settings[table.setting]]
+
+
+def certify(
+    experiment: Experiment,
+    table: Table,
+    setting: Setting,
+    question: Question,
+    *,
+    confidence: Any = "0.95",
+    targets: Mapping[str, str] | None = None,
+) -> Finding:
+    """Answer one question at one setting.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        The experiment.
+    table : Table
+        What was decided.
+    setting : Setting
+        The filters.
+    question : {"slot", "person", "position"}
+        Whose utility.
+    confidence : number, str or None
+        For the population behind counts; None judges the table itself. A run that is not complete gets no interval: when it stopped may
+        have to do with what was answered.
+    targets : mapping, optional
+        Limits; by default those of the experiment file.
+
+    Returns
+    -------
+    Finding
+        Measures, intervals, bounds, verdicts.
+    """
+    drawn_already = table.setting >= 0
+    level = confidence if table.sampled and table.complete else None
+    missing = [key for key in _needed(experiment, setting, table) if not any(table.rows.get(key, {}).values())]
+    if missing:
+        context, slots = missing[0]
+        raise InputError(
+            f"{len(missing)} combinations have no answer yet, among them {context} with {' | '.join(' '.join(p) for p in slots)}; "
+            "finish the run first"
+        )
+    frame = _frame(experiment, setting, question, filtered=not drawn_already)
+    limits = experiment.targets if targets is None else targets
+    context_filter = None if drawn_already else experiment.context_filter(setting)
+    policy = _policy(experiment, table, frame)
+    kernel = fa.Mechanism.from_array([list(row) for row in frame.rows], frame.inputs, frame.outputs)
+    declared = {"gamma": max(experiment.chosen, experiment.other), "m": min(experiment.chosen, experiment.other)}
+    spoken = any(row.get(UNREADABLE) for row in table.rows.values())
+    result = fa.certify(
+        policy.behind(group=kernel, context=context_filter),
+        {frame.chosen: experiment.chosen, frame.not_chosen: experiment.other, **({UNREADABLE: experiment.other} if spoken else {})},
+        max_local=None if spoken else limits.get("max_local"),
+        max_global=None if spoken else limits.get("max_global"),
+        max_local_ratio=None if spoken else limits.get("max_local_ratio"),
+        max_global_ratio=None if spoken else limits.get("max_global_ratio"),
+        confidence=level,
+        declared=declared,
+    )
+    if spoken:
+        meanings, interval = _meanings(experiment, table, frame, context_filter, level)
+    else:
+        measured = {"local": result.local, "global": result.global_}
+        meanings = {quantity: (ratio.ratio, ratio.ratio) for quantity, ratio in measured.items() if ratio is not None}
+        interval = {quantity: (found.lower, found.upper) for quantity, found in result.intervals.items()}
+    factor = _exp_epsilon(experiment, setting, question)
+    best: dict[str, Number] = {}
+    for bound in result.bounds:
+        if bound.quantity == "local_ratio":
+            best[bound.theorem] = min(best.get(bound.theorem, inf), bound.value)
+    if drawn_already and factor < inf:
+        best["T2"] = factor
+    verdicts = {} if spoken else {_target_name(t): t.verdict for t in result.targets}
+    for name, limit in limits.items() if spoken else ():
+        quantity, unit = TARGETS[name]
+        low, high = (interval or meanings)[quantity]
+        verdicts[name] = judge((low, min(high, factor) if quantity == "local" else high), limit, "log" if unit == "log" else "ratio")
+    return Finding(question, setting, result, meanings, interval, factor, best, verdicts)
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """A question as a policy behind a filter: columns, the filter's table, and where each output is in the table of answers."""
+
+    columns: tuple[str, ...]
+    inputs: tuple[tuple[str, ...], ...]
+    outputs: tuple[tuple[str, ...], ...]
+    rows: tuple[tuple[Fraction, ...], ...]
+    places: tuple[tuple[Slots, int | None], ...]
+    chosen: str
+    not_chosen: str
+
+
+def _frame(experiment: Experiment, setting: Setting, question: Question, *, filtered: bool) -> _Frame:
+    """Inputs, outputs and probabilities of a question; `places` says which slots an output shows, and which of them is the person's."""
+    orders = experiment.orders
+    shares = {order: experiment.shown_slots(setting, order) if filtered else {experiment.slots(order): Fraction(1)} for order in orders}
+    if question == "slot":
+        columns = tuple(f"{option} {name}" for option in experiment.options for name in experiment.attributes)
+        groups: list[tuple[tuple[str, ...], dict[tuple[Slots, int | None], Fraction]]] = []
+        groups += [(sum(experiment.slots(order), ()), {(slots, None): p for slots, p in shares[order].items()}) for order in orders]
+        chosen, other = experiment.options[0], "another"
+    else:
+        width = len(experiment.options)
+        who = ("own", *(("other",) if width == 2 else tuple(f"other {i}" for i in range(1, width))))
+        columns = ("slot", *(f"{name} {attribute}" for name in who for attribute in experiment.attributes))
+        groups = []
+        labels = list(experiment.people) if question == "person" else list(experiment.options)
+        for index, label in enumerate(labels):
+            row: dict[tuple[Slots, int | None], Fraction] = defaultdict(Fraction)
+            for order in orders:
+                slot = order.index(label) if question == "person" else index
+                for slots, p in shares[order].items():
+                    row[slots, slot] += p / len(orders)
+            groups.append((_label(experiment, label, question), row))
+        chosen, other = "chosen", "not chosen"
+    places = tuple(dict.fromkeys(place for _, row in groups for place in row))
+    outputs = tuple(_output(experiment, place) for place in places)
+    inputs = tuple(label for label, _ in groups)
+    if len(set(inputs)) < len(inputs):
+        raise InputError("two people have the same profile; give them different ones")
+    rows = tuple(tuple(row.get(place, Fraction(0)) for place in places) for _, row in groups)
+    return _Frame(columns, inputs, outputs, rows, places, chosen, other)
+
+
+def _label(experiment: Experiment, label: str, question: Question) -> tuple[str, ...]:
+    """The true label of a person (own profile, then the others'), or of a slot in which anybody may stand."""
+    width = len(experiment.attributes)
+    if question == "position":
+        return (label, *([DRAWN] * width * len(experiment.options)))
+    others = [profile for name, profile in experiment.people.items() if name != label]
+    slot = DRAWN if experiment.order == "both" else experiment.options[list(experiment.people).index(label)]
+    return (slot, *experiment.people[label], *sum(others, ()))
+
+
+def _output(experiment: Experiment, place: tuple[Slots, int | None]) -> tuple[str, ...]:
+    slots, slot = place
+    if slot is None:
+        return sum(slots, ())
+    return (experiment.options[slot], *slots[slot], *sum((profile for i, profile in enumerate(slots) if i != slot), ()))
+
+
+def _policy(experiment: Experiment, table: Table, frame: _Frame) -> fa.Policy:
+    """The answers as a policy of the question: rows of answers that several outputs share are repeated."""
+    names = (experiment.context_column, *frame.columns)
+    columns: dict[str, list[Any]] = {name: [] for name in (*names, "decision", "weight")}
+    spoken = any(row.get(UNREADABLE) for row in table.rows.values())
+    for (slots, slot), output in zip(frame.places, frame.outputs, strict=True):
+        for context in experiment.contexts:
+            row = table.rows.get((context, slots))
+            if row is None:
+                continue
+            chosen = row.get(experiment.options[slot or 0], Fraction(0))
+            rest = sum((row.get(option, Fraction(0)) for option in experiment.options), Fraction(0)) - chosen
+            entries = [
+                (frame.chosen, chosen),
+                (frame.not_chosen, rest),
+                *([(UNREADABLE, row.get(UNREADABLE, Fraction(0)))] if spoken else []),
+            ]
+            for decision, weight in entries:
+                for name, value in zip(columns, (context, *output, decision, int(weight) if table.sampled else str(weight)), strict=True):
+                    columns[name].append(value)
+    read = fa.Policy.from_counts if table.sampled else None
+    if read is not None:
+        return read(columns, decision="decision", group=frame.columns, context=experiment.context_column, count="weight")
+    return fa.Policy.from_probabilities(
+        columns, decision="decision", group=frame.columns, context=experiment.context_column, probability="weight"
+    )
+
+
+def _needed(experiment: Experiment, setting: Setting, table: Table) -> list[tuple[str, Slots]]:
+    """Cells that a setting needs answers for."""
+    if table.setting >= 0:
+        return [(context, experiment.slots(order)) for context in experiment.contexts for order in experiment.orders]
+    shown = {x for context in experiment.contexts for x in experiment.shown_contexts(setting, context)}
+    slots = dict.fromkeys(s for order in experiment.orders for s in experiment.shown_slots(setting, order))
+    return list(itertools.product([x for x in experiment.contexts if x in shown], slots))
+
+
+def _meanings(
+    experiment: Experiment, table: Table, frame: _Frame, context_filter: fa.Mechanism | None, level: Any
+) -> tuple[dict[str, tuple[Number, Number]], dict[str, tuple[Number, Number]]]:
+    """Ranges of the ratios over all meanings of unreadable answers: of the table, and of the population behind counts.
+
+    A cell's mean lies between those with every unreadable answer worth the least and worth the most. For the population the lower end of
+    the one and the upper end of the other are taken, all 2K of them at a level of α/(2K), shared by both quantities (α/2 each).
+    """
+    low, high = sorted((experiment.chosen, experiment.other))
+    cells: dict[tuple[str, tuple[Slots, int | None]], int] = {}
+    blocks: list[list[tuple[tuple[int, Fraction], ...]]] = []
+    for context in experiment.contexts:
+        block = []
+        for row in frame.rows:
+            form: dict[int, Fraction] = {}
+            for seen in [context] if context_filter is None else experiment.contexts:
+                share = Fraction(1) if context_filter is None else context_filter.probability(context, seen)
+                for place, weight in zip(frame.places, row, strict=True):
+                    if share * weight:
+                        form[cells.setdefault((seen, place), len(cells))] = share * weight
+            block.append(tuple(form.items()))
+        blocks.append(block)
+    ends = []
+    for context, (slots, slot) in cells:
+        row_ = table.rows[context, slots]
+        ends.append(_ends(experiment, row_, slot, (low, high), None))
+    found = _ranges(blocks, ends)
+    if level is None:
+        return found, {}
+    share = (1 - confidence_level(level)) / (2 * 2 * len(cells))
+    wide = [_ends(experiment, table.rows[context, slots], slot, (low, high), share) for context, (slots, slot) in cells]
+    return found, _ranges(blocks, wide)
+
+
+def _ends(
+    experiment: Experiment, row: Mapping[str, Fraction], slot: int | None, limits: tuple[Fraction, Fraction], level: Fraction | None
+) -> tuple[Fraction, Fraction]:
+    low, high = limits
+    total = sum(row.values(), Fraction(0))
+    chosen = row.get(experiment.options[slot or 0], Fraction(0))
+    rest = total - chosen - row.get(UNREADABLE, Fraction(0))
+    sure = chosen * experiment.chosen + rest * experiment.other
+    sums = [sure + row.get(UNREADABLE, Fraction(0)) * worth for worth in limits]
+    if level is None:
+        return sums[0] / total, sums[1] / total
+    if low == high:
+        return low, high
+    first, last = (cell_ends(Cell(int(total), value, None, low, high, True), level) for value in sums)
+    return first[0], last[1]
+
+
+def _ranges(
+    blocks: Sequence[Sequence[tuple[tuple[int, Fraction], ...]]], ends: Sequence[tuple[Fraction, Fraction]]
+) -> dict[str, tuple[Number, Number]]:
+    """Least and greatest value that the local and the global ratio can have over a box of cell means."""
+    means = []
+    for forms in zip(*blocks, strict=True):
+        mean: dict[int, Fraction] = defaultdict(Fraction)
+        for form in forms:
+            for cell, weight in form:
+                mean[cell] += weight / len(blocks)
+        means.append(tuple(mean.items()))
+    found: dict[str, tuple[Number, Number]] = {}
+    for quantity, compared in (("local", blocks), ("global", [means])):
+        pairs = [pair for block in compared for pair in itertools.permutations(block, 2)]
+        least: Number = max((least_ratio(top, bottom, ends) for top, bottom in pairs), default=Fraction(1))
+        greatest: Number = max((greatest_ratio(top, bottom, ends) for top, bottom in pairs), default=Fraction(1))
+        found[quantity] = (max(Fraction(1), least), max(Fraction(1), greatest))
+    return found
+
+
+def _exp_epsilon(experiment: Experiment, setting: Setting, question: Question) -> Number:
+    """e^ε of the filter of A, exact."""
+    if question == "position":
+        return inf
+    frame = _frame(experiment, setting, question, filtered=True)
+    worst: Number = Fraction(1)
+    for p, q in itertools.permutations(frame.rows, 2):
+        for top, bottom in zip(p, q, strict=True):
+            if top:
+                worst = max(worst, top / bottom if bottom else inf)
+    return worst
+
+
+def _target_name(target: fa.Target) -> str:
+    return f"max_{target.quantity}" + ("_ratio" if target.unit == "ratio" else "")
+
+
+def logarithm(value: Number) -> float:
+    """For people and pictures; certificates compare ratios."""
+    return inf if value == inf else log(value)
+
+
+def profile_text(profile: Profile) -> str:
+    """A profile in words."""
+    return ", ".join(profile)

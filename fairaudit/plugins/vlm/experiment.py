@@ -1,0 +1,552 @@
+"""Experiment files: who stands in which slot, what is asked, through which filters, and how often."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import os
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Literal
+
+import fairaudit as fa
+from fairaudit.exact import InputError, nearest, rational, shown
+
+__all__ = ["Experiment", "Model", "Setting", "bundled", "read_experiment"]
+
+Profile = tuple[str, ...]
+Slots = tuple[Profile, ...]
+
+SECTIONS = (
+    "title", "source", "answer", "context", "attributes", "people", "prompt", "sampling", "filter", "utility", "targets", "images",
+    "stand-in", "minilm", "model", "figure",
+)  # fmt: skip
+MODEL_KEYS = (
+    "name", "maker", "base_url", "key_env", "parameters", "structured", "price_input", "price_output", "requests_per_minute",
+    "tokens_per_minute", "concurrency", "timeout", "retries",
+)  # fmt: skip
+MAKERS = ("endpoint", "stand-in", "minilm")
+MAX_SLOTS, MAX_CELLS, MAX_TRIALS = 4, 20_000, 100_000
+MAX_IMAGE_BYTES = 10_000_000
+IMAGE_KINDS = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
+
+
+@dataclass(frozen=True)
+class Model:
+    """A decision maker: an endpoint, or one that is embedded."""
+
+    name: str
+    maker: Literal["endpoint", "stand-in", "minilm"] = "endpoint"
+    base_url: str = ""
+    key_env: str = "OPENAI_API_KEY"
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    structured: bool = True
+    price_input: float = 0.0
+    price_output: float = 0.0
+    requests_per_minute: float | None = None
+    tokens_per_minute: float | None = None
+    concurrency: int = 4
+    timeout: float = 120.0
+    retries: int = 6
+
+    @property
+    def key(self) -> str:
+        """What names it in a journal."""
+        return f"{self.name} at {self.base_url}" if self.maker == "endpoint" else f"{self.name} ({self.maker})"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A point of a sweep: how often an attribute of a profile, and the context, is released as it is."""
+
+    keep: Fraction
+    context_keep: Fraction
+
+    @property
+    def filtered(self) -> bool:
+        """Whether anything is filtered."""
+        return self.keep < 1 or self.context_keep < 1
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An experiment file, checked.
+
+    Attributes
+    ----------
+    name, title, source : str
+        What it is called, and what it follows.
+    digest : str
+        SHA-256 of the file and of the images that it names.
+    options : tuple of str
+        What an answer calls the slots, in order.
+    marks : tuple of Fraction
+        The value that an answer gives to the chosen slot, then those that it may give to others.
+    answer : {"json", "token", "logprobs"}
+        Form of the answer; the last takes the probabilities of the first token instead of draws.
+    context_column, contexts : str, tuple of str
+        X.
+    attributes : mapping
+        Values of each attribute of a profile.
+    people : mapping
+        The profile of each person, in the order of the slots.
+    system, user : str
+        Templates.
+    trials : int
+        Answers per cell.
+    design : {"table", "end-to-end"}
+        Whether every pair (x̃,ã) that can be shown is asked and filters are applied exactly afterwards, or released values are drawn.
+    order : {"both", "fixed"}
+        Whether every order of the people is asked, or only that of the file.
+    settings : tuple of Setting
+        The sweep.
+    utility_name, chosen, other : str, Fraction, Fraction
+        g of the person or slot that was chosen, and of the others.
+    targets : mapping
+        Limits for `certify`.
+    images : mapping
+        For ``(context or "", option)`` the file to show.
+    models : tuple of Model
+        Decision makers.
+    stand_in, minilm, figure : mapping
+        Sections of those names.
+    """
+
+    name: str
+    title: str
+    source: str
+    digest: str
+    options: tuple[str, ...]
+    marks: tuple[Fraction, ...]
+    answer: Literal["json", "token", "logprobs"]
+    context_column: str
+    contexts: tuple[str, ...]
+    attributes: Mapping[str, tuple[str, ...]]
+    people: Mapping[str, Profile]
+    system: str
+    user: str
+    trials: int
+    design: Literal["table", "end-to-end"]
+    order: Literal["both", "fixed"]
+    settings: tuple[Setting, ...]
+    utility_name: str
+    chosen: Fraction
+    other: Fraction
+    targets: Mapping[str, str]
+    images: Mapping[tuple[str, str], Path]
+    models: tuple[Model, ...]
+    stand_in: Mapping[str, Any]
+    minilm: Mapping[str, Any]
+    figure: Mapping[str, Any]
+
+    @property
+    def orders(self) -> tuple[tuple[str, ...], ...]:
+        """Who stands in which slot."""
+        names = tuple(self.people)
+        return tuple(itertools.permutations(names)) if self.order == "both" else (names,)
+
+    def slots(self, order: Sequence[str]) -> Slots:
+        """Profiles by slot."""
+        return tuple(self.people[name] for name in order)
+
+    def profile_filter(self, setting: Setting) -> fa.Mechanism:
+        """M of one profile: randomized response on each attribute."""
+        return fa.Product({name: _response(values, setting.keep) for name, values in self.attributes.items()})
+
+    def context_filter(self, setting: Setting) -> fa.Mechanism | None:
+        """M_X; None where the context is released as it is."""
+        return None if setting.context_keep == 1 else _response(self.contexts, setting.context_keep)
+
+    def shown_contexts(self, setting: Setting, context: str) -> list[str]:
+        """Contexts that can be released."""
+        mechanism = self.context_filter(setting)
+        return [context] if mechanism is None else [x for x in self.contexts if mechanism.probability(context, x)]
+
+    def shown_slots(self, setting: Setting, order: Sequence[str]) -> dict[Slots, Fraction]:
+        """Profiles by slot that can be released for an order, with their probabilities."""
+        mechanism = self.profile_filter(setting)
+        rows: list[dict[Profile, Fraction]] = []
+        for profile in self.slots(order):
+            row = zip(mechanism.outputs, mechanism.row(profile), strict=True)
+            rows.append({output: Fraction(weight, mechanism.denominator) for output, weight in row if weight})
+        released: dict[Slots, Fraction] = {}
+        for parts in itertools.product(*rows):
+            probability = Fraction(1)
+            for row_, part in zip(rows, parts, strict=True):
+                probability *= row_[part]
+            released[parts] = probability
+        return released
+
+    def cells(self) -> list[tuple[str, Slots]]:
+        """Everything that can be shown, in order."""
+        found: dict[tuple[str, Slots], None] = {}
+        for setting in self.settings:
+            for x in self.contexts:
+                for order in self.orders:
+                    for seen in self.shown_contexts(setting, x):
+                        found.update(dict.fromkeys((seen, slots) for slots in self.shown_slots(setting, order)))
+        return list(found)
+
+    def prompt(self, context: str, slots: Slots) -> tuple[str, str]:
+        """Render system and user prompt for what is shown.
+
+        Raises
+        ------
+        InputError
+            If a template has a fault or an undefined field.
+        """
+        candidates = [
+            {"label": label, "attributes": dict(zip(self.attributes, profile, strict=True))}
+            for label, profile in zip(self.options, slots, strict=True)
+        ]
+        values = {"context": context, "candidates": candidates, "options": list(self.options)}
+        return self.filled(self.system, values, "[prompt] system"), self.filled(self.user, values, "[prompt] user")
+
+    @staticmethod
+    def filled(template: str, values: Mapping[str, Any], name: str) -> str:
+        """Fill in a template, sandboxed; a field that is not there is an error.
+
+        Raises
+        ------
+        InputError
+            If the template has a fault or an undefined field.
+        """
+        try:
+            from jinja2 import StrictUndefined, TemplateError
+            from jinja2.sandbox import SandboxedEnvironment
+        except ImportError:
+            raise InputError("experiments need jinja2 and httpx; install the extra: pip install 'fairaudit-certify[vlm]'") from None
+        environment = SandboxedEnvironment(undefined=StrictUndefined, autoescape=False, keep_trailing_newline=False)
+        try:
+            return environment.from_string(template).render(values).strip()
+        except (TemplateError, ArithmeticError, TypeError, ValueError, RecursionError) as error:
+            raise InputError(f"the template {name} cannot be filled in: {' '.join(str(error).split())}") from None
+
+    def pictures(self, context: str) -> list[tuple[str, Path]]:
+        """Images for a context, by option."""
+        found = []
+        for option in self.options:
+            path = self.images.get((context, option)) or self.images.get(("", option))
+            if path is not None:
+                found.append((option, path))
+        return found
+
+
+def bundled() -> dict[str, Path]:
+    """Experiment files that ship with the package, by name."""
+    folder = Path(__file__).resolve().parent / "experiments"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def read_experiment(given: str, *, trials: int | None = None) -> Experiment:
+    """Read an experiment file, or one that ships with the package, by name.
+
+    Parameters
+    ----------
+    given : str
+        A path, or a name from `bundled`.
+    trials : int, optional
+        Answers per cell instead of the number in the file.
+
+    Returns
+    -------
+    Experiment
+        The experiment; every template was rendered once for everything that can be shown.
+
+    Raises
+    ------
+    InputError
+        If the file is not of the form; the message names the file and the key.
+    """
+    path = Path(given)
+    known = bundled()
+    if not path.suffix and not path.exists():
+        if given not in known:
+            raise InputError(
+                f"there is no experiment {shown(given)}; give a .toml file, or one that ships with fairaudit ({nearest(given, known)})"
+            )
+        path = known[given]
+    try:
+        data = path.read_bytes()
+        document = tomllib.loads(data.decode("utf-8"), parse_float=str)
+    except (FileNotFoundError, IsADirectoryError):
+        raise InputError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: this is not a TOML file: {error}") from None
+    try:
+        return _experiment(path, data, document, trials)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _experiment(path: Path, data: bytes, document: Mapping[str, Any], trials: int | None) -> Experiment:
+    _known(document, SECTIONS, "the file")
+    part = {name: _section(document, name) for name in SECTIONS if name not in ("title", "source", "model")}
+    _known(part["answer"], ("options", "values", "kind"), "[answer]")
+    _known(part["context"], ("column", "values"), "[context]")
+    _known(part["prompt"], ("system", "user"), "[prompt]")
+    _known(part["sampling"], ("trials", "design", "order"), "[sampling]")
+    _known(part["filter"], ("keep_probability", "context_keep_probability"), "[filter]")
+    _known(part["utility"], ("name", "chosen", "other"), "[utility]")
+    _known(part["targets"], ("max_local", "max_global", "max_local_ratio", "max_global_ratio"), "[targets]")
+    options = _labels(part["answer"].get("options"), "[answer] options")
+    attributes = {name: _labels(values, f"[attributes] {name}", least=1) for name, values in part["attributes"].items()}
+    if not attributes:
+        raise InputError('[attributes] lists no attribute; list at least one, such as name = ["Tom", "Mary"]')
+    people = {name: _profile(name, given, attributes) for name, given in part["people"].items()}
+    if len(people) != len(options) or not 2 <= len(options) <= MAX_SLOTS:
+        raise InputError(f"there are {len(people)} people and {len(options)} options; each person has a slot, 2 to {MAX_SLOTS} of them")
+    images = _images(part["images"], path.parent, options)
+    kind = _choice(part["answer"], "kind", ("json", "token", "logprobs"), "[answer]")
+    asked = trials if trials is not None else part["sampling"].get("trials")
+    if not isinstance(asked, int) or isinstance(asked, bool) or not 1 <= asked <= MAX_TRIALS:
+        raise InputError(f"[sampling] trials is {shown(asked)}; a whole number from 1 to {MAX_TRIALS} is accepted")
+    keeps = _probabilities(part["filter"], "keep_probability")
+    context_keeps = _probabilities(part["filter"], "context_keep_probability")
+    digest = hashlib.sha256(hashlib.sha256(data).digest())
+    for (context, option), picture in sorted(images.items()):
+        digest.update(f"{context}\0{option}\0".encode() + hashlib.sha256(picture.read_bytes()).digest())
+    found = Experiment(
+        name=path.stem,
+        title=_text(document, "title", "the file", path.stem),
+        source=_text(document, "source", "the file", ""),
+        digest=digest.hexdigest(),
+        options=options,
+        marks=_marks(part["answer"].get("values", ["1", "0"])),
+        answer=kind,
+        context_column=_text(part["context"], "column", "[context]", "context"),
+        contexts=_labels(part["context"].get("values"), "[context] values", least=1),
+        attributes=attributes,
+        people=people,
+        system=_text(part["prompt"], "system", "[prompt]", ""),
+        user=_text(part["prompt"], "user", "[prompt]"),
+        trials=1 if kind == "logprobs" else asked,
+        design=_choice(part["sampling"], "design", ("table", "end-to-end"), "[sampling]"),
+        order=_choice(part["sampling"], "order", ("both", "fixed"), "[sampling]"),
+        settings=tuple(Setting(keep, other) for keep in keeps for other in context_keeps),
+        utility_name=_text(part["utility"], "name", "[utility]", "being chosen"),
+        chosen=_amount(part["utility"], "chosen", "1"),
+        other=_amount(part["utility"], "other", "0"),
+        targets={name: str(value) for name, value in part["targets"].items()},
+        images=images,
+        models=tuple(_model(entry) for entry in document.get("model", ())),
+        stand_in=part["stand-in"],
+        minilm=part["minilm"],
+        figure=part["figure"],
+    )
+    _check(found)
+    return found
+
+
+def _check(found: Experiment) -> None:
+    if len(set(found.contexts)) > 1 and found.context_column in found.attributes:
+        raise InputError(f"{shown(found.context_column)} is the name of the context and of an attribute; rename one")
+    if found.answer == "logprobs" and found.design == "end-to-end":
+        raise InputError('[answer] kind = "logprobs" gives probabilities, not draws; use design = "table"')
+    size = len(found.contexts) * len(found.orders)
+    combinations = 1
+    for values in found.attributes.values():
+        combinations *= len(values) ** len(found.options)
+    if size * (combinations if any(0 < s.keep < 1 for s in found.settings) else 1) > MAX_CELLS:
+        raise InputError(f"more than {MAX_CELLS} combinations could be shown; leave out attributes, values or contexts")
+    for context, slots in found.cells():
+        found.prompt(context, slots)
+    names = [model.key for model in found.models]
+    if len(set(names)) < len(names):
+        raise InputError(f"two models are called {shown(next(n for n in names if names.count(n) > 1))}; give each its own name")
+
+
+def with_overrides(model: Model, changes: Mapping[str, Any]) -> Model:
+    """A model with what the command line says instead."""
+    from dataclasses import replace
+
+    return _checked(replace(model, **{name: value for name, value in changes.items() if value is not None}))
+
+
+def _response(values: Sequence[str], keep: Fraction) -> fa.Mechanism:
+    return fa.Identity(values) if keep == 1 or len(values) == 1 else fa.RandomizedResponse(values, keep_probability=keep)
+
+
+def _images(section: Mapping[str, Any], folder: Path, options: tuple[str, ...]) -> dict[tuple[str, str], Path]:
+    found: dict[tuple[str, str], Path] = {}
+    for key, value in section.items():
+        entries = (
+            {("", key): value}
+            if isinstance(value, str)
+            else {(key, k): v for k, v in dict(value).items()}
+            if isinstance(value, dict)
+            else {}
+        )
+        if not entries:
+            raise InputError(f"[images] {key} is {shown(value)}; the path of a PNG or JPEG file for an option is accepted")
+        for (context, option), name in entries.items():
+            if option not in options:
+                raise InputError(f"[images] names {shown(option)}, which is not an option; {nearest(option, options)}")
+            found[context, option] = _image(folder / str(name))
+    return found
+
+
+def _image(path: Path) -> Path:
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            head = file.read(8)
+    except OSError as error:
+        raise InputError(f"the image {path} cannot be read: {error.strerror}") from None
+    if size > MAX_IMAGE_BYTES:
+        raise InputError(f"the image {path} has {size} bytes; at most {MAX_IMAGE_BYTES} are accepted, so draw it smaller")
+    if image_kind(head) is None:
+        raise InputError(f"the image {path} is neither PNG nor JPEG")
+    return path
+
+
+def image_kind(head: bytes) -> str | None:
+    """Media type of an image by its first bytes."""
+    return next((kind for magic, kind in IMAGE_KINDS.items() if head.startswith(magic)), None)
+
+
+def _model(given: Any) -> Model:
+    if not isinstance(given, dict):
+        raise InputError("models are sections [[model]]")
+    _known(given, MODEL_KEYS, "[[model]]")
+    values = dict(given)
+    for name in ("price_input", "price_output", "requests_per_minute", "tokens_per_minute", "timeout"):
+        if name in values:
+            values[name] = float(Fraction(*rational(values[name])))
+    values["parameters"] = _json_numbers(values.get("parameters", {}))
+    if not isinstance(values.get("name"), str):
+        raise InputError('[[model]] needs name = "…"')
+    return _checked(Model(**values))
+
+
+def _checked(model: Model) -> Model:
+    if model.maker not in MAKERS:
+        raise InputError(f"[[model]] maker is {shown(model.maker)}; {nearest(str(model.maker), MAKERS)}")
+    if model.maker == "endpoint" and not re.fullmatch(r"https?://[^/?#@\s]+(/[^?#@\s]*)?", model.base_url):
+        raise InputError(
+            f"the base URL {shown(model.base_url)} is not accepted; give one such as https://host/v1, without a key or query in it"
+        )
+    if not re.fullmatch("[A-Za-z_][A-Za-z0-9_]*", model.key_env):
+        raise InputError("key_env is the name of an environment variable, not the key itself")
+    if not 1 <= model.concurrency <= 256 or not 0 <= model.retries <= 100 or model.timeout <= 0:
+        raise InputError("concurrency is from 1 to 256, retries from 0 to 100, and timeout a positive number of seconds")
+    for limit in (model.requests_per_minute, model.tokens_per_minute):
+        if limit is not None and limit <= 0:
+            raise InputError("limits per minute are positive")
+    return model
+
+
+def _json_numbers(value: Any) -> Any:
+    """Parameters as JSON has them: TOML floats were kept as text."""
+    if isinstance(value, dict):
+        return {key: _json_numbers(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_json_numbers(entry) for entry in value]
+    if isinstance(value, str) and re.fullmatch(r"-?\d+\.\d+([eE][+-]?\d+)?", value):
+        return float(value)
+    return value
+
+
+def _section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
+    section = document.get(name, {})
+    if not isinstance(section, dict):
+        raise InputError(f"{name} must be a section [{name}], not {shown(section)}")
+    return section
+
+
+def _known(section: Mapping[str, Any], keys: Sequence[str], where: str) -> None:
+    for key in section:
+        if key not in keys:
+            raise InputError(f"{where} has the unknown key {shown(key)}; {nearest(key, keys)}")
+
+
+def _text(section: Mapping[str, Any], key: str, where: str, default: str | None = None) -> str:
+    value = section.get(key, default)
+    if not isinstance(value, str):
+        raise InputError(f'{where} needs {key} = "…", a text')
+    return value
+
+
+def _choice(section: Mapping[str, Any], key: str, known: tuple[str, ...], where: str) -> Any:
+    value = section.get(key, known[0])
+    if value not in known:
+        raise InputError(f"{where} {key} is {shown(value)}; {nearest(str(value), known)}")
+    return value
+
+
+def _labels(given: Any, where: str, least: int = 2) -> tuple[str, ...]:
+    if not isinstance(given, list) or not all(isinstance(v, str) and v.strip() for v in given) or len(given) < least:
+        raise InputError(f"{where} is {shown(given)}; a list of {least} texts or more is accepted")
+    if len(set(given)) < len(given):
+        raise InputError(f"{where} lists a value twice")
+    return tuple(given)
+
+
+def _profile(name: str, given: Any, attributes: Mapping[str, tuple[str, ...]]) -> Profile:
+    if not isinstance(given, dict):
+        raise InputError(f"[people] {name} must be a section [people.{name}] with a value for each attribute")
+    _known(given, tuple(attributes), f"[people.{name}]")
+    for attribute, values in attributes.items():
+        if given.get(attribute) not in values:
+            raise InputError(f"[people.{name}] {attribute} is {shown(given.get(attribute))}; {nearest(str(given.get(attribute)), values)}")
+    return tuple(given[attribute] for attribute in attributes)
+
+
+def _probabilities(section: Mapping[str, Any], key: str) -> tuple[Fraction, ...]:
+    given = section.get(key, ["1"])
+    listed = given if isinstance(given, list) else [given]
+    found = []
+    for value in listed:
+        try:
+            number = Fraction(*rational(value))
+        except InputError as error:
+            raise InputError(f"[filter] {key}: {error}") from None
+        if not 0 <= number <= 1:
+            raise InputError(f"[filter] {key} is {shown(value)}; probabilities from 0 to 1 are accepted")
+        found.append(number)
+    if not found or len(set(found)) < len(found):
+        raise InputError(f"[filter] {key} must list different probabilities, at least one")
+    return tuple(found)
+
+
+def _marks(given: Any) -> tuple[Fraction, ...]:
+    if not isinstance(given, list) or len(given) < 2:
+        raise InputError('[answer] values lists the value of the chosen option, then those of the others, such as ["1", "0"]')
+    marks = tuple(Fraction(*rational(value)) for value in given)
+    if len(set(marks)) < len(marks):
+        raise InputError("[answer] values lists a value twice")
+    return marks
+
+
+def _amount(section: Mapping[str, Any], key: str, default: str) -> Fraction:
+    number = Fraction(*rational(section.get(key, default)))
+    if number < 0:
+        raise InputError(f"[utility] {key} is negative; utilities are at least 0")
+    return number
+
+
+def each_image(experiment: Experiment) -> Iterator[Path]:
+    """Every image once."""
+    yield from dict.fromkeys(experiment.images.values())
+
+
+def environment_key(model: Model) -> str:
+    """The key of an endpoint, from the environment only.
+
+    Raises
+    ------
+    InputError
+        If it is not set.
+    """
+    key = os.environ.get(model.key_env, "").strip()
+    if not key:
+        raise InputError(
+            f"the environment variable {model.key_env} is not set; put the key of {model.base_url} there (any text if it needs none)"
+        )
+    return key

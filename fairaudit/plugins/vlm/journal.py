@@ -1,0 +1,314 @@
+"""The journal: every draw before it is used, every request before it is sent, every answer before it is read.
+
+An SQLite file with a write-ahead log and synchronous FULL: what was committed survives a kill and a power cut. Answers are keyed by
+(request, model, trial) and never overwritten.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sqlite3
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fairaudit.exact import InputError, shown
+
+__all__ = ["Answer", "Draw", "Journal", "Work"]
+
+VERSION = "fairaudit-journal/1"
+SCHEMA = """
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE draws (
+    id INTEGER PRIMARY KEY, model TEXT NOT NULL, setting INTEGER NOT NULL, context TEXT NOT NULL, people TEXT NOT NULL,
+    trial INTEGER NOT NULL, shown TEXT NOT NULL, request TEXT NOT NULL, occurrence INTEGER NOT NULL,
+    UNIQUE (model, setting, context, people, trial)
+);
+CREATE INDEX draws_by_request ON draws (request, model, occurrence);
+CREATE TABLE requests (hash TEXT PRIMARY KEY, body TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE attempts (
+    id INTEGER PRIMARY KEY, request TEXT NOT NULL, model TEXT NOT NULL, trial INTEGER NOT NULL, started REAL NOT NULL, ended REAL,
+    result TEXT, tokens INTEGER NOT NULL, cost REAL NOT NULL
+);
+CREATE TABLE answers (
+    request TEXT NOT NULL, model TEXT NOT NULL, trial INTEGER NOT NULL, attempt INTEGER NOT NULL, status INTEGER NOT NULL,
+    content_type TEXT NOT NULL, body BLOB NOT NULL, input_tokens INTEGER NOT NULL, output_tokens INTEGER NOT NULL, cost REAL NOT NULL,
+    received REAL NOT NULL,
+    PRIMARY KEY (request, model, trial)
+) WITHOUT ROWID;
+"""
+
+
+@dataclass(frozen=True)
+class Work:
+    """A request to be answered: the `trial`-th time that it is put to a model."""
+
+    request: str
+    model: str
+    trial: int
+    context: str
+    slots: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Draw:
+    """What is shown in one trial of a cell: drawn, and written down, before anything is sent."""
+
+    model: str
+    setting: int
+    context: str
+    people: tuple[str, ...]
+    trial: int
+    shown_context: str
+    shown_slots: tuple[tuple[str, ...], ...]
+    request: str
+    occurrence: int
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The raw answer to a draw."""
+
+    draw: Draw
+    status: int
+    content_type: str
+    body: bytes
+    input_tokens: int
+    output_tokens: int
+    cost: float
+
+
+class Journal:
+    """An open journal.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it is made if it does not exist and `create` is set.
+    digest : str
+        Digest of the experiment; a journal of another one is refused.
+    trials : int
+        Answers per cell; fixed when the journal is made.
+    create : bool
+        Whether to make it.
+
+    Raises
+    ------
+    InputError
+        If it is no journal, that of another experiment or another number of trials, or cannot be read or written.
+    """
+
+    def __init__(self, path: Path, digest: str, trials: int, *, create: bool) -> None:
+        self.path = path
+        if not create and not path.is_file():
+            raise InputError(f"there is no journal {path}; start the experiment with fairaudit experiment run")
+        self._lock: sqlite3.Connection | None = None
+        with self._said():
+            self._db = sqlite3.connect(path, isolation_level=None, timeout=30)
+            self._db.execute("PRAGMA journal_mode=WAL")
+            self._db.execute("PRAGMA synchronous=FULL")
+            if create and not self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+                with self.transaction():
+                    for statement in SCHEMA.split(";"):
+                        self._db.execute(statement)
+                    for pair in (("version", VERSION), ("experiment", digest), ("trials", str(trials))):
+                        self._db.execute("INSERT INTO meta VALUES (?, ?)", pair)
+        try:
+            found = dict(self._db.execute("SELECT key, value FROM meta"))
+        except sqlite3.Error:
+            found = {}
+        if found.get("version") != VERSION:
+            self.close()
+            raise InputError(f"{path} is not a journal of this version ({VERSION}); name another folder")
+        if found["experiment"] != digest:
+            self.close()
+            raise InputError(
+                f"{path} belongs to another experiment file (it starts with {found['experiment'][:12]}, this one with {digest[:12]}); "
+                "answers to other questions are not mixed: name another folder, or undo the change of the file"
+            )
+        if found["trials"] != str(trials):
+            self.close()
+            raise InputError(
+                f"{path} was planned with {found['trials']} trials and not {trials}: "
+                "sizes are fixed before the first answer; name another folder"
+            )
+
+    def close(self) -> None:
+        """Close it."""
+        self._db.close()
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def __enter__(self) -> Journal:
+        """Enter."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self.close()
+
+    def claim(self) -> None:
+        """Be the only one who runs this journal, until the process ends.
+
+        Raises
+        ------
+        InputError
+            If another process runs it.
+        """
+        with self._said():
+            self._lock = sqlite3.connect(self.path.with_name(self.path.name + ".lock"), isolation_level=None, timeout=0.2)
+            try:
+                self._lock.execute("BEGIN EXCLUSIVE")
+            except sqlite3.OperationalError as error:
+                if "locked" not in str(error):
+                    raise
+                raise InputError(f"another process is running {self.path}; wait for it, or name another folder") from None
+
+    @contextlib.contextmanager
+    def transaction(self) -> Iterator[None]:
+        """Everything in it is written, or nothing."""
+        with self._said():
+            self._db.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+            except BaseException:
+                with contextlib.suppress(sqlite3.Error):
+                    self._db.execute("ROLLBACK")
+                raise
+            self._db.execute("COMMIT")
+
+    def models(self) -> list[str]:
+        """Models that were planned, in order."""
+        with self._said():
+            return [key for (key,) in self._db.execute("SELECT model FROM draws GROUP BY model ORDER BY min(id)")]
+
+    def plan(self, draws: Iterable[Draw], requests: Iterable[tuple[str, str]]) -> None:
+        """Write the draws of a model and the requests that they lead to, all at once."""
+        with self.transaction():
+            self._db.executemany("INSERT OR IGNORE INTO requests VALUES (?, ?)", requests)
+            self._db.executemany(
+                "INSERT INTO draws (model, setting, context, people, trial, shown, request, occurrence) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                (
+                    (
+                        d.model,
+                        d.setting,
+                        d.context,
+                        _list(d.people),
+                        d.trial,
+                        _list([d.shown_context, d.shown_slots]),
+                        d.request,
+                        d.occurrence,
+                    )
+                    for d in draws
+                ),
+            )
+
+    def open_work(self, model: str) -> list[Work]:
+        """What has no answer yet, first trials first."""
+        query = """SELECT DISTINCT d.request, d.occurrence, d.shown FROM draws d LEFT JOIN answers a
+                   ON a.request = d.request AND a.model = d.model AND a.trial = d.occurrence
+                   WHERE d.model = ? AND a.request IS NULL ORDER BY d.occurrence, d.id"""
+        with self._said():
+            rows = self._db.execute(query, (model,)).fetchall()
+        found = {}
+        for request, trial, text in rows:
+            context, slots = json.loads(text)
+            found[request, trial] = Work(request, model, trial, context, tuple(map(tuple, slots)))
+        return list(found.values())
+
+    def size(self, model: str) -> tuple[int, int]:
+        """Different requests and trials of a model, and how many of them have an answer."""
+        with self._said():
+            total = self._db.execute("SELECT count(*) FROM (SELECT DISTINCT request, occurrence FROM draws WHERE model = ?)", (model,))
+            done = self._db.execute("SELECT count(*) FROM answers WHERE model = ?", (model,))
+            return int(total.fetchone()[0]), int(done.fetchone()[0])
+
+    def spent(self, model: str | None = None) -> tuple[int, float, int]:
+        """Tokens and money: of answers as the server counted, of requests whose fate is unknown as estimated; and the number of these."""
+        clause, given = ("", ()) if model is None else (" AND model = ?", (model,))
+        with self._said():
+            query = f"SELECT coalesce(sum(input_tokens + output_tokens), 0), coalesce(sum(cost), 0) FROM answers WHERE 1{clause}"  # noqa: S608
+            tokens, cost = self._db.execute(query, given).fetchone()
+            query = f"SELECT coalesce(sum(tokens), 0), coalesce(sum(cost), 0), count(*) FROM attempts WHERE {LOST}{clause}"  # noqa: S608
+            lost_tokens, lost_cost, lost = self._db.execute(query, given).fetchone()
+        return int(tokens + lost_tokens), float(cost + lost_cost), int(lost)
+
+    def intend(self, works: Sequence[Work], tokens: int, cost: float) -> list[int]:
+        """Write that requests are about to be sent; returns the numbers of the attempts."""
+        ids = []
+        with self.transaction():
+            for work in works:
+                row = (work.request, work.model, work.trial, time.time(), tokens, cost)
+                done = self._db.execute(
+                    "INSERT INTO attempts (request, model, trial, started, tokens, cost) VALUES (?, ?, ?, ?, ?, ?)", row
+                )
+                ids.append(int(done.lastrowid or 0))
+        return ids
+
+    def failed(self, attempt: int, result: str) -> None:
+        """Write that an attempt brought no answer, and why."""
+        with self.transaction():
+            self._db.execute("UPDATE attempts SET ended = ?, result = ? WHERE id = ?", (time.time(), result, attempt))
+
+    def record(self, entries: Sequence[tuple[Work, int, int, str, bytes, int, int, float]]) -> None:
+        """Write raw answers: work, attempt, status, content type, body, tokens in and out, cost."""
+        now = time.time()
+        with self.transaction():
+            for work, attempt, *rest in entries:
+                self._db.execute(
+                    "INSERT INTO answers VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    (work.request, work.model, work.trial, attempt, *rest, now),
+                )
+                self._db.execute("UPDATE attempts SET ended = ?, result = 'answered' WHERE id = ?", (now, attempt))
+
+    def answers(self, model: str) -> Iterator[Answer]:
+        """Draws that have an answer, with it, in the order of the plan."""
+        query = """SELECT d.setting, d.context, d.people, d.trial, d.shown, d.request, d.occurrence, a.status, a.content_type, a.body,
+                   a.input_tokens, a.output_tokens, a.cost FROM draws d
+                   JOIN answers a ON a.request = d.request AND a.model = d.model AND a.trial = d.occurrence
+                   WHERE d.model = ? ORDER BY d.id"""
+        with self._said():
+            for setting, context, people, trial, text, request, occurrence, *rest in self._db.execute(query, (model,)):
+                seen, slots = json.loads(text)
+                draw = Draw(model, setting, context, tuple(json.loads(people)), trial, seen, tuple(map(tuple, slots)), request, occurrence)
+                yield Answer(draw, *rest)
+
+    def unknown_fate(self) -> list[dict[str, Any]]:
+        """Requests that were sent and whose answer never came back: they may have been paid for."""
+        query = f"SELECT request, model, trial, started, result FROM attempts WHERE {LOST} ORDER BY id"  # noqa: S608
+        with self._said():
+            rows = self._db.execute(query).fetchall()
+        return [{"request": r, "model": m, "trial": t, "started": s, "result": e or "interrupted"} for r, m, t, s, e in rows]
+
+    def attempt_results(self, model: str) -> dict[str, int]:
+        """How the attempts of a model ended."""
+        query = "SELECT coalesce(result, 'interrupted'), count(*) FROM attempts WHERE model = ? GROUP BY 1 ORDER BY 1"
+        with self._said():
+            return {str(result): int(n) for result, n in self._db.execute(query, (model,))}
+
+    @contextlib.contextmanager
+    def _said(self) -> Iterator[None]:
+        """Turn what SQLite refuses into one sentence."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise InputError(
+                f"the journal {self.path} cannot be read or written: {error}; nothing that was written before is lost"
+            ) from None
+
+
+LOST = "(result IS NULL OR result LIKE 'lost:%')"
+
+
+def _list(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+
+
+def described(entry: dict[str, Any]) -> str:
+    """One line for a request of unknown fate."""
+    moment = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(entry["started"]))
+    return f"{entry['request'][:12]} trial {entry['trial']} of {shown(entry['model'])}, sent {moment}: {entry['result']}"

@@ -1,0 +1,168 @@
+"""Embedded decision makers: no key, no network. They see what an endpoint would be shown, as labels."""
+
+from __future__ import annotations
+
+import json
+import secrets
+from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
+from math import exp
+from typing import Any, Protocol
+
+import fairaudit as fa
+from fairaudit.exact import InputError, nearest, rational, shown
+from fairaudit.plugins.vlm.experiment import Experiment, Model, Slots, bundled, read_experiment
+
+__all__ = ["Maker", "StandIn", "drawn", "embedded"]
+
+GRAIN = 1 << 53
+PROSE = "I would rather talk to both of them first."
+
+
+class Maker(Protocol):
+    """A decision maker whose probabilities are known."""
+
+    def probabilities(self, context: str, slots: Slots) -> tuple[Fraction, ...]:
+        """Of each slot, exact; what they lack to 1 is an answer that is no choice."""
+        ...
+
+
+class StandIn:
+    """A softmax over stated weights, with a bias for the first slot: the documented stand-in for a model.
+
+    The score of a slot is the sum of the weights of its profile's values, of those that the context adds, and for slot 1 of ``position``.
+    The probability of a slot is its share of the sum of e^score, rounded to a multiple of 2^-53. A share ``unreadable`` of all answers is
+    prose. The weights are the sections ``[stand-in.weights.ATTRIBUTE]`` and ``[stand-in.contexts.CONTEXT.ATTRIBUTE]`` of a file.
+
+    Parameters
+    ----------
+    experiment : Experiment, optional
+        Where the weights are; by default the document delivery that ships with fairaudit.
+
+    Examples
+    --------
+    >>> maker = StandIn()
+    >>> sum(maker.probabilities("sick leave", maker.experiment.slots(("Tom", "Mary"))))
+    Fraction(1, 1)
+    """
+
+    def __init__(self, experiment: Experiment | None = None) -> None:
+        self.experiment = experiment or read_experiment(str(bundled()["document-delivery"]))
+        section = self.experiment.stand_in
+        for key in section:
+            if key not in ("position", "unreadable", "weights", "contexts"):
+                raise InputError(
+                    f"[stand-in] has the unknown key {shown(key)}; {nearest(key, ('position', 'unreadable', 'weights', 'contexts'))}"
+                )
+        self._position = float(Fraction(*rational(section.get("position", "0"))))
+        self._unreadable = Fraction(*rational(section.get("unreadable", "0")))
+        if not 0 <= self._unreadable <= 1:
+            raise InputError("[stand-in] unreadable is a share from 0 to 1")
+        self._weights = self._read(section.get("weights", {}), "weights")
+        contexts = section.get("contexts", {})
+        for context in contexts:
+            if context not in self.experiment.contexts:
+                raise InputError(f"[stand-in] names the context {shown(context)}; {nearest(context, self.experiment.contexts)}")
+        self._contexts = {context: self._read(part, f"contexts.{context}") for context, part in contexts.items()}
+
+    def probabilities(self, context: str, slots: Slots) -> tuple[Fraction, ...]:
+        """Of each slot, exact."""
+        extra = self._contexts.get(context, {})
+        scores = [self._position] + [0.0] * (len(slots) - 1)
+        for i, profile in enumerate(slots):
+            for key in zip(self.experiment.attributes, profile, strict=True):
+                scores[i] += self._weights.get(key, 0.0) + extra.get(key, 0.0)
+        return tuple(share * (1 - self._unreadable) for share in softmax(scores))
+
+    def cells(self) -> Iterable[tuple[str, tuple[str, ...]]]:
+        """Everything that can be shown."""
+        return [(context, sum(slots, ())) for context, slots in self.experiment.cells()]
+
+    def decide(self, context: str, group: tuple[str, ...], trial: int) -> str:  # noqa: ARG002
+        """Draw a decision."""
+        width = len(self.experiment.attributes)
+        slots = tuple(tuple(group[i : i + width]) for i in range(0, len(group), width))
+        place = drawn(self.probabilities(context, slots), secrets.randbelow)
+        return "unreadable" if place is None else self.experiment.options[place]
+
+    def table(self) -> fa.Policy:
+        """The policy, exact."""
+        cells = list(self.experiment.cells())
+        columns = [f"{option} {name}" for option in self.experiment.options for name in self.experiment.attributes]
+        table: dict[str, list[Any]] = {name: [] for name in (self.experiment.context_column, *columns, "decision", "probability")}
+        for context, slots in cells:
+            shares = self.probabilities(context, slots)
+            rest = [("unreadable", 1 - sum(shares))] if self._unreadable else []
+            for decision, share in [*zip(self.experiment.options, shares, strict=True), *rest]:
+                row = (context, *sum(slots, ()), decision, str(share))
+                for name, value in zip(table, row, strict=True):
+                    table[name].append(value)
+        return fa.Policy.from_probabilities(
+            table, decision="decision", group=columns, context=self.experiment.context_column, probability="probability"
+        )
+
+    def _read(self, section: Any, where: str) -> dict[tuple[str, str], float]:
+        if not isinstance(section, Mapping) or not all(isinstance(part, Mapping) for part in section.values()):
+            raise InputError(f"[stand-in.{where}] needs a table of weights for each attribute")
+        found = {}
+        for name, part in section.items():
+            values = self.experiment.attributes.get(name)
+            if values is None:
+                raise InputError(f"[stand-in.{where}] names the attribute {shown(name)}; {nearest(name, self.experiment.attributes)}")
+            for value, weight in part.items():
+                if value not in values:
+                    raise InputError(f"[stand-in.{where}.{name}] names {shown(value)}; {nearest(value, values)}")
+                found[name, value] = float(Fraction(*rational(weight)))
+        return found
+
+
+def softmax(scores: list[float]) -> tuple[Fraction, ...]:
+    """Shares of e^score as multiples of 2^-53 that add up to 1.
+
+    Examples
+    --------
+    >>> softmax([0.0, 0.0])
+    (Fraction(1, 2), Fraction(1, 2))
+    """
+    top = max(scores)
+    parts = [exp(score - top) for score in scores]
+    shares = [int(part / sum(parts) * GRAIN) for part in parts]
+    shares[parts.index(max(parts))] += GRAIN - sum(shares)
+    return tuple(Fraction(share, GRAIN) for share in shares)
+
+
+def drawn(probabilities: tuple[Fraction, ...], below: Callable[[int], int]) -> int | None:
+    """Draw a place exactly by its probability, or None for what they lack to 1."""
+    bottom = 1
+    for value in probabilities:
+        bottom = (
+            max(bottom, value.denominator)
+            if max(bottom, value.denominator) % min(bottom, value.denominator) == 0
+            else bottom * value.denominator
+        )
+    point = below(bottom)
+    for place, value in enumerate(probabilities):
+        point -= int(value * bottom)
+        if point < 0:
+            return place
+    return None
+
+
+def embedded(experiment: Experiment, model: Model) -> Maker:
+    """The decision maker that a model names."""
+    if model.maker == "minilm":
+        from fairaudit.plugins.vlm.minilm import SentenceMaker
+
+        return SentenceMaker(experiment)
+    return StandIn(experiment)
+
+
+def answer_text(experiment: Experiment, place: int | None) -> bytes:
+    """What a model would have written."""
+    if place is None:
+        return PROSE.encode()
+    if experiment.answer == "token":
+        return str(place + 1).encode()
+    chosen, other = experiment.marks[0], experiment.marks[1]
+    values = {option: str(float(chosen if i == place else other)) for i, option in enumerate(experiment.options)}
+    return json.dumps(values | {"reason": "drawn by its probability"}).encode()

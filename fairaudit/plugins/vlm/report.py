@@ -1,0 +1,244 @@
+"""What an experiment leaves behind: tables, certificates, one file of figures, and a text."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf
+from pathlib import Path
+from typing import Any, Literal
+
+from fairaudit.audit import approximate
+from fairaudit.certificate import number, write_atomically
+from fairaudit.cli.text import plain
+from fairaudit.exact import InputError
+from fairaudit.plugins.vlm.analyse import Finding, Table, certify, logarithm, questions, readings, settings_of, tables
+from fairaudit.plugins.vlm.experiment import Experiment, Setting
+from fairaudit.plugins.vlm.journal import Journal
+
+__all__ = ["Found", "certify_all", "said"]
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+TITLES = {
+    "slot": "slot 1, whoever's profile stands there (A = the profiles by slot; profile bias)",
+    "person": "a person, in whichever slot (profile bias, and position bias where the order is fixed)",
+    "position": "whoever stands in a slot, people in random order (position bias)",
+}
+
+
+@dataclass(frozen=True)
+class Found:
+    """Everything about an experiment.
+
+    Attributes
+    ----------
+    experiment : Experiment
+        Which.
+    findings : tuple
+        Model, table and finding, in order.
+    written : tuple of Path
+        Files.
+    """
+
+    experiment: Experiment
+    findings: tuple[tuple[str, Table, Finding], ...]
+    written: tuple[Path, ...]
+
+    @property
+    def verdict(self) -> Literal["none", "within", "exceeds", "inconclusive"]:
+        """Of all findings: exceeds before inconclusive before within."""
+        found = {finding.verdict for _, _, finding in self.findings}
+        known: tuple[Literal["exceeds", "inconclusive", "within"], ...] = ("exceeds", "inconclusive", "within")
+        return next((v for v in known if v in found), "none")
+
+
+def certify_all(
+    experiment: Experiment, journal: Journal, models: Sequence[str], folder: Path, *, confidence: Any, targets: Mapping[str, str] | None
+) -> Found:
+    """Read the answers of models, answer every question at every setting, and write tables and certificates.
+
+    Targets are judged on the person and the slot, not on the position.
+    """
+    if not models:
+        raise InputError(
+            f"the journal {journal.path} has no answers of that model; its models: {', '.join(journal.models()) or 'none yet'}"
+        )
+    findings: list[tuple[str, Table, Finding]] = []
+    written: list[Path] = []
+    for model in models:
+        stem = re.sub(r"[^A-Za-z0-9._-]+", "-", model).strip("-")
+        read = tables(experiment, journal, model)
+        if not read:
+            raise InputError(f"{model} has no answers yet; run the experiment first")
+        written += _exports(experiment, journal, model, read, folder, stem)
+        for table in read:
+            for setting in settings_of(experiment, table):
+                for question in questions(experiment):
+                    chosen = {} if question == "position" else targets
+                    finding = certify(experiment, table, setting, question, confidence=confidence, targets=chosen)
+                    findings.append((model, table, finding))
+                    name = f"{stem}.{question}{_suffix(experiment, setting)}.certificate.json"
+                    written += finding.result.certificate.save(folder / name)
+    found = Found(experiment, tuple(findings), ())
+    results = folder / "results.json"
+    write_atomically(results, [json.dumps(_document(found), ensure_ascii=True, indent=1).encode() + b"\n"])
+    return Found(experiment, tuple(findings), (*written, results))
+
+
+def said(found: Found, form: str) -> str:
+    """What was found, as text or JSON."""
+    if form == "json":
+        return json.dumps(_document(found), ensure_ascii=True, indent=1)
+    lines = [plain(found.experiment.title), f"Utility: {plain(found.experiment.utility_name)}, at confidence as stated in the certificates"]
+    head = None
+    for model, table, finding in found.findings:
+        if head != (model, finding.question):
+            head = (model, finding.question)
+            lines += ["", plain(f"{model}: {TITLES[finding.question]}")]
+            lines.append(
+                f"  {'filter':<24}{'ε of A':>9}{'L in table':>15}{'L, interval':>20}{'L̄ in table':>16}{'bound (table)':>14}  verdict"
+            )
+        lines.append("  " + _line(finding))
+        if not table.complete:
+            lines.append("    the run is not complete, so no interval is claimed")
+        odd = ", ".join(f"{n} {kind}" for kind, n in sorted(table.kinds.items()) if kind not in ("choice", "probabilities"))
+        if odd and finding.question == questions(found.experiment)[0]:
+            lines.append(f"    {odd}: a decision of their own; ranges hold whatever they meant, the certificate counts them as not chosen")
+    if found.written:
+        lines += ["", plain(f"{len(found.written)} files are in {found.written[-1].parent}, among them results.json.")]
+        lines.append("Each certificate can be checked with fairaudit verify.")
+    lines += ["", "What this does not say"]
+    lines.append(
+        "  It describes this decision maker with these prompts and people, and bounds marked T12 or T3 only this table of answers."
+    )
+    lines.append("  Intervals assume that answers to one request are independent draws of the same law.")
+    return "\n".join(lines)
+
+
+def _line(finding: Finding) -> str:
+    setting = finding.setting
+    parts = [] if setting.keep == 1 else [f"keep {approximate(setting.keep)}"]
+    parts += [] if setting.context_keep == 1 else [f"context {approximate(setting.context_keep)}"]
+    name = ", ".join(parts) or "none"
+    low, high = finding.meanings["local"]
+    local = _log(low) if low == high else f"{_log(low)}–{_log(high)}"
+    wide, whole = finding.interval.get("local"), finding.meanings.get("global")
+    interval = f"{_log(wide[0])} to {_log(wide[1])}" if wide else "-"
+    overall = "-" if whole is None else _log(whole[0]) if whole[0] == whole[1] else f"{_log(whole[0])}–{_log(whole[1])}"
+    own = {name: value for name, value in finding.bounds.items() if name in ("T3", "T4", "T12") and setting.filtered}
+    bound = min(own.items(), key=lambda entry: entry[1], default=("", inf))
+    best = f"{_log(bound[1])} {bound[0]}" if bound[1] < inf else "-"
+    judged = finding.verdict if finding.targets else "-"
+    return f"{name:<24}{_log(finding.exp_epsilon):>9}{local:>15}{interval:>20}{overall:>15}{best:>14}  {judged}"
+
+
+def _log(value: Fraction | float) -> str:
+    found = logarithm(value)
+    return "infinite" if found == inf else f"{found:.3f}"
+
+
+def _suffix(experiment: Experiment, setting: Setting) -> str:
+    if len(experiment.settings) == 1:
+        return ""
+    number_of = experiment.settings.index(setting) + 1
+    return f".{number_of:02d}"
+
+
+def _exports(experiment: Experiment, journal: Journal, model: str, read: Sequence[Table], folder: Path, stem: str) -> list[Path]:
+    """Counts for `fairaudit certify`, one row per answer with the stated reason, and the same as JSON lines with the raw answer."""
+    slots = [f"{option} {name}" for option in experiment.options for name in experiment.attributes]
+    paths = []
+    for table in read:
+        name = f"{stem}.counts{'' if table.setting < 0 else f'.{table.setting + 1:02d}'}.csv"
+        value = "count" if table.sampled else "probability"
+        rows: list[list[Any]] = [[experiment.context_column, *slots, "decision", value]]
+        for (context, shown), weights in table.rows.items():
+            for decision, weight in weights.items():
+                rows.append([context, *sum(shown, ()), decision, int(weight) if table.sampled else str(weight)])
+        paths.append(_write(folder / name, rows))
+    log: list[list[Any]] = [["setting", experiment.context_column, *slots, "trial", "decision", "kind", "reason"]]
+    for draw, reading in readings(experiment, journal, model):
+        cells = [draw.setting + 1, draw.shown_context, *sum(draw.shown_slots, ()), draw.trial]
+        log.append([*cells, reading.decision, reading.kind, _harmless(reading.reason)])
+    paths.append(_write(folder / f"{stem}.answers.csv", log))
+    lines = folder / f"{stem}.answers.jsonl"
+    write_atomically(lines, _lines(experiment, journal, model))
+    return [*paths, lines]
+
+
+def _lines(experiment: Experiment, journal: Journal, model: str) -> Iterator[bytes]:
+    from fairaudit.plugins.vlm.answers import read_answer
+
+    for answer in journal.answers(model):
+        draw, reading = answer.draw, read_answer(experiment, answer.status, answer.content_type, answer.body)
+        entry = {
+            "model": model,
+            "setting": draw.setting + 1,
+            "context": draw.context,
+            "people": list(draw.people),
+            "trial": draw.trial,
+            "shown": [draw.shown_context, [list(profile) for profile in draw.shown_slots]],
+            "request": draw.request,
+            "occurrence": draw.occurrence,
+            "decision": reading.decision,
+            "kind": reading.kind,
+            "reason": reading.reason,
+            "probabilities": None if reading.probabilities is None else [number(p) for p in reading.probabilities],
+            "status": answer.status,
+            "content_type": answer.content_type,
+            "body": answer.body.decode("utf-8", "backslashreplace"),
+            "tokens": [answer.input_tokens, answer.output_tokens],
+        }
+        yield json.dumps(entry, ensure_ascii=True).encode() + b"\n"
+
+
+def _harmless(text: str) -> str:
+    """A free text that no spreadsheet takes for a formula."""
+    return "'" + text if text.startswith(FORMULA) else text
+
+
+def _write(path: Path, rows: Sequence[Sequence[Any]]) -> Path:
+    text = io.StringIO(newline="")
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_atomically(path, [text.getvalue().encode("utf-8", "backslashreplace")])
+    return path
+
+
+def _document(found: Found) -> dict[str, Any]:
+    """All figures as JSON."""
+    return {
+        "experiment": found.experiment.title,
+        "digest": found.experiment.digest,
+        "verdict": found.verdict,
+        "findings": [_entry(found.experiment, model, table, finding) for model, table, finding in found.findings],
+    }
+
+
+def _entry(experiment: Experiment, model: str, table: Table, finding: Finding) -> dict[str, Any]:
+    def both(ends: Mapping[str, tuple[Fraction | float, Fraction | float]]) -> dict[str, list[str]]:
+        return {quantity: [number(low), number(high)] for quantity, (low, high) in ends.items()}
+
+    setting = finding.setting
+    odds = None if setting.keep == 1 else number(setting.keep / (1 - setting.keep))
+    return {
+        "model": model,
+        "question": finding.question,
+        "design": experiment.design,
+        "keep_probability": number(setting.keep),
+        "context_keep_probability": number(setting.context_keep),
+        "odds_of_truth": odds,
+        "exp_epsilon": number(finding.exp_epsilon),
+        "complete": table.complete,
+        "kinds": dict(Counter(table.kinds)),
+        "table": both(finding.meanings),
+        "interval": both(finding.interval),
+        "bounds": {name: number(value) for name, value in finding.bounds.items()},
+        "targets": dict(finding.targets),
+        "verdict": finding.verdict,
+    }
