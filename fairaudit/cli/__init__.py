@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
-from typing import NoReturn
+from collections.abc import Iterator, Sequence
+from typing import Any, NoReturn
 
 from fairaudit import __version__
 from fairaudit.cli import calibrate, certify, design, inspect, plan, privacy, verify, worst_case
@@ -13,6 +13,8 @@ from fairaudit.cli import calibrate, certify, design, inspect, plan, privacy, ve
 __all__ = ["main"]
 
 EXIT_BAD_INPUT = 2
+ENTRY_POINT = "fairaudit.commands"
+CORE = (certify, inspect, verify, privacy, calibrate, design, worst_case, plan)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -23,6 +25,17 @@ class _Parser(argparse.ArgumentParser):
         from fairaudit.cli.text import plain
 
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {plain(' '.join(message.split()))}; see {self.prog} --help\n")
+
+
+def _plugins() -> Iterator[Any]:
+    """Commands of plug-ins, modules like those here; looked for only when the command is not one of ours. A broken one stops no other."""
+    from importlib.metadata import entry_points
+
+    for entry in sorted(entry_points(group=ENTRY_POINT), key=lambda found: found.name):
+        try:
+            yield entry.load()
+        except Exception as error:
+            print(f"fairaudit: the plug-in {entry.name} cannot be loaded: {error}", file=sys.stderr)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -50,9 +63,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--version", action="version", version=f"fairaudit {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for module in (certify, inspect, verify, privacy, calibrate, design, worst_case, plan):
+    for module in CORE:
         module.add(commands)
-    arguments = parser.parse_args(argv)
+    given = list(sys.argv[1:] if argv is None else argv)
+    if not given or given[0] not in commands.choices:
+        for module in _plugins():
+            module.add(commands)
+    arguments = parser.parse_args(given)
     try:
         code: int = arguments.run(arguments)
         if sys.stdout is not None:  # None when the process was started without one
