@@ -264,7 +264,7 @@ def read_experiment(given: str, *, trials: int | None = None) -> Experiment:
     """
     path = Path(given)
     known = bundled()
-    if not path.suffix and not path.exists():
+    if not path.suffix and not path.is_file():
         if given not in known:
             raise InputError(
                 f"there is no experiment {shown(given)}; give a .toml file, or one that ships with fairaudit ({nearest(given, known)})"

@@ -18,13 +18,13 @@ from fairaudit.sampling import Cell, cell_ends
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 __all__ = ["draw"]
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 QUESTIONS = {"slot": "slot 1, by who stands there", "person": "a person, in any slot", "position": "the slot, whoever stands there"}
 LEVEL = Fraction(95, 100)
+NOTE = "Bands are intervals at the confidence of the certificates; each holds for its point, not for all points together."
 
 
 def draw(experiment: Experiment, found: Found, path: Path) -> Path:
@@ -65,11 +65,13 @@ def draw(experiment: Experiment, found: Found, path: Path) -> Path:
         panels = figure.subplots(1, len(shown), squeeze=False)[0]
         for axes, question in zip(panels, shown, strict=True):
             _sweep(axes, experiment, found, question, models)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, fontsize=8, loc="outside lower center", ncols=3, title=NOTE, title_fontsize=7)
     else:
         left, right = figure.subplots(1, 2)
         _choices(left, experiment, found, models)
         _effects(right, found, models, shown)
-    _note(figure, experiment, swept)
+        figure.supxlabel(f"{experiment.trials} answers per cell", fontsize=8)
     picture = io.BytesIO()
     figure.savefig(picture, format="png", dpi=120)
     write_atomically(path, [picture.getvalue()])
@@ -120,8 +122,8 @@ def _chance(experiment: Experiment, table: Table, context: str, person: str) -> 
     share = float(count / total)
     if not table.sampled:
         return share, share, share
-    # The draws of the two orders have different means; the ends below hold for their average (Hoeffding: a sum of unequal Bernoulli draws
-    # is no more spread than a binomial one, away from the mean).
+    # The draws of the two orders have different means. Chernoff's bound, which `binary=False` asks for, holds for their average all the
+    # same: the logarithm of 1 − μ + μe^t is concave in μ.
     lower, upper = cell_ends(Cell(int(total), count, None, Fraction(0), Fraction(1), binary=False), (1 - LEVEL) / 2)
     return float(lower), share, float(upper)
 
@@ -185,10 +187,20 @@ def _sweep(axes: Axes, experiment: Experiment, found: Found, question: str, mode
                 label=f"interval of L, {_words(_short(model))}",
             )
             top = max(top, sorted(highest)[len(highest) // 2])
-        own = [min((logarithm(v) for n, v in f.bounds.items() if n in ("T3", "T4", "T12")), default=inf) for f in findings]
-        if not by_context and any(isfinite(v) for v in own):
-            axes.plot(xs, own, linestyle="-.", linewidth=1, color=colour, label=f"least of T3, T4, T12, {_words(_short(model))}'s answers")
-    bounds = [min(logarithm(_first(found, question, experiment.settings[i]).exp_epsilon), 1e3) for i in order]
+        named = ("T8",) if by_context else ("T3", "T12")
+        own = [min((logarithm(v) for n, v in f.bounds.items() if n in named), default=inf) for f in findings]
+        if any(isfinite(v) for v in own):
+            axes.plot(
+                xs,
+                own,
+                linestyle="-.",
+                linewidth=1,
+                color=colour,
+                label=f"{'T8' if by_context else 'least of T3, T12'}, these answers of {_words(_short(model))}",
+            )
+    first = [_first(found, question, experiment.settings[i]) for i in order]
+    bounds = [min(logarithm(min(f.exp_epsilon, f.bounds.get("T4", inf))), 1e3) for f in first]
+    floor = any("T4" in f.bounds for f in first)
     if any(v < 1e3 for v in bounds):
         axes.plot(
             xs,
@@ -196,7 +208,7 @@ def _sweep(axes: Axes, experiment: Experiment, found: Found, question: str, mode
             color="black",
             linestyle="--",
             linewidth=1.2,
-            label="ε, for every model (T2)" if question == "slot" else "ε, for every model (T10)",
+            label="every model: T4, as g has a floor" if floor else "every model: ε (T2; of a person T10)",
         )
     axes.set_ylim(-0.03 * top, 1.35 * top)
     axes.set_xlabel("ε of the context (nats)" if by_context else "ε of both profiles, all attributes together (nats)")
@@ -205,7 +217,6 @@ def _sweep(axes: Axes, experiment: Experiment, found: Found, question: str, mode
         axes.axvline((max(finite, default=1.0) + beyond) / 2, color="grey", linewidth=0.6, linestyle=":")
     _ticks(axes, experiment, order, xs, epsilons, by_context)
     axes.set_title(f"{_words(experiment.utility_name).capitalize()}: {QUESTIONS[question]}", fontsize=10)
-    axes.legend(fontsize=7, loc="upper left")
 
 
 def _ticks(
@@ -235,11 +246,6 @@ def _epsilon(experiment: Experiment, setting: Setting, by_context: bool, found: 
 
 def _first(found: Found, question: str, setting: Setting) -> Finding:
     return next(f for _, _, f in found.findings if f.question == question and f.setting == setting)
-
-
-def _note(figure: Figure, experiment: Experiment, swept: bool) -> None:
-    said = "Bands are intervals at the confidence of the certificates; each holds for its point, not for all points together."
-    figure.supxlabel(said if swept else f"{experiment.trials} answers per cell.", fontsize=7)
 
 
 def _short(model: str) -> str:
