@@ -1,0 +1,261 @@
+"""Top view and traversability of a scan, on one frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from math import inf, isfinite, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.exact import InputError
+from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
+from fairaudit.plugins.navigation.readers import Points
+
+__all__ = ["BAND", "CEILING", "CLEARANCE", "Maps", "floor_height", "inflate", "maps_of_grid", "rasterise"]
+
+BAND = (-0.15, 0.15)
+CLEARANCE = 1.5
+CEILING = 2.0
+RESOLUTION = 0.05
+CHUNK = 1 << 15
+PASSABLE = "door"  # a door stands in a robot's way only while it is shut
+FLOOR_SLAB, FLOOR_SHARE = 0.1, 0.02
+
+
+@dataclass(frozen=True)
+class Maps:
+    """What a scan says of a floor: one frame for all.
+
+    Attributes
+    ----------
+    frame : Frame
+        Where the cells lie.
+    rgb : array of uint8, shape (rows, columns, 3)
+        Colour of the highest point of each cell, white where there is none; shades of its height if all points have one colour.
+    height : array of float64, shape (rows, columns)
+        Its z in metres, -inf where there is none.
+    free : array of bool, shape (rows, columns)
+        Which cells can be traversed.
+    floor : float
+        z of the floor, in metres.
+    """
+
+    frame: Frame
+    rgb: NDArray[np.uint8] = field(repr=False)
+    height: NDArray[np.float64] = field(repr=False)
+    free: NDArray[np.bool_] = field(repr=False)
+    floor: float
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """Traversability as an occupancy map: cells that no point fell into are unknown."""
+        states = np.where(self.free, FREE, np.where(np.isfinite(self.height), OCCUPIED, UNKNOWN)).astype(np.int8)
+        return OccupancyGrid(self.frame, states)
+
+
+def rasterise(
+    points: Points,
+    resolution: float = RESOLUTION,
+    *,
+    bounds: tuple[float, float, float, float] | None = None,
+    floor: float | None = None,
+    ceiling: float = CEILING,
+    band: tuple[float, float] = BAND,
+    clearance: float = CLEARANCE,
+    robot_radius: float = 0.0,
+) -> Maps:
+    """Build the top view and the traversability map of a scan.
+
+    Parameters
+    ----------
+    points : Points
+        The scan.
+    resolution : float
+        Side of a cell in metres.
+    bounds : tuple of float, optional
+        Least x and y, greatest x and y of the map, in metres; those of the points by default.
+    floor : float, optional
+        z of the floor; found by `floor_height` by default. The other heights are metres above it.
+    ceiling : float
+        Where there are no labels, points higher than this are taken for the ceiling and dropped; where there are, those of the class
+        ceiling are.
+    band : tuple of float
+        A cell is traversable if it has a point between these heights …
+    clearance : float
+        … and none above the band and up to this height, the robot's, other than of a door. At or below the band's upper end, this second
+        condition is void.
+    robot_radius : float
+        Cells nearer than this to an obstacle are not traversable either.
+
+    Returns
+    -------
+    Maps
+        Cells without a point are obstacles.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, no point lies within the bounds, or the map would have more than 1e9 cells.
+
+    Notes
+    -----
+    The band alone would let the robot through walls and tables, which have points near the floor too; the clearance is what keeps it out.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fairaudit.plugins.navigation.readers import Part
+    >>> xyz = np.array([[0.5, 0.5, 0.0], [1.5, 0.5, 0.0], [1.5, 0.5, 0.7]])
+    >>> rgb = np.array([[9, 9, 9], [9, 9, 9], [200, 100, 0]], dtype=np.uint8)
+    >>> maps = rasterise(Points(xyz, rgb, (Part(0, 3),), {}), 1.0, floor=0.0)
+    >>> maps.free[1, 1:3].tolist(), maps.rgb[1, 2].tolist()
+    ([True, False], [200, 100, 0])
+    """
+    _check(ceiling, band, clearance, robot_radius)
+    ground = floor_height(points) if floor is None else floor
+    if bounds is not None and not (bounds[0] < bounds[2] and bounds[1] < bounds[3]):
+        raise InputError(f"bounds are {list(bounds)}; least x, least y, greatest x, greatest y are accepted")
+    frame = _frame(points, resolution, bounds)
+    size = frame.rows * frame.columns
+    top = np.full(size, -inf)
+    rgb = np.full((size, 3), 255, np.uint8)
+    low, blocked = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
+    for part in points.parts:
+        if part.kind == "ceiling":
+            continue
+        for there in _chunks(part.start, part.stop):
+            xyz, colours = points.xyz[there], points.rgb[there]
+            inside = None if bounds is None else _inside(xyz, frame)
+            if part.kind is None:
+                inside = (xyz[:, 2] <= ground + ceiling) if inside is None else inside & (xyz[:, 2] <= ground + ceiling)
+            if inside is not None:
+                xyz, colours = xyz[inside], colours[inside]
+            cells, z = _cells(xyz, frame), xyz[:, 2]
+            np.maximum.at(top, cells, z)
+            highest = np.flatnonzero(z == top[cells])
+            rgb[cells[highest]] = colours[highest]
+            low[cells[(z >= ground + band[0]) & (z <= ground + band[1])]] = True
+            if part.kind != PASSABLE:
+                blocked[cells[(z > ground + band[1]) & (z <= ground + clearance)]] = True
+    if bounds is not None and not np.isfinite(top).any():
+        raise InputError(f"no point of the scan lies within the bounds {list(bounds)}")
+    _shade(rgb, top, ground)
+    shape = (frame.rows, frame.columns)
+    free = (low & ~blocked).reshape(shape)
+    return Maps(frame, rgb.reshape(*shape, 3), top.reshape(shape), inflate(free, robot_radius / frame.resolution), ground)
+
+
+def _check(ceiling: float, band: tuple[float, float], clearance: float, robot_radius: float) -> None:
+    if not (len(band) == 2 and isfinite(band[0]) and isfinite(band[1]) and band[0] < band[1]):
+        raise InputError(f"band is {list(band)}; two heights in metres, the lower one first, are accepted")
+    for name, value in (("ceiling", ceiling), ("clearance", clearance), ("robot_radius", robot_radius)):
+        if not (isfinite(value) and value >= 0):
+            raise InputError(f"{name} is {value}; a length in metres of at least 0 is accepted")
+
+
+def _frame(points: Points, resolution: float, bounds: tuple[float, float, float, float] | None) -> Frame:
+    """One cell more than needed on each side, so that rounding never moves a point off the map."""
+    if bounds is None:
+        low, high = points.xyz[:, :2].min(axis=0), points.xyz[:, :2].max(axis=0)
+        bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+    tight = Frame.around(bounds, resolution)
+    return Frame(tight.x - resolution, tight.y - resolution, resolution, tight.rows + 2, tight.columns + 2)
+
+
+def _shade(rgb: NDArray[np.uint8], top: NDArray[np.float64], ground: float) -> None:
+    """Where a scan has one colour only, show heights instead: the floor light, what is 2 m high dark."""
+    seen = np.isfinite(top)
+    colours = rgb[seen]
+    if len(colours) and (colours == colours[0]).all():
+        rgb[seen] = (230 - 190 * np.clip((top[seen] - ground) / 2.0, 0.0, 1.0)).astype(np.uint8)[:, None]
+
+
+def _chunks(start: int, stop: int) -> Iterator[slice]:
+    for first in range(start, stop, CHUNK):
+        yield slice(first, min(first + CHUNK, stop))
+
+
+def _cells(xyz: NDArray[np.float64], frame: Frame) -> NDArray[np.int64]:
+    """Index of the cell of each point, in reading order of the picture."""
+    cells = ((xyz[:, 1] - frame.y) / frame.resolution).astype(np.int64)
+    np.subtract(frame.rows - 1, cells, out=cells)
+    cells *= frame.columns
+    cells += ((xyz[:, 0] - frame.x) / frame.resolution).astype(np.int64)
+    return cells
+
+
+def _inside(xyz: NDArray[np.float64], frame: Frame) -> NDArray[np.bool_]:
+    right, high = frame.x + (frame.columns - 1) * frame.resolution, frame.y + (frame.rows - 1) * frame.resolution
+    x, y = xyz[:, 0], xyz[:, 1]
+    return (x >= frame.x + frame.resolution) & (x < right) & (y >= frame.y + frame.resolution) & (y < high)
+
+
+def floor_height(points: Points) -> float:
+    """Find the height of the floor.
+
+    Returns
+    -------
+    float
+        The median z of the points of the class floor; without any, that of the lowest slab of 10 cm that holds at least 2 % of all points
+        (the highest slab within the next 20 cm if that is fuller, for floors that lean or are noisy).
+
+    Examples
+    --------
+    >>> from fairaudit.plugins.navigation.readers import Part
+    >>> xyz = np.zeros((200, 3))
+    >>> xyz[:, 2] = [-3.0] + [0.02] * 99 + [2.5] * 100
+    >>> floor_height(Points(xyz, np.zeros((200, 3), np.uint8), (Part(0, 200),), {}))
+    0.02
+    """
+    labelled = [points.xyz[part.start : part.stop, 2] for part in points.parts if part.kind == "floor"]
+    if labelled:
+        return round(float(np.median(np.concatenate(labelled))), 4)
+    z = np.sort(points.xyz[:, 2])
+    held = np.searchsorted(z, z + FLOOR_SLAB, side="right") - np.arange(len(z))
+    first = int(np.argmax(held >= FLOOR_SHARE * len(z)))
+    near = slice(first, int(np.searchsorted(z, z[first] + 2 * FLOOR_SLAB, side="right")))
+    best = first + int(np.argmax(held[near]))
+    return round(float(np.median(z[best : best + int(held[best])])), 4)
+
+
+def inflate(free: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
+    """Keep the free cells in which a disc fits.
+
+    Parameters
+    ----------
+    free : array of bool, shape (rows, columns)
+        Free cells; what lies off the map is an obstacle.
+    radius : float
+        Radius of the disc, in cells.
+
+    Returns
+    -------
+    array of bool
+        Cells at whose centre the disc touches no obstacle, whatever corner of the obstacle's cell is nearest.
+
+    Examples
+    --------
+    >>> inflate(np.ones((5, 5), dtype=bool), 1.0).astype(int).tolist()
+    [[0, 0, 0, 0, 0], [0, 1, 1, 1, 0], [0, 1, 1, 1, 0], [0, 1, 1, 1, 0], [0, 0, 0, 0, 0]]
+    """
+    if radius <= 0:
+        return free
+    return clearances(free) > radius + sqrt(0.5)
+
+
+def clearances(free: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Distance of each cell's centre to that of the nearest obstacle, in cells."""
+    from scipy.ndimage import distance_transform_edt
+
+    return np.asarray(distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1], np.float64)
+
+
+def maps_of_grid(grid: OccupancyGrid, robot_radius: float = 0.0) -> Maps:
+    """Show an occupancy map as a scan is shown: free cells white, obstacles black, unknown cells grey."""
+    _check(CEILING, BAND, CLEARANCE, robot_radius)
+    shade = np.select([grid.states == FREE, grid.states == OCCUPIED], [255, 0], 205).astype(np.uint8)
+    rgb = np.repeat(shade[:, :, None], 3, axis=2)
+    free = inflate(grid.free, robot_radius / grid.frame.resolution)
+    return Maps(grid.frame, rgb, np.where(grid.states == UNKNOWN, -inf, 0.0), free, 0.0)
