@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fairaudit.exact import InputError
 from fairaudit.plugins.navigation.grids import Frame
 
-__all__ = ["Route", "nearest_free", "routes", "waypoints"]
+__all__ = ["Flood", "Route", "flood", "nearest_free", "routes", "waypoints"]
 
 Cell = tuple[int, int]
 
@@ -58,6 +58,85 @@ class Route:
         return self.straight + self.diagonal * sqrt(2.0) if self.found else inf
 
 
+@dataclass(frozen=True)
+class Flood:
+    """Shortest distances from a start to every cell of a map.
+
+    Attributes
+    ----------
+    start : tuple of int
+        Row and column.
+    cost : array of float64, shape (rows, columns)
+        Integers, 2,744,210 for a step along an axis; infinite where no route leads.
+    allowed : array of uint8, shape (rows, columns)
+        Bit k: whether the k-th step can be taken from a cell.
+    """
+
+    start: Cell
+    cost: NDArray[np.float64] = field(repr=False)
+    allowed: NDArray[np.uint8] = field(repr=False)
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """Which cells a route leads to."""
+        return np.isfinite(self.cost)
+
+    @property
+    def lengths(self) -> NDArray[np.float64]:
+        """Lengths of shortest routes in cells, to 1e-13 of themselves."""
+        return self.cost / STRAIGHT
+
+    def route(self, goal: Cell) -> Route:
+        """Walk back from a goal along cells whose costs fit; every such walk is a shortest route."""
+        if not np.isfinite(self.cost[goal]):
+            return Route(np.empty((0, 2), np.int64))
+        cells, (row, column), last = [goal], goal, 0
+        while (row, column) != self.start:
+            here, can = self.cost[row, column], int(self.allowed[row, column])
+            for bit in (last, *range(8)):
+                i, j = STEPS[bit]
+                if can >> bit & 1 and self.cost[row + i, column + j] + (DIAGONAL if i and j else STRAIGHT) == here:
+                    row, column, last = row + i, column + j, bit
+                    break
+            cells.append((row, column))
+        return Route(np.array(cells[::-1], np.int64))
+
+
+def flood(free: NDArray[np.bool_], start: Cell, *, corner_cutting: bool = False) -> Flood:
+    """Find the shortest distances from a start to all cells.
+
+    Parameters
+    ----------
+    free : array of bool, shape (rows, columns)
+        Which cells can be entered.
+    start : tuple of int
+        Row and column.
+    corner_cutting : bool
+        Whether a diagonal step may pass an occupied cell beside it.
+
+    Returns
+    -------
+    Flood
+        The distances.
+
+    Raises
+    ------
+    InputError
+        If the start is not a free cell of the map, or the map is too large.
+
+    Notes
+    -----
+    Dijkstra's algorithm (scipy), once for all goals, on integer costs. A route is exactly optimal for √2 if it has fewer than 2,744,210
+    diagonal steps, and within 1 + 1e-13 of the optimum otherwise.
+    """
+    from scipy.sparse.csgraph import dijkstra
+
+    _free(free, start, "start")
+    allowed = _allowed(free, corner_cutting=corner_cutting)
+    cost = dijkstra(_graph(allowed), indices=start[0] * free.shape[1] + start[1]).reshape(free.shape)
+    return Flood(start, cost, allowed)
+
+
 def routes(free: NDArray[np.bool_], start: Cell, goals: Sequence[Cell], *, corner_cutting: bool = False) -> tuple[Route, ...]:
     """Find a shortest route from a start to each goal.
 
@@ -83,27 +162,22 @@ def routes(free: NDArray[np.bool_], start: Cell, goals: Sequence[Cell], *, corne
     InputError
         If start or goal is not a free cell of the map.
 
-    Notes
-    -----
-    Dijkstra's algorithm (scipy), once for all goals, on integer costs. The route is exactly optimal for √2 if it has fewer than 2,744,210
-    diagonal steps, and within 1 + 1e-13 otherwise.
-
     Examples
     --------
     >>> free = np.array([[1, 1, 1], [1, 0, 1], [1, 1, 1]], dtype=bool)
     >>> (route,) = routes(free, (0, 0), [(2, 2)])
     >>> route.cells.tolist(), route.straight, route.diagonal
-    ([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2]], 4, 0)
+    ([[0, 0], [0, 1], [0, 2], [1, 2], [2, 2]], 4, 0)
     """
-    from scipy.sparse.csgraph import dijkstra
+    for goal in goals:
+        _free(free, goal, "goal")
+    found = flood(free, start, corner_cutting=corner_cutting)
+    return tuple(found.route(goal) for goal in goals)
 
-    rows, columns = free.shape
-    for name, cell in [("start", start), *(("goal", goal) for goal in goals)]:
-        if not (0 <= cell[0] < rows and 0 <= cell[1] < columns and free[cell]):
-            raise InputError(f"the {name} (row {cell[0]}, column {cell[1]}) is not a free cell of the map")
-    allowed = _allowed(free, corner_cutting=corner_cutting)
-    distance = dijkstra(_graph(allowed), indices=start[0] * columns + start[1]).reshape(rows, columns)
-    return tuple(_back(distance, allowed, start, goal) for goal in goals)
+
+def _free(free: NDArray[np.bool_], cell: Cell, name: str) -> None:
+    if not (0 <= cell[0] < free.shape[0] and 0 <= cell[1] < free.shape[1] and free[cell]):
+        raise InputError(f"the {name} (row {cell[0]}, column {cell[1]}) is not a free cell of the map")
 
 
 def _allowed(free: NDArray[np.bool_], *, corner_cutting: bool) -> NDArray[np.uint8]:
@@ -143,22 +217,6 @@ def _graph(allowed: NDArray[np.uint8]) -> Any:
         np.add(ahead[: chosen.size][chosen], first, out=targets[there])
         costs[there] = prices[: chosen.size][chosen]
     return csr_array((costs, targets, ends.astype(np.int32)), shape=(cells, cells))
-
-
-def _back(distance: NDArray[np.float64], allowed: NDArray[np.uint8], start: Cell, goal: Cell) -> Route:
-    """Walk from the goal to the start along cells whose distances fit; every such walk is a shortest route."""
-    if not np.isfinite(distance[goal]):
-        return Route(np.empty((0, 2), np.int64))
-    cells, (row, column), last = [goal], goal, 0
-    while (row, column) != start:
-        here, can = distance[row, column], int(allowed[row, column])
-        for bit in (last, *range(8)):
-            i, j = STEPS[bit]
-            if can >> bit & 1 and distance[row + i, column + j] + (DIAGONAL if i and j else STRAIGHT) == here:
-                row, column, last = row + i, column + j, bit
-                break
-        cells.append((row, column))
-    return Route(np.array(cells[::-1], np.int64))
 
 
 def waypoints(route: Route, frame: Frame) -> list[tuple[float, float]]:

@@ -1,0 +1,149 @@
+"""Draw what a scenario file describes: `fairaudit experiment render FILE`, also as `fairaudit navigation render FILE`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.exact import InputError
+
+if TYPE_CHECKING:
+    from fairaudit.plugins.navigation.maps import Maps
+    from fairaudit.plugins.navigation.readers import Points
+    from fairaudit.plugins.navigation.scenario import CandidateSet
+
+__all__ = ["FORMAT", "add", "draw_maps", "render", "run"]
+
+FORMAT = "fairaudit-candidates/1"
+DESCRIPTION = """\
+Draw what a scenario file describes. It says which scan, start and candidates there are; the top view, the traversability map, one picture
+per candidate with its route in red and its index in the upper left corner, and candidates.json with waypoints, lengths and digests are
+written into the folder that the file names (by default its own name and -candidates)."""
+EPILOG = """\
+exit codes: 0 done; 2 bad input
+
+examples:
+  fairaudit navigation office example
+  fairaudit experiment render example/documents.toml"""
+
+
+def add(actions: Any) -> None:
+    """Declare the options."""
+    parser = actions.add_parser(
+        "render",
+        help="draw the candidate routes of a scenario file",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("file", metavar="FILE", help="scenario file (.toml)")
+    parser.add_argument("-o", "--folder", metavar="DIR", help="where to write, instead of the folder that the file names")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the work."""
+    from fairaudit.cli.text import plain, put
+    from fairaudit.plugins.navigation.scenario import plan_candidates, read_scenario
+
+    found = plan_candidates(read_scenario(arguments.file))
+    folder = Path(arguments.folder) if arguments.folder else found.scenario.path.parent / found.scenario.folder
+    render(found, folder)
+    lines = [found.scenario.title, *(f"note: {note}" for note in found.notes)]
+    lines += [
+        f"{c.index}  {c.label}: {c.length:.2f} m, {len(c.waypoints)} waypoints, {folder / picture_name(c.index)}" for c in found.candidates
+    ]
+    lines.append(f"candidate set: {folder / 'candidates.json'}")
+    put("\n".join(plain(line) for line in lines))
+    return 0
+
+
+def picture_name(index: int) -> str:
+    """Return the name of a candidate's picture."""
+    return f"candidate-{index}.png"
+
+
+def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
+    """Write pictures and candidate set of planned candidates.
+
+    Parameters
+    ----------
+    found : CandidateSet
+        From `plan_candidates`.
+    folder : Path
+        Made if it is not there; files of the same names are replaced.
+
+    Returns
+    -------
+    dict
+        The candidate set, as ``candidates.json`` holds it. It is written last: where it is, the pictures are.
+
+    Raises
+    ------
+    InputError
+        If pillow is missing, or a file cannot be written.
+    """
+    from fairaudit.certificate import write_atomically
+    from fairaudit.plugins.navigation.prompts import draw
+
+    scenario, frame = found.scenario, found.maps.frame
+    draw_maps(found.maps, found.points, folder, scale=scenario.scale)
+    listed = []
+    for candidate in found.candidates:
+        picture = draw(found.maps.rgb, candidate.route, str(candidate.index), scale=scenario.scale)
+        write_atomically(folder / picture_name(candidate.index), [picture.png])
+        listed.append(
+            {
+                "index": candidate.index,
+                "label": candidate.label,
+                "profile": candidate.profile,
+                **({"room": candidate.room} if candidate.room else {}),
+                "length": round(candidate.length, 4),
+                "steps": {"straight": candidate.route.straight, "diagonal": candidate.route.diagonal},
+                "waypoints": [list(point) for point in candidate.waypoints],
+                "picture": picture_name(candidate.index),
+                "picture_sha256": picture.sha256,
+                "pixels_sha256": picture.pixels_sha256,
+            }
+        )
+    document = {
+        "format": FORMAT,
+        "title": scenario.title,
+        "scenario_sha256": scenario.sha256,
+        "scan": {"path": scenario.scan.as_posix(), "sha256": found.scan_sha256, "notes": list(found.notes)},
+        "frame": {"x": frame.x, "y": frame.y, "resolution": frame.resolution, "rows": frame.rows, "columns": frame.columns},
+        **({"context": scenario.context} if scenario.context else {}),
+        "start": list(found.start),
+        "candidates": listed,
+    }
+    write_atomically(folder / "candidates.json", [json.dumps(document, ensure_ascii=False, indent=1).encode(), b"\n"])
+    return document
+
+
+def draw_maps(maps: Maps, points: Points | None, folder: Path, *, scale: int | None = None) -> None:
+    """Write top view, traversability map (as a picture, and for ROS) and, of an annotated scan, the topological map.
+
+    Raises
+    ------
+    InputError
+        If a library of the extra is missing, or a file cannot be written.
+    """
+    from fairaudit.certificate import write_atomically
+    from fairaudit.plugins.navigation.grids import write_ros_map
+    from fairaudit.plugins.navigation.maps import maps_of_grid
+    from fairaudit.plugins.navigation.prompts import draw
+    from fairaudit.plugins.navigation.topology import topology, topology_json
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder} cannot be made: {error.strerror}") from None
+    write_atomically(folder / "top-view.png", [draw(maps.rgb, scale=scale).png])
+    write_atomically(folder / "traversability.png", [draw(maps_of_grid(maps.grid).rgb, scale=scale).png])
+    write_ros_map(maps.grid, folder / "map.yaml")
+    if points is not None and points.rooms:
+        text = json.dumps(topology_json(topology(points)), ensure_ascii=False, indent=1)
+        write_atomically(folder / "topology.json", [text.encode(), b"\n"])
