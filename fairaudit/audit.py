@@ -172,17 +172,7 @@ class Result:
     @property
     def sentence(self) -> str:
         """Who is favoured over whom, where, and by what factor, in one sentence. Labels in it are as in the input, unescaped."""
-        if self.local is None:
-            opening = "No context has two groups, so nobody is compared within a context; "
-            return opening + (_sentence(self.global_, "over all contexts") if self.global_ else "nothing else can be compared either.")
-        if self.local.ratio == 1:
-            if self.global_ is None or self.global_.ratio == 1:
-                return "All groups that are compared have the same expected utility in every context."
-            return "In every context all compared groups have the same expected utility, but " + _sentence(
-                self.global_, "over all contexts, because groups are spread differently over them,"
-            )
-        context = place(self.local.witness.context or {})
-        return _sentence(self.local, f"in {context}" if context else "")
+        return sentence(self.local, self.global_)
 
     @cached_property
     def further_draws(self) -> tuple[tuple[Target, Planning], ...]:
@@ -458,6 +448,21 @@ def place(labels: Mapping[str, str]) -> str:
     'Dept=A, Year=1973'
     """
     return ", ".join(f"{column}={label}" for column, label in labels.items())
+
+
+def sentence(local: Ratio | None, global_: Ratio | None) -> str:
+    """Say who is favoured over whom, where, and by what factor, in one sentence. Labels in it are as in the input, unescaped."""
+    if local is None:
+        opening = "No context has two groups, so nobody is compared within a context; "
+        return opening + (_sentence(global_, "over all contexts") if global_ else "nothing else can be compared either.")
+    if local.ratio == 1:
+        if global_ is None or global_.ratio == 1:
+            return "All groups that are compared have the same expected utility in every context."
+        return "In every context all compared groups have the same expected utility, but " + _sentence(
+            global_, "over all contexts, because groups are spread differently over them,"
+        )
+    context = place(local.witness.context or {})
+    return _sentence(local, f"in {context}" if context else "")
 
 
 def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest") -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from fairaudit.exact import InputError, common_denominator, nearest, rational, shown
 
-__all__ = ["CodedTable", "column", "integers", "label_text", "locator", "names", "numbers", "read_columns"]
+__all__ = ["CodedTable", "column", "integers", "label_text", "locator", "names", "numbers", "plain", "read_columns"]
 
 Missing = Literal["error", "drop", "group"]
 Label = tuple[str, ...]
@@ -19,6 +20,7 @@ Locate = Callable[[int], str]
 
 MISSING_LABEL = "(missing)"
 INT64 = 2**63 - 1
+STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
 
 
 @dataclass(frozen=True)
@@ -166,6 +168,19 @@ def _recode(codes: NDArray[np.int64], texts: list[str]) -> tuple[NDArray[np.int6
     """Forget the labels that no row uses any more."""
     ranks, values = _in_order(codes)
     return ranks, [texts[v] for v in values]
+
+
+def plain(text: str) -> str:
+    r"""Escape characters that could steer a terminal or reorder text.
+
+    Examples
+    --------
+    >>> plain("a\x1b[31mb\u202ec")
+    'a\\x1b[31mb\\u202ec'
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if unicodedata.category(c) not in STEERING else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def label_text(value: object) -> str | None:

@@ -86,6 +86,7 @@ def add(commands: Any) -> None:
     )
     rest.add_argument("--top", metavar="K", type=_positive, default=3, help="how many of the most unequal pairs to list (default 3)")
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
+    rest.add_argument("--report", metavar="FILE", help="write a page for people, too (needs the extra 'report')")
     rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
     rest.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
 
@@ -102,6 +103,8 @@ def run(arguments: argparse.Namespace) -> int:
     elif arguments.table is None:
         raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
     if arguments.slots is not None:
+        if arguments.report is not None:
+            raise InputError("--report does not go with --slots; write the certificate with -o, and run fairaudit report on it")
         from fairaudit.cli.allocation import run as run_allocation
 
         return run_allocation(arguments)
@@ -111,6 +114,8 @@ def run(arguments: argparse.Namespace) -> int:
     subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
     targets = {name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None}
     check_output(arguments)
+    if arguments.report is not None:
+        _check_page(arguments)
 
     from fairaudit.audit import certify
 
@@ -132,6 +137,10 @@ def run(arguments: argparse.Namespace) -> int:
 
     said = json.dumps(_json(result, arguments.top, findings), ensure_ascii=True, indent=1) if arguments.format == "json" else ""
     written = result.certificate.save(arguments.output) if arguments.output is not None else []
+    if arguments.report is not None:
+        from fairaudit.cli.report import write_page
+
+        write_page(result.certificate, arguments.report)
     if arguments.format == "json":
         put(said)
     else:
@@ -244,13 +253,37 @@ def check_output(arguments: argparse.Namespace) -> None:
         if arguments.no_table:
             raise InputError("--no-table needs -o FILE, to write the certificate and its table separately")
         return
-    path = Path(arguments.output)
+    refuse_output(arguments.output, arguments.table if isinstance(arguments.table, str) else None)
+
+
+def refuse_output(name: str, table: str | None) -> None:
+    """Refuse a file that cannot be written, or is the table.
+
+    Raises
+    ------
+    InputError
+        If it is one of these.
+    """
+    from fairaudit.exact import InputError
+
+    path = Path(name)
     try:
-        fault = _fault(path, arguments.table if isinstance(arguments.table, str) else None)
+        fault = _fault(path, table)
     except (OSError, ValueError) as error:
         fault = f"cannot be written: {getattr(error, 'strerror', None) or error}"
     if fault:
         raise InputError(f"{path} {fault}")
+
+
+def _check_page(arguments: argparse.Namespace) -> None:
+    """Refuse a page that cannot be written, before the work is done."""
+    from fairaudit.exact import InputError
+    from fairaudit.report import check_extra
+
+    refuse_output(arguments.report, arguments.table if isinstance(arguments.table, str) else None)
+    if arguments.output is not None and os.path.realpath(arguments.output) == os.path.realpath(arguments.report):
+        raise InputError("-o and --report name the same file; the certificate and its page need one each")
+    check_extra()
 
 
 def _fault(path: Path, table: str | None) -> str:

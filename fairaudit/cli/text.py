@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import unicodedata
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
@@ -12,6 +11,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.audit import approximate, place, to_judge
+from fairaudit.columns import plain
 from fairaudit.exact import rational_text
 from fairaudit.fairness import Ratio, Witness, cell_expectation
 from fairaudit.mechanism import Mechanism
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["intervals", "plain", "put", "silence", "summary", "verdict"]
 
-STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
 SHOW_EXACT = 60
 SHOW_CELLS = 12
 THEOREMS = {
@@ -40,19 +39,6 @@ THEOREMS = {
     "floor": "the floor alone",
 }
 NOWHERE = Witness(None, {}, {}, (Fraction(1), Fraction(1)))
-
-
-def plain(text: str) -> str:
-    r"""Escape characters that could steer a terminal or reorder text.
-
-    Examples
-    --------
-    >>> plain("a\x1b[31mb\u202ec")
-    'a\\x1b[31mb\\u202ec'
-    """
-    if text.isprintable():
-        return text
-    return "".join(c if unicodedata.category(c) not in STEERING else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def put(text: str) -> None:

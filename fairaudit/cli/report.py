@@ -1,0 +1,130 @@
+"""`fairaudit report`: a certificate as a page that people read, or as markdown."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fairaudit.certificate import Certificate
+
+DESCRIPTION = """\
+Write a certificate as one self-contained HTML page, or as markdown. Every statement is checked first, as `fairaudit verify` does; a false
+certificate gets no report. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
+
+EPILOG = """\
+exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input
+
+examples:
+  fairaudit report certificate.json -o page.html
+  fairaudit report certificate.json --format markdown
+  fairaudit report certificate.json --table certificate.table.jsonl -o page.html"""
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = commands.add_parser(
+        "report",
+        help="write a certificate as a page for people",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("certificate", metavar="CERTIFICATE.json", help="the certificate")
+    parser.add_argument("-o", "--output", metavar="FILE", help="where to write (standard output by default)")
+    parser.add_argument("--format", choices=("html", "markdown"), default="html", help="what to write (html)")
+    parser.add_argument(
+        "--table",
+        metavar="FILE",
+        help="the canonical table, to check a certificate that does not hold it; nothing of it goes into the report",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the work."""
+    from fairaudit.certificate import write_atomically
+    from fairaudit.certificate_reader import load
+    from fairaudit.exact import InputError
+    from fairaudit.report import html, markdown
+
+    document, raw = load(arguments.certificate)
+    if arguments.output is not None and Path(arguments.output).exists() and Path(arguments.output).samefile(arguments.certificate):
+        raise InputError(f"{arguments.output} is the certificate itself; name another file to write")
+    table = None
+    if arguments.table is not None:
+        try:
+            table = Path(arguments.table).read_bytes().splitlines(keepends=True)
+        except OSError as error:
+            raise InputError(f"{arguments.table} cannot be read: {error.strerror or error}") from None
+    wrong, said = checked(raw, table, arguments.certificate)
+    if wrong:
+        print(f"fairaudit: {_plain(wrong)}", file=sys.stderr)
+        return 1
+    text = (html if arguments.format == "html" else markdown)(document, checked=said)
+    if arguments.output is not None:
+        write_atomically(Path(arguments.output), [text.encode("utf-8")])
+        return 0
+    from fairaudit.cli.text import put
+
+    put(text.rstrip("\n"))
+    return 0
+
+
+def write_page(certificate: Certificate, path: str) -> Path:
+    """Write the page of a certificate that was just made, after checking it like any other.
+
+    Raises
+    ------
+    InputError
+        If the page cannot be written.
+    """
+    from fairaudit.certificate import write_atomically
+    from fairaudit.report import html
+
+    table = certificate.table.lines() if certificate.table is not None else None
+    wrong, said = checked(certificate.text.encode("ascii"), table, "the certificate")
+    if wrong:
+        raise RuntimeError(wrong)
+    page = Path(path)
+    write_atomically(page, [html(certificate, checked=said).encode("utf-8")])
+    return page
+
+
+def checked(raw: bytes, table: Iterable[bytes] | None, name: str) -> tuple[str, str]:
+    """Check a certificate as `verify` does.
+
+    Returns
+    -------
+    tuple of str
+        What is false, or nothing; and a sentence on what was checked.
+
+    Raises
+    ------
+    InputError
+        If it is no certificate of the format.
+    """
+    from fairaudit import __version__, checker
+    from fairaudit.exact import InputError
+
+    try:
+        found = checker.check(raw, table)
+    except checker.TableNeeded:
+        return "", "The table was not at hand when this was made: its statements are repeated unchecked."
+    except checker.FormatError as error:
+        raise InputError(f"{name} is not a certificate of the format {checker.CERTIFICATE_FORMAT}: {error}") from None
+    false = [finding for finding in found.findings if not finding.true]
+    if false:
+        first = f"{false[0].statement}{f' ({false[0].detail})' if false[0].detail else ''}"
+        return f"{name}: {len(false)} of {len(found.findings)} statements are FALSE, the first: {first}; no report was written", ""
+    return "", f"Checked when this was made: all {len(found.findings)} statements are true of the table (fairaudit verify, {__version__})."
+
+
+def _plain(text: str) -> str:
+    from fairaudit.columns import plain
+
+    return plain(text)

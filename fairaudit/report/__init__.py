@@ -1,0 +1,167 @@
+"""Reports that a person reads: one HTML page or a piece of markdown, made from a certificate alone."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from functools import wraps
+from importlib.resources import files
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.certificate import Certificate
+from fairaudit.exact import InputError
+from fairaudit.report import markdown as _markdown
+from fairaudit.report.content import Content, describe
+from fairaudit.report.pictures import curve, heat, rail, share
+from fairaudit.report.words import Value
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+__all__ = ["check_extra", "html", "markdown"]
+
+
+def _refusing(function: Callable[..., str]) -> Callable[..., str]:
+    """Turn a document of the wrong shape into a sentence."""
+
+    @wraps(function)
+    def checked(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
+        try:
+            return function(certificate, checked=checked)
+        except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError("this is no certificate of the format; fairaudit verify says what is wrong with it") from None
+
+    return checked
+
+
+@_refusing
+def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
+    """Write a certificate as one self-contained HTML page.
+
+    The page loads nothing. It shows the verdict, what each group gets, the bounds and what the reader has to judge, embeds the certificate,
+    and recomputes its figures in the reader's browser. What the certificate says is believed here: `fairaudit report` checks it first.
+
+    Parameters
+    ----------
+    certificate : Certificate or mapping
+        The certificate, or its JSON document.
+    checked : str
+        A sentence on who checked the certificate when the page was made.
+
+    Returns
+    -------
+    str
+        The page.
+
+    Raises
+    ------
+    InputError
+        If jinja2 is missing, or the document does not have the shape of a certificate.
+
+    Examples
+    --------
+    >>> from fairaudit import Law, certify
+    >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> page = html(certify(law, {"yes": 1}).certificate)
+    >>> page.startswith("<!DOCTYPE html>"), "3/2" in page
+    (True, True)
+    """
+    environment, markup = _jinja()
+    page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
+    css, script = (files(__name__).joinpath(name).read_text("utf-8") for name in ("page.css", "check.js"))
+    embedded = json.dumps(page.document, ensure_ascii=True, separators=(",", ":"))
+    for character in "<>&":
+        embedded = embedded.replace(character, f"\\u{ord(character):04x}")
+    shown = [*page.panels, *([page.overall] if page.overall else [])]
+    top = max((end for panel in shown for m in panel.members for end in _reach(m)), key=float, default=Value(inf))
+    text: str = environment.get_template("page.html.j2").render(
+        page=page,
+        checked=checked,
+        css=markup(css),
+        script=markup(script),
+        embedded=markup(embedded),
+        policy=f"default-src 'none'; style-src '{_digest(css)}'; script-src '{_digest(script)}'; base-uri 'none'; form-action 'none'; "
+        "require-trusted-types-for 'script'; trusted-types 'none'",
+        top=top,
+        whiskers=any(m.ends for panel in shown for m in panel.members),
+        hidden_contexts=_hidden(page),
+        share=lambda value, most: f"{share(value, most):.2f}%",
+        rail=lambda rung, rungs: markup(rail(rung, rungs)),
+        heat=heat,
+        curve=markup(curve(page.calibration)) if page.calibration else "",
+    )
+    return text
+
+
+@_refusing
+def markdown(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
+    """Write a certificate as markdown, for a pull request or a model card.
+
+    Parameters
+    ----------
+    certificate : Certificate or mapping
+        The certificate, or its JSON document.
+    checked : str
+        A sentence on who checked the certificate.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    InputError
+        If the document does not have the shape of a certificate.
+
+    Examples
+    --------
+    >>> from fairaudit import Law, certify
+    >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> markdown(certify(law, {"yes": 1}, max_local_ratio=2, confidence=None).certificate).splitlines()[0]
+    '## Fairness audit: within the target'
+    """
+    return _markdown.write(describe(certificate.document if isinstance(certificate, Certificate) else certificate), checked)
+
+
+def check_extra() -> None:
+    """Refuse when what pages need is not installed.
+
+    Raises
+    ------
+    InputError
+        Naming the extra to install.
+    """
+    _jinja()
+
+
+def _jinja() -> tuple[Any, type[Markup]]:
+    try:
+        from jinja2 import Environment, FunctionLoader, StrictUndefined
+        from markupsafe import Markup
+    except ImportError:
+        raise InputError("a page needs jinja2; install the extra: pip install 'fairaudit-certify[report]', or ask for markdown") from None
+    loader = FunctionLoader(lambda name: files(__name__).joinpath(name).read_text("utf-8"))
+    return Environment(autoescape=True, loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True), Markup
+
+
+def _digest(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}"
+
+
+def _hidden(page: Content) -> str:
+    if page.subject is None:
+        return ""
+    starts = page.subject.law.starts
+    compared = int(((starts[1:] - starts[:-1]) > 1).sum())
+    more = compared - len(page.panels)
+    return f"These are the most unequal contexts. {more:,} more are in the table below." if more > 0 else ""
+
+
+def _reach(member: Any) -> list[Value]:
+    return [member.value, *([member.ends[1]] if member.ends else []), *([member.before] if member.before else [])]

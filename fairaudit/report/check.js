@@ -1,0 +1,690 @@
+// Recomputes the figures of the certificate in this page from its table, in whole numbers (BigInt), as docs/certificate.md describes them.
+// Works in slices, so that the page stays responsive. Text from the certificate is only ever set as text.
+"use strict";
+(() => {
+  const PAIRS = 400000;
+  const WORK = 4000000;
+  const PAGE = 10;
+  const ONE = [1n, 1n], ZERO = [0n, 1n], INF = [1n, 0n];
+  const at = (id) => document.getElementById(id);
+
+  // Rationals [n, d] with d >= 0; [1, 0] is infinite.
+  const abs = (a) => (a < 0n ? -a : a);
+  const gcd = (a, b) => { while (b) [a, b] = [b, a % b]; return a; };
+  const lcm = (a, b) => (a === b ? a : (a / gcd(a, b)) * b);
+  const lowest = ([n, d]) => { if (d === 0n) return INF; const g = gcd(abs(n), d); return [n / g, d / g]; };
+  const rational = (s) => { if (s === "inf") return INF; const [n, d] = s.split("/"); return [BigInt(n), d === undefined ? 1n : BigInt(d)]; };
+  const text = (r) => { const [n, d] = lowest(r); return d === 0n ? "inf" : d === 1n ? String(n) : n + "/" + d; };
+  const compare = (a, b) => { const l = a[0] * b[1], r = b[0] * a[1]; return l < r ? -1 : l > r ? 1 : 0; };
+  const add = (a, b) => (a[1] === b[1] ? [a[0] + b[0], a[1]] : [a[0] * b[1] + b[0] * a[1], a[1] * b[1]]);
+  const minus = (a, b) => add(a, [-b[0], b[1]]);
+  const times = (a, b) => [a[0] * b[0], a[1] * b[1]];
+  const over = (a, b) => times(a, [b[1], b[0]]);
+  const most = (a, b) => (compare(a, b) < 0 ? b : a);
+  const least = (a, b) => (compare(a, b) > 0 ? b : a);
+  const quotient = (a, b) => (b[0] === 0n ? (a[0] === 0n ? ONE : INF) : over(a, b));
+  const total = (values) => values.reduce((sum, v) => lowest(add(sum, v)), ZERO);
+  const whole = (list) => { const d = list.reduce((m, r) => lcm(m, r[1]), 1n); return [list.map((r) => r[0] * (d / r[1])), d]; };
+  const sum = (list) => list.reduce((a, b) => a + b, 0n);
+
+  function decimals([n, d]) {  // four significant digits
+    if (d === 0n) return "infinite";
+    if (n === 0n) return "0";
+    let power = String(n).length - String(d).length;
+    let digits = 0n;
+    for (let i = 0; i < 3; i++) {
+      const shift = 3 - power;
+      const top = shift >= 0 ? n * 10n ** BigInt(shift) : n, bottom = shift >= 0 ? d : d * 10n ** BigInt(-shift);
+      digits = (2n * top + bottom) / (2n * bottom);
+      if (digits < 1000n) power--; else if (digits > 9999n) power++; else break;
+    }
+    return String(Number(digits + "e" + (power - 3)));
+  }
+
+  // log of a ratio, enclosed: [lo, hi] in units of 2^-bits.
+  function series(n, d, bits) {  // 2 atanh(n/d) for 0 <= n/d <= 1/3
+    const z = (n << bits) / d, square = (z * z) >> bits;
+    let power = z, result = 0n, k = 1n;
+    while (power > 0n) { result += power / k; power = (power * square) >> bits; k += 2n; }
+    return 2n * result;
+  }
+  function logarithm([n, d], bits) {
+    let k = 0n, top = n, bottom = d;
+    while (top > 2n * bottom) { bottom <<= 1n; k++; }
+    const slack = 4n * bits + 8n * (k + 1n);
+    const middle = series(top - bottom, top + bottom, bits) + k * series(1n, 3n, bits);
+    return [middle - slack, middle + slack];
+  }
+  function logText(r) {
+    if (compare(r, ONE) === 0) return ["0", "0"];
+    if (r[1] === 0n) return ["inf", "inf"];
+    for (let bits = 128n; ; bits *= 2n) {
+      const [lo, hi] = logarithm(r, bits).map((v) => (v * 10n ** 12n) >> bits);
+      if (lo === hi) return [lo, lo + 1n].map((v) => { const s = String(v).padStart(13, "0"); return s.slice(0, -12) + "." + s.slice(-12); });
+    }
+  }
+  function logAtMost(r, limit) {
+    if (r[1] === 0n) return false;
+    if (compare(r, ONE) === 0) return true;
+    if (limit[0] === 0n) return false;
+    for (let bits = 64n; ; bits *= 2n) {
+      const [lo, hi] = logarithm(r, bits), low = (limit[0] << bits) / limit[1];
+      if (hi <= low) return true;
+      if (lo > low + 1n) return false;
+    }
+  }
+
+  // SHA-256, so that it also runs where the page is not a secure context.
+  function sha256(bytes) {
+    const K = [], H = [];
+    const primes = [];
+    for (let c = 2; primes.length < 64; c++) if (primes.every((p) => c % p)) primes.push(c);
+    const bits = (x) => Math.floor((x - Math.floor(x)) * 4294967296) | 0;
+    primes.forEach((p, i) => { K.push(bits(Math.cbrt(p))); if (i < 8) H.push(bits(Math.sqrt(p))); });
+    const length = bytes.length, padded = new Uint8Array(((length + 72) >> 6) << 6), view = new DataView(padded.buffer);
+    padded.set(bytes); padded[length] = 128;
+    view.setUint32(padded.length - 8, Math.floor(length / 536870912)); view.setUint32(padded.length - 4, (length << 3) >>> 0);
+    const w = new Int32Array(64), rot = (x, n) => (x >>> n) | (x << (32 - n));
+    return { padded, view, H, K, w, rot, done: 0 };
+  }
+  function hashBlocks(s, until) {
+    const { view, H, K, w, rot } = s;
+    for (; s.done < until; s.done += 64) {
+      for (let i = 0; i < 64; i++) {
+        if (i < 16) { w[i] = view.getInt32(s.done + 4 * i); continue; }
+        const a = w[i - 15], b = w[i - 2];
+        w[i] = (w[i - 16] + (rot(a, 7) ^ rot(a, 18) ^ (a >>> 3)) + w[i - 7] + (rot(b, 17) ^ rot(b, 19) ^ (b >>> 10))) | 0;
+      }
+      let [a, b, c, d, e, f, g, h] = H;
+      for (let i = 0; i < 64; i++) {
+        const x = (h + (rot(e, 6) ^ rot(e, 11) ^ rot(e, 25)) + ((e & f) ^ (~e & g)) + K[i] + w[i]) | 0;
+        const y = ((rot(a, 2) ^ rot(a, 13) ^ rot(a, 22)) + ((a & b) ^ (a & c) ^ (b & c))) | 0;
+        h = g; g = f; f = e; e = (d + x) | 0; d = c; c = b; b = a; a = (x + y) | 0;
+      }
+      [a, b, c, d, e, f, g, h].forEach((v, i) => { H[i] = (H[i] + v) | 0; });
+    }
+  }
+
+  // Give the page a turn when 40 ms have passed.
+  let since = performance.now();
+  const channel = new MessageChannel();
+  const turn = () => new Promise((resolve) => { channel.port1.onmessage = () => { since = performance.now(); resolve(); }; channel.port2.postMessage(0); });
+  const late = () => performance.now() - since > 40;
+
+  const sorted = (v) => (Array.isArray(v) ? v.map(sorted) : v !== null && typeof v === "object"
+    ? Object.fromEntries(Object.keys(v).sort().map((k) => [k, sorted(v[k])])) : v);
+  const canonical = (v) => JSON.stringify(sorted(v)).replace(/[^ -~]/g, (c) => "\\u" + c.charCodeAt(0).toString(16).padStart(4, "0"));
+  const same = (a, b) => canonical(a) === canonical(b);
+
+  async function digest(table) {
+    const parts = [canonical(table.header) + "\n"];
+    for (const row of table.rows) { parts.push(canonical(row) + "\n"); if (late()) await turn(); }
+    const state = sha256(new TextEncoder().encode(parts.join("")));
+    while (state.done < state.padded.length) { hashBlocks(state, Math.min(state.done + 65536, state.padded.length)); if (late()) await turn(); }
+    return state.H.map((v) => (v >>> 0).toString(16).padStart(8, "0")).join("");
+  }
+
+  // The law: cells with integer weights w of sum s, over the denominator d of counts, mass, utility g and expectation e.
+  function cell(x, a, weights, g, mass) {
+    const [w, d] = whole(weights), s = sum(w);
+    const known = g.map((v) => (v === null ? ZERO : v)), [top, bottom] = whole(known);
+    return { x, a, w, d, s, g, mass: mass || [s, d], e: [w.reduce((t, v, u) => t + v * top[u], 0n), s * bottom] };
+  }
+  async function readLaw(header, rows) {
+    const shared = header.utility && header.utility.map(rational), cells = [];
+    for (const row of rows) {
+      const g = shared || row.utility.map((v) => (v === null ? null : rational(v)));
+      const mass = header.population === "counts" ? null : header.population === "weights" ? rational(row.mass) : ONE;
+      cells.push(cell(row.context, row.group, row.weights.map(rational), g, mass));
+      if (late()) await turn();
+    }
+    return lawOf(header.contexts, header.groups, cells, header, shared);
+  }
+  function lawOf(contexts, groups, cells, header, shared) {
+    const byContext = [];
+    for (const c of cells) { const last = byContext[byContext.length - 1]; if (last && last[0].x === c.x) last.push(c); else byContext.push([c]); }
+    const law = { contexts, groups, cells, byContext, population: header.population, columns: header.columns, decisions: header.decisions, shared };
+    law.complete = cells.length === contexts.length * groups.length;
+    const masses = new Map();
+    for (const c of cells) masses.set(c.a, (masses.get(c.a) || []).concat([c]));
+    law.byGroup = [...masses].sort((p, q) => p[0] - q[0]);
+    law.positive = law.byGroup.filter(([, list]) => list.some((c) => c.mass[0] > 0n));
+    law.lacking = law.population === "equal" && !law.complete;
+    law.global = law.lacking || law.positive.length < 2 ? [] : law.positive;
+    return law;
+  }
+
+  // Filters: rows of integers over a denominator, along the axis of each factor.
+  const product = (lists) => lists.reduce((made, list) => made.flatMap((head) => list.map((part) => head.concat(part))), [[]]);
+  function readFilter(factors) {
+    const list = factors.map((f) => {
+      const [flat, d] = whole(f.rows.flat().map(rational));
+      return { rows: f.rows.map((r, i) => flat.slice(i * r.length, (i + 1) * r.length)), d, inputs: f.inputs, outputs: f.outputs };
+    });
+    return { list, inputs: product(list.map((f) => f.inputs)), outputs: product(list.map((f) => f.outputs)), d: list.reduce((p, f) => p * f.d, 1n),
+      rows() { return list.reduce((made, f) => made.flatMap((head) => f.rows.map((r) => head.flatMap((p) => r.map((q) => p * q)))), [[1n]]); } };
+  }
+  function through(filter, vectors) {  // vectors: one per released value, mixed into one per input
+    let block = vectors, sizes = filter.list.map((f) => f.outputs.length);
+    filter.list.forEach((f, axis) => {
+      const before = sizes.slice(0, axis).reduce((p, n) => p * n, 1), after = sizes.slice(axis + 1).reduce((p, n) => p * n, 1), made = [];
+      for (let i = 0; i < before; i++) for (const row of f.rows) for (let k = 0; k < after; k++) {
+        const target = vectors[0].map(() => 0n);
+        row.forEach((p, j) => { if (p) { const v = block[(i * row.length + j) * after + k]; for (let u = 0; u < v.length; u++) target[u] += p * v[u]; } });
+        made.push(target);
+      }
+      sizes[axis] = f.rows.length; block = made;
+    });
+    return block;
+  }
+  const key = (label) => JSON.stringify(label);
+
+  async function readPolicy(header, rows) {
+    const shared = header.utility && header.utility.map(rational), decisions = header.decisions.length;
+    const shown = rows.filter((r) => "weights" in r), listed = rows.filter((r) => !("weights" in r));
+    const group = readFilter(header.filters.group), context = header.filters.context && readFilter(header.filters.context);
+    const [flat, scale] = whole(shown.flatMap((r) => r.weights.map(rational)));
+    const place = new Map(shown.map((r, i) => [r.context + "," + r.group, flat.slice(i * decisions, (i + 1) * decisions)]));
+    const find = (labels) => { const m = new Map(labels.map((l, i) => [key(l), i])); return (l) => m.get(key(l)); };
+    const xOf = find(header.contexts), aOf = find(header.groups), nothing = Array(decisions).fill(0n);
+    const contexts = context ? context.inputs : header.contexts, released = context ? context.outputs : header.contexts;
+    const all = group.rows(), reach = group.outputs.map((_, j) => all.some((r) => r[j] > 0n));
+    const size = contexts.length * Math.max(group.inputs.length, group.outputs.length) * decisions * (context ? released.length : 1);
+    if (size > WORK) return null;
+    const row = (x, a) => place.get(xOf(x) + "," + aOf(a)) || nothing;
+    const policy = { group, context, contexts, released, scale, reach, all, groups: group.inputs, row, decisions };
+    policy.raw = [];  // per released context, a vector for each released group
+    policy.mixed = [];  // the same per true group
+    for (const x of released) {
+      const block = group.outputs.map((a) => row(x, a));
+      policy.raw.push(block); policy.mixed.push(through(group, block));
+      if (late()) await turn();
+    }
+    const cross = (blocks, count) => {  // mix over released contexts
+      if (!context) return blocks;
+      const flatBlocks = blocks.map((b) => b.flat()), made = through(context, flatBlocks);
+      return made.map((v) => Array.from({ length: count }, (_, a) => v.slice(a * decisions, (a + 1) * decisions)));
+    };
+    policy.response = cross(policy.raw, group.outputs.length);
+    const induced = cross(policy.mixed, group.inputs.length), true_ = new Map(listed.map((r) => [r.true_context + "," + r.true_group, r]));
+    const entry = (x, a) => true_.get(x + "," + a);
+    policy.g = (x, a) => shared || entry(x, a).utility.map(rational);
+    const make = async (rowOf) => {
+      const cells = [];
+      for (let x = 0; x < contexts.length; x++) for (let a = 0; a < group.inputs.length; a++) {
+        const mass = header.population === "weights" ? rational(entry(x, a).mass) : ONE;
+        cells.push(cell(x, a, rowOf(x, a).map((w) => [w, 1n]), policy.g(x, a), mass));
+        if (late()) await turn();
+      }
+      return lawOf(contexts, group.inputs, cells, header, shared);
+    };
+    const law = await make((x, a) => induced[x][a]);
+    const known = contexts.every((x) => xOf(x) !== undefined) && group.inputs.every((a) => aOf(a) !== undefined)
+      && contexts.every((x) => group.inputs.every((a) => place.has(xOf(x) + "," + aOf(a))));
+    policy.unfiltered = known ? await make((x, a) => row(contexts[x], group.inputs[a])) : null;
+    law.policy = policy;
+    return law;
+  }
+
+  // Metrics. A block is a list of [group, value]; the first greatest quotient wins.
+  const named = (columns, label) => Object.fromEntries(columns.map((c, i) => [c, label[i]]));
+  async function greatest(blocks) {
+    let best = null;
+    for (const block of blocks) {
+      let top = block.list[0][1], low = top;
+      for (const [, v] of block.list) { if (compare(v, top) > 0) top = v; if (compare(v, low) < 0) low = v; }
+      const r = quotient(top, low);
+      if (!best || compare(r, best.r) > 0) best = { r, block, top, low };
+      if (late()) await turn();
+    }
+    if (!best) return null;
+    const list = best.block.list, first = (test) => list.find(([, v]) => test(v));
+    let pair = [list[0], list[1]];
+    if (compare(best.r, ONE) !== 0) {
+      pair = best.r[1] === 0n ? [first((v) => v[0] > 0n), first((v) => v[0] === 0n)]
+        : [first((v) => compare(v, best.top) === 0), first((v) => compare(v, best.low) === 0)];
+    }
+    return { r: best.r, block: best.block, higher: pair[0], lower: pair[1] };
+  }
+  function stated(law, found, valued) {
+    if (!found) return null;
+    const w = {};
+    if (found.block.x !== undefined) w.context = named(law.columns.context, law.contexts[found.block.x]);
+    if (found.block.u !== undefined) w.decision = law.decisions[found.block.u];
+    w.higher = named(law.columns.group, law.groups[found.higher[0]]); w.lower = named(law.columns.group, law.groups[found.lower[0]]);
+    w[valued] = [text(found.higher[1]), text(found.lower[1])];
+    return { ratio: text(found.r), log: logText(found.r), witness: w };
+  }
+  async function distance(law, blocks) {  // blocks: {x, list: [[group, w, s]]}
+    const pairs = blocks.reduce((n, b) => n + b.list.length * (b.list.length - 1) / 2, 0), two = law.decisions.length <= 2;
+    if (!blocks.length) return null;
+    if (!two && pairs * law.decisions.length > PAIRS) return undefined;
+    let best = null;
+    const keep = (v, block, i, j) => { if (!best || compare(v, best.v) > 0) best = { v, block, i, j }; };
+    for (const block of blocks) {
+      const list = block.list;
+      if (two) {
+        const p = list.map(([, w, s]) => [w[0], s]);
+        let top = p[0], low = p[0];
+        for (const v of p) { top = most(top, v); low = least(low, v); }
+        const end = (v) => (compare(v, top) === 0 ? 1 : compare(v, low) === 0 ? -1 : 0);
+        if (compare(top, low) === 0) keep(ZERO, block, 0, 1);
+        else {
+          const ends = p.map(end), i = ends.findIndex((e, n) => e && ends.indexOf(-e, n + 1) > 0);
+          keep(minus(top, low), block, i, ends.indexOf(-ends[i], i + 1));
+        }
+        if (late()) await turn();
+        continue;
+      }
+      for (let i = 0; i < list.length; i++) {
+        for (let j = i + 1; j < list.length; j++) {
+          const [, p, s] = list[i], [, q, t] = list[j];
+          let above = 0n;
+          for (let u = 0; u < p.length; u++) { const v = p[u] * t - q[u] * s; if (v > 0n) above += v; }
+          keep([above, s * t], block, i, j);
+        }
+        if (late()) await turn();
+      }
+    }
+    const [a, p, s] = best.block.list[best.i], [b, q, t] = best.block.list[best.j], w = {};
+    if (best.block.x !== undefined) w.context = named(law.columns.context, law.contexts[best.block.x]);
+    w.higher = named(law.columns.group, law.groups[a]); w.lower = named(law.columns.group, law.groups[b]);
+    w.decisions = law.decisions.filter((_, u) => p[u] * t > q[u] * s);
+    return { value: text(best.v), witness: w };
+  }
+  const localBlocks = (law) => law.byContext.filter((b) => b.length > 1);
+  async function groupLaws(law) {
+    const made = [];
+    for (const [a, list] of law.global) {
+      const mass = total(list.map((c) => c.mass));
+      const mean = over(total(list.map((c) => times(c.mass, c.e))), mass);
+      const shares = [];
+      for (let u = 0; u < law.decisions.length; u++) { shares.push(total(list.map((c) => times(c.mass, [c.w[u], c.s])))); if (late()) await turn(); }
+      const [w] = whole(shares);
+      made.push({ a, mean, w, s: sum(w) });
+    }
+    return made;
+  }
+  async function ratios(law, groups) {
+    const local = await greatest(localBlocks(law).map((b) => ({ x: b[0].x, list: b.map((c) => [c.a, c.e]) })));
+    const overall = await greatest(groups.length ? [{ list: groups.map((g) => [g.a, g.mean]) }] : []);
+    return { local: stated(law, local, "expectations"), global: stated(law, overall, "expectations") };
+  }
+  async function measure(law, groups) {
+    const blocks = localBlocks(law), each = law.decisions.map((_, u) => u);
+    const found = await ratios(law, groups);
+    found.equalized_odds = await distance(law, blocks.map((b) => ({ x: b[0].x, list: b.map((c) => [c.a, c.w, c.s]) })));
+    found.demographic_parity = await distance(law, groups.length ? [{ list: groups.map((g) => [g.a, g.w, g.s]) }] : []);
+    const chances = blocks.flatMap((b) => each.map((u) => ({ x: b[0].x, u, list: b.map((c) => [c.a, [c.w[u], c.s]]) })));
+    found.local_supremum = stated(law, await greatest(chances), "probabilities");
+    const overall = groups.length ? each.map((u) => ({ u, list: groups.map((g) => [g.a, [g.w[u], g.s]]) })) : [];
+    found.global_supremum = stated(law, await greatest(overall), "probabilities");
+    return found;
+  }
+  async function constants(law) {
+    let gamma = null, m = null, gap = ZERO, tau = null;
+    const see = (v) => { if (v !== null) { gamma = gamma ? most(gamma, v) : v; m = m ? least(m, v) : v; } };
+    if (law.shared) law.shared.forEach(see);
+    for (const block of law.byContext) {
+      if (!law.shared) {
+        for (const c of block) c.g.forEach(see);
+        law.decisions.forEach((_, u) => {
+          const given = block.map((c) => c.g[u]).filter((v) => v !== null);
+          if (given.length > 1) gap = most(gap, minus(given.reduce(most), given.reduce(least)));
+        });
+      }
+      if (block.length > 1) for (const c of block) tau = tau ? least(tau, c.e) : c.e;
+      if (late()) await turn();
+    }
+    return { gamma, m, tau, lipschitz: gap };
+  }
+  function notCompared(law) {
+    const present = law.contexts.map(() => new Set()), out = [];
+    for (const c of law.cells) present[c.x].add(c.a);
+    law.contexts.forEach((x, i) => {
+      if (present[i].size < law.groups.length) out.push({ context: x, groups: law.groups.filter((_, a) => !present[i].has(a)), reason: "no decisions recorded" });
+    });
+    law.contexts.forEach((x, i) => { if (present[i].size < 2) out.push({ context: x, reason: "fewer than two groups" }); });
+    const good = new Set(law.positive.map(([a]) => a)), weightless = law.byGroup.filter(([a]) => !good.has(a));
+    if (weightless.length) out.push({ groups: weightless.map(([a]) => law.groups[a]), reason: "no population" });
+    if (!law.global.length) out.push({ quantity: "global", reason: law.lacking ? "a group is missing in a context and no population was given" : "fewer than two groups" });
+    return out;
+  }
+  function independent(law) {
+    if (!law.complete) return false;
+    const [mass] = whole(law.cells.map((c) => c.mass)), rows = new Map(), columns = new Map(), all = sum(mass);
+    law.cells.forEach((c, i) => { rows.set(c.x, (rows.get(c.x) || 0n) + mass[i]); columns.set(c.a, (columns.get(c.a) || 0n) + mass[i]); });
+    return law.cells.every((c, i) => mass[i] * all === rows.get(c.x) * columns.get(c.a));
+  }
+
+  // Bounds of a policy behind filters: docs/certificate-policy.md.
+  const hockeyStick = (p, q, k, d) => [p.reduce((t, v, i) => { const e = v * k[1] - k[0] * q[i]; return e > 0n ? t + e : t; }, 0n), k[1] * d];
+  async function everyPair(rows, d, multipliers, holds, skip) {
+    if (rows.length * (rows.length - 1) * (rows[0] || []).length * Math.max(1, multipliers.length) > WORK) return undefined;
+    for (const p of rows) for (const q of rows) {
+      if (p === q || (skip && skip(p, q))) continue;
+      if (!multipliers.some((k) => holds(k, hockeyStick(p, q, k, d)))) return false;
+      if (late()) await turn();
+    }
+    return true;
+  }
+  function extremes(policy) {  // the policy floor, and R0
+    let low = null, raw = ONE;
+    policy.contexts.forEach((_, x) => {
+      const row = policy.context && policy.context.rows()[x], d = policy.context ? policy.context.d : 1n;
+      const values = [];
+      policy.reach.forEach((reachable, j) => {
+        if (!reachable) return;
+        policy.groups.forEach((_, a) => {
+          const [g, bottom] = whole(policy.g(x, a)), worth = (v) => [v.reduce((t, p, u) => t + p * g[u], 0n), policy.scale * bottom];
+          const seen = policy.context ? policy.released.map((_, k) => k).filter((k) => row[k] > 0n) : [x];
+          for (const k of seen) { const v = worth(policy.raw[k][j]); low = low ? least(low, v) : v; }
+          const [n, e] = worth(policy.response[x][j]);
+          if (a === 0) values.push([n, e * d]);
+        });
+      });
+      raw = most(raw, quotient(values.reduce(most), values.reduce(least)));
+    });
+    return { floor: low, raw };
+  }
+  function composition(law) {
+    const policy = law.policy, good = law.global.map(([a]) => a), of = new Map(good.map((a) => [a, new Array(policy.contexts.length).fill(ZERO)]));
+    for (const c of law.cells) if (of.has(c.a)) of.get(c.a)[c.x] = c.mass;
+    const shares = good.map((a) => {
+      const [mass] = whole(of.get(a)), all = sum(mass), d = policy.context ? policy.context.d : 1n;
+      const rows = policy.context ? policy.context.rows() : null;
+      const shown = policy.released.map((_, k) => (rows ? mass.reduce((t, m, x) => t + m * rows[x][k], 0n) : mass[k]));
+      return shown.map((v) => [v, all * d]);
+    });
+    let worst = ONE;
+    policy.released.forEach((_, k) => {
+      const values = shares.map((s) => s[k]), top = values.reduce(most);
+      if (top[0] > 0n) worst = most(worst, quotient(top, values.reduce(least)));
+    });
+    return worst;
+  }
+
+  // Each rule says true, false, or undefined when it is not recomputed here.
+  async function judgeClaim(claim, f) {
+    const value = rational(claim.value), by = claim.by, metric = f.metric(claim.quantity), name = claim.quantity + claim.relation + by;
+    if (metric === undefined) return undefined;
+    if (metric === null) return false;
+    if (claim.scope.startsWith("population at confidence ")) {
+      const interval = (f.doc.intervals || {})[claim.evidence.interval];
+      if (!interval || claim.evidence.interval + "_ratio" !== claim.quantity) return false;
+      const [lo, hi] = interval.ratio.map(rational);
+      const fits = claim.relation === "<=" ? compare(value, hi) >= 0 : compare(value, ONE) >= 0 && compare(value, lo) <= 0;
+      return fits ? undefined : false;
+    }
+    if (claim.relation === "=") return compare(value, metric) === 0 && (by === "enumeration" || by === "T6");
+    if (compare(metric, value) > 0) return false;
+    if (by === "T7") {
+      const r = f.metric(claim.quantity === "equalized_odds" ? "local_ratio_supremum" : "global_ratio_supremum");
+      const bound = r[1] === 0n ? ONE : over(minus(r, ONE), add(r, ONE));
+      return compare(value, bound) === 0 && text(r) === claim.evidence.supremum;
+    }
+    if (claim.scope === "every utility of the class") return by === "T3" ? f.closedForm(claim, value) : undefined;
+    if (by === "T5" && claim.scope === "this law") return compare(value, f.metric("local_ratio")) === 0 && independent(f.law);
+    if (!f.law.policy) return false;
+    return judgeBound(claim, value, f);
+  }
+  async function judgeBound(claim, value, f) {
+    const { policy } = f.law, { gamma, m, gap } = f.effective, blind = gap[0] === 0n, factor = f.factor, finite = factor[1] !== 0n, by = claim.by;
+    const multipliers = (claim.evidence.multipliers || []).map(rational), infinite = value[1] === 0n;
+    const any = claim.scope === "any policy behind this filter", floored = claim.scope.endsWith("keeps the declared floor");
+    if (by === "T2") return any && blind && finite && compare(value, factor) >= 0;
+    if (by === "T5") return any && blind && finite && independent(f.law) && compare(value, factor) >= 0;
+    if (by === "T5-decision") {
+      const c = composition(f.law);
+      return any && Boolean(f.law.shared) && finite && text(c) === claim.evidence.composition && c[1] !== 0n && compare(value, times(factor, c)) >= 0;
+    }
+    if (by === "T8") {
+      if (!policy.context || !f.law.shared) return false;
+      const rows = policy.context.rows(), seen = policy.released.map((_, k) => k).filter((k) => rows.some((r) => r[k] > 0n));
+      const [g] = whole(f.law.shared), worth = (v) => [v.reduce((t, p, u) => t + p * g[u], 0n), 1n];
+      const found = await greatest(seen.map((k) => ({ x: k, list: policy.mixed[k].map((v, a) => [a, worth(v)]) })));
+      return compare(value, found.r) >= 0;
+    }
+    if (by === "T12") {
+      const { raw } = f.extremes();
+      const bound = !finite ? raw : raw[1] === 0n ? factor : over(add(ONE, times(raw, factor)), add(raw, factor));
+      return blind && text(raw) === claim.evidence.raw_ratio && compare(value, bound) >= 0;
+    }
+    if (by === "T4") {
+      if (!any || !blind || m[0] === 0n) return false;
+      const rest = (k) => times(minus(k, ONE), m);
+      return infinite || everyPair(policy.all, policy.group.d, multipliers,
+        (k, h) => compare(add(k, over(most(ZERO, minus(times(minus(gamma, m), h), rest(k))), m)), value) <= 0);
+    }
+    if (by === "T3" && claim.scope.startsWith("this policy and context filter")) {
+      const tau = f.extremes().floor;
+      if (!blind || tau[0] === 0n || compare(tau, gamma) > 0) return false;
+      const p = finite ? [factor[0], factor[1]] : [1n, 0n], q = finite ? [factor[1], factor[0]] : [0n, 1n];
+      return infinite || multipliers.some((k) => compare(add(k, over(times(gamma, hockeyStick(p, q, k, sum(p))), tau)), value) <= 0);
+    }
+    const tau = floored ? f.declared.tau : claim.scope === "this law" ? f.constants.tau : null;
+    if (!tau || tau[0] === 0n) return false;
+    if (by === "floor") return compare(value, over(gamma, tau)) >= 0;
+    if (by === "T1-paper") return finite && compare(value, times(factor, add(ONE, over(gap, tau)))) >= 0;
+    if (by === "T1") return infinite || everyPair(policy.all, policy.group.d, multipliers, (k, h) => compare(add(k, over(add(gap, times(h, gamma)), tau)), value) <= 0);
+    if (by === "T3") {
+      const span = minus(gamma, gap);
+      if (compare(tau, span) > 0) return false;
+      return infinite || everyPair(policy.all, policy.group.d, multipliers, (k, h) => compare(add(k, over(add(gap, times(span, h)), tau)), value) <= 0);
+    }
+    return undefined;
+  }
+  async function closedForm(claim, value, law, of, groups) {
+    const gamma = rational(of.gamma), m = rational(of.m), low = most(of.tau === null ? ZERO : rational(of.tau), m);
+    if (!of.blind || (of.tau !== null && of.tau_on !== "all") || of.order.length || of.rows.length || of.lipschitz !== null || of.family) return false;
+    if (value[1] === 0n) return true;
+    const multipliers = claim.evidence.multipliers.map(rational);
+    const holds = (k, h) => {
+      if (low[0] === 0n) return h[0] === 0n && compare(k, value) <= 0;
+      const extra = most(ZERO, minus(times(minus(gamma, m), h), times(minus(k, ONE), m)));
+      return compare(add(times(k, low), extra), times(value, low)) <= 0;
+    };
+    if (of.quantity === "global" && law.contexts.length > 1) {
+      const joint = law.global.map(([, list]) => {
+        const mass = total(list.map((c) => c.mass)), flat = law.contexts.flatMap(() => law.decisions.map(() => ZERO));
+        list.forEach((c) => c.w.forEach((w, u) => { flat[c.x * law.decisions.length + u] = over(times(c.mass, [w, c.s]), mass); }));
+        return flat;
+      });
+      const [all, d] = whole(joint.flat()), size = joint[0].length;
+      const rows = joint.map((_, i) => all.slice(i * size, (i + 1) * size));
+      return everyPair(rows, d, multipliers, holds, (p, q) => p.every((v, i) => v === q[i]));
+    }
+    const blocks = of.quantity === "local" ? localBlocks(law).map((b) => b.map((c) => [c.w, c.s])) : [groups.map((g) => [g.w, g.s])];
+    for (const block of blocks) {
+      const d = block.reduce((t, [, s]) => lcm(t, s), 1n), rows = block.map(([w, s]) => w.map((v) => v * (d / s)));
+      const fine = await everyPair(rows, d, multipliers, holds, (p, q) => p.every((v, i) => v === q[i]));
+      if (!fine) return fine;
+    }
+    return true;
+  }
+
+  function judgeTarget(target, f) {  // true, false, or undefined when it rests on an interval
+    const r = f.metric(target.quantity + "_ratio"), limit = rational(target.limit);
+    if (r === undefined) return undefined;
+    const atMost = (v) => (target.unit === "ratio" ? compare(v, limit) <= 0 : logAtMost(v, limit));
+    if (target.judged === "this table") return target.verdict === (r === null ? "inconclusive" : atMost(r) ? "within" : "exceeds");
+    const interval = (f.doc.intervals || {})[target.quantity];
+    let [low, high] = interval ? interval.ratio.map(rational) : [ONE, INF];
+    for (const claim of f.doc.claims) {
+      const own = claim.quantity === target.quantity + "_ratio" && claim.relation === "<=", declared = f.doc.subject.declared || {};
+      const needs = { T2: [], T5: [], "T5-decision": [], T4: ["gamma", "m"] }[claim.by];
+      const floored = claim.scope.endsWith("keeps the declared floor") && "gamma" in declared;
+      const any = claim.scope === "any policy behind this filter" && needs && needs.every((n) => n in declared);
+      if (own && (any || floored)) high = least(high, rational(claim.value));
+    }
+    return target.verdict === (!atMost(low) ? "exceeds" : atMost(high) ? "within" : "inconclusive") ? undefined : false;
+  }
+
+  function shownFigures(doc, say) {
+    const of = (path) => path.split(".").reduce((v, k) => (v === null || v === undefined ? v : v[k]), doc);
+    let wrong = 0, count = 0;
+    for (const node of document.querySelectorAll("[data-path]")) { count++; if (node.textContent.trim() !== String(of(node.dataset.path))) wrong++; }
+    for (const node of document.querySelectorAll("[data-near]")) {
+      count++;
+      const exact = of(node.dataset.near), said = node.textContent.trim();
+      const close = exact === "inf" ? said === "infinite" : typeof exact === "string" && near(rational(exact), said);
+      if (!close) wrong++;
+    }
+    const tone = document.querySelector(".verdict");
+    count++;
+    if (!tone || !tone.classList.contains(doc.verdict)) wrong++;
+    say("the " + count + " figures of the certificate that stand on this page", wrong === 0, wrong ? wrong + " of them differ from the certificate" : "");
+  }
+  function near(r, said) {
+    const match = /^(\d+)(?:\.(\d+))?(?:e([+-]\d+))?$/.exec(said);
+    if (!match) return false;
+    const places = (match[2] || "").length, power = Number(match[3] || 0) - places, n = BigInt(match[1] + (match[2] || ""));
+    if (Math.abs(power) > 200000) return false;
+    const v = power >= 0 ? [n * 10n ** BigInt(power), 1n] : [n, 10n ** BigInt(-power)], gap = minus(r, v);
+    return compare([abs(gap[0]) * 1000n, gap[1]], r) <= 0;
+  }
+
+  async function check(doc) {
+    const findings = [], say = (what, good, why) => findings.push({ what, good, why: why || "" });
+    shownFigures(doc, say);
+    const about = doc.subject, table = about.table;
+    if (!table.header) return { findings, law: null };
+    const own = { kind: about.kind, columns: about.columns, population: about.population };
+    say("the table is of the kind that the certificate names", Object.keys(own).every((k) => same(own[k], table.header[k])));
+    say("digest of the table", (await digest(table)) === table.sha256);
+    const law = about.kind === "policy" ? await readPolicy(table.header, table.rows) : await readLaw(table.header, table.rows);
+    if (!law) { say("the law behind the filters", undefined, "too large for this page"); return { findings, law }; }
+    const groups = await groupLaws(law), metrics = await measure(law, groups), found = await constants(law);
+    const stateable = { gamma: text(found.gamma), m: text(found.m), tau: found.tau && text(found.tau), lipschitz: text(found.lipschitz), depends_on_group: found.lipschitz[0] > 0n };
+    say("constants of the utility", same(stateable, about.utility));
+    for (const [name, metric] of Object.entries(metrics)) {
+      say("metric " + name.replace(/_/g, " "), metric === undefined ? undefined : same(metric, doc.metrics[name]), metric === undefined ? "too many pairs for this page" : "");
+    }
+    if (law.policy) {
+      const before = law.policy.unfiltered && await ratios(law.policy.unfiltered, await groupLaws(law.policy.unfiltered));
+      say("the policy without its filters", same(before, doc.metrics.unfiltered));
+      const worst = (rows) => rows.reduce((w, p) => rows.reduce((v, q) => (p === q ? v : p.reduce((t, e, i) => (e === 0n ? t : most(t, quotient([e, 1n], [q[i], 1n]))), v)), w), ONE);
+      const state = (f) => f && { exp_epsilon: text(f.list.reduce((p, x) => { const w = worst(x.rows); return p[1] === 0n || w[1] === 0n ? INF : times(p, w); }, ONE)), attributes: f.list.map((x) => text(worst(x.rows))) };
+      law.privacy = { group: state(law.policy.group), context: state(law.policy.context) };
+      say("privacy of the filters", same(law.privacy, about.privacy));
+    }
+    say("what was not compared", same(notCompared(law), doc.not_compared));
+    const declared = Object.fromEntries(Object.entries(about.declared || {}).map(([k, v]) => [k, rational(v)]));
+    const value = (m) => (m === undefined ? undefined : m === null ? null : rational("ratio" in m ? m.ratio : m.value));
+    const of = { local_ratio: "local", global_ratio: "global", local_ratio_supremum: "local_supremum", global_ratio_supremum: "global_supremum" };
+    let kept = null;
+    const f = {
+      doc, law, declared, constants: found, metric: (q) => value(metrics[of[q] || q]), factor: law.privacy ? rational(law.privacy.group.exp_epsilon) : ONE,
+      effective: { gamma: declared.gamma || found.gamma, m: declared.m || found.m, gap: declared.lipschitz || found.lipschitz },
+      extremes: () => { kept = kept || extremes(law.policy); return kept; },
+      closedForm: (claim, v) => (about.class ? closedForm(claim, v, law, about.class, groups) : false),
+    };
+    for (const claim of doc.claims) {
+      const good = await judgeClaim(claim, f);
+      const why = good !== undefined ? "" : claim.scope.startsWith("population") ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
+      say("claim " + claim.quantity.replace(/_/g, " ") + " " + claim.relation + " " + claim.value.slice(0, 60) + " by " + claim.by + ", about " + claim.scope, good, why);
+    }
+    for (const name of Object.keys(doc.intervals || {})) say("interval of the " + name + " ratio", undefined, "only fairaudit verify checks this");
+    for (const t of doc.targets) {
+      const good = judgeTarget(t, f);
+      say("target " + t.quantity + " " + t.unit + " at most " + t.limit.slice(0, 60) + ": " + t.verdict, good, good === undefined ? "follows from the interval, which only fairaudit verify checks" : "");
+    }
+    const verdicts = doc.targets.map((t) => t.verdict);
+    say("the overall verdict follows from the targets", doc.verdict === (["exceeds", "inconclusive", "within"].find((v) => verdicts.includes(v)) || "none"));
+    return { findings, law };
+  }
+
+  const printable = (s) => s.replace(/[\p{Cc}\p{Cf}\p{Co}\p{Cn}\p{Zl}\p{Zp}]/gu, (c) => "\\u{" + c.codePointAt(0).toString(16) + "}").slice(0, 200);
+  function element(tag, content) { const node = document.createElement(tag); node.textContent = content; return node; }
+  function report(findings, whole) {
+    const box = at("check"), wrong = findings.filter((f) => f.good === false), open = findings.filter((f) => f.good === undefined), good = findings.length - wrong.length - open.length;
+    box.textContent = "";
+    if (wrong.length) {
+      box.dataset.state = "differs";
+      box.append(element("strong", "✗ Recomputed in your browser: " + wrong.length + " of " + findings.length + " statements are FALSE. "), "Do not use this page. ");
+    } else if (!whole) {
+      box.dataset.state = "unknown";
+      box.append(element("strong", "The certificate does not hold its table: nothing was recomputed here. "), "Whoever has the table can verify it. ");
+    } else {
+      box.dataset.state = "agrees";
+      box.append(element("strong", "✓ Recomputed in your browser: " + good + " statements agree with the table. "));
+      if (open.length) box.append(open.length + " more " + (open.length === 1 ? "is" : "are") + " for fairaudit verify to check. ");
+    }
+    box.append("A forged page could say this too: ");
+    const link = element("a", "how to verify"); link.href = "#verify"; box.append(link, ".");
+    const list = at("finding-list");
+    list.textContent = "";
+    for (const f of [...wrong, ...findings.filter((g) => g.good !== false)].slice(0, 500)) {
+      list.append(element("li", (f.good ? "✓ " : f.good === false ? "✗ FALSE: " : "– not recomputed: ") + printable(f.what) + (f.why ? " (" + f.why + ")" : "")));
+    }
+    at("findings").hidden = false;
+    at("findings").open = wrong.length > 0;
+  }
+
+  function lookUp(law) {
+    const box = at("lookup");
+    if (!box || law.cells.length < 2) return;
+    const name = (columns, label) => printable(columns.map((c, i) => c + "=" + label[i]).join(", "));
+    const contexts = law.contexts.map((l) => name(law.columns.context, l)), groups = law.groups.map((l) => name(law.columns.group, l));
+    let first = 0, shown = law.cells;
+    const size = (c) => Number((c.e[0] * 10n ** 15n) / c.e[1]);
+    const draw = () => {
+      const body = at("rows");
+      body.textContent = "";
+      for (const c of shown.slice(first, first + PAGE)) {
+        const row = document.createElement("tr"), exact = text(c.e), value = element("td", decimals(c.e));
+        value.className = "num";
+        for (const label of [contexts[c.x], groups[c.a]]) { const place = document.createElement("td"); place.append(element("bdi", label)); row.append(place); }
+        const long = element("td", exact.length > 60 ? "(" + exact.length + " characters)" : exact);
+        long.className = "exact";
+        row.append(value, long); body.append(row);
+      }
+      at("where").textContent = shown.length ? (first + 1) + " to " + Math.min(first + PAGE, shown.length) + " of " + shown.length.toLocaleString("en") : "nothing found";
+      at("back").disabled = first === 0; at("next").disabled = first + PAGE >= shown.length;
+    };
+    const choose = () => {
+      const words = at("find").value.toLowerCase(), order = at("order").value;
+      shown = law.cells.filter((c) => !words || contexts[c.x].toLowerCase().includes(words) || groups[c.a].toLowerCase().includes(words));
+      if (order !== "table") {
+        const keyed = shown.map((c) => [size(c), c]);
+        keyed.sort((p, q) => (order === "high" ? q[0] - p[0] : p[0] - q[0]));
+        shown = keyed.map((k) => k[1]);
+      }
+      first = 0; draw();
+    };
+    let pending = 0;
+    at("find").addEventListener("input", () => { clearTimeout(pending); pending = setTimeout(choose, 150); });
+    at("order").addEventListener("change", choose);
+    at("back").addEventListener("click", () => { first = Math.max(0, first - PAGE); draw(); });
+    at("next").addEventListener("click", () => { first += PAGE; draw(); });
+    draw();
+    box.hidden = false;
+  }
+
+  async function run() {
+    const box = at("check"), source = at("certificate").textContent;
+    box.textContent = "Recomputing the figures from the table in this page …";
+    await turn();
+    let findings, law = null;
+    try {
+      const doc = JSON.parse(source);
+      ({ findings, law } = await check(doc));
+      report(findings, law || doc.subject.table.header);
+    } catch (error) {
+      report([{ what: "the certificate in this page cannot be read: " + error.message, good: false, why: "" }], true);
+    }
+    if (law) lookUp(law);
+    document.documentElement.dataset.checked = box.dataset.state;
+  }
+
+  const save = at("save");
+  save.hidden = false;
+  save.addEventListener("click", () => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([at("certificate").textContent + "\n"], { type: "application/json" }));
+    link.download = "certificate.json"; link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  });
+  addEventListener("beforeprint", () => { for (const d of document.querySelectorAll("details")) d.open = true; });
+  run();
+})();

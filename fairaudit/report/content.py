@@ -1,0 +1,342 @@
+"""What a report says of a certificate, before it has a shape."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import inf
+from typing import Any, Literal
+
+from fairaudit.audit import approximate, sentence
+from fairaudit.certificate_reader import Subject, number, ratio, subject
+from fairaudit.columns import plain
+from fairaudit.report.expectations import Expectations, Matrix, Panel
+from fairaudit.report.ladder import Calibrated, Rung, calibration, ladder
+from fairaudit.report.words import QUANTITIES, THEOREMS, Value, claimed, clip, named, percent, scope
+
+__all__ = ["Content", "Figure", "describe"]
+
+SHOW_LEFT_OUT = 12
+VERDICTS = {
+    "within": ("Within the target", "Within the targets"),
+    "exceeds": ("Exceeds the target", "Exceeds a target"),
+    "inconclusive": ("Inconclusive", "Inconclusive"),
+    "none": ("No target was set", "No target was set"),
+}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A metric: its name, the question that it answers, its value and who it is about."""
+
+    key: str
+    name: str
+    question: str
+    value: Value | None
+    logs: str
+    witness: str
+    sure: tuple[Value, Value] | None = None
+    confidence: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """Everything that a report says.
+
+    Attributes
+    ----------
+    document : mapping
+        The certificate.
+    subject : Subject or None
+        Its table, if the certificate holds it.
+    """
+
+    document: Mapping[str, Any]
+    subject: Subject | None
+
+    @property
+    def verdict(self) -> str:
+        """The verdict as the certificate has it."""
+        verdict: str = self.document["verdict"]
+        return verdict
+
+    @property
+    def headline(self) -> str:
+        """The verdict in words."""
+        return VERDICTS[self.verdict][len(self.document["targets"]) > 1]
+
+    @property
+    def meaning(self) -> str:
+        """What the verdict means, where its word does not say it."""
+        if self.verdict == "inconclusive":
+            return "What was recorded does not settle whether the target is met."
+        return "These are the figures, without a judgement." if self.verdict == "none" else ""
+
+    @cached_property
+    def sentence(self) -> str:
+        """Who is favoured over whom, where, and by what factor."""
+        metrics = self.document["metrics"]
+        return plain(sentence(ratio(metrics["local"]), ratio(metrics["global"])))
+
+    @cached_property
+    def lead(self) -> str:
+        """The sentence, in the words of the decisions where the utility only says which decisions count."""
+        measured, counted = ratio(self.document["metrics"]["local"]), self._counted
+        if measured is None or measured.ratio == 1 or not counted:
+            return self.sentence
+        witness = measured.witness
+        high, low = (approximate(100 * v) for v in witness.expectations)
+        what = " or ".join(f"“{clip(label)}”" for label in counted)
+        where = f"In {named(witness.context)}, " if witness.context else ""
+        times = f"{approximate(measured.ratio)} times as often" if measured.ratio != inf else "so the ratio is infinite"
+        favoured = f"{where}{named(witness.higher)} is favoured over {named(witness.lower)}"
+        return f"{favoured}: {what} in {high} % of decisions against {low} %, {times}."
+
+    @cached_property
+    def _counted(self) -> list[str]:
+        """The decisions that count, when each of them is worth 1 and all others nothing."""
+        if self.subject is None or not self.subject.utility.by_decision:
+            return []
+        utility = self.subject.utility
+        values = utility.values.tolist()
+        if any(v not in (0, utility.scale) for v in values):
+            return []
+        listed = [plain(label) for label, v in zip(self.subject.law.decisions, values, strict=True) if v]
+        return listed if len(listed) <= 3 else []
+
+    @cached_property
+    def targets(self) -> list[dict[str, str]]:
+        """Each target with its verdict and what was judged."""
+        listed = []
+        for target in self.document["targets"]:
+            limit = Value(number(target["limit"]))
+            unit = "log-ratio" if target["unit"] == "log" else "ratio"
+            name = f"{target['quantity']} {unit} at most {limit.decimal}"
+            listed.append({"verdict": target["verdict"], "name": name, "judged": scope(target["judged"]), "exact": limit.exact})
+        return listed
+
+    @cached_property
+    def facts(self) -> list[tuple[str, str]]:
+        """What was audited."""
+        about = self.document["subject"]
+        columns = about["columns"]
+        kinds = {
+            "counts": "counts of decisions",
+            "probabilities": "probabilities of decisions",
+            "policy": "a policy behind privacy filters",
+        }
+        said = [("Audited", kinds[about["kind"]]), ("Decision", clip(columns["decision"]))]
+        said.append(("Groups", ", ".join(map(clip, columns["group"])) + self._count("groups")))
+        said.append(("Contexts", (", ".join(map(clip, columns["context"])) or "none") + self._count("contexts")))
+        said.append(("Utility", self._utility))
+        for name in ("group", "context"):
+            filtered = about.get("privacy", {}).get(name)
+            if filtered:
+                factor = Value(number(filtered["exp_epsilon"]), "up")
+                said.append((f"{name.capitalize()} filter", f"ε = {factor.log} (e^ε = {factor.exact or factor.decimal})"))
+        weights = {
+            "counts": "as counted",
+            "weights": "as stated with the table",
+            "equal": "none was given: contexts weigh equally",
+        }
+        said.append(("Population", weights[about["population"]]))
+        if "class" in about:
+            said.append(("Class", f"the worst utility of a class, for the {about['class']['quantity']} ratio"))
+        return said
+
+    def _count(self, what: Literal["groups", "contexts"]) -> str:
+        if self.subject is None:
+            return ""
+        count = len(getattr(self.subject.law, what))
+        return f" ({count:,})" if what == "groups" or self.document["subject"]["columns"]["context"] else ""
+
+    @cached_property
+    def _utility(self) -> str:
+        constants = self.document["subject"]["utility"]
+        low, high = (approximate(number(constants[name])) for name in ("m", "gamma"))
+        span = f"from {low} to {high}"
+        if self._counted:
+            return "1 for " + " or ".join(f"“{clip(label)}”" for label in self._counted) + ", else 0"
+        if self.subject is not None and self.subject.utility.by_decision and len(self.subject.law.decisions) <= 8:
+            utility = self.subject.utility
+            pairs = zip(self.subject.law.decisions, utility.values.tolist(), strict=True)
+            return ", ".join(f"{approximate(Fraction(v, utility.scale))} for “{clip(label)}”" for label, v in pairs)
+        return span + (", depends on the group" if constants["depends_on_group"] else "")
+
+    @cached_property
+    def figures(self) -> list[Figure]:
+        """The four measures that people ask for."""
+        metrics, intervals = self.document["metrics"], self.document.get("intervals", {})
+        listed = []
+        for key, name, question in (
+            ("local", "Within contexts", "How many times as much does the most favoured group get as the least, in the same context?"),
+            ("global", "Overall", "The same for the averages of the groups over all contexts."),
+        ):
+            found = ratio(metrics[key])
+            sure, confidence = None, ""
+            if key in intervals:
+                low, high = intervals[key]["ratio"]
+                sure, confidence = (Value(number(low), "down"), Value(number(high), "up")), percent(number(intervals[key]["confidence"]))
+            value = None if found is None else Value(found.ratio)
+            who = "" if found is None else _who(found.witness.context, found.witness.higher, found.witness.lower)
+            listed.append(Figure(key, name, question, value, "" if value is None else value.log, who, sure, confidence))
+        for key, name, question in (
+            (
+                "equalized_odds",
+                "Equalized odds",
+                "How far apart are the decisions of two groups in the same context? 0 is alike, 1 disjoint.",
+            ),
+            ("demographic_parity", "Demographic parity", "The same for the groups over all contexts."),
+        ):
+            entry = metrics[key]
+            who = "" if entry is None else _who(entry["witness"].get("context"), entry["witness"]["higher"], entry["witness"]["lower"])
+            listed.append(Figure(key, name, question, None if entry is None else Value(number(entry["value"])), "", who))
+        return listed
+
+    @cached_property
+    def expectations(self) -> Expectations | None:
+        """What each group gets; None without a table."""
+        return None if self.subject is None else Expectations(self.subject, self.document.get("intervals", {}))
+
+    @property
+    def panels(self) -> list[Panel]:
+        """The most unequal contexts, with what each group gets; empty without a table."""
+        return self.expectations.panels if self.expectations else []
+
+    @property
+    def overall(self) -> Panel | None:
+        """Means of the groups over all contexts, where they are compared."""
+        return self.expectations.overall if self.expectations else None
+
+    @property
+    def matrices(self) -> list[Matrix]:
+        """Pairwise ratios within the most unequal contexts, then overall."""
+        return self.expectations.matrices if self.expectations else []
+
+    @cached_property
+    def ladders(self) -> dict[str, list[Rung]]:
+        """What is known of the local and of the global ratio, smallest first."""
+        names: tuple[Literal["local", "global"], ...] = ("local", "global")
+        return {name: rungs for name in names if (rungs := ladder(self.document, name))}
+
+    @cached_property
+    def calibration(self) -> Calibrated | None:
+        """How much truth a filter like this one may tell for each target; None where no filter was audited."""
+        return calibration(self.document, self.subject)
+
+    @cached_property
+    def not_compared(self) -> list[str]:
+        """What was left out, and why; the longest lists are cut."""
+        entries = self.document["not_compared"]
+        listed = [self._left_out(entry) for entry in entries[:SHOW_LEFT_OUT]]
+        more = len(entries) - SHOW_LEFT_OUT
+        return [*listed, f"and {more:,} more entries, all of them in the certificate"] if more > 0 else listed
+
+    def _left_out(self, entry: Mapping[str, Any]) -> str:
+        columns = self.document["subject"]["columns"]
+        what = []
+        if "context" in entry:
+            what.append(named(dict(zip(columns["context"], entry["context"], strict=True))) or "the only context")
+        if "groups" in entry:
+            groups = [named(dict(zip(columns["group"], group, strict=True))) for group in entry["groups"][:5]]
+            more = len(entry["groups"]) - 5
+            what.append("; ".join(groups) + (f" and {more:,} more groups" if more > 0 else ""))
+        if "quantity" in entry:
+            what.append(f"{entry['quantity']} fairness")
+        return f"{', '.join(what)}: {plain(entry['reason'])}"
+
+    @cached_property
+    def assumptions(self) -> list[tuple[str, str]]:
+        """What no checker can see, each with the claims that rest on it."""
+        resting: dict[str, dict[str, None]] = {}
+        for claim in self.document["claims"]:
+            for text in claim["assumptions"]:
+                resting.setdefault(plain(text), {})[scope(claim["scope"])] = None
+        return [(clip(text, 600), _listed(list(scopes))) for text, scopes in resting.items()]
+
+    @cached_property
+    def limits(self) -> list[str]:
+        """What this does not say."""
+        about = self.document["subject"]
+        said = []
+        if self.document.get("intervals"):
+            said.append("The figures describe this table; the intervals say what it tells about the decisions that were not recorded.")
+        elif about["kind"] == "counts":
+            said.append(
+                "The figures describe this table, not the population behind it: small counts vary by chance, and no interval is claimed."
+            )
+        else:
+            said.append("The probabilities in the table are taken as given.")
+        if about["population"] == "equal" and self.document["metrics"]["global"] is not None and about["columns"]["context"]:
+            said.append("No population was given: the overall figures weigh all contexts equally.")
+        said.append("Nobody can see from it whether the table is genuine, complete or representative, nor why groups differ.")
+        said.append("If the utility counts a burden, the group called favoured is the burdened one.")
+        said.append("It is no statement about the law of any country.")
+        return said
+
+    @cached_property
+    def claims(self) -> list[dict[str, Any]]:
+        """Every claim, in order."""
+        relations = {"=": "=", "<=": "≤", ">=": "≥"}
+        return [
+            {
+                "quantity": QUANTITIES.get(claim["quantity"], plain(claim["quantity"])),
+                "relation": relations[claim["relation"]],
+                "value": claimed(claim),
+                "scope": scope(claim["scope"]),
+                "by": plain(claim["by"]),
+                "how": THEOREMS.get(claim["by"], ""),
+            }
+            for claim in self.document["claims"]
+        ]
+
+    @cached_property
+    def constants(self) -> list[tuple[str, Value | None]]:
+        """Constants of the utility, and those that were declared."""
+        about = self.document["subject"]
+        names = {
+            "gamma": "greatest utility γ",
+            "m": "least utility m",
+            "tau": "least expected utility τ",
+            "lipschitz": "difference between groups L",
+        }
+        listed: list[tuple[str, Value | None]] = []
+        for key, name in names.items():
+            text = about["utility"][key]
+            listed.append((name, None if text is None else Value(number(text))))
+        return listed + [(f"declared {names[key]}", Value(number(text))) for key, text in about.get("declared", {}).items()]
+
+
+def describe(document: Mapping[str, Any], found: Subject | None = None) -> Content:
+    """Prepare what a report says of a certificate.
+
+    Parameters
+    ----------
+    document : mapping
+        The certificate.
+    found : Subject, optional
+        Its table; read from the certificate by default.
+
+    Returns
+    -------
+    Content
+        The content, made as it is asked for.
+
+    Raises
+    ------
+    InputError
+        If the document does not have the shape of a certificate.
+    """
+    return Content(document, subject(document) if found is None else found)
+
+
+def _who(context: Mapping[str, str] | None, higher: Mapping[str, str], lower: Mapping[str, str]) -> str:
+    where = f"{named(context)}: " if context else ""
+    return f"{where}{named(higher)} against {named(lower)}"
+
+
+def _listed(scopes: list[str]) -> str:
+    more = len(scopes) - 2
+    return "; ".join(scopes[:2]) + (f"; and {more} more" if more > 0 else "")

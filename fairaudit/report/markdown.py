@@ -1,0 +1,96 @@
+"""A report as markdown: for pull requests, model cards, wikis."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from fairaudit.report.content import Content, Figure
+from fairaudit.report.ladder import Rung
+from fairaudit.report.words import Value
+
+__all__ = ["code", "table", "write"]
+
+SAFE_IN_PROSE = frozenset("()%'“”–/·")
+LINK = re.compile(r"www\.|://", re.IGNORECASE)
+HARMLESS = frozenset(" abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789,.=;:")
+
+
+def write(page: Content, checked: str = "") -> str:
+    """Write a report."""
+    blocks = [f"## Fairness audit: {page.headline[0].lower()}{page.headline[1:]}", prose(page.lead)]
+    if page.targets:
+        blocks.append("\n".join(f"* **{t['verdict']}**: {t['name']}, judged for {t['judged']}" for t in page.targets))
+    blocks.append(
+        table(("measure", "value", "log", "exactly", "in the population", "between"), [_figure(figure) for figure in page.figures])
+    )
+    for name, rungs in page.ladders.items():
+        title = "within contexts" if name == "local" else "overall"
+        blocks.append(f"### What is known of the ratio {title}")
+        blocks.append(table(("value", "exactly", "what", "about"), [_rung(rung) for rung in rungs]))
+    shown = [panel for panel in (*page.panels[:3], page.overall) if panel]
+    for panel in shown:
+        blocks.append(f"### What each group gets: {code(panel.title)}")
+        rows = [
+            (code(m.label), m.value.decimal, _exact(m.value), f"{m.ends[0].decimal} to {m.ends[1].decimal}" if m.ends else "")
+            for m in panel.members
+        ]
+        blocks.append(table(("group", "expected utility", "exactly", "in the population, each by itself"), rows))
+    if page.not_compared:
+        blocks.append("### What was not compared\n\n" + "\n".join(f"* {prose(line)}" for line in page.not_compared))
+    judged = [f"* {prose(text)} (for statements about {prose(scopes)})" for text, scopes in page.assumptions]
+    blocks.append("### What you have to judge\n\n" + "\n".join([*judged, *(f"* {line}" for line in page.limits)]))
+    digest = page.document["subject"]["table"]["sha256"]
+    beside = "" if page.subject else " --table certificate.table.jsonl"
+    blocks.append(
+        f"### How to verify\n\n`fairaudit verify certificate.json{beside}` checks every statement and uses none of the code "
+        f"that made them. Digest of the table: {code(digest)}."
+    )
+    if checked:
+        blocks.append(checked)
+    return "\n\n".join(blocks) + "\n"
+
+
+def code(text: str) -> str:
+    """A text from the input as code, in which markdown sees neither markup, links nor mentions.
+
+    Examples
+    --------
+    >>> code("a|b <i> @you")
+    '<code>a&#124;b &#60;i&#62; &#64;you</code>'
+    """
+    return "<code>" + "".join(c if c in HARMLESS or c.isalpha() else f"&#{ord(c)};" for c in text) + "</code>"
+
+
+def prose(text: str) -> str:
+    """A sentence that may hold text from the input: as it is where nothing in it could be markup, a link or a mention, else as code.
+
+    Examples
+    --------
+    >>> prose("In Dept=A, Female is favoured"), prose("#1 www.example.com")
+    ('In Dept=A, Female is favoured', '<code>&#35;1 www.example.com</code>')
+    """
+    harmless = all(c in HARMLESS or c in SAFE_IN_PROSE or c.isalpha() for c in text) and not LINK.search(text)
+    return text if harmless else code(text)
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table, without the columns that are empty in every row."""
+    kept = [i for i in range(len(head)) if any(row[i] for row in rows)]
+    lines = [[head[i] for i in kept], ["---"] * len(kept), *([row[i] for i in kept] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _exact(value: Value) -> str:
+    return value.exact or "(in the certificate)"
+
+
+def _figure(figure: Figure) -> tuple[str, ...]:
+    if figure.value is None:
+        return (figure.name, "not compared", "", "", "", "")
+    sure = f"{figure.sure[0].decimal} to {figure.sure[1].decimal}" if figure.sure else ""
+    return (figure.name, figure.value.decimal, figure.logs, _exact(figure.value), sure, prose(figure.witness))
+
+
+def _rung(rung: Rung) -> tuple[str, ...]:
+    return (rung.value.decimal, _exact(rung.value), rung.name, prose(rung.scope))
