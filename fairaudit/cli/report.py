@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
     from fairaudit.certificate import write_atomically
     from fairaudit.certificate_reader import load
+    from fairaudit.cli.verify import checked
     from fairaudit.exact import InputError
     from fairaudit.report import html, markdown
 
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(f"{arguments.table} cannot be read: {error.strerror or error}") from None
     wrong, said = checked(raw, table, arguments.certificate)
     if wrong:
-        print(f"fairaudit: {_plain(wrong)}", file=sys.stderr)
+        print(f"fairaudit: {_plain(wrong)}; no report was written", file=sys.stderr)
         return 1
     text = (html if arguments.format == "html" else markdown)(document, checked=said)
     if arguments.output is not None:
@@ -84,6 +84,7 @@ def write_page(certificate: Certificate, path: str) -> Path:
         If the page cannot be written.
     """
     from fairaudit.certificate import write_atomically
+    from fairaudit.cli.verify import checked
     from fairaudit.report import html
 
     table = certificate.table.lines() if certificate.table is not None else None
@@ -93,35 +94,6 @@ def write_page(certificate: Certificate, path: str) -> Path:
     page = Path(path)
     write_atomically(page, [html(certificate, checked=said).encode("utf-8")])
     return page
-
-
-def checked(raw: bytes, table: Iterable[bytes] | None, name: str) -> tuple[str, str]:
-    """Check a certificate as `verify` does.
-
-    Returns
-    -------
-    tuple of str
-        What is false, or nothing; and a sentence on what was checked.
-
-    Raises
-    ------
-    InputError
-        If it is no certificate of the format.
-    """
-    from fairaudit import __version__, checker
-    from fairaudit.exact import InputError
-
-    try:
-        found = checker.check(raw, table)
-    except checker.TableNeeded:
-        return "", "The table was not at hand when this was made: its statements are repeated unchecked."
-    except checker.FormatError as error:
-        raise InputError(f"{name} is not a certificate of the format {checker.CERTIFICATE_FORMAT}: {error}") from None
-    false = [finding for finding in found.findings if not finding.true]
-    if false:
-        first = f"{false[0].statement}{f' ({false[0].detail})' if false[0].detail else ''}"
-        return f"{name}: {len(false)} of {len(found.findings)} statements are FALSE, the first: {first}; no report was written", ""
-    return "", f"Checked when this was made: all {len(found.findings)} statements are true of the table (fairaudit verify, {__version__})."
 
 
 def _plain(text: str) -> str:

@@ -11,7 +11,7 @@ from fairaudit.report.words import Value
 
 __all__ = ["code", "table", "write"]
 
-SAFE_IN_PROSE = frozenset("()%'“”–/·")
+SAFE_IN_PROSE = frozenset("()%'“”–-/·")
 LINK = re.compile(r"www\.|://", re.IGNORECASE)
 HARMLESS = frozenset(" abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789,.=;:")
 
@@ -70,7 +70,7 @@ def prose(text: str) -> str:
     >>> prose("In Dept=A, Female is favoured"), prose("#1 www.example.com")
     ('In Dept=A, Female is favoured', '<code>&#35;1 www.example.com</code>')
     """
-    harmless = all(c in HARMLESS or c in SAFE_IN_PROSE or c.isalpha() for c in text) and not LINK.search(text)
+    harmless = all(c in HARMLESS or c in SAFE_IN_PROSE or c.isalpha() for c in text) and text[:1].isalpha() and not LINK.search(text)
     return text if harmless else code(text)
 
 

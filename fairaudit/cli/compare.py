@@ -1,0 +1,208 @@
+"""`fairaudit compare`: what moved between two certificates, and which verdict changed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fairaudit.compare import Change, Comparison, Moved
+
+DESCRIPTION = """\
+Compare two certificates of the same columns and utility: verdicts, targets, measures, intervals, bounds and the groups that moved, all of
+them exactly. Both are checked first, as `fairaudit verify` does."""
+
+EPILOG = """\
+exit codes: 0 no verdict got worse; 1 one did, or a target was dropped, loosened or judged with less certainty (with --fail-on rise also
+when a measure rose); 2 bad input, a certificate with a false statement, or certificates that cannot be compared
+
+examples:
+  fairaudit compare last-week.json today.json
+  fairaudit compare main.json branch.json --format markdown --fail-on rise"""
+
+SHOW_EXACT = 40
+NAMES = {
+    "local": "local ratio",
+    "global": "global ratio",
+    "equalized_odds": "equalized odds",
+    "demographic_parity": "demographic parity",
+    "local_supremum": "worst local ratio over group-blind utilities",
+    "global_supremum": "worst global ratio over group-blind utilities",
+    "local without filters": "local ratio without filters",
+    "global without filters": "global ratio without filters",
+}
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = commands.add_parser(
+        "compare",
+        help="compare two certificates",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("old", metavar="OLD.json", help="the certificate before")
+    parser.add_argument("new", metavar="NEW.json", help="the certificate after")
+    parser.add_argument("--format", choices=("text", "json", "markdown"), default="text", help="what to print")
+    parser.add_argument("--top", metavar="K", type=int, default=5, help="how many of the groups that moved furthest to list (5)")
+    parser.add_argument(
+        "--fail-on", choices=("verdict", "rise"), default="verdict", help="what counts as worse for the exit code (verdict)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the work."""
+    from fairaudit.certificate_reader import load
+    from fairaudit.cli.text import put
+    from fairaudit.cli.verify import checked
+    from fairaudit.compare import compare
+    from fairaudit.exact import InputError
+
+    if arguments.top < 0:
+        raise InputError(f"--top {arguments.top} is not accepted; a number of at least 0 is")
+    documents, said = [], []
+    for path in (arguments.old, arguments.new):
+        document, raw = load(path)
+        wrong, note = checked(raw, None, path)
+        if wrong:
+            raise InputError(f"{wrong}; certificates that are not true are not compared")
+        documents.append(document)
+        if "not at hand" in note:
+            said.append(f"{path} does not hold its table and was not checked")
+    found = compare(*documents)
+    write = {"text": _text, "json": _json, "markdown": _markdown}[arguments.format]
+    put(write(found, [*said, *found.notes], arguments.top))
+    return 1 if found.worse or (arguments.fail_on == "rise" and found.risen) else 0
+
+
+def _headline(found: Comparison) -> str:
+    if found.worse:
+        return "WORSE: a verdict got worse, or a target was dropped or weakened"
+    changes = [found.verdict, *found.targets]
+    if any(change.direction == "better" for change in changes):
+        return "BETTER: a verdict improved, none got worse"
+    return "UNCHANGED verdicts"
+
+
+def _text(found: Comparison, notes: list[str], top: int) -> str:
+    from fairaudit.columns import plain
+
+    blocks = [_headline(found), _aligned([_row(found.verdict), *map(_row, found.targets)])]
+    for title, changes in (("Measures", found.metrics), ("Intervals for the population", found.intervals), ("Bounds", found.bounds)):
+        shown = changes if title == "Measures" else tuple(c for c in changes if c.direction != "same")
+        if shown:
+            blocks.append(f"{title}\n{_aligned([_row(change) for change in shown])}")
+    if found.cells and top:
+        lines = [f"  {_place(moved)}: {_approximate(moved.old)} -> {_approximate(moved.new)}" for moved in found.cells[:top]]
+        more = len(found.cells) - top
+        lines += [f"  … and {more} more"] if more > 0 else []
+        blocks.append("Expected utilities that moved\n" + "\n".join(lines))
+    if notes:
+        blocks.append("Keep in mind\n" + "\n".join(f"  - {plain(note)}" for note in notes))
+    return "\n\n".join(blocks)
+
+
+def _aligned(rows: list[tuple[str, str, str]]) -> str:
+    widths = [max(len(row[i]) for row in rows) for i in (0, 1)]
+    return "\n".join(f"  {a.ljust(widths[0])}  {b.ljust(widths[1])}  {c}".rstrip() for a, b, c in rows)
+
+
+def _row(change: Change) -> tuple[str, str, str]:
+    from fairaudit.columns import plain
+
+    moved = _said(change.old) if change.old == change.new else f"{_said(change.old)} -> {_said(change.new)}"
+    tail = change.direction if change.direction != "same" else "unchanged"
+    return plain(NAMES.get(change.what, change.what)), moved, tail + (f" ({plain(change.note)})" if change.note else "")
+
+
+def _said(value: str | None) -> str:
+    """A value for a person: decimals, and the fraction where it is short."""
+    from fairaudit.audit import approximate
+    from fairaudit.certificate_reader import number
+
+    if value is None:
+        return "none"
+    if " to " in value:
+        low, high = (number(end) for end in value.split(" to "))
+        return f"{approximate(low, 'down')} to {approximate(high, 'up')}"
+    if value == "inf":
+        return "infinite"
+    if not value[:1].isdigit():
+        return value
+    decimals = approximate(number(value))
+    return f"{decimals} ({value})" if "/" in value and len(value) <= SHOW_EXACT else decimals
+
+
+def _place(moved: Moved) -> str:
+    from fairaudit.audit import place
+    from fairaudit.columns import plain
+
+    where = f"{place(moved.context)}: " if moved.context else ""
+    return plain(f"{where}{place(moved.group)}")
+
+
+def _approximate(value: Any) -> str:
+    from fairaudit.audit import approximate
+
+    return "none" if value is None else approximate(value)
+
+
+def _json(found: Comparison, notes: list[str], top: int) -> str:
+    from fairaudit.certificate import number
+
+    def listed(changes: tuple[Change, ...]) -> list[dict[str, Any]]:
+        return [
+            {"what": c.what, "old": c.old, "new": c.new, "direction": c.direction, **({"note": c.note} if c.note else {})} for c in changes
+        ]
+
+    document = {
+        "worse": found.worse,
+        "risen": found.risen,
+        "verdict": listed((found.verdict,))[0],
+        "targets": listed(found.targets),
+        "metrics": listed(found.metrics),
+        "intervals": listed(found.intervals),
+        "bounds": listed(found.bounds),
+        "moved": [
+            {
+                "context": dict(m.context),
+                "group": dict(m.group),
+                "old": None if m.old is None else number(m.old),
+                "new": None if m.new is None else number(m.new),
+            }
+            for m in found.cells[:top]
+        ],
+        "moved_in_all": len(found.cells),
+        "notes": notes,
+    }
+    return json.dumps(document, ensure_ascii=True, indent=1)
+
+
+def _markdown(found: Comparison, notes: list[str], top: int) -> str:
+    from fairaudit.report.markdown import code, prose, table
+
+    def rows(changes: tuple[Change, ...]) -> list[tuple[str, ...]]:
+        return [
+            (prose(NAMES.get(c.what, c.what).replace("_", " ")), _said(c.old), _said(c.new), c.direction, prose(c.note) if c.note else "")
+            for c in changes
+        ]
+
+    head = ("what", "before", "now", "change", "note")
+    blocks = [f"## Fairness: {_headline(found)}", table(head, rows((found.verdict, *found.targets))), table(head, rows(found.metrics))]
+    others = (*found.intervals, *(c for c in found.bounds if c.direction != "same"))
+    if others:
+        blocks.append(f"### Intervals and bounds\n\n{table(head, rows(others))}")
+    if found.cells and top:
+        lines = [(code(_place(m)), _approximate(m.old), _approximate(m.new)) for m in found.cells[:top]]
+        blocks.append(f"### Expected utilities that moved\n\n{table(('group', 'before', 'now'), lines)}")
+        if len(found.cells) > top:
+            blocks.append(f"… and {len(found.cells) - top} more")
+    if notes:
+        from fairaudit.columns import plain
+
+        blocks.append("### Keep in mind\n\n" + "\n".join(f"* {prose(plain(note))}" for note in notes))
+    return "\n\n".join(blocks)

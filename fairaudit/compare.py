@@ -1,0 +1,337 @@
+"""What moved between two certificates, and which verdict changed. Rationals are compared exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf
+from typing import Any, Literal
+
+from fairaudit.certificate_reader import Subject, number, subject
+from fairaudit.exact import InputError, shown
+from fairaudit.fairness import cell_expectation
+
+__all__ = ["Change", "Comparison", "Moved", "compare"]
+
+Direction = Literal["better", "worse", "same", "changed"]
+
+RANK = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
+METRICS = ("local", "global", "equalized_odds", "demographic_parity", "local_supremum", "global_supremum")
+CONSTANTS = ("gamma", "m", "tau", "lipschitz")
+
+
+@dataclass(frozen=True)
+class Change:
+    """A statement of the certificates, before and after.
+
+    Attributes
+    ----------
+    what : str
+        What it is about.
+    old, new : str or None
+        Its exact value or verdict; None where a certificate does not have it.
+    direction : {"better", "worse", "same", "changed"}
+        "changed" where neither is better.
+    note : str
+        What else there is to say.
+    """
+
+    what: str
+    old: str | None
+    new: str | None
+    direction: Direction
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Moved:
+    """The expected utility of a group in a context (none for a cell that is in one table only).
+
+    Attributes
+    ----------
+    context, group : dict of str to str
+        Which one.
+    old, new : Fraction or None
+        The expected utility before and after.
+    """
+
+    context: Mapping[str, str]
+    group: Mapping[str, str]
+    old: Fraction | None
+    new: Fraction | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What moved between two certificates.
+
+    Attributes
+    ----------
+    verdict : Change
+        The overall verdict.
+    targets, metrics, intervals, bounds : tuple of Change
+        What both certificates, or one of them, say.
+    cells : tuple of Moved
+        Expected utilities that moved, furthest first; empty when a table is missing.
+    notes : tuple of str
+        What to keep in mind: what is not comparable, assumptions that came or went.
+    """
+
+    verdict: Change
+    targets: tuple[Change, ...]
+    metrics: tuple[Change, ...]
+    intervals: tuple[Change, ...]
+    bounds: tuple[Change, ...]
+    cells: tuple[Moved, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def worse(self) -> bool:
+        """Whether a verdict got worse, or a target was dropped or weakened."""
+        return any(change.direction == "worse" for change in (self.verdict, *self.targets))
+
+    @property
+    def risen(self) -> bool:
+        """Whether a ratio or distance of the table rose, however little."""
+        return any(change.direction == "worse" for change in self.metrics[:4])
+
+
+def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
+    """Compare two certificates of the same columns and utility.
+
+    Certificates are believed here; `fairaudit compare` checks both first.
+
+    Parameters
+    ----------
+    old, new : mapping
+        The JSON documents.
+
+    Returns
+    -------
+    Comparison
+        What moved.
+
+    Raises
+    ------
+    InputError
+        If the certificates have other columns or another utility, so that their figures do not mean the same.
+
+    Examples
+    --------
+    >>> from fairaudit import Law, certify
+    >>> def made(count):
+    ...     law = Law.from_array([[count, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    ...     return certify(law, {"yes": 1}, max_local_ratio="8/5", confidence=None).certificate.document
+    >>> found = compare(made(3), made(5))
+    >>> found.verdict.old, found.verdict.new, found.worse
+    ('within', 'exceeds', True)
+    >>> found.metrics[0].old, found.metrics[0].new
+    ('3/2', '5/3')
+    """
+    try:
+        subjects = subject(old), subject(new)
+        _refuse_other_questions(old, new, *subjects)
+        return Comparison(
+            _verdict("verdict", old["verdict"], new["verdict"]),
+            tuple(_targets(old, new)),
+            tuple(_metrics(old["metrics"], new["metrics"])),
+            tuple(_intervals(old, new)),
+            tuple(_bounds(old, new)),
+            tuple(_cells(*subjects)),
+            tuple(_notes(old, new, *subjects)),
+        )
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError("one of the two is no certificate of the format; fairaudit verify says which, and what is wrong") from None
+
+
+def _refuse_other_questions(old: Mapping[str, Any], new: Mapping[str, Any], before: Subject | None, after: Subject | None) -> None:
+    """Refuse certificates whose figures answer different questions."""
+    one, other = old["subject"], new["subject"]
+    if one["columns"] != other["columns"]:
+        role = next(name for name in ("decision", "group", "context") if one["columns"][name] != other["columns"][name])
+        raise InputError(
+            f"the certificates cannot be compared: the {role} column is {shown(one['columns'][role])} in one "
+            f"and {shown(other['columns'][role])} in the other"
+        )
+    if ("class" in one) != ("class" in other):
+        raise InputError("the certificates cannot be compared: one is about the worst utility of a class, the other about one utility")
+    if "class" in one:
+        if {**one["class"], "rows": 0} != {**other["class"], "rows": 0}:
+            raise InputError("the certificates cannot be compared: they are about different classes of utilities")
+        return
+    if before is None or after is None:
+        return
+    for label, value in _worth(before).items():
+        now = _worth(after).get(label, value)
+        if now != value:
+            one_worth, other_worth = f"{value} in one", f"{now} in the other"
+            raise InputError(f"the certificates cannot be compared: the utility of {shown(label)} is {one_worth} and {other_worth}")
+    if before.utility.by_decision != after.utility.by_decision:
+        raise InputError("the certificates cannot be compared: the utility depends on the decision alone in one of them only")
+
+
+def _worth(found: Subject) -> dict[str, Fraction]:
+    """g(u), where g depends on the decision alone."""
+    utility = found.utility
+    if not utility.by_decision:
+        return {}
+    return {u: Fraction(int(v), utility.scale) for u, v in zip(found.law.decisions, utility.values.tolist(), strict=True)}
+
+
+def _verdict(what: str, old: str | None, new: str | None, note: str = "") -> Change:
+    direction: Direction = "same"
+    if old is None:
+        direction = "worse" if new in ("exceeds", "inconclusive") else "changed"
+    elif new is None or (new == "none" and old != "none"):
+        direction = "worse"
+    elif RANK[new] != RANK[old]:
+        judged = old != "none" or new in ("exceeds", "inconclusive")
+        direction = ("worse" if RANK[new] > RANK[old] else "better") if judged else "changed"
+    return Change(what, old, new, direction, note)
+
+
+def _targets(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
+    before, after = ({(t["quantity"], t["unit"]): t for t in document["targets"]} for document in (old, new))
+    for key in dict.fromkeys([*before, *after]):
+        what = f"{key[0]} {'log-ratio' if key[1] == 'log' else 'ratio'}"
+        was, now = before.get(key), after.get(key)
+        if was is None or now is None:
+            limit = (was or now or {})["limit"]
+            note = "the target is new" if was is None else "the target was dropped: this is no longer judged"
+            yield _verdict(f"{what} at most {limit}", was and was["verdict"], now and now["verdict"], note)
+            continue
+        notes, weaker = [], False
+        if was["limit"] != now["limit"]:
+            looser = number(now["limit"]) > number(was["limit"])
+            weaker |= looser
+            notes.append(f"the limit was {'loosened' if looser else 'tightened'} from {was['limit']} to {now['limit']}")
+        if was["judged"] != now["judged"]:
+            weaker |= _weaker(was["judged"], now["judged"])
+            notes.append(f"judged for {now['judged']} instead of {was['judged']}")
+        change = _verdict(f"{what} at most {now['limit']}", was["verdict"], now["verdict"], "; ".join(notes))
+        yield Change(change.what, change.old, change.new, "worse" if weaker else change.direction, change.note)
+
+
+def _weaker(was: str, now: str) -> bool:
+    """Whether the new target is judged with less certainty than the old one."""
+    sure = [number(text.rpartition(" ")[2]) if text.startswith("population") else Fraction(-1) for text in (was, now)]
+    return sure[1] < sure[0]
+
+
+def _metrics(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
+    for name in METRICS:
+        was, now = old[name], new[name]
+        first, second = (None if m is None else m.get("ratio", m.get("value")) for m in (was, now))
+        note = ""
+        if was is not None and now is not None and {**was["witness"], **VALUES} != {**now["witness"], **VALUES}:
+            note = "the pair behind it changed"
+        yield Change(name, first, second, _direction(first, second), note)
+    before, after = (m.get("unfiltered") or {} for m in (old, new))
+    for name in ("local", "global"):
+        first, second = ((m.get(name) or {}).get("ratio") for m in (before, after))
+        if first is not None or second is not None:
+            yield Change(f"{name} without filters", first, second, _direction(first, second))
+
+
+VALUES = {"expectations": 0, "probabilities": 0}
+
+
+def _direction(old: str | None, new: str | None) -> Direction:
+    if old == new:
+        return "same"
+    if old is None or new is None:
+        return "changed"
+    return "worse" if number(new) > number(old) else "better"
+
+
+def _intervals(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
+    before, after = old.get("intervals", {}), new.get("intervals", {})
+    for name in ("local", "global"):
+        was, now = before.get(name), after.get(name)
+        if was is None and now is None:
+            continue
+        texts = [None if i is None else f"{i['ratio'][0]} to {i['ratio'][1]}" for i in (was, now)]
+        direction: Direction = "same" if texts[0] == texts[1] else "changed"
+        note = ""
+        if was is not None and now is not None:
+            ends = [[number(end) for end in i["ratio"]] for i in (was, now)]
+            if ends[1][0] > ends[0][1]:
+                direction, note = "worse", "the intervals do not overlap"
+            elif ends[1][1] < ends[0][0]:
+                direction, note = "better", "the intervals do not overlap"
+            elif direction == "changed":
+                note = "the intervals overlap: the difference may be chance"
+            if was["confidence"] != now["confidence"]:
+                note += f"{'; ' if note else ''}confidence {now['confidence']} instead of {was['confidence']}"
+        yield Change(name, texts[0], texts[1], direction, note)
+
+
+def _bounds(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
+    """Bounds on a quantity, matched by relation, theorem and scope; those of a population stand with the intervals."""
+
+    def listed(document: Mapping[str, Any]) -> dict[tuple[str, str, str], str]:
+        claims = (c for c in document["claims"] if c["relation"] == "<=" and not c["scope"].startswith("population"))
+        return {(c["quantity"], c["by"], c["scope"]): c["value"] for c in claims}
+
+    before, after = listed(old), listed(new)
+    for key in dict.fromkeys([*before, *after]):
+        was, now = before.get(key), after.get(key)
+        yield Change(f"{key[0]} by {key[1]}, about {key[2]}", was, now, _direction(was, now))
+
+
+def _cells(before: Subject | None, after: Subject | None) -> list[Moved]:
+    if before is None or after is None:
+        return []
+    was, now = _expectations(before), _expectations(after)
+    group, context = before.law.columns.group, before.law.columns.context
+    moved = []
+    for key in dict.fromkeys([*was, *now]):
+        first, second = was.get(key), now.get(key)
+        if first != second:
+            moved.append(Moved(dict(zip(context, key[0], strict=True)), dict(zip(group, key[1], strict=True)), first, second))
+    return sorted(moved, key=lambda m: inf if m.old is None or m.new is None else abs(m.new - m.old), reverse=True)
+
+
+def _expectations(found: Subject) -> dict[tuple[tuple[str, ...], tuple[str, ...]], Fraction]:
+    law = found.law
+    places = enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True))
+    return {(law.contexts[x], law.groups[a]): Fraction(*cell_expectation(law, found.utility, cell)) for cell, (x, a) in places}
+
+
+def _notes(old: Mapping[str, Any], new: Mapping[str, Any], before: Subject | None, after: Subject | None) -> Iterator[str]:
+    one, other = old["subject"], new["subject"]
+    if one["kind"] != other["kind"]:
+        yield f"one is about {KINDS[one['kind']]}, the other about {KINDS[other['kind']]}: their figures describe different things"
+    if one["population"] != other["population"]:
+        yield "the populations come from different places, so the global figures may differ for that reason alone"
+    if before is None or after is None:
+        yield "a certificate does not hold its table: single groups, and whether the utilities are the same, could not be compared"
+        if any(one["utility"][name] != other["utility"][name] for name in ("gamma", "m")):
+            yield "the utilities have different ranges, so the figures may not mean the same"
+    else:
+        for what in ("groups", "contexts", "decisions"):
+            first, second = getattr(before.law, what), getattr(after.law, what)
+            gone, come = len(set(first) - set(second)), len(set(second) - set(first))
+            if gone or come:
+                yield f"{what}: {gone} only in the old table, {come} only in the new one; what is compared is not the same"
+        if not before.utility.by_decision:
+            yield "the utility varies with context or group; whether it is the same in both was not compared"
+    if one["table"]["sha256"] == other["table"]["sha256"]:
+        yield "both are about the same table"
+    for name in CONSTANTS:
+        if one.get("declared", {}).get(name) != other.get("declared", {}).get(name):
+            yield f"declared {name}: {one.get('declared', {}).get(name, 'none')} before, {other.get('declared', {}).get(name, 'none')} now"
+    if one.get("privacy") != other.get("privacy") and "privacy" in one and "privacy" in other:
+        first, second = (about["privacy"]["group"]["exp_epsilon"] for about in (one, other))
+        yield f"e^epsilon of the group filter: {first} before, {second} now"
+    if old["not_compared"] != new["not_compared"]:
+        yield f"what was not compared differs: {len(old['not_compared'])} entries before, {len(new['not_compared'])} now"
+    assumed = [{text for claim in document["claims"] for text in claim["assumptions"]} for document in (old, new)]
+    yield from (f"assumed only now: {text}" for text in sorted(assumed[1] - assumed[0]))
+    yield from (f"no longer assumed: {text}" for text in sorted(assumed[0] - assumed[1]))
+
+
+KINDS = {"counts": "counts", "probabilities": "probabilities", "policy": "a policy behind filters"}
