@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
 from functools import cached_property
+from html import escape
 from itertools import pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,6 +17,7 @@ import numpy as np
 from fairaudit import __version__, bounds
 from fairaudit.bounds import Bound
 from fairaudit.certificate import FORMAT, Certificate, Table, columns, number, with_table
+from fairaudit.columns import plain
 from fairaudit.exact import InputError, compare_log, nearest, rational, rational_text, shown
 from fairaudit.fairness import (
     Distance,
@@ -173,6 +175,24 @@ class Result:
     def sentence(self) -> str:
         """Who is favoured over whom, where, and by what factor, in one sentence. Labels in it are as in the input, unescaped."""
         return sentence(self.local, self.global_)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: verdict, sentence and figures."""
+        rows = []
+        for name, measured in (("local ratio", self.local), ("global ratio", self.global_)):
+            if measured is None:
+                rows.append(f"<tr><td>{name}</td><td>not compared</td><td></td></tr>")
+            else:
+                rows.append(f"<tr><td>{name}</td><td>{approximate(measured.ratio)}</td><td>{_exactly(measured.ratio)}</td></tr>")
+        for name, distance in (("equalized odds", self.equalized_odds), ("demographic parity", self.demographic_parity)):
+            if distance is not None:
+                rows.append(f"<tr><td>{name}</td><td>{approximate(distance.value)}</td><td>{_exactly(distance.value)}</td></tr>")
+        for quantity, interval in self.intervals.items():
+            ends = f"{approximate(interval.lower, 'down')} to {approximate(interval.upper, 'up')}"
+            name = f"{quantity} ratio of the population, at confidence {interval.confidence}"
+            rows.append(f"<tr><td>{name}</td><td>{ends}</td><td></td></tr>")
+        verdict = "no target was set" if self.verdict == "none" else self.verdict
+        return f"<p><strong>{verdict}</strong>. <bdi>{escape(plain(self.sentence))}</bdi></p><table>{''.join(rows)}</table>"
 
     @cached_property
     def further_draws(self) -> tuple[tuple[Target, Planning], ...]:
@@ -497,6 +517,13 @@ def _sentence(measured: Ratio, where: str) -> str:
         factor = approximate(measured.ratio)
         text = f"{start}{higher} is favoured over {lower}: an expected utility of {high} against {low}, {factor} times as much."
     return text[:1].upper() + text[1:] if where.startswith("in ") else text
+
+
+def _exactly(value: Fraction | float) -> str:
+    """The rational, where it is short enough to be read."""
+    if not isinstance(value, Fraction) or max(value.numerator, value.denominator).bit_length() > 200:
+        return ""
+    return str(value)
 
 
 def _limit(quantity: Quantity, unit: Literal["log", "ratio"], value: Any) -> tuple[Quantity, Literal["log", "ratio"], Fraction] | None:

@@ -1,36 +1,179 @@
-"""Pictures of results. Needs the extra ``plots``."""
+"""Pictures of results with matplotlib, the ones of the report. Needs the extra ``plots``."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, log
+from math import inf, isfinite, log
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
+from fairaudit.audit import Result
 from fairaudit.calibration import Calibration
+from fairaudit.certificate_reader import Subject
 from fairaudit.exact import InputError
 from fairaudit.filter_design import Design, Frontier
+from fairaudit.report.content import Content, describe
+from fairaudit.report.expectations import Panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_calibration", "plot_frontier", "save_calibration", "save_frontier"]
+__all__ = ["plot_bounds", "plot_expectations", "plot_ratios", "plot_truth_kept", "save_truth_kept"]
+
+HIGH, LOW, MID, ALARM = "#1f5f8b", "#b0561b", "#7c8593", "#a32f2a"
+SHOW_TEXT = 44
 
 
-def plot_calibration(found: Sequence[Calibration], ax: Axes | None = None) -> Axes:
-    """Draw the keep probability over the target, beside that of the paper's rule.
+def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
+    """Draw what each group gets: expected utilities in the most unequal contexts and overall, with intervals where decisions were drawn.
 
     Parameters
     ----------
-    found : sequence of Calibration
-        Calibrations of the same setting for several targets.
+    result : Result
+        What `certify` found.
     ax : Axes, optional
         Where to draw; a new figure by default.
 
     Returns
     -------
     Axes
-        With the targets as log-ratios on the horizontal axis.
+        Expected utility on the horizontal axis, one line for each group, contexts one below the other. Intervals hold each by itself, at
+        the confidence of the result.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is missing.
+    """
+    panels = _panels(_content(result))
+    lines = sum(len(panel.members) + 1 for panel in panels)
+    axes = ax if ax is not None else _figure(1, height=1.2 + 0.24 * lines)[1][0]
+    labels: list[str] = []
+    for panel in panels:
+        labels.append(panel.title)
+        for i, member in enumerate(panel.members):
+            y = len(labels)
+            labels.append("  " + member.label)
+            if member.ends:
+                axes.plot([float(end) for end in member.ends], [y, y], color=MID, linewidth=3, alpha=0.6, solid_capstyle="round")
+            if member.before:
+                axes.plot([float(member.before)], [y], marker="o", color=MID, fillstyle="none")
+            colour = HIGH if i == 0 else LOW if i == len(panel.members) - 1 else MID
+            axes.plot([float(member.value)], [y], marker="o", color=colour)
+    axes.set_yticks(range(len(labels)), [_shown(label) for label in labels])
+    axes.set_ylim(len(labels) - 0.5, -0.5)
+    axes.set_xlim(left=0)
+    axes.set_xlabel("expected utility")
+    return axes
+
+
+def plot_ratios(result: Result, ax: Axes | None = None, *, quantity: Literal["local", "global"] = "local") -> Axes:
+    """Draw the matrix of pairwise ratios, in the most unequal context or overall.
+
+    Parameters
+    ----------
+    result : Result
+        What `certify` found.
+    ax : Axes, optional
+        Where to draw; a new figure by default.
+    quantity : {"local", "global"}
+        Whether to compare the groups in the most unequal context, or their means over all contexts.
+
+    Returns
+    -------
+    Axes
+        How many times as much the group of the row gets as the group of the column; infinite ratios are written and not coloured.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is missing, or the quantity was not measured.
+    """
+    content = _content(result)
+    if not content.matrices or (result.local if quantity == "local" else result.global_) is None:
+        raise InputError(f"the {quantity} ratio was not measured; there is nothing to draw")
+    matrix = content.matrices[-1 if quantity == "global" else 0]
+    size = len(matrix.rows)
+    axes = ax if ax is not None else _figure(1, height=1.6 + 0.42 * size)[1][0]
+    values = [[1.0 if v is None else float(v) for v in row] for row in matrix.ratios]
+    heat = [[abs(log(v)) if v > 0 and isfinite(v) else float("nan") for v in row] for row in values]
+    axes.imshow(heat, cmap="YlOrBr", vmin=0, vmax=max(1.2, *(h for row in heat for h in row if h == h)), aspect="auto")
+    for i, row in enumerate(matrix.ratios):
+        for j, value in enumerate(row):
+            if value is not None:
+                axes.text(j, i, value.decimal, ha="center", va="center", color="white" if heat[i][j] > 0.9 else "black")
+    axes.set_xticks(range(size), [str(i + 1) for i in range(size)])
+    axes.set_yticks(range(size), [_shown(f"{i + 1} {name}") for i, name in enumerate(matrix.rows)])
+    axes.set_title(_shown(matrix.title))
+    axes.set_xlabel("gets … times as much as group")
+    return axes
+
+
+def plot_bounds(result: Result, ax: Axes | None = None, *, quantity: Literal["local", "global"] = "local") -> Axes:
+    """Draw the ladder of what is known of a ratio: measured, bounded, asked for.
+
+    Parameters
+    ----------
+    result : Result
+        What `certify` found.
+    ax : Axes, optional
+        Where to draw; a new figure by default.
+    quantity : {"local", "global"}
+        Which ratio.
+
+    Returns
+    -------
+    Axes
+        The ratio on a logarithmic horizontal axis; a line for each statement, with what it is about; dashed lines at the targets. Infinite
+        values reach the right edge.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is missing, or the quantity was not measured.
+    """
+    rungs = _content(result).ladders.get(quantity)
+    if not rungs:
+        raise InputError(f"the {quantity} ratio was not measured; there is nothing to draw")
+    axes = ax if ax is not None else _figure(1, height=1.2 + 0.42 * len(rungs), width=8.0)[1][0]
+    from matplotlib.ticker import MaxNLocator, NullLocator
+
+    edge = 1.15 * max((float(rung.value) for rung in rungs if isfinite(float(rung.value))), default=1.0)
+    colours = {"measured": HIGH, "least": HIGH, "unfiltered": LOW, "bound": MID, "target": ALARM}
+    for y, rung in enumerate(rungs):
+        value = float(rung.value)
+        axes.plot([1.0, value if isfinite(value) else edge], [y, y], color=colours[rung.kind], linewidth=4, solid_capstyle="butt")
+        if rung.kind == "target" and isfinite(value):
+            axes.axvline(value, color=ALARM, linestyle="--", linewidth=1)
+    axes.set_xscale("log")
+    axes.set_xlim(1.0, max(edge, 1.01))
+    axes.set_yticks(
+        range(len(rungs)), [f"{rung.value.decimal}  {_shown(rung.name, 60)}\n{_shown(rung.scope, 64)}" for rung in rungs], fontsize=7
+    )
+    axes.set_ylim(len(rungs) - 0.5, -0.5)
+    if max(edge, 1.01) < 20:
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xlabel(f"{quantity} ratio")
+    return axes
+
+
+def plot_truth_kept(found: Sequence[Calibration] | Sequence[Design] | Frontier, ax: Axes | None = None) -> Axes:
+    """Draw how much truth a filter may tell over the target, beside the rule that it improves on.
+
+    Parameters
+    ----------
+    found : sequence of Calibration, sequence of Design, or Frontier
+        Answers to the same question for several targets. Calibrations are drawn beside the paper's rule, designs beside calibrated
+        randomized response.
+    ax : Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    Axes
+        With the targets as log-ratios on the horizontal axis; of calibrations of several attributes, the probability of the first.
 
     Raises
     ------
@@ -38,12 +181,12 @@ def plot_calibration(found: Sequence[Calibration], ax: Axes | None = None) -> Ax
         If matplotlib is missing, or nothing is feasible.
     """
     axes = ax if ax is not None else _figure(1)[1][0]
-    feasible = _feasible(found)
-    targets = [log(c.target) for c in feasible]
-    axes.plot(targets, [float(c.keep_probabilities[0]) for c in feasible], marker="o", label=feasible[0].rule)
-    paper = [(log(c.target), float(c.paper_keep_probabilities[0])) for c in feasible if c.paper_keep_probabilities]
-    if paper and feasible[0].rule != "paper":
-        axes.plot([x for x, _ in paper], [y for _, y in paper], marker="s", linestyle="--", label="the paper's rule")
+    name, kept, beside, known = _truth(found.designs if isinstance(found, Frontier) else found)
+    if not kept:
+        raise InputError("no target is feasible; there is nothing to draw")
+    axes.plot([x for x, _ in kept], [y for _, y in kept], marker="o", color=HIGH, label=name)
+    if known:
+        axes.plot([x for x, _ in known], [y for _, y in known], marker="s", linestyle="--", color=LOW, label=beside)
     axes.set_xlabel("target L (nats)")
     axes.set_ylabel("probability of keeping the truth")
     axes.set_ylim(bottom=0)
@@ -51,13 +194,13 @@ def plot_calibration(found: Sequence[Calibration], ax: Axes | None = None) -> Ax
     return axes
 
 
-def save_calibration(found: Sequence[Calibration], path: str) -> None:
-    """Draw keep probability, ε and guarantee over the targets into a file.
+def save_truth_kept(found: Sequence[Calibration] | Sequence[Design] | Frontier, path: str) -> None:
+    """Draw the truth kept over the targets into a file; for calibrations also ε and the guarantee.
 
     Parameters
     ----------
-    found : sequence of Calibration
-        Calibrations of the same setting for several targets.
+    found : sequence of Calibration, sequence of Design, or Frontier
+        As in `plot_truth_kept`.
     path : str
         A PNG, SVG or PDF file.
 
@@ -66,80 +209,55 @@ def save_calibration(found: Sequence[Calibration], path: str) -> None:
     InputError
         If matplotlib is missing, nothing is feasible, or the file cannot be written.
     """
-    feasible = _feasible(found)
-    figure, (keep, epsilon, guarantee) = _figure(3)
-    plot_calibration(found, keep)
-    targets = [log(c.target) for c in feasible]
-    finite = [(t, float(c.epsilon[0])) for t, c in zip(targets, feasible, strict=True) if c.exp_epsilon != inf]
-    epsilon.plot([t for t, _ in finite], [e for _, e in finite], marker="o")
-    epsilon.set_xlabel("target L (nats)")
-    epsilon.set_ylabel("ε of the whole filter (nats)")
-    epsilon.set_ylim(bottom=0)
-    guarantee.plot(targets, targets, linestyle=":", color="grey", label="target")
-    guarantee.plot(targets, [log(c.achieved or 1) for c in feasible], marker="o", linestyle="none", label="guaranteed")
-    guarantee.set_xlabel("target L (nats)")
-    guarantee.set_ylabel("L (nats)")
-    guarantee.legend()
+    calibrations = [] if isinstance(found, Frontier) else [c for c in found if isinstance(c, Calibration) and c.feasible]
+    figure, panels = _figure(3 if calibrations else 1)
+    plot_truth_kept(found, panels[0])
+    if calibrations:
+        _, epsilon, guarantee = panels
+        targets = [log(c.target) for c in calibrations]
+        finite = [(t, float(c.epsilon[0])) for t, c in zip(targets, calibrations, strict=True) if c.exp_epsilon != inf]
+        epsilon.plot([t for t, _ in finite], [e for _, e in finite], marker="o", color=HIGH)
+        epsilon.set_xlabel("target L (nats)")
+        epsilon.set_ylabel("ε of the whole filter (nats)")
+        epsilon.set_ylim(bottom=0)
+        guarantee.plot(targets, targets, linestyle=":", color=MID, label="target")
+        guarantee.plot(targets, [log(c.achieved or 1) for c in calibrations], marker="o", linestyle="none", color=HIGH, label="guaranteed")
+        guarantee.set_xlabel("target L (nats)")
+        guarantee.set_ylabel("L (nats)")
+        guarantee.legend()
     _save(figure, path)
 
 
-def plot_frontier(found: Frontier | Sequence[Design], ax: Axes | None = None) -> Axes:
-    """Draw the truth kept over the target, beside that of calibrated randomized response.
-
-    Parameters
-    ----------
-    found : Frontier or sequence of Design
-        Designs of the same setting for several targets.
-    ax : Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    Axes
-        With the targets as log-ratios on the horizontal axis.
-
-    Raises
-    ------
-    InputError
-        If matplotlib is missing, or nothing is feasible.
-    """
-    axes = ax if ax is not None else _figure(1)[1][0]
-    kept = [
-        (log(d.target), d.truth_kept, d.response_truth_kept)
-        for d in (found.designs if isinstance(found, Frontier) else found)
-        if d.target is not None and d.truth_kept is not None
-    ]
-    if not kept:
-        raise InputError("no target is feasible; there is nothing to draw")
-    kept.sort(key=lambda entry: entry[0])
-    axes.plot([x for x, _, _ in kept], [float(y) for _, y, _ in kept], marker="o", label="design")
-    response = [(x, float(y)) for x, _, y in kept if y is not None]
-    axes.plot([x for x, _ in response], [y for _, y in response], marker="s", linestyle="--", label="randomized response")
-    axes.set_xlabel("target L (nats)")
-    axes.set_ylabel("probability of keeping the truth")
-    axes.set_ylim(0, 1.02)
-    axes.legend()
-    return axes
+Points = list[tuple[float, float]]
 
 
-def save_frontier(found: Frontier | Sequence[Design], path: str) -> None:
-    """Draw the truth kept over the target into a file.
+def _truth(found: Sequence[Calibration] | Sequence[Design]) -> tuple[str, Points, str, Points]:
+    """Truth over target, by what was found and by what it stands beside, each with its name."""
+    calibrations = [c for c in found if isinstance(c, Calibration) and c.feasible]
+    if calibrations:
+        rule = calibrations[0].rule
+        kept = [(log(c.target), float(c.keep_probabilities[0])) for c in calibrations]
+        paper = [(log(c.target), float(c.paper_keep_probabilities[0])) for c in calibrations if c.paper_keep_probabilities]
+        return rule, kept, "the paper's rule", paper if rule != "paper" else []
+    designs = [d for d in found if isinstance(d, Design) and d.target is not None and d.truth_kept is not None]
+    designs.sort(key=lambda d: d.target or 0)
+    kept = [(log(d.target), float(d.truth_kept)) for d in designs if d.target is not None and d.truth_kept is not None]
+    known = [(log(d.target), float(d.response_truth_kept)) for d in designs if d.target is not None and d.response_truth_kept is not None]
+    return "design", kept, "randomized response", known
 
-    Parameters
-    ----------
-    found : Frontier or sequence of Design
-        Designs of the same setting for several targets.
-    path : str
-        A PNG, SVG or PDF file.
 
-    Raises
-    ------
-    InputError
-        If matplotlib is missing, nothing is feasible, or the file cannot be written.
-    """
-    figure, (axes,) = _figure(1)
-    plot_frontier(found, axes)
-    _save(figure, path)
+def _content(result: Result) -> Content:
+    return describe(result.certificate.document, Subject(result.law, result.utility, result.deployment))
+
+
+def _panels(content: Content) -> list[Panel]:
+    return [*content.panels, *([content.overall] if content.overall else [])]
+
+
+def _shown(text: str, width: int = SHOW_TEXT) -> str:
+    """A label for a picture: short, and without the dollar signs that matplotlib would read as mathematics."""
+    cut = text if len(text) <= width else text[: width - 1] + "…"
+    return cut.replace("$", r"\$")
 
 
 def _save(figure: Any, path: str) -> None:
@@ -155,19 +273,12 @@ def _save(figure: Any, path: str) -> None:
     write_atomically(Path(path), [picture.getvalue()])
 
 
-def _feasible(found: Sequence[Calibration]) -> list[Calibration]:
-    feasible = [c for c in found if c.feasible]
-    if not feasible:
-        raise InputError("no target is feasible; there is nothing to draw")
-    return feasible
-
-
-def _figure(panels: int) -> tuple[Any, Any]:
+def _figure(panels: int, *, width: float = 4.6, height: float = 3.6) -> tuple[Any, Any]:
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
         raise InputError("pictures need matplotlib; install the extra: pip install 'fairaudit-certify[plots]'") from None
-    figure = Figure(figsize=(4.6 * panels, 3.6), layout="constrained")
+    figure = Figure(figsize=(width * panels, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(1, panels, squeeze=False)[0]

@@ -328,9 +328,9 @@ def test_the_frontier_rises() -> None:
     assert all(row["truth_kept"] >= row["response_truth_kept"] for row in found.rows)
     matplotlib = pytest.importorskip("matplotlib")
     assert matplotlib
-    from fairaudit.plots import plot_frontier
+    from fairaudit.plots import plot_truth_kept
 
-    axes = plot_frontier(found)
+    axes = plot_truth_kept(found)
     assert [line.get_label() for line in axes.get_lines()] == ["design", "randomized response"]
 
 

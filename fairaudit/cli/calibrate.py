@@ -70,9 +70,9 @@ def run(arguments: argparse.Namespace) -> int:
     except InputError as error:
         raise InputError(str(error).replace("target_local", "--target").replace("target_global", "--target")) from None
     if arguments.plot is not None:
-        from fairaudit.plots import save_calibration
+        from fairaudit.plots import save_truth_kept
 
-        save_calibration(found, arguments.plot)
+        save_truth_kept(found, arguments.plot)
     if arguments.format == "json":
         put(json.dumps([_entry(c) for c in found] if len(found) > 1 else _entry(found[0]), ensure_ascii=True, indent=1))
     else:

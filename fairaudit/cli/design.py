@@ -84,9 +84,9 @@ def run(arguments: argparse.Namespace) -> int:
         except InputError as error:
             raise InputError(_as_options(str(error))) from None
     if arguments.plot is not None:
-        from fairaudit.plots import save_frontier
+        from fairaudit.plots import save_truth_kept
 
-        save_frontier(found, arguments.plot)
+        save_truth_kept(found, arguments.plot)
     if arguments.output is not None and found[0].mechanism is not None:
         write_filter(found[0].mechanism, arguments.output)
     if arguments.format == "json":

@@ -98,8 +98,8 @@ class Expectations:
 
     @cached_property
     def overall(self) -> Panel | None:
-        """Means of the groups over all contexts, where they are compared."""
-        if not self.subject.law.global_groups:
+        """Means of the groups over all contexts, where they are compared and there are several contexts."""
+        if not self.subject.law.global_groups or (len(self.subject.law.contexts) == 1 and self.panels):
             return None
         means = self._means
         law = self.subject.law
