@@ -1,0 +1,1 @@
+"""Streams of decisions: bounds that hold at every moment, a state that survives, readers of growing files."""
