@@ -7,7 +7,7 @@
 From Coq Require Import ZArith.
 From mathcomp Require Import all_ssreflect all_algebra all_fingroup.
 From mathcomp.algebra_tactics Require Import ring.
-From Fairaudit Require Import Definitions Ratios.
+From Fairaudit Require Import Definitions DP Ratios.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -86,16 +86,11 @@ Qed.
 Lemma orders_gt0 : (0 : R) < (#|{perm S}|%:R)^-1.
 Proof. by rewrite invr_gt0 ltr0n; apply/card_gt0P; exists 1%g. Qed.
 
-Lemma dp_ge1 (e : R) (a : A) : every_pair (pure_dp e) M -> 1 <= e.
-Proof.
-move=> dp; rewrite -(M_sum1 a) -[leRHS]mulr1 -(M_sum1 a); apply: ratio_of_sums => v; apply: dp.
-Qed.
-
 Lemma chance_ratio (e : R) h a i j :
   every_pair (pure_dp e) M -> (forall v s, 0 <= h v s) ->
   chance h a i <= e ^+ 2 * chance h a j.
 Proof.
-move=> dp h_ge0; have e1 := dp_ge1 (a i) dp; have e0 : 0 <= e := le_trans ler01 e1.
+move=> dp h_ge0; have e1 : 1 <= e := pure_dp_ge1 (M_kernel (a i)) (M_kernel (a i)) (dp (a i) (a i)); have e0 : 0 <= e := le_trans ler01 e1.
 rewrite (chance_traded h a i j) mulrCA ler_wpmul2l ?(ltW orders_gt0) //.
 apply: ratio_of_sums => order; apply: ratio_of_weights => // v.
 have [<-|ij] := eqVneq i j.
@@ -166,9 +161,6 @@ apply: (@le_trans _ _ (h (turn w) (order i) * Num.max 0 d)).
 by rewrite ler_wpmul2r // le_maxr lexx.
 Qed.
 
-Lemma exchange_hockey_ge0 k a b : 0 <= exchange_hockey k a b.
-Proof. by apply: sumr_ge0 => v _; rewrite le_maxr lexx. Qed.
-
 Lemma chance_floor (k gamma tau : R) h a i j : i != j -> 0 < tau ->
   (forall v, ranged 0 gamma (h v)) -> tau <= chance h a j ->
   chance h a i <= (k + gamma * exchange_hockey k (a i) (a j) / tau) * chance h a j.
@@ -177,7 +169,7 @@ move=> ij tau0 h_test floor; apply: le_trans (chance_hockey k a ij h_test) _.
 rewrite mulrDl ler_add2l mulrAC ler_pdivl_mulr // ler_wpmul2l //.
 case: (set_0Vmem [set: At]) => [At0|[v _]]; last first.
   have /andP[h0 h1] := h_test [ffun=> v] i.
-  by rewrite mulr_ge0 ?exchange_hockey_ge0 ?(le_trans h0 h1).
+  by rewrite mulr_ge0 ?hockey_stick_ge0 ?(le_trans h0 h1).
 suff -> : exchange_hockey k (a i) (a j) = 0 by rewrite mulr0.
 by rewrite exchange_hockeyE big1 // => v; have := in_setT v; rewrite At0 inE.
 Qed.
@@ -203,7 +195,7 @@ Lemma chance_floor_pure (e gamma tau : R) h a i j : 0 < tau ->
     Num.min (Num.min (gamma / tau) (e ^+ 2)) ((1 - (1 - tau / gamma) / e ^+ 2) / (tau / gamma)) * chance h a j.
 Proof.
 move=> tau0 dp h_test floor.
-have e1 := dp_ge1 (a i) dp; have E1 : 1 <= e ^+ 2 by rewrite expr_ge1 // (le_trans ler01).
+have e1 : 1 <= e := pure_dp_ge1 (M_kernel (a i)) (M_kernel (a i)) (dp (a i) (a i)); have E1 : 1 <= e ^+ 2 by rewrite expr_ge1 // (le_trans ler01).
 have h_ge0 v s : 0 <= h v s by case/andP: (h_test v s).
 have c_ge0 v s : 0 <= gamma - h v s by rewrite subr_ge0; case/andP: (h_test v s).
 have chance_le k : chance h a k <= gamma.
@@ -280,7 +272,7 @@ Theorem T10_exchange_in_fixed_slots (e : R) (f : U -> R) (a : S -> A) (i j : S) 
   every_pair (pure_dp e) M -> (forall u, 0 <= f u) ->
   fixed_utility f a <= e ^+ 2 * fixed_utility f (fun p => a (tperm i j p)).
 Proof.
-move=> dp f_ge0; have e1 : 1 <= e := dp_ge1 (a i) dp.
+move=> dp f_ge0; have e1 : 1 <= e := pure_dp_ge1 (M_kernel (a i)) (M_kernel (a i)) (dp (a i) (a i)).
 apply: le_trans (T10_profiles_in_fixed_slots a (fun p => a (tperm i j p)) dp f_ge0) _.
 apply: ler_wpmul2r.
   apply: sumr_ge0 => v _; rewrite mulr_ge0 ?view_law_ge0 //.
@@ -354,7 +346,7 @@ have one (P Q : At * At -> R) s :
   set d := P v - k * Q v; apply: (@le_trans _ _ (Num.max 0 d * expect (T v) (fun u => g u s))).
     by rewrite ler_wpmul2r // le_maxr lexx orbT.
   by rewrite mulrC ler_wpmul2r // le_maxr lexx.
-have H0 : 0 <= hockey_stick k (both M M (a, b)) (both M M (b, a)) by apply: sumr_ge0 => v _; rewrite le_maxr lexx.
+have H0 := hockey_stick_ge0 k (both M M (a, b)) (both M M (b, a)).
 have gamma_ge0 : 0 <= gamma * hockey_stick k (both M M (a, b)) (both M M (b, a)).
   have [v|noV] := pickP (fun v : At * At => true).
     have : 0 <= expect (T v) (fun u => g u true) <= gamma by apply: expect_ranged => [|u]; [apply: T_kernel|apply: gb].
@@ -367,6 +359,44 @@ apply: (@le_trans _ _ (k * candidate_utility b a + gamma * hockey_stick k (both 
   apply: le_trans (ler_add b1 b2) _; rewrite le_eqVlt; apply/orP; left; apply/eqP.
   by field.
 by rewrite mulrDl ler_add2l mulrAC ler_pdivl_mulr // ler_wpmul2l.
+Qed.
+
+(* T10 with a floor, when only eps is known: the terms of T3 at 2 eps. *)
+Theorem T10_two_candidates_floor_pure (e gamma tau : R) (a b : A) :
+  0 < tau -> every_pair (pure_dp e) M -> (forall u s, 0 <= g u s <= gamma) -> tau <= candidate_utility b a ->
+  candidate_utility a b <=
+    Num.min (Num.min (gamma / tau) (e ^+ 2)) ((1 - (1 - tau / gamma) / e ^+ 2) / (tau / gamma))
+    * candidate_utility b a.
+Proof.
+move=> tau0 dp gb floor; have e1 : 1 <= e := pure_dp_ge1 (M_kernel a) (M_kernel a) (dp a a).
+have E1 : 1 <= e ^+ 2 by rewrite expr_ge1 // (le_trans ler01).
+have kM2 := kernel_both M_kernel M_kernel.
+have ranges c d : 0 <= candidate_utility c d <= gamma.
+  have slot s (v : At * At) : 0 <= expect (T v) (fun u => g u s) <= gamma.
+    by apply: expect_ranged => [|u]; [apply: T_kernel|apply: gb].
+  have /andP[l1 h1] := expect_ranged (kM2 (c, d)) (slot true).
+  have /andP[l2 h2] := expect_ranged (kM2 (d, c)) (slot false).
+  apply/andP; split; first by apply: divr_ge0; [apply: addr_ge0|apply: ler0n].
+  by rewrite /candidate_utility ler_pdivr_mulr ?ltr0n // mulr_natr mulr2n ler_add.
+have [/andP[c_ge0 c_le] /andP[_ d_le]] := (ranges a b, ranges b a).
+have gamma0 : 0 < gamma by apply: lt_le_trans tau0 (le_trans floor d_le).
+have g_ge0 u s : 0 <= g u s by case/andP: (gb u s).
+apply: le_min_mul; first apply: le_min_mul.
+- by rewrite mulrAC ler_pdivl_mulr //; apply: ler_pmul => //; apply: ltW.
+- exact: T10_two_candidates.
+apply: complement_term => //.
+have pairs c d : pure_dp (e ^+ 2) (both M M (c, d)) (both M M (d, c)).
+  move=> vw; rewrite /both /= expr2 mulrACA.
+  by apply: ler_pmul; rewrite ?(proj1 (M_kernel _)) ?dp.
+have rest c d s : gamma - expect (both M M (c, d)) (fun v => expect (T v) (fun u => g u s)) <=
+    e ^+ 2 * (gamma - expect (both M M (d, c)) (fun v => expect (T v) (fun u => g u s))).
+  rewrite -{1}(expect_cst gamma (kM2 (c, d))) -{2}(expect_cst gamma (kM2 (d, c))) -!expectB.
+  apply: ratio_of_weights => [v|]; last exact: pairs.
+  rewrite subr_ge0; suff /andP[] : 0 <= expect (T v) (fun u => g u s) <= gamma by [].
+  by apply: expect_ranged => [|u]; [apply: T_kernel|apply: gb].
+have half (x y : R) : gamma - (x + y) / 2%:R = ((gamma - x) + (gamma - y)) / 2%:R by field.
+rewrite /candidate_utility !half mulrA ler_wpmul2r ?invr_ge0 ?ler0n // mulrDr.
+by apply: ler_add; apply: rest.
 Qed.
 
 End TwoCandidates.

@@ -3,7 +3,7 @@
 From Coq Require Import ZArith.
 From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp.algebra_tactics Require Import ring.
-From Fairaudit Require Import Definitions Ratios T6.
+From Fairaudit Require Import Definitions DP Ratios T6.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -31,9 +31,6 @@ case=> _ P1; apply/eqP; rewrite eq_sym subr_eq -P1 (bigID (mem S)) /= addrC; app
 by congr (_ + _); apply: eq_bigl => u; rewrite !inE.
 Qed.
 
-Lemma tv_ge0 : 0 <= tv P Q.
-Proof. by apply: sumr_ge0 => u _; rewrite le_maxr lexx. Qed.
-
 Lemma tv_le1 : tv P Q <= 1.
 Proof.
 rewrite tv_prob ler_subl_addr -[leLHS]addr0; apply: ler_add; last first.
@@ -41,15 +38,12 @@ rewrite tv_prob ler_subl_addr -[leLHS]addr0; apply: ler_add; last first.
 rewrite -subr_ge0 -prob_compl //; apply: sumr_ge0 => u _; by case: lP.
 Qed.
 
-Lemma ratio_ge1 r : pure_dp r P Q -> 1 <= r.
-Proof. by move=> PQ; rewrite -(proj2 lP) -[leRHS]mulr1 -(proj2 lQ); apply: ratio_of_sums. Qed.
-
 (* T7 with the one-sided suprema R1 = max P/Q and R2 = max Q/P, without a division. *)
 Theorem T7_product R1 R2 : pure_dp R1 P Q -> pure_dp R2 Q P ->
   (R1 * R2 - 1) * tv P Q <= (R1 - 1) * (R2 - 1).
 Proof.
-move=> PQ QP; have r1 := ratio_ge1 PQ.
-have r2 : 1 <= R2 by rewrite -(proj2 lQ) -[leRHS]mulr1 -(proj2 lP); apply: ratio_of_sums.
+move=> PQ QP; have r1 := pure_dp_ge1 lP lQ PQ.
+have r2 := pure_dp_ge1 lQ lP QP.
 have on_S : prob P S <= R1 * prob Q S by rewrite mulr_sumr; apply: ler_sum.
 have off_S : 1 - prob Q S <= R2 * (1 - prob P S).
   by rewrite -!prob_compl // mulr_sumr; apply: ler_sum.
@@ -63,8 +57,8 @@ Qed.
 Theorem T7_one_sided R1 R2 : pure_dp R1 P Q -> pure_dp R2 Q P ->
   tv P Q <= (R1 - 1) * (R2 - 1) / (R1 * R2 - 1).
 Proof.
-move=> PQ QP; have r1 := ratio_ge1 PQ.
-have r2 : 1 <= R2 by rewrite -(proj2 lQ) -[leRHS]mulr1 -(proj2 lP); apply: ratio_of_sums.
+move=> PQ QP; have r1 := pure_dp_ge1 lP lQ PQ.
+have r2 := pure_dp_ge1 lQ lP QP.
 have := mulr_ege1 r1 r2; rewrite le_eqVlt => /orP[/eqP one|gt1]; last first.
   by rewrite ler_pdivl_mulr ?subr_gt0 // mulrC; apply: T7_product.
 have R11 : R1 = 1.
@@ -76,7 +70,7 @@ Qed.
 (* T7 with one R for both orders: TV <= (R - 1)/(R + 1). *)
 Theorem T7_symmetric r : pure_dp r P Q -> pure_dp r Q P -> tv P Q <= (r - 1) / (r + 1).
 Proof.
-move=> PQ QP; have r1 := ratio_ge1 PQ; have rp : 0 < r + 1 := ltr_paddl (le_trans ler01 r1) ltr01.
+move=> PQ QP; have r1 := pure_dp_ge1 lP lQ PQ; have rp : 0 < r + 1 := ltr_paddl (le_trans ler01 r1) ltr01.
 have [r_eq1|r_neq1] := eqVneq r 1.
   by have := T7_one_sided PQ QP; rewrite r_eq1 subrr !mul0r.
 have r_gt1 : 0 < r - 1 by rewrite subr_gt0 lt_neqAle eq_sym r_neq1.
@@ -103,7 +97,7 @@ Qed.
 Theorem T7_paper (U : finType) (P Q : U -> R) r :
   law P -> law Q -> pure_dp r P Q -> pure_dp r Q P -> tv P Q <= r - 1.
 Proof.
-move=> lP lQ PQ QP; have r1 := ratio_ge1 lP lQ PQ.
+move=> lP lQ PQ QP; have r1 := pure_dp_ge1 lP lQ PQ.
 apply: le_trans (T7_symmetric lP lQ PQ QP) (le_trans (T7_form r1) _).
 by rewrite ler_pdivr_mulr ?ltr0n // ler_pemulr ?subr_ge0 // (ler_nat _ 1 2).
 Qed.
