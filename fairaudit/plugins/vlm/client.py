@@ -26,6 +26,7 @@ BACKOFF, LONGEST_PAUSE = 0.5, 600.0
 RETRIED = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 520, 522, 524, 529})
 DECLINED = ("content_filter", "content_policy", "responsibleai", "safety")
 MAX_BODY = 10_000_000
+TICK = 1e-6
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ class Bucket:
                 if pause <= 0:
                     self._level -= amount if self._rate is not None else 0.0
                     return
-                await asyncio.sleep(pause)
+                await asyncio.sleep(pause + TICK)
 
 
 class Client:

@@ -220,12 +220,17 @@ async def _all(
             held, money = sum(size), _cost(model, *size)
             why = ""
             for retry in range(model.retries + 1):
+                while not budget.reserve(held, money):
+                    # What is in flight may turn out cheaper than was set aside for it.
+                    if not budget.held_tokens:
+                        report.stopped = "the budget does not allow another request"
+                    if report.stopped:
+                        return
+                    await asyncio.sleep(0.02)
                 await requests.take()
                 await tokens.take(held)
                 if report.stopped:
-                    return
-                if not budget.reserve(held, money):
-                    report.stopped = "the budget does not allow another request"
+                    budget.settle(held, money, 0, 0.0)
                     return
                 (attempt,) = journal.intend([work], held, money)
                 reply = await client.send(body, f"{work.request[:32]}-{work.trial}")

@@ -1,0 +1,163 @@
+"""A local server that speaks the chat-completions protocol and misbehaves on purpose; it measures what clients do to it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+KEY = "sk-test-0123456789abcdef"
+
+
+class LanguageServer(ThreadingHTTPServer):
+    """`faults` maps the number of a request (by its idempotency key) to what goes wrong; see `Handler`."""
+
+    daemon_threads = True
+    allow_reuse_address = True
+    request_queue_size = 256
+
+    def __init__(self, *, delay: float = 0.0, fault: Any = None) -> None:
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.delay, self.fault = delay, fault or (lambda key, attempt: "")
+        self.lock = threading.Lock()
+        self.arrivals: list[float] = []
+        self.keys: list[str] = []
+        self.attempts: Counter[str] = Counter()
+        self.served: set[str] = set()
+        self.bodies: list[dict[str, Any]] = []
+        self.running = self.most = 0
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.server_address[1]}/v1"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Clients that are killed break connections; that is the point."""
+
+
+def pick(key: str) -> int:
+    """Which slot the server chooses: fixed by the key, so that asking again cannot change it."""
+    return hashlib.sha256(key.encode()).digest()[0] % 2
+
+
+def completion(content: str | None, **more: Any) -> bytes:
+    message = {"role": "assistant", "content": content, **more.pop("message", {})}
+    choice = {"index": 0, "message": message, "finish_reason": "stop", **more}
+    return json.dumps({"object": "chat.completion", "choices": [choice], "usage": {"prompt_tokens": 120, "completion_tokens": 30}}).encode()
+
+
+class Handler(BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+    server: LanguageServer
+
+    def log_message(self, *_: Any) -> None:
+        pass
+
+    def do_POST(self) -> None:
+        server = self.server
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        key = self.headers["Idempotency-Key"]
+        with server.lock:
+            server.arrivals.append(time.monotonic())
+            server.keys.append(key)
+            server.bodies.append(body)
+            server.attempts[key] += 1
+            attempt = server.attempts[key]
+            server.running += 1
+            server.most = max(server.most, server.running)
+        try:
+            self.answer(key, attempt, body)
+            with server.lock:
+                server.served.add(key)
+        finally:
+            with server.lock:
+                server.running -= 1
+
+    def answer(self, key: str, attempt: int, body: dict[str, Any]) -> None:
+        time.sleep(self.server.delay)
+        fault = self.server.fault(key, attempt)
+        names = ("HR1", "HR2")
+        choice = {names[pick(key)]: "1.0", names[1 - pick(key)]: "0.0", "reason": "=cmd()"}
+        good = json.dumps(choice)
+        if self.headers["Authorization"] != f"Bearer {KEY}":
+            self.reply(401, json.dumps({"error": {"message": f"Incorrect key: {self.headers['Authorization']}"}}).encode())
+        elif fault == "429":
+            self.reply(429, b'{"error": {"message": "slow down"}}', {"Retry-After": "0.2"})
+        elif fault == "500":
+            self.reply(500, b"oops", kind="text/plain")
+        elif fault == "timeout":
+            time.sleep(1.5)
+            self.reply(200, completion(good))
+        elif fault == "slow body":
+            self.slow(completion(good))
+        elif fault == "cut connection":
+            self.send_response(200)
+            self.send_header("Content-Type", "application/json")
+            self.send_header("Content-Length", "5000")
+            self.end_headers()
+            self.wfile.write(completion(good)[:100])
+            self.close_connection = True
+        elif fault == "truncated":
+            self.reply(200, completion(good)[:-20])
+        elif fault == "truncated content":
+            self.reply(200, completion(good[:-10]))
+        elif fault == "wrong type":
+            self.reply(200, b"<html>welcome to the proxy</html>", kind="text/html")
+        elif fault == "duplicate keys":
+            self.reply(200, completion('{"HR1": "1.0", "HR1": "0.0", "HR2": "1.0"}'))
+        elif fault == "both":
+            self.reply(200, completion('{"HR1": "1.0", "HR2": "1.0"}'))
+        elif fault == "prose":
+            self.reply(200, completion("I would choose Mary, of course."))
+        elif fault == "refusal":
+            self.reply(200, completion(None, message={"refusal": "I cannot help with that."}))
+        elif fault == "filtered":
+            self.reply(400, json.dumps({"error": {"code": "content_filter", "message": "blocked"}}).encode())
+        elif fault == "echo":
+            self.reply(200, completion(json.dumps(choice | {"reason": f"your key is {self.headers['Authorization']}"})))
+        elif fault == "bad request":
+            self.reply(400, b'{"error": {"message": "response_format is not supported"}}')
+        elif body.get("logprobs"):
+            top = [{"token": "1", "logprob": -0.2231435513142097}, {"token": " 2", "logprob": -1.897119984885881}]
+            shown = {"content": [{"token": "1", "logprob": -0.2231435513142097, "top_logprobs": top}]}
+            self.reply(200, completion("1", logprobs=shown if fault != "no logprobs" else None))
+        else:
+            self.reply(200, completion(good))
+
+    def reply(self, status: int, body: bytes, headers: dict[str, str] | None = None, kind: str = "application/json") -> None:
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(body)))
+        for name, value in (headers or {}).items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def slow(self, body: bytes) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", "application/json; charset=utf-8")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        for start in range(0, len(body), 40):
+            self.wfile.write(body[start : start + 40])
+            self.wfile.flush()
+            time.sleep(0.02)
+
+
+@contextmanager
+def serving(**options: Any) -> Iterator[LanguageServer]:
+    server = LanguageServer(**options)
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()

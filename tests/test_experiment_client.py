@@ -1,0 +1,378 @@
+"""Asking a real server that misbehaves: one recorded outcome for each cell and trial, limits kept, nothing lost, nothing leaked."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from language_server import KEY, LanguageServer, completion, pick, serving
+
+from fairaudit.cli import main
+from fairaudit.exact import InputError
+from fairaudit.plugins.vlm import client as client_module
+from fairaudit.plugins.vlm.analyse import readings, tables
+from fairaudit.plugins.vlm.client import Bucket, retry_after
+from fairaudit.plugins.vlm.experiment import Experiment, Model, read_experiment
+from fairaudit.plugins.vlm.journal import Journal
+from fairaudit.plugins.vlm.run import Budget, Report, run
+
+FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
+
+FILE = """
+title = "A test"
+[answer]
+options = ["HR1", "HR2"]
+values = ["1.0", "0.0"]
+{kind}
+[context]
+column = "document"
+values = ["maternity leave", "sick leave"]
+[attributes]
+name = ["Tom", "Mary"]
+age = ["25", "55"]
+[people.Tom]
+name = "Tom"
+age = "25"
+[people.Mary]
+name = "Mary"
+age = "55"
+[prompt]
+user = "{{{{ context }}}}: {{% for c in candidates %}}{{{{ c.label }}}} {{{{ c.attributes.name }}}} {{{{ c.attributes.age }}}}, {{% endfor %}}choose."
+[sampling]
+trials = {trials}
+{more}
+"""
+
+
+@pytest.fixture(autouse=True)
+def key(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", KEY)
+    monkeypatch.setenv("NO_PROXY", "127.0.0.1")
+    monkeypatch.setattr(client_module, "BACKOFF", 0.02)
+
+
+def written(folder: Path, trials: int = 4, more: str = "", kind: str = "") -> Path:
+    path = folder / "test.toml"
+    path.write_text(FILE.format(trials=trials, more=more, kind=kind))
+    return path
+
+
+def asked(folder: Path, server: LanguageServer, budget: Budget | None = None, **changes: object) -> tuple[Experiment, Model, Report]:
+    experiment = read_experiment(str(folder / "test.toml"))
+    model = Model("m", base_url=server.url, **{"concurrency": 4, "timeout": 1.0, **changes})  # type: ignore[arg-type]
+    with Journal(folder / "journal.sqlite", experiment.digest, experiment.trials, create=True) as journal:
+        return experiment, model, run(experiment, model, journal, budget=budget)
+
+
+def outcomes(folder: Path, experiment: Experiment, model: Model) -> dict[str, str]:
+    """What kind of answer each request got, by its idempotency key."""
+    with Journal(folder / "journal.sqlite", experiment.digest, experiment.trials, create=False) as journal:
+        return {f"{draw.request[:32]}-{draw.occurrence}": reading.kind for draw, reading in readings(experiment, journal, model.key)}
+
+
+# What goes wrong on the first attempt -> attempts at the server, and what is recorded. What was answered is never asked again.
+FAULTS = {
+    "": (1, "choice"),
+    "429": (2, "choice"),
+    "500": (2, "choice"),
+    "timeout": (2, "choice"),
+    "slow body": (1, "choice"),
+    "cut connection": (2, "choice"),
+    "truncated": (1, "malformed"),
+    "truncated content": (1, "malformed"),
+    "wrong type": (1, "malformed"),
+    "duplicate keys": (1, "contradictory"),
+    "both": (1, "contradictory"),
+    "prose": (1, "malformed"),
+    "refusal": (1, "refused"),
+    "filtered": (1, "refused"),
+    "echo": (1, "choice"),
+}
+
+
+def test_every_fault_leaves_exactly_one_outcome(tmp_path: Path) -> None:
+    written(tmp_path, trials=15)
+    names = list(FAULTS)
+    faults: dict[str, str] = {}
+
+    def fault(key: str, attempt: int) -> str:
+        name = faults.setdefault(key, names[len(faults) % len(names)])
+        return name if attempt == 1 else ""
+
+    with serving(fault=fault) as server:
+        experiment, model, report = asked(tmp_path, server, concurrency=8)
+        assert report.complete
+        assert report.total == 4 * 15 == len(faults)
+        found = outcomes(tmp_path, experiment, model)
+        for key, name in faults.items():
+            attempts, kind = FAULTS[name]
+            assert (name, server.attempts[key], found[key]) == (name, attempts, kind)
+        before = len(server.keys)
+        _, _, again = asked(tmp_path, server)
+        assert again.complete
+        assert len(server.keys) == before
+    with Journal(tmp_path / "journal.sqlite", experiment.digest, experiment.trials, create=False) as journal:
+        (table,) = tables(experiment, journal, model.key)
+        assert sum(sum(row.values()) for row in table.rows.values()) == 60
+        expected = Counter(FAULTS[name][1] for name in faults.values())
+        assert table.kinds == expected
+        lost = journal.unknown_fate()
+        # Requests that broke off after they were sent may have been paid for: they are listed, and only they.
+        assert Counter(entry["request"][:32] + f"-{entry['trial']}" for entry in lost) == Counter(
+            key for key, name in faults.items() if name in ("timeout", "cut connection")
+        )
+    for path in tmp_path.iterdir():
+        assert KEY.encode() not in path.read_bytes(), path.name
+
+
+def test_limits_are_kept_at_the_server(tmp_path: Path) -> None:
+    written(tmp_path, trials=10)
+    with serving(delay=0.05) as server:
+        _, _, report = asked(tmp_path, server, concurrency=3, requests_per_minute=600.0)
+        assert report.complete
+        assert server.most == 3
+        times = sorted(server.arrivals)
+    # At most the bucket (10) and what flows in meanwhile (590 a minute) can arrive; half a second allows for threads that start late.
+    for i, first in enumerate(times):
+        for j in range(i, len(times)):
+            assert j - i + 1 <= 10 + (times[j] - first + 0.5) * 590 / 60
+
+
+@given(st.floats(5, 5_000), st.lists(st.tuples(st.floats(0, 30), st.floats(0.01, 1)), min_size=1, max_size=60), st.floats(0.1, 3))
+def test_no_minute_gets_more_than_its_limit(per_minute: float, calls: list[tuple[float, float]], largest: float) -> None:
+    """A bucket on a clock of its own: whatever arrives when, each window of 60 seconds lets at most the limit through."""
+    now = 0.0
+    passed: list[tuple[float, float]] = []
+
+    async def sleep(seconds: float) -> None:
+        nonlocal now
+        assert seconds > 0
+        now += seconds
+
+    async def everything() -> None:
+        nonlocal now
+        bucket = Bucket(per_minute, largest=largest, clock=lambda: now)
+        for gap, share in calls:
+            now += gap
+            amount = share * largest
+            await bucket.take(amount)
+            passed.append((now, amount))
+
+    patch = pytest.MonkeyPatch()
+    with patch.context() as patched:
+        patched.setattr(client_module.asyncio, "sleep", sleep)
+        asyncio.run(everything())
+    for i, (first, _) in enumerate(passed):
+        assert sum(amount for moment, amount in passed[i:] if moment < first + 60) <= per_minute * (1 + 1e-9)
+
+
+def test_tokens_per_minute_and_retry_after(tmp_path: Path) -> None:
+    written(tmp_path, trials=3)
+    with serving(fault=lambda key, attempt: "429" if attempt == 1 else "") as server:
+        _, _, report = asked(tmp_path, server, tokens_per_minute=240_000.0, concurrency=2)
+        assert report.complete
+        assert set(server.attempts.values()) == {2}
+        by_key: dict[str, list[float]] = {}
+        for key, moment in zip(server.keys, server.arrivals, strict=True):
+            by_key.setdefault(key, []).append(moment)
+        assert all(second - first >= 0.19 for first, second in by_key.values())
+    assert retry_after("Wed, 21 Oct 2015 07:28:00 GMT") == 0
+    assert retry_after("nan") == 0
+    assert retry_after("1e9") == 600
+
+
+def test_a_budget_stops_cleanly_and_is_resumed(tmp_path: Path) -> None:
+    written(tmp_path, trials=10)
+    prices = {"price_input": 100.0, "price_output": 1000.0}
+    with serving() as server:
+        experiment, model, report = asked(tmp_path, server, Budget(money=0.6), **prices)
+        assert report.stopped
+        asked_first = len(server.keys)
+        # Each answer costs 120·100 + 30·1000 millionths: 0.042. Nothing is sent that could go beyond the budget.
+        assert 0 < asked_first * 0.042 <= 0.6
+        assert report.answered == asked_first
+        _, _, report = asked(tmp_path, server, Budget(money=0.6), **prices)
+        assert (report.answered, len(server.keys)) == (asked_first, asked_first)
+        _, _, report = asked(tmp_path, server, Budget(tokens=40 * 150 + 400), **prices)
+        assert report.complete
+        assert Counter(server.attempts.values()) == {1: 40}
+    with Journal(tmp_path / "journal.sqlite", experiment.digest, experiment.trials, create=False) as journal:
+        assert journal.spent(model.key)[:2] == (40 * 150, pytest.approx(40 * 0.042))
+
+
+def test_first_token_probabilities(tmp_path: Path) -> None:
+    written(tmp_path, trials=7, kind='kind = "logprobs"')
+    with serving(fault=lambda key, attempt: "no logprobs" if len(server.attempts) == 1 else "") as server:
+        experiment, model, report = asked(tmp_path, server, concurrency=1)
+    assert report.total == 4  # one call for each cell, whatever the trials
+    assert all(body["logprobs"] and body["max_tokens"] == 1 for body in server.bodies)
+    with Journal(tmp_path / "journal.sqlite", experiment.digest, experiment.trials, create=False) as journal:
+        (table,) = tables(experiment, journal, model.key)
+    assert not table.sampled
+    found = sorted(tuple(round(float(row[u]), 9) for u in ("HR1", "HR2", "unreadable")) for row in table.rows.values())
+    assert found == [(0.0, 0.0, 1.0), *[(0.8, 0.15, 0.05)] * 3]
+
+
+def test_nothing_hides_behind_a_retry(tmp_path: Path) -> None:
+    """A request that the server refuses as such ends the run with its words; a wrong key is never repeated."""
+    written(tmp_path)
+    with serving(fault=lambda key, attempt: "bad request") as server:
+        with pytest.raises(InputError, match="response_format is not supported"):
+            asked(tmp_path, server, concurrency=1)
+        assert len(server.keys) == 1
+    with serving() as server, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("OPENAI_API_KEY", "sk-wrong-key-9999")
+        with pytest.raises(InputError, match="401") as error:
+            asked(tmp_path, server)
+        assert "sk-wrong" not in str(error.value)
+    for path in tmp_path.iterdir():
+        assert b"sk-wrong" not in path.read_bytes()
+
+
+def test_a_server_that_never_answers(tmp_path: Path) -> None:
+    written(tmp_path)
+    with serving(fault=lambda key, attempt: "500") as server, pytest.raises(InputError, match="gives no answer: status 500"):
+        asked(tmp_path, server, retries=2)
+    model = Model("m", base_url="http://127.0.0.1:9", retries=1)
+    experiment = read_experiment(str(tmp_path / "test.toml"))
+    with (
+        Journal(tmp_path / "other.sqlite", experiment.digest, experiment.trials, create=True) as journal,
+        pytest.raises(InputError, match="no connection"),
+    ):
+        run(experiment, model, journal)
+
+
+def test_two_runs_of_one_journal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path)
+    experiment = read_experiment(str(path))
+    (tmp_path / "out").mkdir()
+    with Journal(tmp_path / "out" / "journal.sqlite", experiment.digest, experiment.trials, create=True) as journal:
+        journal.claim()
+        assert main(["experiment", "run", str(path), "--folder", str(tmp_path / "out"), "--maker", "stand-in"]) == 2
+    assert "another process is running" in capsys.readouterr().err
+
+
+def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
+    """The journal may grow to 320 KiB; then the file system refuses, as a full disk does."""
+    path = written(tmp_path, trials=60)
+    code = (
+        "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (327680, 327680));"
+        "from fairaudit.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    with serving() as server:
+        command = ["experiment", "run", str(path), "--folder", str(tmp_path / "out"), "--base-url", server.url, "--model", "m"]
+        done = subprocess.run([sys.executable, "-c", code, *command, "--concurrency", "8"], capture_output=True, text=True, check=False)
+        assert done.returncode == 2, done.stderr
+        assert done.stderr.startswith("fairaudit: the journal")
+        assert done.stderr.count("\n") == 1
+        database = sqlite3.connect(tmp_path / "out" / "journal.sqlite")
+        kept = {f"{r[:32]}-{t}" for r, t in database.execute("SELECT request, trial FROM answers")}
+        assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        database.close()
+        first = set(server.keys)
+        assert kept <= first
+        assert len(first - kept) <= 8
+        assert main(command) == 0
+        assert {key for key, n in server.attempts.items() if n > 1} <= first - kept
+
+
+def test_kill_at_random_moments(tmp_path: Path) -> None:
+    """kill −9: no acknowledged answer is lost, none is paid for twice except those in flight, which are listed; the counts are the same."""
+    trials, kills = (500, 40) if FULL else (30, 4)
+    path = written(tmp_path, trials=trials)
+    total = 4 * trials
+    generator = random.Random(20)
+    out = tmp_path / "out"
+    with serving(delay=0.04) as server:
+        command = [sys.executable, "-m", "fairaudit", "experiment", "run", str(path), "--folder", str(out), "--base-url", server.url]
+        command += ["--model", "m", "--concurrency", "8"]
+        kept: set[str] = set()
+        killed = 0
+        for _ in range(kills):
+            goal = len(server.keys) + generator.randint(1, max(2, total // kills - 10))
+            process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            while len(server.keys) < goal and process.poll() is None:
+                time.sleep(0.002)
+            time.sleep(generator.uniform(0, 0.05))
+            if process.poll() is None:
+                process.send_signal(signal.SIGKILL)
+                killed += 1
+            process.wait()
+            now = recorded(out)
+            assert kept <= now
+            kept = now
+        assert killed == kills
+        assert subprocess.run(command, check=False, capture_output=True).returncode == 0
+        twice = {key for key, n in server.attempts.items() if n > 1}
+        assert len(server.attempts) == total
+        assert len(recorded(out)) == total
+    experiment = read_experiment(str(path))
+    with Journal(out / "journal.sqlite", experiment.digest, experiment.trials, create=False) as journal:
+        (model,) = journal.models()
+        lost = [f"{entry['request'][:32]}-{entry['trial']}" for entry in journal.unknown_fate()]
+        (table,) = tables(experiment, journal, model)
+        truth: Counter[tuple[object, str]] = Counter()
+        for draw, _ in readings(experiment, journal, model):
+            chosen = experiment.options[pick(f"{draw.request[:32]}-{draw.occurrence}")]
+            truth[(draw.context, draw.shown_slots), chosen] += 1
+    assert twice <= set(lost)
+    assert len(lost) <= 8 * kills
+    assert sum(server.attempts.values()) <= total + len(lost)
+    assert {(cell, u): int(n) for cell, row in table.rows.items() for u, n in row.items()} == truth
+    print(
+        f"{killed} kills of a run of {total} calls: {sum(server.attempts.values())} requests, {len(twice)} asked twice, {len(lost)} listed as in flight"
+    )
+
+
+def recorded(folder: Path) -> set[str]:
+    path = folder / "journal.sqlite"
+    if not path.is_file():
+        return set()
+    database = sqlite3.connect(path)
+    try:
+        return {f"{r[:32]}-{t}" for r, t in database.execute("SELECT request, trial FROM answers")}
+    except sqlite3.OperationalError:  # killed before the tables were made
+        return set()
+    finally:
+        database.close()
+
+
+def test_the_envelope_is_read_strictly() -> None:
+    """What is no chat completion is malformed, whatever it is; see FAULTS for the rest."""
+    from fairaudit.plugins.vlm.answers import read_answer
+
+    experiment = read_experiment("document-delivery")
+
+    def kind(body: bytes, status: int = 200, content_type: str = "application/json") -> str:
+        return read_answer(experiment, status, content_type, body).kind
+
+    assert kind(completion('{"HR1": 1, "HR2": 0}')) == "choice"
+    assert kind(completion('```json\n{"HR1": "1.0", "HR2": "0"}\n```')) == "choice"
+    for content in ("", "{}", "[]", '{"HR1": "1.0"}', '{"HR1": "yes", "HR2": "no"}', '{"HR1": NaN, "HR2": 0}', "[" * 50_000):
+        assert kind(completion(content)) == "malformed"
+    for content in ('{"HR1": "0.0", "HR2": "0.0"}', '{"HR1": "0.7", "HR2": "0.3"}', '{"HR1": "1.0", "HR2": "0.5"}'):
+        assert kind(completion(content)) == "contradictory"
+    for body in (
+        b"",
+        b"null",
+        b"[]",
+        b'{"choices": []}',
+        b'{"choices": [{}]}',
+        b"\xff\xfe",
+        b'{"choices": 1}',
+        b'{"choices": [{"message": null}]}',
+    ):
+        assert kind(body) == "malformed"
+    assert kind(completion("x", finish_reason="content_filter")) == "refused"
