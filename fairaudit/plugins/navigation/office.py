@@ -24,6 +24,7 @@ COLOURS = {
 THINGS = {  # sides and height in metres
     "table": (1.2, 0.7, 0.74), "chair": (0.5, 0.5, 0.9), "bookcase": (1.0, 0.35, 1.9), "sofa": (1.4, 0.8, 0.8), "clutter": (0.4, 0.4, 0.6),
 }  # fmt: skip
+CLOSED = ("bookcase", "sofa", "clutter")  # no scanner sees the floor under these
 KINDS = ("office", "conferenceRoom", "hallway", "lounge", "storage", "pantry", "copyRoom", "WC")
 
 _Box = tuple[float, float, float, float]
@@ -319,10 +320,12 @@ def _surfaces(plan: Plan, room: Room, spacing: float, random: np.random.Generato
         return np.clip(points + shift, low, high)
 
     strips = [sheet((a, b, 0.0), (c, d, 0.0)) for a, b, c, d in (_doorway(door) for door in doors if door.rooms[0] == room.name)]
-    found = {
-        "ceiling_1": sheet((x0, y0, HEIGHT), (x1, y1, HEIGHT)),
-        "floor_1": np.concatenate([sheet((x0, y0, 0.0), (x1, y1, 0.0)), *strips]),
-    }
+    floor = sheet((x0, y0, 0.0), (x1, y1, 0.0))
+    for thing in plan.things:
+        if thing.room == room.name and thing.kind in CLOSED:
+            a, b, c, d = thing.box
+            floor = floor[~((floor[:, 0] > a) & (floor[:, 0] < c) & (floor[:, 1] > b) & (floor[:, 1] < d))]
+    found = {"ceiling_1": sheet((x0, y0, HEIGHT), (x1, y1, HEIGHT)), "floor_1": np.concatenate([floor, *strips])}
     walls = (((x0, y0), (x1, y0)), ((x0, y1), (x1, y1)), ((x0, y0), (x0, y1)), ((x1, y0), (x1, y1)))
     for number, (start, end) in enumerate(walls, start=1):
         points = sheet((*start, 0.0), (*end, HEIGHT))

@@ -20,13 +20,15 @@ FORMAT = "fairaudit-candidates/1"
 DESCRIPTION = """\
 Draw what a scenario file describes. It says which scan, start and candidates there are; the top view, the traversability map, one picture
 per candidate with its route in red and its index in the upper left corner, and candidates.json with waypoints, lengths and digests are
-written into the folder that the file names (by default its own name and -candidates)."""
+written into the folder that the file names (by default its own name and -candidates). An experiment file may be given instead: the
+scenarios beside it that draw the pictures of its [images] are drawn."""
 EPILOG = """\
 exit codes: 0 done; 2 bad input
 
 examples:
   fairaudit navigation office example
-  fairaudit experiment render example/documents.toml"""
+  fairaudit experiment render example/documents.toml
+  fairaudit experiment render example/documents-experiment.toml"""
 
 
 def add(actions: Any) -> None:
@@ -40,24 +42,29 @@ def add(actions: Any) -> None:
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("file", metavar="FILE", help="scenario file (.toml)")
+    parser.add_argument("file", metavar="FILE", help="scenario file, or experiment file with [images] (.toml)")
     parser.add_argument("-o", "--folder", metavar="DIR", help="where to write, instead of the folder that the file names")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
     from fairaudit.cli.text import plain, put
-    from fairaudit.plugins.navigation.scenario import plan_candidates, read_scenario
+    from fairaudit.plugins.navigation.scenario import plan_candidates, scenarios_of
 
-    found = plan_candidates(read_scenario(arguments.file))
-    folder = Path(arguments.folder) if arguments.folder else found.scenario.path.parent / found.scenario.folder
-    render(found, folder)
-    lines = [found.scenario.title, *(f"note: {note}" for note in found.notes)]
-    lines += [
-        f"{c.index}  {c.label}: {c.length:.2f} m, {len(c.waypoints)} waypoints, {folder / picture_name(c.index)}" for c in found.candidates
-    ]
-    lines.append(f"candidate set: {folder / 'candidates.json'}")
-    put("\n".join(plain(line) for line in lines))
+    scenarios = scenarios_of(arguments.file)
+    if arguments.folder and len(scenarios) > 1:
+        raise InputError(f"{arguments.file} has pictures of {len(scenarios)} scenarios; --folder goes with one of them")
+    for scenario in scenarios:
+        found = plan_candidates(scenario)
+        folder = Path(arguments.folder) if arguments.folder else scenario.path.parent / scenario.folder
+        render(found, folder)
+        lines = [scenario.title, *(f"note: {note}" for note in found.notes)]
+        lines += [
+            f"{c.index}  {c.label}: {c.length:.2f} m, {len(c.waypoints)} waypoints, {folder / picture_name(c.index)}"
+            for c in found.candidates
+        ]
+        lines.append(f"candidate set: {folder / 'candidates.json'}")
+        put("\n".join(plain(line) for line in lines))
     return 0
 
 

@@ -19,7 +19,7 @@ from fairaudit.plugins.navigation.readers import Points, read_points
 from fairaudit.plugins.navigation.routes import Cell, Flood, Route, flood, nearest_free, waypoints
 from fairaudit.plugins.navigation.topology import footprints
 
-__all__ = ["Candidate", "CandidateSet", "Place", "Scenario", "plan_candidates", "read_scan", "read_scenario"]
+__all__ = ["Candidate", "CandidateSet", "Place", "Scenario", "plan_candidates", "read_scan", "read_scenario", "scenarios_of"]
 
 SECTIONS = ("title", "scan", "map", "start", "candidate", "context", "routes", "pictures")
 SCAN_KEYS, MAP_KEYS = ("path", "rooms"), ("resolution", "bounds", "floor", "ceiling", "band", "clearance", "robot_radius")
@@ -123,19 +123,51 @@ def read_scenario(path: str | Path) -> Scenario:
         If it is not of the form; the message names the file and the key.
     """
     path = Path(path)
+    data, document = _document(path)
+    try:
+        return _scenario(path, hashlib.sha256(data).hexdigest(), document)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def scenarios_of(path: str | Path) -> list[Scenario]:
+    """Read a scenario file, or the scenario files beside an experiment file that draw the pictures of its section [images].
+
+    Raises
+    ------
+    InputError
+        If a file is not of the form, or no scenario draws into the folder of a picture.
+    """
+    path = Path(path)
+    document = _document(path)[1]
+    images = document.get("images")
+    if "scan" in document or not isinstance(images, dict):
+        return [read_scenario(path)]
+    texts = [
+        text for entry in images.values() for text in (entry.values() if isinstance(entry, dict) else [entry]) if isinstance(text, str)
+    ]
+    folders = dict.fromkeys(str(Path(text).parent) for text in texts)
+    beside: dict[str, Scenario] = {}
+    for file in sorted(path.parent.glob("*.toml")):
+        if "scan" in _document(file)[1]:
+            scenario = read_scenario(file)
+            beside.setdefault(str(Path(scenario.folder)), scenario)
+    for folder in folders:
+        if folder not in beside:
+            raise InputError(f"{path}: no scenario file beside it draws pictures into {shown(folder)}; {nearest(folder, beside)}")
+    return [beside[folder] for folder in folders]
+
+
+def _document(path: Path) -> tuple[bytes, dict[str, Any]]:
     try:
         data = path.read_bytes()
-        document = tomllib.loads(data.decode("utf-8"))
+        return data, tomllib.loads(data.decode("utf-8"))
     except (FileNotFoundError, IsADirectoryError):
         raise InputError(f"{path}: there is no such file") from None
     except OSError as error:
         raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise InputError(f"{path}: this is not a TOML file: {error}") from None
-    try:
-        return _scenario(path, hashlib.sha256(data).hexdigest(), document)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def _scenario(path: Path, digest: str, document: Mapping[str, Any]) -> Scenario:

@@ -1,0 +1,131 @@
+"""Ratios of times and memory that the navigation plug-in promises, measured in one run. Not a test: nothing passes or fails on time.
+
+Run: python tests/benchmarks/navigation.py
+"""
+
+from __future__ import annotations
+
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fairaudit.plugins.navigation.maps import Maps, rasterise
+from fairaudit.plugins.navigation.readers import Part, Points, read_points
+from fairaudit.plugins.navigation.routes import _allowed, _graph, routes
+
+POINTS = 10_000_000
+
+
+def median(work: Callable[[], Any], repeats: int = 5) -> float:
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def cloud(size: int) -> Points:
+    """A floor of 40 m × 25 m, a wall of points up to 3 m everywhere."""
+    random = np.random.default_rng(1)
+    xyz = random.random((size, 3)) * [40.0, 25.0, 3.0]
+    rgb = random.integers(0, 256, (size, 3), dtype=np.uint8)
+    return Points(xyz, rgb, (Part(0, size, "hall_1", "wall", "wall_1"),), {})
+
+
+def rasterising() -> None:
+    points = cloud(POINTS)
+    found: Maps = rasterise(points, 0.05, floor=0.0)
+    frame = found.frame
+    rows = frame.rows - 1 - ((points.xyz[:, 1] - frame.y) / frame.resolution).astype(np.int64)
+    cells = rows * frame.columns + ((points.xyz[:, 0] - frame.x) / frame.resolution).astype(np.int64)
+    z = np.ascontiguousarray(points.xyz[:, 2])
+    top = np.full(frame.rows * frame.columns, -np.inf)
+
+    def library() -> None:
+        top.fill(-np.inf)
+        np.maximum.at(top, cells, z)
+
+    def with_cells() -> None:
+        top.fill(-np.inf)
+        rows = frame.rows - 1 - ((points.xyz[:, 1] - frame.y) / frame.resolution).astype(np.int64)
+        np.maximum.at(top, rows * frame.columns + ((points.xyz[:, 0] - frame.x) / frame.resolution).astype(np.int64), points.xyz[:, 2])
+
+    times = [median(work) for work in (library, with_cells, lambda: rasterise(points, 0.05, floor=0.0))]
+    assert (found.height.ravel() == top).all()
+    print(
+        f"1e7 points on {frame.rows} x {frame.columns} cells: maximum.at {times[0]:.3f} s, with its cells {times[1]:.3f} s, "
+        f"all maps {times[2]:.3f} s"
+    )
+    print(f"    {times[2] / times[1]:.2f} x maximum.at and its cells, {times[2] / times[0]:.2f} x maximum.at on given cells (at most 3)")
+
+
+def planning() -> None:
+    from scipy.sparse.csgraph import dijkstra
+
+    random = np.random.default_rng(2)
+    for share in (0.0, 0.2, 0.4):
+        free = random.random((1000, 1000)) >= share
+        free[0, 0] = free[-1, -1] = True
+        graph = _graph(_allowed(free, corner_cutting=False))
+        library = median(lambda graph=graph: dijkstra(graph, indices=0))
+        ours = median(lambda free=free: routes(free, (0, 0), [(999, 999), (0, 0)]))
+        print(f"1000 x 1000 cells, {share:.0%} blocked: dijkstra {library:.3f} s, routes {ours:.3f} s   {ours / library:.2f} x (at most 2)")
+
+
+def reading(lines: int) -> None:
+    """Peak memory of a process that reads a text file, or a file of annotations, beyond one that only imports."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scan.txt"
+        random = np.random.default_rng(3)
+        with path.open("w") as file:
+            for _ in range(0, lines, 100_000):
+                xyz, rgb = random.random((100_000, 3)) * 40, random.integers(0, 256, (100_000, 3))
+                file.writelines(f"{x:.3f} {y:.3f} {z:.3f} {r} {g} {b}\n" for (x, y, z), (r, g, b) in zip(xyz, rgb, strict=True))
+        start = time.perf_counter()
+        points = read_points(path)
+        seconds = time.perf_counter() - start
+        del points
+        peaks = [process(path, read) for read in ("nothing", "points", "maps")]
+    size = lines * 27
+    print(
+        f"{lines:,} lines read in {seconds:.2f} s ({lines / seconds / 1e6:.1f} million a second); points {size / 1e6:.0f} MB, "
+        f"peak {(peaks[1] - peaks[0]) / 1e6:.0f} MB   {(peaks[1] - peaks[0]) / size:.2f} x, with maps {(peaks[2] - peaks[0]) / size:.2f} x (at most 3)"
+    )
+
+
+def process(path: Path, what: str) -> int:
+    """Peak memory in bytes."""
+    done = subprocess.run([sys.executable, __file__, what, str(path)], check=True, capture_output=True, text=True)
+    return int(done.stdout)
+
+
+def child(what: str, path: str) -> None:
+    import pandas as pd  # noqa: F401
+
+    if what != "nothing":
+        points = read_points(path)
+        if what == "maps":
+            rasterise(points, 0.05)
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+
+
+def main() -> None:
+    if len(sys.argv) == 3:
+        child(sys.argv[1], sys.argv[2])
+        return
+    rasterising()
+    planning()
+    reading(5_000_000)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,185 @@
+"""Frames, occupancy maps of ROS and grid maps of MovingAI."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fairaudit.exact import InputError
+from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid, read_grid, read_scen, write_ros_map
+
+pytest.importorskip("yaml")
+pytest.importorskip("PIL")
+
+
+@settings(max_examples=60)
+@given(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.sampled_from([0.01, 0.05, 0.08, 0.25, 1.0]), st.integers(1, 400), st.integers(1, 400))
+def test_every_centre_lies_in_its_cell(x: float, y: float, resolution: float, rows: int, columns: int) -> None:
+    frame = Frame(x, y, resolution, rows, columns)
+    for row, column in {(0, 0), (rows - 1, columns - 1), (rows // 2, columns // 3)}:
+        assert frame.cell(*frame.centre(row, column)) == (row, column)
+
+
+def test_frames_that_are_refused() -> None:
+    with pytest.raises(InputError, match="more than 1,000,000,000 cells"):
+        Frame(0, 0, 0.05, 100_000, 10_001)
+    assert Frame(0, 0, 0.05, 100_000, 10_000).rows == 100_000
+    with pytest.raises(InputError, match="more than 1,000,000,000 cells"):
+        Frame.around((0, 0, 1e6, 1e6), 0.01)
+    for resolution in (0.0, -1.0, float("nan"), float("inf"), 1e-300):
+        with pytest.raises(InputError):
+            Frame.around((0, 0, 1, 1), resolution)
+    with pytest.raises(InputError, match="is not on the map, which reaches from"):
+        Frame(0, 0, 1, 2, 2).cell(2.0, 1.0)
+
+
+def test_turtlebot_map(data: Path, tmp_path: Path) -> None:
+    """Free cells counted from the bytes of the picture; written back and read again unchanged, to the byte of every pixel."""
+    source = data / "maps" / "turtlebot3_map.pgm"
+    shutil.copy(source, tmp_path / "map.pgm")
+    shutil.copy(data / "maps" / "turtlebot3_map.yaml", tmp_path / "map.yaml")
+    grid = read_grid(tmp_path / "map.yaml")
+    pixels = source.read_bytes()[-384 * 384 :]
+    assert grid.free.sum() == pixels.count(254) == 7939
+    assert (grid.states == OCCUPIED).sum() == pixels.count(0) and (grid.states == UNKNOWN).sum() == pixels.count(205)
+    assert grid.frame == Frame(-10.0, -10.0, 0.05, 384, 384)
+    write_ros_map(grid, tmp_path / "again.yaml")
+    again = read_grid(tmp_path / "again.yaml")
+    assert (again.states == grid.states).all() and again.frame == grid.frame
+    assert (tmp_path / "again.pgm").read_bytes()[-384 * 384 :] == pixels
+
+
+def test_map_whose_picture_was_renamed(data: Path) -> None:
+    with pytest.raises(InputError, match=r"map.pgm is not there; write turtlebot3_map.pgm into the key image"):
+        read_grid(data / "maps" / "turtlebot3_map.yaml")
+
+
+@settings(max_examples=40)
+@given(st.integers(1, 12), st.integers(1, 12), st.integers(0, 2**32), st.floats(-100, 100), st.sampled_from([0.05, 0.1, 1 / 3]))
+def test_any_map_survives_writing(tmp_path_factory, rows: int, columns: int, seed: int, x: float, resolution: float) -> None:
+    states = np.random.default_rng(seed).choice(np.array([FREE, OCCUPIED, UNKNOWN], np.int8), (rows, columns))
+    grid = OccupancyGrid(Frame(x, -x, resolution, rows, columns), states)
+    path = tmp_path_factory.mktemp("map") / "m.yaml"
+    write_ros_map(grid, path)
+    again = read_grid(path)
+    assert again.frame == grid.frame and (again.states == states).all()
+
+
+YAML = "image: m.png\nresolution: 0.5\norigin: [-1, -2, 0]\nnegate: {negate}\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+
+
+@pytest.mark.parametrize("negate", [0, 1])
+@pytest.mark.parametrize("mode", ["L", "RGB", "P", "RGBA"])
+def test_thresholds_and_origin(tmp_path: Path, negate: int, mode: str) -> None:
+    """Thresholds are strict, what is transparent is unknown, and the origin is the lower left corner."""
+    from PIL import Image
+
+    shades = np.array([[255, 254, 206], [205, 100, 89], [88, 1, 0]], np.uint8)
+    picture = Image.fromarray(255 - shades if negate else shades).convert(mode)
+    if mode == "RGBA":
+        picture.putpixel((0, 0), (255, 255, 255, 7) if not negate else (0, 0, 0, 7))
+    picture.save(tmp_path / "m.png")
+    (tmp_path / "m.yaml").write_text(YAML.format(negate=negate))
+    grid = read_grid(tmp_path / "m.yaml")
+    free = [[mode != "RGBA", True, True], [False] * 3, [False] * 3]  # (255-205)/255 = 0.19608 is not below 0.196
+    assert grid.free.tolist() == free
+    assert (grid.states == OCCUPIED).tolist() == [[False] * 3, [False, False, True], [True] * 3]  # (255-89)/255 = 0.651 > 0.65
+    assert grid.frame.cell(-0.9, -1.9) == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("origin: [-1, -2, 0]", "origin: [-1, -2, 0.5]"), "yaw 0.5; rotated maps are not accepted"),
+        (("origin: [-1, -2, 0]", "origin: 3"), "of the lower left corner is accepted"),
+        (("resolution: 0.5", "resolution: -1"), "the resolution is -1"),
+        (("resolution: 0.5\n", ""), "the key resolution is missing"),
+        (("resolution: 0.5", "resolution: .nan"), "a finite number is accepted"),
+        (("resolution: 0.5", "resolutoin: 0.5"), "did you mean 'resolution'"),
+        (("free_thresh: 0.196", "free_thresh: 0.9"), "0 ≤ free ≤ occupied ≤ 1"),
+        (("negate: 0", "negate: maybe"), "negate is 'maybe'; 0 or 1"),
+        (("image: m.png", "image: none.png"), "the picture none.png is not there"),
+        (("image: m.png", "image: [1]"), "must name a picture"),
+        (("image: m.png", "image: m.yaml"), "the picture m.yaml cannot be read"),
+        (("negate: 0", "mode: raw"), "trinary or scale"),
+        (("image: m.png", "{image: : ["), "not a YAML file (line 1)"),
+        (("image: m.png\n", "!!python/object/apply:os.getcwd []\n"), "not a YAML file"),
+    ],
+)
+def test_bad_map_files(tmp_path: Path, change: tuple[str, str], said: str) -> None:
+    from PIL import Image
+
+    Image.new("L", (2, 2), 254).save(tmp_path / "m.png")
+    (tmp_path / "m.yaml").write_text(YAML.format(negate=0).replace(*change))
+    with pytest.raises(InputError) as caught:
+        read_grid(tmp_path / "m.yaml")
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_sixteen_bits_and_yaml_lists_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "m.png").write_bytes(b"P5\n2 1\n65535\n\x00\x01\x02\x03")
+    (tmp_path / "m.yaml").write_text(YAML.format(negate=0))
+    with pytest.raises(InputError, match="more than 8 bits"):
+        read_grid(tmp_path / "m.yaml")
+    (tmp_path / "m.yaml").write_text("- 1\n")
+    with pytest.raises(InputError, match="not a map file of ROS"):
+        read_grid(tmp_path / "m.yaml")
+
+
+MAP = "type octile\nheight 2\nwidth 3\nmap\n.G@\nSTW\n"
+
+
+def test_moving_ai_terrain(tmp_path: Path) -> None:
+    (tmp_path / "a.map").write_text(MAP)
+    grid = read_grid(tmp_path / "a.map")
+    assert grid.free.astype(int).tolist() == [[1, 1, 0], [1, 0, 0]]
+    (tmp_path / "a.map").write_bytes(MAP.replace("\n", "\r\n").encode())
+    assert (read_grid(tmp_path / "a.map").states == grid.states).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("type octile", "octile"), "should begin with the lines type octile"),
+        (("height 2", "height x"), "line 2 is 'height x'"),
+        (("height 2", "height 3"), "2 rows of cells where height says 3"),
+        (("STW", "ST"), "line 6 has 2 cells where width says 3"),
+        (("G", "x"), "line 5, column 2: 'x' is no terrain"),
+        (("width 3", "height 3"), "must give the height and the width"),
+        (("height 2", "height 999999999"), "more than 1,000,000,000 cells"),
+    ],
+)
+def test_bad_grid_maps(tmp_path: Path, change: tuple[str, str], said: str) -> None:
+    (tmp_path / "a.map").write_text(MAP.replace(*change))
+    with pytest.raises(InputError) as caught:
+        read_grid(tmp_path / "a.map")
+    assert said in str(caught.value)
+
+
+def test_bad_scenario_lines(tmp_path: Path) -> None:
+    path = tmp_path / "a.scen"
+    for text, said in (("", "version"), ("version 1\n0 a 1 1 0 0 0 0\n", "line 2"), ("version 1\n0 a 1 1 0 0 0 0 nan\n", "length")):
+        path.write_text(text)
+        with pytest.raises(InputError, match=said):
+            read_scen(path)
+
+
+@settings(max_examples=100)
+@given(st.binary(max_size=200))
+def test_no_bytes_give_anything_but_a_map_or_a_sentence(tmp_path_factory, data: bytes) -> None:
+    folder = tmp_path_factory.mktemp("map")
+    (folder / "m.png").write_bytes(data)
+    (folder / "m.yaml").write_text(YAML.format(negate=0))
+    (folder / "n.yaml").write_bytes(data)
+    (folder / "n.map").write_bytes(data)
+    (folder / "o.map").write_bytes(MAP.encode() + data)
+    for name in ("m.yaml", "n.yaml", "n.map", "o.map"):
+        try:
+            read_grid(folder / name)
+        except InputError as error:
+            assert "\n" not in str(error)

@@ -1,0 +1,181 @@
+"""Maps of a scan against plain loops over its points, and the pictures drawn of them."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from itertools import pairwise
+from math import floor, hypot, inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fairaudit.exact import InputError
+from fairaudit.plugins.navigation import maps as maps_module
+from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
+from fairaudit.plugins.navigation.maps import floor_height, inflate, maps_of_grid, rasterise
+from fairaudit.plugins.navigation.readers import Part, Points, read_points
+from fairaudit.plugins.navigation.routes import routes
+
+
+def cloud(xyz: np.ndarray, kinds: list[str | None], seed: int = 0) -> Points:
+    """Points whose parts are runs of equal kinds."""
+    rgb = np.random.default_rng(seed).integers(0, 255, (len(xyz), 3)).astype(np.uint8)
+    bounds = [0, *(i for i in range(1, len(kinds)) if kinds[i] != kinds[i - 1]), len(kinds)]
+    parts = tuple(Part(a, b, None, kinds[a]) for a, b in pairwise(bounds))
+    return Points(xyz, rgb, parts, {})
+
+
+@settings(max_examples=60)
+@given(st.integers(1, 120), st.integers(0, 2**32), st.sampled_from([0.1, 0.25, 1.0]), st.booleans(), st.booleans())
+def test_maps_are_what_the_definition_says(size: int, seed: int, resolution: float, labelled: bool, bounded: bool) -> None:
+    """Highest point that is no ceiling, a point in the band, none but a door's in the way: by loops, in chunks of seven points."""
+    random = np.random.default_rng(seed)
+    xyz = np.round(random.uniform(-1.0, 2.0, (size, 3)) * [1, 1, 1.5], 2)
+    kinds: list[str | None] = [str(k) for k in random.choice(["floor", "ceiling", "wall", "door"], size)] if labelled else [None] * size
+    points = cloud(xyz, kinds, seed)
+    bounds = (-0.6, -0.4, 1.1, 0.9) if bounded else None
+    before, maps_module.CHUNK = maps_module.CHUNK, 7
+    try:
+        maps = rasterise(points, resolution, floor=0.0, ceiling=1.8, band=(-0.2, 0.3), clearance=1.0, bounds=bounds)
+    except InputError as error:
+        assert bounded and "no point of the scan lies within" in str(error)
+        return
+    finally:
+        maps_module.CHUNK = before
+    frame = maps.frame
+    top: dict[tuple[int, int], tuple[float, list[int]]] = {}
+    low, blocked = set(), set()
+    inner = (
+        frame.x + resolution,
+        frame.y + resolution,
+        frame.x + (frame.columns - 1) * resolution,
+        frame.y + (frame.rows - 1) * resolution,
+    )
+    for (x, y, z), colour, kind in zip(xyz.tolist(), points.rgb.tolist(), kinds, strict=True):
+        if kind == "ceiling" or (kind is None and z > 1.8) or (bounded and not (inner[0] <= x < inner[2] and inner[1] <= y < inner[3])):
+            continue
+        cell = frame.cell(x, y)
+        if cell not in top or z >= top[cell][0]:
+            top[cell] = (z, colour)
+        if -0.2 <= z <= 0.3:
+            low.add(cell)
+        if 0.3 < z <= 1.0 and kind != "door":
+            blocked.add(cell)
+    one_colour = len({tuple(colour) for _, colour in top.values()}) == 1
+    for row in range(frame.rows):
+        for column in range(frame.columns):
+            height, colour = top.get((row, column), (-inf, [255, 255, 255]))
+            assert maps.height[row, column] == height
+            assert one_colour or maps.rgb[row, column].tolist() == colour
+            assert maps.free[row, column] == ((row, column) in low and (row, column) not in blocked)
+    states = maps.grid.states
+    assert ((states == UNKNOWN) == ~np.isfinite(maps.height)).all() and ((states == FREE) == maps.free).all()
+
+
+def test_band_alone_is_the_papers_rule() -> None:
+    xyz = np.array([[0.5, 0.5, 0.0], [1.5, 0.5, 0.05], [1.5, 0.5, 1.0], [2.5, 0.5, 1.0]])
+    points = cloud(xyz, [None] * 4)
+    assert rasterise(points, 1.0, floor=0.0).free[1, 1:4].tolist() == [True, False, False]
+    assert rasterise(points, 1.0, floor=0.0, clearance=0.0).free[1, 1:4].tolist() == [True, True, False]
+
+
+@settings(max_examples=60)
+@given(st.integers(1, 12), st.integers(1, 12), st.integers(0, 2**32), st.floats(0, 4))
+def test_a_disc_fits_where_it_is_said_to(rows: int, columns: int, seed: int, radius: float) -> None:
+    """Safe: no kept cell has an obstacle's square within the radius. Not much looser than needed: a cell that is dropped has one within
+    the radius and the diagonal of a cell."""
+    free = np.random.default_rng(seed).random((rows, columns)) > 0.15
+    kept = inflate(free, radius)
+    around = np.zeros((rows + 2, columns + 2), bool)
+    around[1:-1, 1:-1] = free
+    obstacles = np.argwhere(~around) - 1
+    for row in range(rows):
+        for column in range(columns):
+            gap = min(hypot(max(abs(r - row) - 0.5, 0), max(abs(c - column) - 0.5, 0)) for r, c in obstacles)
+            if kept[row, column]:
+                assert free[row, column] and gap >= radius - 1e-9
+            elif free[row, column]:
+                assert gap <= radius + 0.71
+
+
+def test_floor_height() -> None:
+    random = np.random.default_rng(2)
+    z = np.concatenate([random.normal(0.4, 0.01, 3000), random.uniform(0.4, 3.0, 4000), random.normal(3.0, 0.01, 9000), [-2.0] * 20])
+    xyz = np.zeros((len(z), 3))
+    xyz[:, 2] = z
+    assert abs(floor_height(cloud(xyz, [None] * len(z))) - 0.4) < 0.02
+    assert floor_height(cloud(np.array([[0, 0, 1.0], [0, 0, 2.0], [0, 0, 9.0]]), ["floor", "floor", "wall"])) == 1.5
+    assert floor_height(cloud(np.array([[0, 0, 1.0]]), [None])) == 1.0
+
+
+def test_resolution_that_needs_too_many_cells() -> None:
+    points = cloud(np.array([[0.0, 0, 0], [100.0, 100.0, 0]]), [None, None])
+    with pytest.raises(InputError, match="would need more than 1,000,000,000 cells"):
+        rasterise(points, 0.003)
+    for options in (
+        {"resolution": 0.0},
+        {"band": (1.0, 0.0)},
+        {"clearance": -1.0},
+        {"robot_radius": inf},
+        {"bounds": (1.0, 0.0, 0.0, 1.0)},
+    ):
+        with pytest.raises(InputError):
+            rasterise(points, **options)  # type: ignore[arg-type]
+
+
+def test_real_scan_and_a_route_across(data: Path) -> None:
+    """A room with desks and cabinets along its walls; the way to the door leads around what stands in the middle."""
+    points = read_points(data / "scans" / "room_scan1.txt.gz")
+    maps = rasterise(points, 0.08, bounds=(-4.0, -3.0, 5.0, 4.0))
+    assert maps.floor == pytest.approx(-1.27, abs=0.05)
+    start, goal = maps.frame.cell(-1.2, 0.6), maps.frame.cell(1.5, -0.4)
+    assert maps.free[start] and maps.free[goal]
+    (route,) = routes(maps.free, start, [goal])
+    straight = hypot(2.7, 1.0) / 0.08
+    assert route.found and straight - 2 <= route.length < 2 * straight
+    assert not maps.free[maps.frame.cell(-2.4, 1.0)]  # a desk at the wall
+    shades = maps.rgb[np.isfinite(maps.height)]
+    assert len(np.unique(shades, axis=0)) > 50  # a scan of one colour is shown by height
+
+
+def test_pictures(tmp_path: Path) -> None:
+    image = pytest.importorskip("PIL.Image")
+    from fairaudit.plugins.navigation.prompts import draw
+
+    free = np.ones((30, 40), bool)
+    free[10:, 20] = False
+    states = np.where(free, FREE, OCCUPIED).astype(np.int8)
+    rgb = maps_of_grid(OccupancyGrid(Frame(0, 0, 0.1, 30, 40), states)).rgb
+    (route,) = routes(free, (25, 5), [(25, 35)])
+    picture = draw(rgb, route, "12", scale=8)
+    assert picture.png == draw(rgb.copy(), route, "12", scale=8).png
+    assert picture.sha256 == hashlib.sha256(picture.png).hexdigest() != draw(rgb, route, "13", scale=8).sha256
+    shown = np.asarray(image.open(io.BytesIO(picture.png)).convert("RGB"))
+    assert shown.shape == (240, 320, 3) and hashlib.sha256(shown.tobytes()).hexdigest() == picture.pixels_sha256
+    red = (shown == (255, 0, 0)).all(axis=2)
+    for row, column in route.cells.tolist():
+        assert red[row * 8 + 4, column * 8 + 4]
+    plain = np.asarray(image.open(io.BytesIO(draw(rgb, scale=8).png)).convert("RGB"))
+    changed = (shown != plain).any(axis=2)
+    corner = changed[:20, :30]
+    assert corner.any() and (changed & ~red)[30:].sum() == 0 and (changed & ~red)[:, 60:].sum() == 0  # the index is in the corner only
+    assert (plain[4::8, 4::8] == rgb).all()
+    with pytest.raises(InputError, match="larger than 16384"):
+        draw(rgb, scale=1000)
+    with pytest.raises(InputError, match="cannot be drawn"):
+        draw(rgb, index="①")
+
+
+def test_default_scale_makes_pictures_of_one_size() -> None:
+    pytest.importorskip("PIL")
+    from fairaudit.plugins.navigation.prompts import draw
+
+    for rows, columns in ((10, 20), (300, 200), (700, 900)):
+        picture = draw(np.zeros((rows, columns, 3), np.uint8))
+        assert 700 <= max(picture.width, picture.height) <= 1000
+        assert picture.width * rows == picture.height * columns
+    assert floor(draw(np.zeros((1, 1, 3), np.uint8)).width) == 768
