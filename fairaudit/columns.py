@@ -1,18 +1,23 @@
-"""Columns of a table, whatever holds it: labels become codes in order of first appearance, numbers become exact."""
+"""Columns of a table, whatever holds it: labels become codes, numbers become exact.
+
+Labels are in order of first appearance, except those of logs, which are sorted: a log has no order that every engine would keep.
+"""
 
 from __future__ import annotations
 
 import unicodedata
+from array import array
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from decimal import Decimal
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact import InputError, common_denominator, nearest, rational, shown
+from fairaudit.exact import MAX_EXPONENT, InputError, common_denominator, nearest, rational, shown
 
-__all__ = ["CodedTable", "column", "integers", "label_text", "locator", "names", "numbers", "plain", "read_columns"]
+__all__ = ["CodedTable", "Tally", "column", "counted", "integers", "label_text", "locator", "names", "numbers", "plain", "read_columns"]
 
 Missing = Literal["error", "drop", "group"]
 Label = tuple[str, ...]
@@ -23,6 +28,96 @@ INT64 = 2**63 - 1
 STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
 
 
+@dataclass(frozen=True, eq=False)
+class Tally:
+    """A log whose equal rows were counted: the distinct rows, and how often each occurs.
+
+    It stands for the log wherever `Law.from_log` and `Utility.from_table` take a table.
+
+    Attributes
+    ----------
+    name : str
+        Name of what was read, for messages.
+    codes : dict of str to ndarray of int64
+        For each column the values of the distinct rows, as positions in its levels.
+    levels : dict of str to list
+        For each column its different values.
+    counts : ndarray of int64
+        How often each row occurs.
+    notes : tuple of str
+        What was noticed while reading.
+    find : callable or None
+        Says where a distinct row, given by its position, occurs first: ``line 5``.
+
+    Examples
+    --------
+    >>> tally = Tally.of("log", ("hired", "sex"), [("yes", "f", 3), ("no", "f", 1), ("yes", "m", 1)])
+    >>> len(tally), tally.rows, tally["sex"]
+    (3, 5, ['f', 'f', 'm'])
+    """
+
+    name: str
+    codes: dict[str, NDArray[np.int64]]
+    levels: dict[str, list[Any]]
+    counts: NDArray[np.int64]
+    notes: tuple[str, ...] = ()
+    find: Callable[[Tally, int], str] | None = field(default=None, repr=False)
+
+    @staticmethod
+    def of(
+        name: str,
+        columns: Sequence[str],
+        cells: Iterable[Sequence[Any]],
+        *,
+        find: Callable[[Tally, int], str] | None = None,
+        notes: tuple[str, ...] = (),
+    ) -> Tally:
+        """Encode distinct rows as they come, each a value per column and then a count."""
+        known: list[dict[Hashable, int]] = [{} for _ in columns]
+        levels: list[list[Any]] = [[] for _ in columns]
+        listed = [array("q") for _ in range(len(columns) + 1)]
+        for row in cells:
+            for position, (codes, values) in enumerate(zip(known, levels, strict=True)):
+                value = row[position]
+                if type(value) is not str:
+                    value = _plain(value, columns[position])
+                key = (type(value), value)
+                code = codes.get(key)
+                if code is None:
+                    code = codes[key] = len(values)
+                    values.append(value)
+                listed[position].append(code)
+            listed[-1].append(int(row[-1]))
+        arrays = [np.array(part, dtype=np.int64) for part in listed]
+        return Tally(name, dict(zip(columns, arrays, strict=False)), dict(zip(columns, levels, strict=True)), arrays[-1], notes, find)
+
+    @property
+    def columns(self) -> list[str]:
+        """Column names, in order."""
+        return list(self.codes)
+
+    @property
+    def rows(self) -> int:
+        """How many rows were counted."""
+        return int(self.counts.sum())
+
+    def __len__(self) -> int:
+        """Return the number of distinct rows."""
+        return len(self.counts)
+
+    def __getitem__(self, name: str) -> list[Any]:
+        """Values of a column in the distinct rows."""
+        levels = self.levels[name]
+        return [levels[code] for code in self.codes[name].tolist()]
+
+    def locate(self, position: int) -> str:
+        """Name the first row that is equal to a distinct one; where rows have no place, name the row by its values."""
+        if self.find is not None:
+            return self.find(self, position)
+        parts = [f"{name}={shown(self.levels[name][codes[position]], 30)}" for name, codes in self.codes.items()]
+        return f"the row with {', '.join(parts)}"
+
+
 @dataclass(frozen=True)
 class CodedTable:
     """The columns of a table that an audit needs, without the rows that were left out.
@@ -31,8 +126,10 @@ class CodedTable:
     ----------
     codes : tuple of ndarray of int64
         Decision, context and group of each row, as codes.
+    counts : ndarray of int64
+        How many rows of the log each row stands for; one unless it is a `Tally`.
     decisions, contexts, groups : list
-        What the codes stand for, in order of first appearance.
+        What the codes stand for: in order of first appearance, or sorted.
     values : dict of str to list
         Cells of the other columns that were asked for.
     locate : callable
@@ -42,6 +139,7 @@ class CodedTable:
     """
 
     codes: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
+    counts: NDArray[np.int64]
     decisions: list[str]
     contexts: list[Label]
     groups: list[Label]
@@ -59,6 +157,8 @@ def read_columns(
     others: Sequence[str],
     missing: Missing,
     unit: Sequence[str] = (),
+    *,
+    ordered: bool = False,
 ) -> CodedTable:
     """Read decision, group and context columns as codes, and fetch others.
 
@@ -74,6 +174,8 @@ def read_columns(
         What an empty label means.
     unit : sequence of str
         Columns to fetch that may be among the label columns.
+    ordered : bool
+        Whether labels are sorted (by code point) instead of listed as they appear.
 
     Returns
     -------
@@ -87,13 +189,14 @@ def read_columns(
     """
     labelled = (decision, *group, *context)
     lists = _lists(table, labelled, [*others, *(name for name in unit if name not in labelled)])
+    counts = counted(table, len(lists[decision]))
     where = locator(table)
     if missing not in ("error", "drop", "group"):
         raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop' or 'group'")
-    coded = {name: encode(lists[name], name, where) for name in labelled}
+    coded = {name: _encoded(table, lists[name], name, where) for name in labelled}
     notes: list[str] = []
     for name in labelled:
-        coded[name], note = _missing_labels(*coded[name], name, missing, where)
+        coded[name], note = _missing_labels(*coded[name], name, missing, where, counts)
         notes += note
     values = {name: lists[name] for name in (*others, *unit)}
     rows = len(lists[decision])
@@ -103,7 +206,9 @@ def read_columns(
         kept = np.flatnonzero(keep).tolist()
         if not kept:
             raise InputError("every row has a missing label; nothing is left to audit")
-        said = f"{rows - len(kept)} of {rows} rows have a missing label and were left out"
+        total = int(counts.sum())
+        counts = counts[keep]
+        said = f"{total - int(counts.sum())} of {total} rows have a missing label and were left out"
         notes.append(said)
         assumptions = (f"{said}; they are taken to be no different from the others",)
         coded = {name: _recode(codes[keep], texts) for name, (codes, texts) in coded.items()}
@@ -117,7 +222,9 @@ def read_columns(
     u, decisions = coded[decision]
     x, contexts = combine([coded[name] for name in context], rows)
     a, groups = combine([coded[name] for name in group], rows)
-    return CodedTable((u, x, a), decisions, contexts, groups, values, where, tuple(notes), assumptions)
+    if ordered:
+        (u, decisions), (x, contexts), (a, groups) = _sorted(u, decisions), _sorted(x, contexts), _sorted(a, groups)
+    return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, tuple(notes), assumptions)
 
 
 def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[str, list[Any]]:
@@ -136,13 +243,13 @@ def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[s
 
 
 def _missing_labels(
-    codes: NDArray[np.int64], texts: list[str], name: str, missing: Missing, where: Locate
+    codes: NDArray[np.int64], texts: list[str], name: str, missing: Missing, where: Locate, counts: NDArray[np.int64]
 ) -> tuple[tuple[NDArray[np.int64], list[str]], list[str]]:
     """Refuse missing labels, or make them a level, or leave them to be dropped."""
     absent = codes < 0
     if not absent.any() or missing == "drop":
         return (codes, texts), []
-    count = int(absent.sum())
+    count = int(counts[absent].sum())
     if missing == "error":
         at = int(np.flatnonzero(absent)[0])
         raise InputError(
@@ -162,6 +269,14 @@ def _in_order(keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], list[int]]:
     rank = np.empty(len(values), dtype=np.int64)
     rank[order] = np.arange(len(values))
     return rank[inverse], values[order].tolist()
+
+
+def _sorted(codes: NDArray[np.int64], labels: list[Any]) -> tuple[NDArray[np.int64], list[Any]]:
+    """Sort labels by code point, and their codes with them."""
+    order = sorted(range(len(labels)), key=labels.__getitem__)
+    rank = np.empty(len(labels), dtype=np.int64)
+    rank[order] = np.arange(len(labels))
+    return rank[codes], [labels[i] for i in order]
 
 
 def _recode(codes: NDArray[np.int64], texts: list[str]) -> tuple[NDArray[np.int64], list[str]]:
@@ -210,10 +325,23 @@ def label_text(value: object) -> str | None:
         return None if value != value else repr(value)
     if isinstance(value, (bool, int)):
         return str(value)
+    if isinstance(value, Decimal):
+        return _decimal_text(value)
     iso = getattr(value, "isoformat", None)
     if callable(iso):
         return str(iso())
     raise InputError(f"a label of type {type(value).__name__} is not accepted; use text, numbers, truth values or dates")
+
+
+def _decimal_text(value: Decimal) -> str | None:
+    """Digits of a decimal without closing zeros, so that equal numbers have one text."""
+    if not value.is_finite():
+        return None
+    if value and abs(value.adjusted()) > MAX_EXPONENT:
+        raise InputError(f"the number {shown(str(value))} has an exponent beyond ±{MAX_EXPONENT}")
+    text = format(value, "f")
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if text == "-0" else text
 
 
 def names(columns: str | Sequence[str] | None) -> tuple[str, ...]:
@@ -221,6 +349,11 @@ def names(columns: str | Sequence[str] | None) -> tuple[str, ...]:
     if columns is None:
         return ()
     return (columns,) if isinstance(columns, str) else tuple(columns)
+
+
+def counted(table: Any, rows: int) -> NDArray[np.int64]:
+    """How many rows of the log each row of a table stands for."""
+    return table.counts if isinstance(table, Tally) else np.ones(rows, dtype=np.int64)
 
 
 def locator(table: Any) -> Locate:
@@ -240,6 +373,34 @@ def column(table: Any, name: str) -> list[Any]:
     if getattr(values, "ndim", 1) != 1:
         raise InputError(f"the column name {shown(name)} occurs more than once; give each column its own name")
     return list(values.tolist() if hasattr(values, "tolist") else values)
+
+
+def _encoded(table: Any, values: list[Any], name: str, locate: Locate) -> tuple[NDArray[np.int64], list[str]]:
+    """Codes of a column; of a `Tally` only the different values are looked at."""
+    if not isinstance(table, Tally):
+        return encode(values, name, locate)
+    at = table.codes[name]
+
+    def first(level: int) -> str:
+        return locate(int(np.flatnonzero(at == level)[0]))
+
+    codes, texts = encode(table.levels[name], name, first)
+    return codes[at], texts
+
+
+def _plain(value: Any, name: str) -> Any:
+    """One object for all missing numbers, and a message instead of a value that cannot be looked up."""
+    if value is None or type(value).__name__ in ("NAType", "NaTType") or (isinstance(value, float) and value != value):
+        return None
+    if isinstance(value, np.generic):
+        return _plain(value.item(), name)
+    try:
+        hash(value)
+    except TypeError:
+        raise InputError(
+            f"column {shown(name)} holds {shown(value)}, which is not a label; use text, numbers, truth values or dates"
+        ) from None
+    return value
 
 
 def encode(values: list[Any], name: str, locate: Locate) -> tuple[NDArray[np.int64], list[str]]:

@@ -34,6 +34,7 @@ from fairaudit.columns import (
 )
 from fairaudit.dense import least_and_sums
 from fairaudit.exact import InputError, common_denominator, rational, shown
+from fairaudit.tables.frames import tally_frame
 
 __all__ = ["Columns", "Law", "Units"]
 
@@ -95,7 +96,7 @@ class Law:
     columns : Columns
         Names of the decision, group and context columns.
     decisions : tuple of str
-        Labels of the decision alphabet, in order of first appearance.
+        Labels of the decision alphabet, in order of first appearance; of a log, sorted.
     groups, contexts : tuple of tuple of str
         Labels of the groups a and contexts x, one text per column.
     kind : {"counts", "probabilities"}
@@ -188,9 +189,13 @@ class Law:
     ) -> Law:
         """Read a log with one decision per row.
 
+        Its labels are sorted, so that every engine and every order of the rows gives the same law.
+
         Parameters
         ----------
-        table, decision, group, context, missing
+        table : DataFrame, lazy frame, relation, mapping of str to sequence, or Tally
+            Frames of pandas, polars, pyarrow, DuckDB and PySpark count their rows themselves. For files and databases see `read_log`.
+        decision, group, context, missing
             As in `from_counts`.
         unit : str or sequence of str, optional
             Columns of the sampling unit, when several rows belong to one draw: the run that ranked several candidates, the profile
@@ -210,9 +215,11 @@ class Law:
         --------
         >>> law = Law.from_log({"hired": ["yes", "no", "yes"], "sex": ["f", "f", "m"]}, decision="hired", group="sex")
         >>> law.weights.tolist()
-        [[1, 1], [1, 0]]
+        [[1, 1], [0, 1]]
         """
-        return _read(table, decision, group, context, "counts", None, None, missing, unit)
+        wanted = dict.fromkeys((decision, *names(context), *names(group), *names(unit)))
+        tally = tally_frame(table, list(wanted))
+        return _read(table if tally is None else tally, decision, group, context, "counts", None, None, missing, unit)
 
     @staticmethod
     def from_probabilities(
@@ -480,10 +487,17 @@ def _read(
     if not columns.group:
         raise InputError("no group column was named; name at least one")
     coded = read_columns(
-        table, decision, columns.group, columns.context, [c for c in (value, weight) if c is not None], missing, names(unit)
+        table,
+        decision,
+        columns.group,
+        columns.context,
+        [c for c in (value, weight) if c is not None],
+        missing,
+        names(unit),
+        ordered=value is None,
     )
     u, x, a = coded.codes
-    weights, scale = (np.ones(len(u), dtype=np.int64), 1) if value is None else numbers(coded.values[value], value, coded.locate)
+    weights, scale = (coded.counts, 1) if value is None else numbers(coded.values[value], value, coded.locate)
     if kind == "counts" and weights.dtype.kind == "f":
         weights, scale = exact_floats(weights)
     cells, cell = np.unique(x * len(coded.groups) + a, return_inverse=True)
@@ -538,13 +552,13 @@ def _units(coded: CodedTable, columns: tuple[str, ...], cell: NDArray[np.int64],
             f"column {shown(name)}: {len(keys)} units in {cells} cells with {len(coded.decisions)} decisions are too many entries"
         )
     rows = np.zeros((len(keys), len(coded.decisions)), dtype=np.int64)
-    np.add.at(rows, (pair, u), 1)
+    np.add.at(rows, (pair, u), coded.counts)
     kinds, times = np.unique(np.column_stack((keys // len(texts), rows)), axis=0, return_counts=True)
     profiles: list[list[tuple[int, tuple[int, ...]]]] = [[] for _ in range(cells)]
     for (where, *counts), n in zip(kinds.tolist(), times.tolist(), strict=True):
         profiles[where].append((n, tuple(counts)))
     _, per_unit = np.unique(keys % len(texts), return_counts=True)
-    once = len(np.unique(a * len(texts) + codes)) == len(codes)
+    once = len(np.unique(a * len(texts) + codes)) == coded.counts.sum()
     return Units(columns, len(texts), int((per_unit > 1).sum()), once, tuple(map(tuple, profiles)))
 
 

@@ -38,7 +38,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.columns import Label, column, label_text, locator, names
+from fairaudit.columns import Label, column, counted, label_text, locator, names
 from fairaudit.exact import (
     InputError,
     compare_log,
@@ -531,23 +531,24 @@ def repetition_warnings(table: Any, repetition: str | Sequence[str], asked: str 
     lists = [column(table, name) for name in (*repeats, *names(asked), decision)]
     where = locator(table)
     answers: dict[str, dict[tuple[str | None, ...], list[str | None]]] = {}
+    counts = counted(table, len(lists[0])).tolist()
     for position, row in enumerate(zip(*lists, strict=True)):
         parts = [label_text(value) for value in row[: len(repeats)]]
         if None in parts:
             raise InputError(f"column {shown(repeats[parts.index(None)])}, {where(position)}: the repetition has no label")
         label, question = ", ".join(map(str, parts)), tuple(map(label_text, row[len(repeats) : -1]))
-        answers.setdefault(label, {}).setdefault(question, []).append(label_text(row[-1]))
+        answers.setdefault(label, {}).setdefault(question, []).extend([label_text(row[-1])] * counts[position])
     alike: dict[frozenset[Any], list[str]] = {}
     for label, given in answers.items():
         alike.setdefault(frozenset((key, tuple(sorted(map(str, listed)))) for key, listed in given.items()), []).append(label)
     spread = Counter(text for given in answers.values() for listed in given.values() for text in listed)
     agree = sum(n * n for n in spread.values()) / sum(spread.values()) ** 2
     by_chance = sum(agree ** sum(map(len, given.values())) for given in answers.values()) * (len(answers) - 1)
-    copies = {vector: labels for vector, labels in alike.items() if len(labels) > 1 and len(vector) > 1}
+    copies = {vector: sorted(labels) for vector, labels in alike.items() if len(labels) > 1 and len(vector) > 1}
     if by_chance >= MANY and sum(len(labels) * (len(labels) - 1) for labels in copies.values()) <= 2 * by_chance:
         return ()
     found = []
-    for vector, labels in copies.items():
+    for vector, labels in sorted(copies.items(), key=lambda item: item[1]):
         listed = ", ".join(map(shown, labels[:10])) + (", …" if len(labels) > 10 else "")
         found.append(
             f"pseudo-replication: repetitions {listed} gave the same decisions on all {len(vector)} questions; "

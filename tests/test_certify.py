@@ -118,7 +118,7 @@ def test_counts_and_logs_agree(tmp_path: Path) -> None:
     log = Law.from_log({"u": [u for u, _ in rows], "a": [a for _, a in rows]}, decision="u", group="a")
     # Repeated count cells add up.
     counts = Law.from_counts(
-        {"u": list("yynnyn"), "a": list("ffffmm"), "n": [1, 2, "1.5", "1/2", 1, 4]}, decision="u", group="a", count="n"
+        {"u": list("nynyny"), "a": list("ffffmm"), "n": ["1.5", 1, "1/2", 2, 4, 1]}, decision="u", group="a", count="n"
     )
     one, two = (certify(table, {"y": 1}) for table in (log, counts))
     assert one.local.ratio == two.local.ratio == 3

@@ -312,9 +312,9 @@ def test_a_placebo_is_a_noise_floor(run: Callable[..., tuple[int, str, str]], tm
     code, out, _ = run("--placebo", str(loud), "--placebo-group", "edit")
     assert code == 0 and "does not rise above the noise floor" in out
     code, _, err = run("--placebo", str(other), "--placebo-group", "edit")
-    assert code == 2 and "the placebo: there is no column 'u'" in err
+    assert code == 2 and "the placebo: " in err and "other.csv: there is no column 'u'" in err
     code, _, err = run("--placebo", str(quiet))
-    assert code == 2 and "the placebo: there is no column 'a'" in err
+    assert code == 2 and "quiet.csv: there is no column 'a'" in err
 
 
 def test_options_that_do_not_fit(run: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import os
 import re
@@ -11,21 +10,24 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import population
+from fairaudit.cli import population, source
+from fairaudit.cli.source import column_roles, source_name
 
 if TYPE_CHECKING:
     from fairaudit.audit import Result
     from fairaudit.cli.audit_file import Audit
     from fairaudit.cli.population import Finding
+    from fairaudit.columns import Tally
     from fairaudit.law import Law
     from fairaudit.tables.csv import CsvTable
     from fairaudit.utility import Utility
 
 TARGETS = ("max_local", "max_global", "max_local_ratio", "max_global_ratio")
+DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
 DESCRIPTION = """\
 Measure how unequally a table of decisions treats groups: exactly, with the pair of groups that is worst off, and as a certificate that
-anybody can check. The table is a CSV file with a header line, in one of three forms: a count per row (--count), a probability
-per row (--probability), or one decision per row (neither)."""
+anybody can check. The table has one of three forms: a count per row (--count), a probability per row (--probability), or one
+decision per row (neither); such a log may have any size, in CSV, Parquet or JSON lines, or in a database."""
 
 EPILOG = """\
 exit codes: 0 within the targets, or no target; 1 a target is exceeded; 2 bad input; 3 inconclusive
@@ -48,13 +50,20 @@ def add(commands: Any) -> None:
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("table", metavar="TABLE", nargs="?", help="CSV file with a header line, or an audit file (.toml)")
+    parser.add_argument(
+        "table",
+        metavar="TABLE",
+        nargs="*",
+        help="files (CSV, Parquet, JSON lines), a database (sqlite:FILE, duckdb:FILE, postgresql://…), or an audit file (.toml)",
+    )
     parser.add_argument("--example", metavar="NAME", help="audit a table that ships with fairaudit")
     parser.add_argument("--list-examples", action="store_true", help="list those tables")
     roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
     roles.add_argument("--decision", metavar="COL", help="what was decided")
     roles.add_argument("--group", metavar="COL", action="append", help="sensitive attribute; several form intersections")
-    roles.add_argument("--context", metavar="COL", action="append", help="what may legitimately matter")
+    roles.add_argument(
+        "--context", metavar="COL", action="append", help="what may legitimately matter; age:18,30,65 cuts numbers into intervals"
+    )
     form = roles.add_mutually_exclusive_group()
     form.add_argument("--count", metavar="COL", help="how often the row occurred")
     form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
@@ -84,6 +93,10 @@ def add(commands: Any) -> None:
         default="error",
         help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
     )
+    source.add_options(rest)
+    rest.add_argument(
+        "--print-sql", choices=DIALECTS, metavar="DIALECT", help=f"print the query that counts the log ({', '.join(DIALECTS)})"
+    )
     rest.add_argument("--top", metavar="K", type=_positive, default=3, help="how many of the most unequal pairs to list (default 3)")
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--report", metavar="FILE", help="write a page for people, too (needs the extra 'report')")
@@ -98,8 +111,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.list_examples:
         _list_examples()
         return 0
+    if isinstance(arguments.table, list):
+        arguments.table = arguments.table if len(arguments.table) > 1 else arguments.table[0] if arguments.table else None
     if arguments.example is not None:
         _take_example(arguments)
+    elif arguments.print_sql is not None:
+        return _print_sql(arguments)
     elif arguments.table is None:
         raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
     if arguments.slots is not None:
@@ -132,7 +149,7 @@ def run(arguments: argparse.Namespace) -> int:
         )
         findings = population.findings(arguments, result, utility, options)
     except InputError as error:
-        raise InputError(f"{getattr(arguments.table, 'name', arguments.table)}: {error}") from None
+        raise InputError(f"{source_name(arguments.table)}: {error}") from None
     from fairaudit.cli.text import plain, put, summary
 
     said = json.dumps(_json(result, arguments.top, findings), ensure_ascii=True, indent=1) if arguments.format == "json" else ""
@@ -178,17 +195,7 @@ def column_list(given: list[str] | None) -> tuple[str, ...]:
     >>> column_list(["sex, age", '"last, first"'])
     ('sex', 'age', 'last, first')
     """
-    from fairaudit.exact import InputError, shown
-
-    names: list[str] = []
-    for text in given or []:
-        try:
-            names += next(csv.reader([text], skipinitialspace=True, strict=True), [])
-        except csv.Error:
-            raise InputError(
-                f"{shown(text)} is not a list of column names; separate them with commas, and quote a name with a comma as in CSV"
-            ) from None
-    return tuple(names)
+    return column_roles(given).names
 
 
 def utility_spec(text: str) -> dict[str, str]:
@@ -253,11 +260,11 @@ def check_output(arguments: argparse.Namespace) -> None:
         if arguments.no_table:
             raise InputError("--no-table needs -o FILE, to write the certificate and its table separately")
         return
-    refuse_output(arguments.output, arguments.table if isinstance(arguments.table, str) else None)
+    refuse_output(arguments.output, _tables(arguments))
 
 
-def refuse_output(name: str, table: str | None) -> None:
-    """Refuse a file that cannot be written, or is the table.
+def refuse_output(name: str, tables: list[str]) -> None:
+    """Refuse a file that cannot be written, or is a table.
 
     Raises
     ------
@@ -268,7 +275,7 @@ def refuse_output(name: str, table: str | None) -> None:
 
     path = Path(name)
     try:
-        fault = _fault(path, table)
+        fault = _fault(path, tables)
     except (OSError, ValueError) as error:
         fault = f"cannot be written: {getattr(error, 'strerror', None) or error}"
     if fault:
@@ -280,13 +287,19 @@ def _check_page(arguments: argparse.Namespace) -> None:
     from fairaudit.exact import InputError
     from fairaudit.report import check_extra
 
-    refuse_output(arguments.report, arguments.table if isinstance(arguments.table, str) else None)
+    refuse_output(arguments.report, _tables(arguments))
     if arguments.output is not None and os.path.realpath(arguments.output) == os.path.realpath(arguments.report):
         raise InputError("-o and --report name the same file; the certificate and its page need one each")
     check_extra()
 
 
-def _fault(path: Path, table: str | None) -> str:
+def _tables(arguments: argparse.Namespace) -> list[str]:
+    """Files that are read."""
+    tables = arguments.table if isinstance(arguments.table, list) else [arguments.table]
+    return [table for table in tables if isinstance(table, str) and not source.is_database(table)]
+
+
+def _fault(path: Path, tables: list[str]) -> str:
     """Why a file must not be written; empty if nothing is wrong."""
     if path.is_dir():
         return "is a directory; name a file to write"
@@ -298,7 +311,8 @@ def _fault(path: Path, table: str | None) -> str:
         return ""
     if not path.is_file():
         return "is a device or a pipe; name a file to write"
-    return "is the table itself; name another file to write" if table is not None and os.path.samestat(found, Path(table).stat()) else ""
+    same = any(os.path.samestat(found, Path(table).stat()) for table in tables if Path(table).exists())
+    return "is the table itself; name another file to write" if same else ""
 
 
 def _list_examples() -> None:
@@ -332,11 +346,7 @@ def _take_example(arguments: argparse.Namespace) -> None:
 def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     from dataclasses import replace
 
-    from fairaudit.columns import column
     from fairaudit.exact import InputError, shown
-    from fairaudit.sampling import repetition_warnings
-    from fairaudit.tables.csv import read_csv
-    from fairaudit.utility import Utility
 
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError(
@@ -345,7 +355,8 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     decision = arguments.decision or arguments.utility_column
     if decision is None:
         raise InputError("no decision column was named; use --decision COL")
-    groups, contexts = column_list(arguments.group), column_list(arguments.context)
+    group, context = column_roles(arguments.group), column_roles(arguments.context)
+    groups, contexts, unit = group.names, context.names, column_list(arguments.unit)
     if not groups:
         raise InputError("no group column was named; use --group COL")
     numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
@@ -355,12 +366,14 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
         raise InputError("--unit goes with a log, which has one decision per row; counts do not say which rows belong together")
     if arguments.weight is not None and arguments.probability is None:
         raise InputError("--weight goes with --probability; counts and logs carry their own population")
-    table = read_csv(arguments.table) if isinstance(arguments.table, str) else arguments.table
+    valued = [] if arguments.utility_column is None else [arguments.utility_column]
+    wanted = (decision, *groups, *contexts, *unit, *numeric, *valued)
+    table = source.read(arguments, arguments.table, wanted, {**group.edges, **context.edges}, [*numeric, *valued])
+    from fairaudit.sampling import repetition_warnings
+    from fairaudit.utility import Utility
+
     try:
-        for name in (decision, *groups, *contexts, *column_list(arguments.unit)):
-            column(table, name)
-        table = table.with_numbers([*numeric, *([] if arguments.utility_column is None else [arguments.utility_column])])
-        law = law_from_options(arguments, table, decision, groups, contexts, column_list(arguments.unit))
+        law = law_from_options(arguments, table, decision, groups, contexts, unit)
         if arguments.utility is not None:
             utility = Utility(utility_spec(arguments.utility))
         else:
@@ -369,7 +382,7 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
             )
         utility.on(law)
         if arguments.unit:
-            law = replace(law, notes=(*law.notes, *repetition_warnings(table, column_list(arguments.unit), (*contexts, *groups), decision)))
+            law = replace(law, notes=(*law.notes, *repetition_warnings(table, unit, (*contexts, *groups), decision)))
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
     return law, utility
@@ -377,7 +390,7 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
 
 def law_from_options(
     arguments: argparse.Namespace,
-    table: CsvTable,
+    table: CsvTable | Tally,
     decision: str,
     groups: tuple[str, ...],
     contexts: tuple[str, ...],
@@ -403,6 +416,40 @@ def law_from_options(
     else:
         law = Law.from_log(table, decision=decision, group=groups, context=contexts, missing=arguments.missing, unit=unit)
     return replace(law, notes=(*table.notes, *law.notes))
+
+
+def _print_sql(arguments: argparse.Namespace) -> int:
+    """Print the query that counts a log, for a database that is not reached from here, and the command that audits its result."""
+    import shlex
+
+    from fairaudit.cli.text import put
+    from fairaudit.exact import InputError
+    from fairaudit.tables.binning import Bins
+    from fairaudit.tables.sql import COUNT_COLUMN, count_statement, table_name
+
+    if arguments.count or arguments.probability or arguments.unit or arguments.slots:
+        raise InputError("--print-sql goes with a log whose rows are draws of their own")
+    if arguments.table is not None or arguments.output is not None:
+        raise InputError("--print-sql only prints a query; name the table in the database with --table")
+    decision = arguments.decision or arguments.utility_column
+    group, context = column_roles(arguments.group), column_roles(arguments.context)
+    if decision is None or not group.names:
+        raise InputError("--print-sql needs the columns: --decision COL and --group COL")
+    names = (*context.names, *group.names, decision, *(c for c in [arguments.utility_column] if c not in (None, decision)))
+    edges = {**group.edges, **context.edges}
+    held = table_name(arguments.database_table or "decisions", arguments.print_sql)
+    if arguments.query is not None:
+        held = f"({arguments.query.strip().rstrip(';')}) as log"
+    bins = {name: Bins.of(name, cut) for name, cut in edges.items()}
+    statement = count_statement(names, held, arguments.print_sql, bins=bins, names=names, ordered=True)
+    words = ["fairaudit", "certify", "result.csv", "--decision", decision, "--count", COUNT_COLUMN]
+    for option, listed in (("--group", group.names), ("--context", context.names)):
+        for name in listed:
+            words += [option, '"' + name.replace('"', '""') + '"' if any(c in name for c in ',":') else name]
+    for option, value in (("--utility", arguments.utility), ("--utility-column", arguments.utility_column)):
+        words += [option, value] if value is not None else []
+    put(f"-- Save the result as CSV with a header line, then: {shlex.join(words)}\n{statement};")
+    return 0
 
 
 def _json(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:

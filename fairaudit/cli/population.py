@@ -180,18 +180,15 @@ def _placebo(arguments: argparse.Namespace, result: Result, utility: Utility, ma
 def _placebo_comparisons(arguments: argparse.Namespace, utility: Utility) -> dict[Any, Comparison]:
     """Read the placebo with the columns of the table, and set up its ratios."""
     from fairaudit.audit import certify
+    from fairaudit.cli import source
     from fairaudit.cli.certify import column_list, law_from_options
-    from fairaudit.columns import column
-    from fairaudit.tables.csv import read_csv
 
-    table = read_csv(arguments.placebo)
-    groups = column_list(arguments.placebo_group or arguments.group)
-    contexts = column_list(arguments.context)
-    decision = arguments.decision or arguments.utility_column
-    for name in (decision, *groups, *contexts, *column_list(arguments.unit)):
-        column(table, name)
-    table = table.with_numbers([] if arguments.count is None else [arguments.count])
-    law = law_from_options(arguments, table, decision, groups, contexts, column_list(arguments.unit))
+    group, context = source.column_roles(arguments.placebo_group or arguments.group), source.column_roles(arguments.context)
+    decision, unit = arguments.decision or arguments.utility_column, column_list(arguments.unit)
+    counts = [] if arguments.count is None else [arguments.count]
+    wanted = (decision, *group.names, *context.names, *unit, *counts)
+    table = source.read(arguments, arguments.placebo, wanted, {**group.edges, **context.edges}, counts)
+    law = law_from_options(arguments, table, decision, group.names, context.names, unit)
     return dict(certify(law, utility, declared=utility_range(arguments.utility_range)).comparisons)
 
 

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import bz2
+import codecs
 import csv
+import gzip
 import io
+import lzma
 import os
 import re
-from collections.abc import Iterable, Iterator
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from operator import itemgetter
 from pathlib import Path
+from typing import IO, cast
 
+from fairaudit.columns import Tally, column
 from fairaudit.exact import InputError, shown
 
-__all__ = ["CsvTable", "read_csv"]
+__all__ = ["CsvTable", "Layout", "count_csv", "decimal_commas", "first_row", "layout", "opened", "read_csv", "same_layout", "text_lines"]
 
+HEAD = 200_000
+EMPTY = "the file is empty; a header line and at least one row were expected"
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 _THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(,\d{3})+\s*", re.ASCII)
@@ -74,27 +85,53 @@ class CsvTable:
         texts, notes = dict(self.texts), list(self.notes)
         for name in columns:
             cells = texts.get(name)
-            if self.delimiter == "," or cells is None or not any("," in cell for cell in cells):
-                continue
-            with_comma = [i for i, cell in enumerate(cells) if "," in cell]
-            mixed = next((i for i, cell in enumerate(cells) if "." in cell), None)
-            if mixed is not None:
-                raise InputError(
-                    f"column {shown(name)}, {self.locate(mixed)}: {shown(cells[mixed])} has a decimal point, and "
-                    f"{shown(cells[with_comma[0]])} on {self.locate(with_comma[0])} a comma; use one of the two"
-                )
-            if all(_THOUSANDS.fullmatch(cells[i]) for i in with_comma):
-                raise InputError(
-                    f"column {shown(name)}, {self.locate(with_comma[0])}: {shown(cells[with_comma[0]])} may have a decimal comma or a "
-                    "thousands separator; write it with a decimal point, or without separators"
-                )
-            texts[name] = [cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
-            notes.append(f"the numbers in column {shown(name)} have decimal commas")
+            found = None if self.delimiter == "," or cells is None else decimal_commas(name, cells, self.locate)
+            if found is not None:
+                texts[name] = found
+                notes.append(f"the numbers in column {shown(name)} have decimal commas")
         return replace(self, texts=texts, notes=tuple(notes))
 
 
+def decimal_commas(name: str, cells: Sequence[str], locate: Callable[[int], str]) -> list[str] | None:
+    """Cells with points for decimal commas; None if there are none.
+
+    Raises
+    ------
+    InputError
+        If the commas could be either, or only some numbers have them.
+    """
+    with_comma = [i for i, cell in enumerate(cells) if "," in cell]
+    if not with_comma:
+        return None
+    mixed = next((i for i, cell in enumerate(cells) if "." in cell), None)
+    if mixed is not None:
+        raise InputError(
+            f"column {shown(name)}, {locate(mixed)}: {shown(cells[mixed])} has a decimal point, and "
+            f"{shown(cells[with_comma[0]])} on {locate(with_comma[0])} a comma; use one of the two"
+        )
+    if all(_THOUSANDS.fullmatch(cells[i]) for i in with_comma):
+        raise InputError(
+            f"column {shown(name)}, {locate(with_comma[0])}: {shown(cells[with_comma[0]])} may have a decimal comma or a "
+            "thousands separator; write it with a decimal point, or without separators"
+        )
+    return [cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a delimited text file is laid out: its delimiter and the columns of its header line."""
+
+    delimiter: str
+    columns: tuple[str, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is worth saying of it."""
+        return () if self.delimiter == "," else (f"the columns are separated by {DELIMITERS[self.delimiter]}",)
+
+
 def read_csv(path: str | os.PathLike[str]) -> CsvTable:
-    """Read a delimited text file (UTF-8, with a header line).
+    """Read a delimited text file (UTF-8, with a header line), compressed or not.
 
     The delimiter (comma, semicolon, tab or bar) is found from the header line.
 
@@ -122,28 +159,199 @@ def read_csv(path: str | os.PathLike[str]) -> CsvTable:
         raise InputError(f"{name}: {error}") from None
 
 
-def _text(path: Path) -> str:
+def layout(path: str | os.PathLike[str]) -> Layout:
+    """Read the header line of a delimited text file.
+
+    Raises
+    ------
+    InputError
+        If there is none; the message does not name the file.
+    """
+    with opened(Path(path)) as file:
+        start = file.read(HEAD).decode("utf-8-sig", "replace")
+    if not start.strip():
+        raise InputError(EMPTY)
+    delimiter = _delimiter(start)
+    _, header = next(_rows(text_lines(Path(path)), delimiter))
+    return Layout(delimiter, _header(header))
+
+
+def count_csv(paths: Sequence[str], columns: Sequence[str], report: Callable[[int], None] | None = None) -> Tally:
+    """Count the equal rows of delimited text files, which have the same columns, reading each once and line by line.
+
+    Parameters
+    ----------
+    paths : sequence of str
+        The files.
+    columns : sequence of str
+        The columns that matter.
+    report : callable, optional
+        Told now and then how many rows have been read.
+
+    Returns
+    -------
+    Tally
+        The different rows with their counts; `Tally.locate` names the line on which one occurs first.
+
+    Raises
+    ------
+    InputError
+        If a file is not such a file; the message names the file and the line.
+    """
+    counts: dict[tuple[str, ...], int] = {}
+    first: dict[tuple[str, ...], str] = {}
+    found: Layout | None = None
+    read = 0
+    for path in paths:
+        where = f"{path}, " if len(paths) > 1 else ""
+        try:
+            found = same_layout(found, layout(path))
+            picked = [_position(found, name) for name in columns]
+            pick = itemgetter(*picked) if len(picked) > 1 else lambda row, only=picked[0]: (row[only],)
+            width, before = len(found.columns), read
+            rows = _rows(text_lines(Path(path)), found.delimiter)
+            next(rows)
+            for line, row in rows:
+                if len(row) != width:
+                    raise InputError(_wrong_width(line, len(row), width))
+                key = pick(row)
+                if key in counts:
+                    counts[key] += 1
+                else:
+                    counts[key], first[key] = 1, f"{where}line {line}"
+                read += 1
+                if report is not None and not read % 100_000:
+                    report(read)
+            if read == before:
+                raise InputError("the file has a header line but no rows")
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    places = list(first.values())
+    cells = ((*key, count) for key, count in counts.items())
+    return Tally.of(Path(paths[0]).name, columns, cells, find=lambda _, i: places[i], notes=found.notes if found else ())
+
+
+def first_row(paths: Sequence[str], wanted: Mapping[int, str]) -> str:
+    """Name the line of the first row whose cells, given by their positions, are as wanted."""
+    for path in paths:
+        rows = _rows(text_lines(Path(path)), layout(path).delimiter)
+        for line, row in rows:
+            if all(row[position] == text for position, text in wanted.items()):
+                return f"{path}, line {line}" if len(paths) > 1 else f"line {line}"
+    return "a row"
+
+
+def same_layout(known: Layout | None, found: Layout) -> Layout:
+    """Refuse a file whose header differs from that of the first."""
+    if known is not None and found != known:
+        raise InputError(
+            "the header line differs from that of the first file; files that are read together have the same columns in one order"
+        )
+    return found
+
+
+def _position(found: Layout, name: str) -> int:
+    column(dict.fromkeys(found.columns, ()), name)
+    return found.columns.index(name)
+
+
+def _wrong_width(line: int, cells: int, width: int) -> str:
+    return f"line {line} has {cells} {'cell' if cells == 1 else 'cells'} where the header has {width}"
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[IO[bytes]]:
+    """Open a file, or what is inside if it is compressed; whatever goes wrong while it is read is a sentence."""
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            magic = file.peek(6)[:6]
+            yield _inside(file, magic)
     except FileNotFoundError:
         raise InputError("there is no such file") from None
     except IsADirectoryError:
         raise InputError("this is a directory; name a CSV file") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+    except (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile) as error:
+        raise InputError(f"the compressed file is damaged: {str(error)[:1].lower()}{str(error)[1:]}") from None
+    except OSError as error:
+        raise InputError(f"the file cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        if isinstance(error, (InputError, UnicodeError)):
+            raise
+        raise InputError(f"the file cannot be read: {error}") from None
+
+
+def _inside(file: IO[bytes], magic: bytes) -> IO[bytes]:
+    if magic[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise InputError("the file is UTF-16; save it as UTF-8")
-    if data[:2] == b"\x1f\x8b" or data[:4] in (b"PK\x03\x04", b"PAR1"):
-        raise InputError("the file is not text (it looks compressed, a spreadsheet or Parquet); save it as CSV")
+    if magic[:4] in (b"PK\x03\x04", b"PAR1", b"\x28\xb5\x2f\xfd"):
+        raise InputError("the file is not text (it looks like Zstandard, a spreadsheet or Parquet); save it as CSV")
+    if magic[:2] == b"\x1f\x8b":
+        return cast("IO[bytes]", gzip.open(file))
+    if magic[:3] == b"BZh":
+        return cast("IO[bytes]", bz2.open(file))
+    return cast("IO[bytes]", lzma.open(file)) if magic == b"\xfd7zXZ\x00" else file
+
+
+def _text(path: Path) -> str:
+    with opened(path) as file:
+        data = file.read()
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"line {_line(data, error.start)} is not UTF-8 (byte 0x{data[error.start]:02x}); save the file as UTF-8") from None
+        raise InputError(_not_utf8(_line(data, error.start), data[error.start])) from None
     if b"\x00" in data:
-        raise InputError(f"line {_line(data, data.index(0))} has a NUL character; a text file was expected")
+        raise InputError(_nul(_line(data, data.index(0))))
     if not text.strip():
-        raise InputError("the file is empty; a header line and at least one row were expected")
+        raise InputError(EMPTY)
     return text
+
+
+def text_lines(path: Path) -> Iterator[str]:
+    """Lines of a text file with their ends; lines end as the CSV reader ends them."""
+    with opened(path) as file:
+        reader = io.TextIOWrapper(file, encoding="utf-8-sig", newline="")
+        line = 0
+        try:
+            for text in reader:
+                line += 1
+                if "\x00" in text:
+                    raise InputError(_nul(line))
+                yield text
+        except UnicodeDecodeError:
+            pass
+        else:
+            reader.detach()
+            return
+    raise InputError(_not_utf8(*_first_bad_byte(path)))
+
+
+def _first_bad_byte(path: Path) -> tuple[int, int]:
+    """Line and value of the first byte that is not UTF-8."""
+    decoder, line, ended = codecs.getincrementaldecoder("utf-8")(), 1, b""
+    with opened(path) as file:
+        while True:
+            data = file.read(1 << 20)
+            kept = decoder.getstate()[0]
+            try:
+                decoder.decode(data, final=not data)
+            except UnicodeDecodeError as error:
+                whole = kept + data
+                return line + _line(ended + whole[: error.start], len(ended) + error.start) - 1, whole[error.start]
+            if not data:
+                raise InputError("the file changed while it was read")
+            # A carriage return at the end of a block may belong to a line feed at the start of the next.
+            block = ended + kept + data
+            block = block[: len(block) - len(decoder.getstate()[0])]
+            ended = b"\r" if block.endswith(b"\r") else b""
+            line += _line(block, len(block) - len(ended)) - 1
+
+
+def _not_utf8(line: int, byte: int) -> str:
+    return f"line {line} is not UTF-8 (byte 0x{byte:02x}); save the file as UTF-8"
+
+
+def _nul(line: int) -> str:
+    return f"line {line} has a NUL character; a text file was expected"
 
 
 def _line(data: bytes, position: int) -> int:
@@ -153,32 +361,36 @@ def _line(data: bytes, position: int) -> int:
 
 def _parse(name: str, text: str) -> CsvTable:
     delimiter = _delimiter(text)
-    rows = _rows(text, delimiter)
-    _, header = next(rows)
-    known: set[str] = set()
-    for position, column in enumerate(header):
-        if not column.strip():
-            raise InputError(f"column {position + 1} has no name in the header line; name every column")
-        if column in known:
-            raise InputError(f"the column name {shown(column)} occurs twice in the header line; give each column its own name")
-        known.add(column)
+    rows = _rows(io.StringIO(text, newline=""), delimiter)
+    _, first = next(rows)
+    header = _header(first)
     cells: list[list[str]] = []
     lines: list[int] = []
     for line, row in rows:
         if len(row) != len(header):
-            raise InputError(f"line {line} has {len(row)} {'cell' if len(row) == 1 else 'cells'} where the header has {len(header)}")
+            raise InputError(_wrong_width(line, len(row), len(header)))
         cells.append(row)
         lines.append(line)
     if not cells:
         raise InputError("the file has a header line but no rows")
     columns = {column: list(values) for column, values in zip(header, zip(*cells, strict=True), strict=True)}
-    notes = () if delimiter == "," else (f"the columns are separated by {DELIMITERS[delimiter]}",)
-    return CsvTable(name, columns, lines, delimiter, notes)
+    return CsvTable(name, columns, lines, delimiter, Layout(delimiter, header).notes)
 
 
-def _rows(text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+def _header(row: Sequence[str]) -> tuple[str, ...]:
+    known: set[str] = set()
+    for position, name in enumerate(row):
+        if not name.strip():
+            raise InputError(f"column {position + 1} has no name in the header line; name every column")
+        if name in known:
+            raise InputError(f"the column name {shown(name)} occurs twice in the header line; give each column its own name")
+        known.add(name)
+    return tuple(row)
+
+
+def _rows(lines: Iterable[str], delimiter: str) -> Iterator[tuple[int, list[str]]]:
     """Rows that are not blank, with the number of the line on which each ends."""
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    reader = csv.reader(lines, delimiter=delimiter, strict=True)
     try:
         for row in reader:
             if row:
@@ -193,7 +405,7 @@ def _rows(text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _delimiter(text: str) -> str:
-    first = text.lstrip("\r\n")[:200_000]
+    first = text.lstrip("\r\n")[:HEAD]
 
     def width(delimiter: str) -> int:
         try:

@@ -1,0 +1,221 @@
+"""Where a command's table comes from: its options, columns with intervals, progress on a terminal, and the reader that fits."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fairaudit.columns import Tally
+    from fairaudit.tables.csv import CsvTable
+    from fairaudit.tables.engines import Report
+
+TOKEN = re.compile(r'[ \t]*(?:"((?:[^"]|"")*)"[ \t]*|([^,\r\n]*))(,|\Z)')
+NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
+PASSWORD = re.compile(r"(?<=://)([^/@:]*):[^/@]*(?=@)")
+DATABASE = re.compile(r"(sqlite|duckdb):|[a-z][a-z0-9+.-]*://")
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Column names, and the edges of those that are cut into intervals."""
+
+    names: tuple[str, ...]
+    edges: dict[str, tuple[str, ...]]
+
+
+def add_options(parser: argparse._ArgumentGroup) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "--engine",
+        choices=("auto", "duckdb", "python", "spark"),
+        default="auto",
+        help="who reads files (default: DuckDB, if they are large)",
+    )
+    parser.add_argument("--table", dest="database_table", metavar="NAME", help="of a database: the table that holds the log")
+    parser.add_argument("--query", metavar="SQL", help="of a database: a query whose result is the log")
+    parser.add_argument("--memory", metavar="SIZE", help="what DuckDB may use before it spills to disk, such as 2GB")
+
+
+def column_roles(given: Sequence[str] | None) -> Roles:
+    """Read column names from repeated options with commas; ``age:18,30`` cuts the column ``age`` at 18 and 30.
+
+    A name with a comma is quoted as in CSV; so is one with a colon before a number that is not to be cut.
+
+    Raises
+    ------
+    InputError
+        If the quotes do not fit.
+
+    Examples
+    --------
+    >>> column_roles(["sex, age:18,30", '"last, first"'])
+    Roles(names=('sex', 'age', 'last, first'), edges={'age': ('18', '30')})
+    """
+    names: list[str] = []
+    edges: dict[str, tuple[str, ...]] = {}
+    for text in given or []:
+        cut = ""
+        for name, quoted in _tokens(text):
+            stem, colon, number = name.rpartition(":")
+            if cut and not quoted and NUMBER.fullmatch(name):
+                edges[cut] = (*edges[cut], name.strip())
+            elif colon and stem and not quoted and NUMBER.fullmatch(number):
+                cut = stem
+                names.append(stem)
+                edges[stem] = (number.strip(),)
+            else:
+                cut = ""
+                names.append(name)
+    return Roles(tuple(names), edges)
+
+
+def _tokens(text: str) -> Iterator[tuple[str, bool]]:
+    """Parts of a list with commas, and whether each was quoted."""
+    from fairaudit.exact import InputError, shown
+
+    position = 0
+    while text:
+        match = TOKEN.match(text, position)
+        if match is None or (match.group(1) is None and match.group(2).startswith('"')):
+            raise InputError(
+                f"{shown(text)} is not a list of column names; separate them with commas, and quote a name with a comma as in CSV"
+            )
+        quoted = match.group(1) is not None
+        yield match.group(1).replace('""', '"') if quoted else match.group(2), quoted
+        position = match.end()
+        if not match.group(3):
+            return
+
+
+def source_name(source: Any) -> str:
+    """Name a table in a message; passwords in URLs are left out.
+
+    Examples
+    --------
+    >>> source_name("postgresql://me:secret@host/db"), source_name(["a.csv", "b.csv"])
+    ('postgresql://me:…@host/db', 'a.csv and 1 more')
+    """
+    if isinstance(source, list):
+        return f"{source[0]} and {len(source) - 1} more"
+    return PASSWORD.sub(r"\1:…", source) if isinstance(source, str) else str(getattr(source, "name", source))
+
+
+def is_database(source: Any) -> bool:
+    """Whether a table is named by a URL."""
+    return isinstance(source, str) and DATABASE.match(source) is not None
+
+
+def read(
+    arguments: argparse.Namespace,
+    table: Any,
+    columns: Sequence[str],
+    edges: dict[str, tuple[str, ...]],
+    numeric: Sequence[str],
+) -> CsvTable | Tally:
+    """Read the table that the options describe: the counted rows of a log, or a table of counts or probabilities as it is.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or a column is not there.
+    """
+    from fairaudit.columns import column
+    from fairaudit.exact import InputError
+    from fairaudit.tables.csv import CsvTable, read_csv
+
+    log = arguments.count is None and arguments.probability is None
+    try:
+        if log and not isinstance(table, CsvTable):
+            return _log(arguments, table, columns, edges, numeric)
+        if edges:
+            raise InputError(f"intervals such as {next(iter(edges))}:{','.join(next(iter(edges.values())))} go with a log")
+        for name in ("database_table", "query"):
+            if getattr(arguments, name) is not None:
+                raise InputError("--table and --query go with a log in a database")
+        if isinstance(table, list):
+            raise InputError("a table of counts or probabilities is one file; name one")
+        found = read_csv(table) if isinstance(table, str) else table
+    except InputError as error:
+        raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
+    try:
+        for name in columns:
+            column(found, name)
+        return found.with_numbers(numeric)
+    except InputError as error:
+        raise InputError(f"{found.name}: {error}") from None
+
+
+def _log(
+    arguments: argparse.Namespace, table: Any, columns: Sequence[str], edges: dict[str, tuple[str, ...]], numeric: Sequence[str]
+) -> Tally:
+    """Count the rows of a log."""
+    from fairaudit.tables.engines import read_log
+
+    with progress() as report:
+        tally = read_log(
+            table,
+            columns,
+            bins=edges,
+            engine=arguments.engine,
+            table=arguments.database_table,
+            query=arguments.query,
+            memory=arguments.memory,
+            report=report,
+            meanwhile=_warm,
+        )
+    return _with_numbers(tally, numeric)
+
+
+def _with_numbers(tally: Tally, columns: Sequence[str]) -> Tally:
+    """Turn decimal commas into points where commas do not separate columns."""
+    import numpy as np
+
+    from fairaudit.exact import shown
+    from fairaudit.tables.csv import decimal_commas
+
+    levels, notes = dict(tally.levels), list(tally.notes)
+    if not any("separated by" in note for note in notes):
+        return tally
+    for name in columns:
+        at = tally.codes[name]
+        found = decimal_commas(name, levels[name], lambda level, at=at: tally.locate(int(np.flatnonzero(at == level)[0])))  # type: ignore[misc]
+        if found is not None:
+            levels[name] = found
+            notes.append(f"the numbers in column {shown(name)} have decimal commas")
+    return replace(tally, levels=levels, notes=tuple(notes))
+
+
+def _warm() -> None:
+    """Load what comes after the table while an engine reads it."""
+    import fairaudit.audit  # noqa: F401
+
+
+@contextmanager
+def progress() -> Iterator[Report | None]:
+    """Say on a terminal how far long work is, and clear the line afterwards."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield None
+        return
+    started, written = time.monotonic(), False
+
+    def report(share: float | None, rows: int | None) -> None:
+        nonlocal written
+        if time.monotonic() - started > 1:
+            said = f"{rows:,} rows" if rows is not None else f"{share:.0%}" if share is not None else f"{time.monotonic() - started:.0f} s"
+            sys.stderr.write(f"\r\x1b[Kcounting: {said} (Ctrl-C stops)")
+            sys.stderr.flush()
+            written = True
+
+    try:
+        yield report
+    finally:
+        if written:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()

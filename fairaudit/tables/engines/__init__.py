@@ -1,0 +1,230 @@
+"""Logs of any size: the engine that holds a log counts its equal rows, and only those counts travel back."""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from fairaudit.columns import Tally
+from fairaudit.exact import InputError, nearest, shown
+from fairaudit.tables.binning import Bins
+from fairaudit.tables.sql import table_name
+
+__all__ = ["ENGINES", "Request", "attended", "database_source", "read_log"]
+
+ENGINES = ("auto", "duckdb", "python", "spark")
+Report = Callable[[float | None, int | None], None]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is wanted of an engine.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        The columns that tell rows apart.
+    bins : dict of str to Bins
+        Numeric columns among them to cut into intervals.
+    table, query : str or None
+        Of a database, the table or the query that gives the log.
+    memory : str or None
+        How much memory the engine may use before it spills to disk, such as ``2GB``.
+    report : callable or None
+        Told how far the work is: a share of it, or a number of rows.
+    meanwhile : callable or None
+        Run once beside the engine's work.
+    """
+
+    columns: tuple[str, ...]
+    bins: Mapping[str, Bins]
+    table: str | None = None
+    query: str | None = None
+    memory: str | None = None
+    report: Report | None = None
+    meanwhile: Callable[[], Any] | None = None
+
+
+def read_log(
+    source: Any,
+    columns: Sequence[str],
+    *,
+    bins: Mapping[str, Sequence[Any] | Bins] | None = None,
+    engine: Any = "auto",
+    table: str | None = None,
+    query: str | None = None,
+    memory: str | None = None,
+    report: Report | None = None,
+    meanwhile: Callable[[], Any] | None = None,
+) -> Tally:
+    """Count the equal rows of a log, whatever holds it.
+
+    Parameters
+    ----------
+    source : path, sequence of paths, URL or frame
+        Files (CSV, Parquet, JSON lines; compressed; patterns such as ``logs/*.parquet``); ``sqlite:FILE``, ``duckdb:FILE``,
+        ``postgresql://…``, or a URL that ibis knows (``bigquery://…``, ``snowflake://…``, ``trino://…``); a frame, lazy frame or relation
+        of pandas, polars, pyarrow, DuckDB or PySpark.
+    columns : sequence of str
+        The columns that tell rows apart: decision, groups, contexts, and, where wanted, unit and utility.
+    bins : mapping of str to sequence of number, optional
+        Numeric columns to cut into intervals at these edges; an interval holds its lower edge. A number in a text is the rational that it
+        says; floats are compared with the edges rounded to floats.
+    engine : {"auto", "duckdb", "python", "spark"} or SparkSession
+        Who reads files. "auto" reads small text files itself and gives everything else to DuckDB; all give the same counts.
+    table, query : str, optional
+        Of a database: the table, or a query whose result is the log.
+    memory : str, optional
+        What DuckDB may use before it spills to the directory for temporary files, such as ``"2GB"``.
+    report, meanwhile : callable, optional
+        Told how far the work is; run once beside it.
+
+    Returns
+    -------
+    Tally
+        The different rows and their counts, for `Law.from_log` and `Utility.from_table`.
+
+    Raises
+    ------
+    InputError
+        If the source cannot be read, or a column is not there.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> frame = pd.DataFrame({"hired": ["yes", "no", "yes"], "age": [17, 18, 70]})
+    >>> tally = read_log(frame, ["hired", "age"], bins={"age": [18, 65]})
+    >>> sorted(zip(tally["hired"], tally["age"]))
+    [('no', '18 to under 65'), ('yes', '65 and over'), ('yes', 'under 18')]
+    """
+    cut = {name: edges if isinstance(edges, Bins) else Bins.of(name, edges) for name, edges in (bins or {}).items()}
+    for name in cut:
+        if name not in columns:
+            raise InputError(f"intervals were given for column {shown(name)}, which is not among the columns; {nearest(name, columns)}")
+    if not columns:
+        raise InputError("no column was named; name at least one")
+    request = Request(tuple(dict.fromkeys(columns)), cut, table, query, memory, report, meanwhile)
+    if table is not None and query is not None:
+        raise InputError("both a table and a query were given; give one")
+    session = None if isinstance(engine, str) or engine is None else engine
+    if session is None and engine not in (None, *ENGINES):
+        raise InputError(f"the engine {shown(engine)} is not known; {nearest(str(engine), ENGINES)}")
+    if _is_text(source) or _is_paths(source):
+        return _from_text(source, request, session if session is not None else engine or "auto")
+    from fairaudit.tables.frames import tally_frame
+
+    for name, given in (("table", table), ("query", query)):
+        if given is not None:
+            raise InputError(f"a {name} goes with a database, not with a frame")
+    found = tally_frame(source, request.columns, cut)
+    if found is None:
+        raise InputError(f"a log cannot be read from a {type(source).__name__}; use a file, a database, or a frame")
+    return found
+
+
+def _is_text(source: Any) -> bool:
+    return isinstance(source, (str, os.PathLike))
+
+
+def _is_paths(source: Any) -> bool:
+    return isinstance(source, (list, tuple)) and bool(source) and all(map(_is_text, source))
+
+
+def _from_text(source: Any, request: Request, engine: Any) -> Tally:
+    sources = [os.fspath(part) for part in ([source] if _is_text(source) else source)]
+    scheme = re.match(r"([a-z][a-z0-9+.-]*):", sources[0])
+    kind = scheme.group(1) if scheme and not Path(sources[0]).exists() else ""
+    database = kind in ("sqlite", "duckdb", "postgres", "postgresql") or "://" in sources[0]
+    if kind and database:
+        if len(sources) > 1:
+            raise InputError("a database is read on its own; name one")
+        if engine != "auto":
+            raise InputError("an engine is chosen for files; a database is its own engine")
+        return _database(kind, sources[0], request)
+    if not isinstance(engine, str) or engine == "spark":
+        from fairaudit.tables.engines import spark
+
+        return spark.read(sources, request, None if isinstance(engine, str) else engine)
+    from fairaudit.tables.engines import files
+
+    return files.read(sources, request, engine)
+
+
+def _database(kind: str, url: str, request: Request) -> Tally:
+    if kind == "sqlite":
+        from fairaudit.tables.engines import sqlite
+
+        return sqlite.read(url.removeprefix("sqlite:"), request)
+    if kind == "duckdb":
+        from fairaudit.tables.engines import duckdb
+
+        return duckdb.read_database(url.removeprefix("duckdb:"), request)
+    if kind in ("postgres", "postgresql"):
+        from fairaudit.tables.engines import postgres
+
+        return postgres.read(url, request)
+    from fairaudit.tables.engines import warehouse
+
+    return warehouse.read(url, request)
+
+
+def database_source(request: Request, dialect: str) -> str:
+    """Write what a database counts, as it stands after ``from``.
+
+    Raises
+    ------
+    InputError
+        If neither a table nor a query was named.
+    """
+    if request.table is not None:
+        return table_name(request.table, dialect)
+    if request.query is None:
+        raise InputError("a database holds several tables; name one with table (--table), or give a query (--query)")
+    return f"({request.query.strip().rstrip(';')}\n) as log"
+
+
+def attended(work: Callable[[], T], interrupt: Callable[[], Any], request: Request, share: Callable[[], float | None] | None = None) -> T:
+    """Run an engine's work in a thread, so that it can be watched and interrupted.
+
+    Parameters
+    ----------
+    work : callable
+        The work.
+    interrupt : callable
+        Makes the engine give the work up.
+    request : Request
+        Whose `report` is told how far the work is, and whose `meanwhile` runs beside it.
+    share : callable, optional
+        Says how much of the work is done, from 0 to 1.
+    """
+    done: list[T] = []
+    failed: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            done.append(work())
+        except BaseException as error:
+            failed.append(error)
+
+    thread = threading.Thread(target=run, name="fairaudit-engine", daemon=True)
+    thread.start()
+    try:
+        if request.meanwhile is not None:
+            request.meanwhile()
+        while thread.is_alive():
+            thread.join(0.1)
+            if request.report is not None and thread.is_alive():
+                request.report(share() if share is not None else None, None)
+    except BaseException:
+        interrupt()
+        thread.join(10)
+        raise
+    if failed:
+        raise failed[0]
+    return done[0]

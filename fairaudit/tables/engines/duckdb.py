@@ -1,0 +1,310 @@
+"""DuckDB, the embedded engine: files of any size, and its own database files."""
+
+from __future__ import annotations
+
+import codecs
+import json
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import duckdb
+
+from fairaudit.columns import Tally, column
+from fairaudit.exact import InputError, shown
+from fairaudit.tables.binning import apply_bins, merged
+from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
+from fairaudit.tables.engines import Request, attended, database_source
+from fairaudit.tables.engines.files import Form, read_text
+from fairaudit.tables.sql import count_statement
+
+__all__ = ["read_database", "read_files"]
+
+BATCH = 50_000
+BLOCK = 1 << 24
+BOM = codecs.BOM_UTF8
+NUMERIC = re.compile(r"U?(TINY|SMALL|BIG|HUGE)INT|U?INTEGER|FLOAT|DOUBLE|DECIMAL.*")
+
+
+def read_files(paths: Sequence[str], kind: Form, request: Request) -> Tally:
+    """Count the rows of files that hold the same columns."""
+    if kind == "csv":
+        return _read_csv(paths, request)
+    if kind == "json":
+        return _read_json(paths, request)
+    source = f"read_parquet({_texts(map(_literal_path, paths))})"
+    with _connection(request) as connection, _said(request, paths[0]):
+        return _count(connection, Path(paths[0]).name, source, _types(connection, source, request.columns), request)
+
+
+def read_database(path: str, request: Request) -> Tally:
+    """Count the rows of a table, or of the result of a query, of a DuckDB database file, which is opened for reading."""
+    if not Path(path).is_file():
+        raise InputError(f"{path}: there is no such file")
+    source = database_source(request, "duckdb")
+    with _connection(request, path) as connection, _said(request, path):
+        return _count(connection, Path(path).name, source, _types(connection, source, request.columns), request)
+
+
+def _count(connection: Any, name: str, source: str, types: dict[str, str], request: Request) -> Tally:
+    """Run the statement and read what comes back."""
+    cut = {c for c in request.bins if NUMERIC.fullmatch(types[c])}
+    tied = {c for c in request.bins if types[c] == "VARCHAR"}
+    bins = {c: request.bins[c] for c in cut | tied}
+    statement = count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied)
+    parsed = {i: _Json(c) for i, c in enumerate(request.columns) if types[c] == "JSON"}
+
+    def work() -> Tally:
+        cursor = connection.execute(statement)
+        rows = _decoded(_fetched(cursor), parsed) if parsed else _fetched(cursor)
+        tally = Tally.of(name, request.columns, rows)
+        return merged(tally) if parsed else tally
+
+    tally = attended(work, connection.interrupt, request, lambda: _share(connection))
+    if not len(tally):
+        raise InputError("the table has no rows")
+    return apply_bins(tally, request.bins, cut, tied)
+
+
+def _fetched(cursor: Any) -> Iterator[tuple[Any, ...]]:
+    while batch := cursor.fetchmany(BATCH):
+        yield from batch
+
+
+def _read_json(paths: Sequence[str], request: Request) -> Tally:
+    """Count the rows of JSON lines. Each value is taken as the JSON that it is, so that no type is guessed from the first rows."""
+    lines = all(re.search(r"\.(jsonl|ndjson)(\.\w+)?$", path, re.IGNORECASE) for path in paths)
+    form = f"{_texts(map(_literal_path, paths))}, format='{'newline_delimited' if lines else 'auto'}', maximum_object_size=67108864"
+    held = ", ".join(f"{_text(name)}: 'JSON'" for name in request.columns)
+    with _connection(request) as connection:
+        try:
+            with _said(request, paths[0]):
+                source = f"read_json({form}, columns={{{held}}})"
+                tally = _count(connection, Path(paths[0]).name, source, dict.fromkeys(request.columns, "JSON"), request)
+                if any(values == [None] for values in tally.levels.values()):
+                    _types(connection, f"read_json({form}, sample_size=-1)", request.columns)
+        except InputError as error:
+            raise InputError((_bad_json(paths) if lines else None) or str(error)) from None
+    return tally
+
+
+def _bad_json(paths: Sequence[str]) -> str | None:
+    """Name the first line that holds no JSON object, if there is one; the engine's own count of lines may be off by one."""
+    for path in paths:
+        try:
+            for number, line in enumerate(text_lines(Path(path)), 1):
+                try:
+                    if line.strip() and not isinstance(json.loads(line), dict):
+                        return f'{path}: line {number} is not a JSON object; each line holds one, such as {{"answer": "yes"}}'
+                except (ValueError, RecursionError) as error:
+                    said = error.msg if isinstance(error, json.JSONDecodeError) else "too deep"
+                    return f"{path}: line {number} is not JSON: {said}"
+        except InputError as error:
+            return None if "Zstandard" in str(error) else f"{path}: {error}"
+    return None
+
+
+class _Json(dict[str, Any]):
+    """JSON texts of a column and the values that they stand for."""
+
+    def __init__(self, column: str) -> None:
+        self.column = column
+
+    def __missing__(self, text: str) -> Any:
+        try:
+            value = json.loads(text, parse_float=Decimal, parse_constant=_refuse)
+        except (ValueError, RecursionError):
+            raise InputError(f"column {shown(self.column)} holds {shown(text)}, which is not a JSON value") from None
+        if isinstance(value, (dict, list)):
+            raise InputError(f"column {shown(self.column)} holds {shown(text)}; a label is a text, a number or a truth value")
+        self[text] = value
+        return value
+
+
+def _refuse(text: str) -> Any:
+    raise ValueError(text)
+
+
+def _decoded(rows: Iterator[tuple[Any, ...]], parsed: dict[int, _Json]) -> Iterator[list[Any]]:
+    """Rows with values for JSON texts; rows whose texts stand for equal values are added up later."""
+    for row in rows:
+        listed = list(row)
+        for position, known in parsed.items():
+            if listed[position] is not None:
+                listed[position] = known[listed[position]]
+        yield listed
+
+
+def _read_csv(paths: Sequence[str], request: Request) -> Tally:
+    """Count the rows of delimited text: by DuckDB where it reads the text as the CSV reader does, else by that."""
+    found: Layout | None = None
+    quoted = False
+    delimiters = 0
+    for path in paths:
+        try:
+            found = same_layout(found, layout(path))
+            scan = _scan(path, found.delimiter)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        if scan is None:
+            return read_text(paths, request)
+        quoted, delimiters = quoted or scan[0], delimiters + scan[1]
+    if found is None or len(found.columns) < 2:
+        return read_text(paths, request)
+    for name in request.columns:
+        column(dict.fromkeys(found.columns, ()), name)
+    places = {name: f"c{i}" for i, name in enumerate(found.columns)}
+    held = ", ".join(f"{place}: 'VARCHAR'" for place in places.values())
+    quote = "'\"'" if quoted else "''"
+    source = (
+        f"read_csv({_texts(map(_literal_path, paths))}, columns={{{held}}}, auto_detect=false, header=true, "
+        f"delim={_text(found.delimiter)}, quote={quote}, escape={quote}, nullstr='', strict_mode=true, null_padding=false)"
+    )
+    inner = ", ".join(f"{places[name]} as k{i}" for i, name in enumerate(request.columns))
+    renamed = Request(
+        tuple(f"k{i}" for i in range(len(request.columns))),
+        {f"k{i}": request.bins[name] for i, name in enumerate(request.columns) if name in request.bins},
+        memory=request.memory,
+        report=request.report,
+        meanwhile=request.meanwhile,
+    )
+    try:
+        with _connection(request) as connection, _said(request, paths[0]):
+            types = dict.fromkeys(renamed.columns, "VARCHAR")
+            held = f"(select {inner} from {source}) as log"  # noqa: S608
+            counted = _count(connection, Path(paths[0]).name, held, types, renamed)
+    except InputError:
+        # Whatever is wrong, the CSV reader says on which line; and if nothing is wrong, it reads the file.
+        return read_text(paths, request)
+    if not quoted and delimiters != (len(found.columns) - 1) * (counted.rows + len(paths)):
+        return read_text(paths, request)  # rows with empty cells too many, which DuckDB passes over
+    back = dict(zip(renamed.columns, request.columns, strict=True))
+
+    def find(tally: Tally, position: int) -> str:
+        return _first_line(paths, found.columns, tally, position)
+
+    return Tally(
+        counted.name,
+        {back[key]: codes for key, codes in counted.codes.items()},
+        {back[key]: values for key, values in counted.levels.items()},
+        counted.counts,
+        found.notes,
+        None if request.bins else find,
+    )
+
+
+def _first_line(paths: Sequence[str], columns: Sequence[str], tally: Tally, position: int) -> str:
+    wanted = {columns.index(name): tally.levels[name][codes[position]] or "" for name, codes in tally.codes.items()}
+    return first_row(paths, wanted)
+
+
+def _scan(path: str, delimiter: str) -> tuple[bool, int] | None:
+    """Whether a text has quotation marks, and how many delimiters; None if DuckDB might read it unlike the CSV reader.
+
+    That is so for NUL characters, bytes that are not UTF-8, line ends of several kinds, blank lines before the header, blanks around
+    quoted cells, and empty cells at the end of a row with quotes.
+    """
+    mark = delimiter.encode()
+    suspects = (b' "', b'" ', mark + b"\n", mark + b"\r", mark + b'""\n', mark + b'""\r')
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    quoted = suspect = False
+    delimiters = returns = feeds = pairs = 0
+    last = b""
+    with opened(Path(path)) as file:
+        while block := file.read(BLOCK):
+            try:
+                if decoder.getstate()[0] or not block.isascii():
+                    decoder.decode(block)
+            except UnicodeDecodeError:
+                return None
+            joined = last[-4:] + block
+            if b"\x00" in block or (not last and block.removeprefix(BOM)[:1] in (b"\r", b"\n")):
+                return None
+            quoted = quoted or b'"' in block
+            suspect = suspect or any(part in joined for part in suspects)
+            delimiters += block.count(mark)
+            feeds += block.count(b"\n")
+            if b"\r" in block:
+                returns += block.count(b"\r")
+                pairs += block.count(b"\r\n")
+            pairs += last[-1:] == b"\r" and block[:1] == b"\n"
+            last = block
+    mixed = bool(returns) and not (returns == pairs == feeds or not feeds)
+    suspect = suspect or last.endswith((mark, mark + b'""'))
+    return None if mixed or decoder.getstate()[0] or (quoted and suspect) else (quoted, delimiters)
+
+
+def _types(connection: Any, source: str, columns: Sequence[str]) -> dict[str, str]:
+    """Types of the columns that are wanted."""
+    known = {name: str(kind) for name, kind, *_ in connection.execute(f"describe select * from {source}").fetchall()}  # noqa: S608
+    for name in columns:
+        column(dict.fromkeys(known, ()), name)
+    return {name: known[name] for name in columns}
+
+
+def _share(connection: Any) -> float | None:
+    done = float(connection.query_progress())
+    return done / 100 if 0 <= done <= 100 else None
+
+
+@contextmanager
+def _connection(request: Request, path: str = ":memory:") -> Iterator[Any]:
+    """A connection that loads nothing from elsewhere, and spills into a directory of its own."""
+    spill = tempfile.mkdtemp(prefix="fairaudit-spill-")
+    config: dict[str, Any] = {
+        "temp_directory": spill,
+        "autoinstall_known_extensions": "false",
+        "autoload_known_extensions": "false",
+        "preserve_insertion_order": "false",
+    }
+    if request.memory is not None:
+        config["memory_limit"] = request.memory
+    connection = None
+    try:
+        try:
+            connection = duckdb.connect(path, read_only=path != ":memory:", config=config)
+            connection.execute("set enable_progress_bar = true; set enable_progress_bar_print = false; set perfect_ht_threshold = 20")
+        except duckdb.Error as error:
+            raise InputError(_sentence(error, request)) from None
+        yield connection
+    finally:
+        if connection is not None:
+            connection.close()
+        shutil.rmtree(spill, ignore_errors=True)
+
+
+@contextmanager
+def _said(request: Request, path: str) -> Iterator[None]:
+    """Make one sentence of what the engine complains about."""
+    try:
+        yield
+    except duckdb.InterruptException:
+        raise KeyboardInterrupt from None
+    except duckdb.Error as error:
+        raise InputError(f"{path}: {_sentence(error, request)}") from None
+
+
+def _sentence(error: Exception, request: Request) -> str:
+    text = " ".join(str(error).split("\n\n")[0].split())
+    if isinstance(error, duckdb.OutOfMemoryException):
+        limit = f" within --memory {request.memory}" if request.memory else ""
+        return f"counting needs more memory or temporary space than there is{limit}: {text[:300]}"
+    return f"DuckDB cannot read it: {text[:400]}"
+
+
+def _literal_path(path: str) -> str:
+    """Write a path so that none of its characters is a pattern."""
+    return re.sub(r"([*?\[])", r"[\1]", path)
+
+
+def _text(text: str) -> str:
+    return "'" + text.replace("'", "''") + "'"
+
+
+def _texts(texts: Any) -> str:
+    return "[" + ", ".join(_text(text) for text in texts) + "]"

@@ -1,0 +1,139 @@
+"""Files: which there are, what they hold, and who reads them."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Literal
+
+from fairaudit.columns import Tally
+from fairaudit.exact import InputError, shown
+from fairaudit.tables.binning import apply_bins
+from fairaudit.tables.csv import count_csv
+from fairaudit.tables.engines import Request
+
+__all__ = ["Form", "expand", "form", "read"]
+
+Form = Literal["csv", "json", "parquet", "sqlite", "duckdb"]
+SMALL = 4_000_000
+JSON_NAME = re.compile(r".*\.(jsonl|ndjson|json)(\.(gz|zst))?", re.IGNORECASE)
+
+
+def read(sources: Sequence[str], request: Request, engine: str) -> Tally:
+    """Count the rows of files."""
+    with _regular(expand(sources)) as paths:
+        kinds = {path: form(path) for path in paths}
+        kind = kinds[paths[0]]
+        for path, other in kinds.items():
+            if other != kind:
+                raise InputError(f"{path} is {other} and {paths[0]} is {kind}; files that are read together have one format")
+        if kind in ("sqlite", "duckdb"):
+            raise InputError(f"{paths[0]} is a database; name it as {kind}:{paths[0]}, with a table")
+        for name in ("table", "query"):
+            if getattr(request, name) is not None:
+                raise InputError(f"a {name} goes with a database, such as sqlite:decisions.db; {paths[0]} is {kind}")
+        small = kind == "csv" and sum(Path(path).stat().st_size for path in paths) <= SMALL
+        if engine == "python" and kind != "csv":
+            raise InputError(f"the engine 'python' reads delimited text; {paths[0]} is {kind}")
+        if engine == "python" or (engine == "auto" and small):
+            return read_text(paths, request)
+        from fairaudit.tables.engines import duckdb
+
+        return duckdb.read_files(paths, kind, request)
+
+
+def read_text(paths: Sequence[str], request: Request) -> Tally:
+    """Count the rows of delimited text line by line: what every other reader of such files has to agree with."""
+    told = request.report
+    tally = count_csv(paths, request.columns, None if told is None else lambda rows: told(None, rows))
+    return apply_bins(tally, request.bins)
+
+
+def expand(sources: Sequence[str]) -> list[str]:
+    """List the files that names and patterns stand for.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    paths: list[str] = []
+    for source in sources:
+        if not source:
+            raise InputError("the name of the table is empty; name a CSV file")
+        try:
+            literal = os.path.lexists(source)
+        except ValueError as error:
+            raise InputError(f"{source}: the file cannot be read: {error}") from None
+        if literal or not glob.has_magic(source):
+            paths.append(source)
+            continue
+        found = sorted(path for path in glob.glob(source, recursive=True) if not Path(path).is_dir())  # noqa: PTH207
+        if not found:
+            raise InputError(f"{source}: no file has such a name")
+        paths += found
+    known: set[str] = set()
+    for path in paths:
+        if path in known:
+            raise InputError(f"{path} is named twice; each file is read once")
+        known.add(path)
+    return paths
+
+
+def form(path: str) -> Form:
+    """Say what a file holds, by its first bytes and, for JSON, its name.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            start = file.read(16)
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except IsADirectoryError:
+        pattern = shown(str(Path(path) / "*.parquet"))
+        raise InputError(f"{path}: this is a directory; name a file, or a pattern such as {pattern}") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if start.startswith(b"PAR1") or path.lower().endswith((".parquet", ".parq", ".pq")):
+        return "parquet"
+    if start.startswith(b"SQLite format 3\x00"):
+        return "sqlite"
+    if start[8:12] == b"DUCK":
+        return "duckdb"
+    return "json" if JSON_NAME.fullmatch(path) else "csv"
+
+
+@contextmanager
+def _regular(paths: list[str]) -> Iterator[list[str]]:
+    """Copy what can be read only once (a pipe) into a temporary file, which is removed afterwards."""
+    made: list[str] = []
+    try:
+        listed: list[str] = []
+        for path in paths:
+            try:
+                ordinary = not stat.S_ISFIFO(Path(path).stat().st_mode)
+            except (OSError, ValueError):
+                ordinary = True
+            if not ordinary:
+                handle, path = tempfile.mkstemp(prefix="fairaudit-pipe-")
+                made.append(path)
+                with os.fdopen(handle, "wb") as copy, Path(paths[len(listed)]).open("rb") as pipe:
+                    shutil.copyfileobj(pipe, copy)
+            listed.append(path)
+        yield listed
+    except OSError as error:
+        raise InputError(f"the input cannot be read: {error.strerror or error}") from None
+    finally:
+        for path in made:
+            Path(path).unlink(missing_ok=True)

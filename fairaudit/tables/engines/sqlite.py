@@ -1,0 +1,49 @@
+"""SQLite, by the standard library; the file is opened for reading only."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from urllib.parse import quote
+
+from fairaudit.columns import Tally, column
+from fairaudit.exact import InputError
+from fairaudit.tables.binning import apply_bins
+from fairaudit.tables.engines import Request, attended, database_source
+from fairaudit.tables.sql import count_statement, identifier
+
+__all__ = ["read"]
+
+
+def read(path: str, request: Request) -> Tally:
+    """Count the rows of a table, or of the result of a query, of an SQLite file."""
+    path = path.removeprefix("//")
+    if not Path(path).is_file():
+        raise InputError(f"{path}: there is no such file")
+    source = database_source(request, "sqlite")
+    try:
+        with closing(sqlite3.connect(f"file:{quote(path)}?mode=ro", uri=True, check_same_thread=False)) as connection:
+            # A name that is no column would silently be a text, so names are looked up first.
+            known = [entry[0] for entry in connection.execute(f"select * from {source} limit 0").description]  # noqa: S608
+            for name in request.columns:
+                column(dict.fromkeys(known, ()), name)
+            cut = {name for name in request.bins if _numeric(connection, source, name)}
+            statement = count_statement(request.columns, source, "sqlite", bins={name: request.bins[name] for name in cut})
+
+            def work() -> Tally:
+                return Tally.of(Path(path).name, request.columns, connection.execute(statement))
+
+            tally = attended(work, connection.interrupt, request)
+    except sqlite3.Error as error:
+        raise InputError(f"{path}: SQLite cannot read it: {error}") from None
+    if not len(tally):
+        raise InputError(f"{path}: the table has no rows")
+    return apply_bins(tally, request.bins, cut)
+
+
+def _numeric(connection: sqlite3.Connection, source: str, name: str) -> bool:
+    """Whether a column holds numbers only; SQLite types values, not columns."""
+    held = identifier(name, "sqlite")
+    found = connection.execute(f"select 1 from {source} where typeof({held}) not in ('integer', 'real', 'null') limit 1").fetchone()  # noqa: S608
+    return found is None

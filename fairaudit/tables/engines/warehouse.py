@@ -1,0 +1,53 @@
+"""Warehouses (BigQuery, Snowflake, Trino and others) by ibis (extra `ibis`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+from urllib.parse import urlsplit
+
+from fairaudit.columns import Tally, column
+from fairaudit.exact import InputError, nearest, shown
+from fairaudit.tables.binning import apply_bins
+from fairaudit.tables.engines import Request, attended, database_source
+from fairaudit.tables.sql import DIALECTS, count_statement
+
+__all__ = ["read"]
+
+
+def read(url: str, request: Request) -> Tally:
+    """Count the rows of a table, or of the result of a query, in a warehouse that ibis reaches."""
+    try:
+        import ibis
+    except ImportError:
+        raise InputError("this database needs ibis; install fairaudit-certify[ibis] and its driver, or use --print-sql") from None
+    scheme = urlsplit(url).scheme
+    dialect = {"pyspark": "spark"}.get(scheme, scheme)
+    if dialect not in DIALECTS:
+        raise InputError(f"the database {shown(scheme)} is not known; {nearest(dialect, DIALECTS)}")
+    source = database_source(request, dialect)
+    try:
+        connection = ibis.connect(url)
+        schema = connection.sql(f"select * from {source}").schema()  # noqa: S608
+        for name in request.columns:
+            column(dict.fromkeys(schema.names, ()), name)
+        cut = {name for name in request.bins if schema[name].is_numeric()}
+        statement = count_statement(request.columns, source, dialect, bins={name: request.bins[name] for name in cut})
+
+        def work() -> Tally:
+            return Tally.of(scheme, request.columns, _rows(connection.sql(statement)))
+
+        tally = attended(work, connection.disconnect, request)
+    except (InputError, KeyboardInterrupt, MemoryError):
+        raise
+    except Exception as error:
+        said = " ".join(str(error).split("\n")[0].split())[:300] or type(error).__name__
+        raise InputError(f"{scheme}: {said}") from None
+    if not len(tally):
+        raise InputError(f"{scheme}: the table has no rows")
+    return apply_bins(tally, request.bins, cut)
+
+
+def _rows(result: Any) -> Iterator[tuple[Any, ...]]:
+    for batch in result.to_pyarrow_batches():
+        yield from zip(*(part.to_pylist() for part in batch.columns), strict=True)

@@ -1,0 +1,146 @@
+"""The one statement that counts a log in any SQL engine: distinct rows and how often each occurs. Only cells travel back.
+
+Column and table names are quoted; labels never become part of a statement.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from fairaudit.exact import InputError, nearest, shown
+from fairaudit.tables.binning import RAW, Bins
+
+__all__ = ["COUNT_COLUMN", "DIALECTS", "count_statement", "identifier", "table_name"]
+
+QUOTES = {
+    "bigquery": "`",
+    "duckdb": '"',
+    "postgres": '"',
+    "snowflake": '"',
+    "spark": "`",
+    "sqlite": '"',
+    "trino": '"',
+}
+DIALECTS = tuple(QUOTES)
+COUNT_COLUMN = "row_count"
+LARGEST = "1.7976931348623157E308"
+
+
+def identifier(name: str, dialect: str) -> str:
+    """Quote a column name.
+
+    Raises
+    ------
+    InputError
+        If the dialect is not known, or cannot express the name.
+
+    Examples
+    --------
+    >>> print(identifier("answer", "duckdb"), identifier("a`b", "spark"))
+    "answer" `a``b`
+    """
+    quote = QUOTES.get(dialect)
+    if quote is None:
+        raise InputError(f"the SQL dialect {shown(dialect)} is not known; {nearest(dialect, DIALECTS)}")
+    if not name or "\x00" in name or (dialect == "bigquery" and ("`" in name or "\\" in name)):
+        raise InputError(f"the name {shown(name)} cannot be written in {dialect}; rename it")
+    return quote + name.replace(quote, quote * 2) + quote
+
+
+def table_name(text: str, dialect: str) -> str:
+    """Quote the name of a table: parts separated by points, a part with a point in it between double quotation marks.
+
+    Raises
+    ------
+    InputError
+        If it is not such a name.
+
+    Examples
+    --------
+    >>> print(table_name("logs.decisions", "postgres"), table_name('"a.b"', "spark"))
+    "logs"."decisions" `a.b`
+    """
+    part = r'"(?:[^"]|"")+"|[^".]+'
+    if not re.fullmatch(rf"(?:{part})(?:\.(?:{part}))*", text):
+        raise InputError(f"{shown(text)} is not the name of a table; write it as decisions or schema.decisions")
+    parts = re.findall(part, text)
+    return ".".join(identifier(p[1:-1].replace('""', '"') if p.startswith('"') else p, dialect) for p in parts)
+
+
+def count_statement(
+    columns: Sequence[str],
+    source: str,
+    dialect: str,
+    *,
+    bins: Mapping[str, Bins] | None = None,
+    names: Sequence[str] | None = None,
+    exact_ties: Iterable[str] = (),
+    ordered: bool = False,
+) -> str:
+    """Write the statement that counts equal rows.
+
+    Parameters
+    ----------
+    columns : sequence of str
+        The columns that tell rows apart.
+    source : str
+        What is counted, as it stands after ``from``: a quoted table, a table function, a query in parentheses.
+    dialect : str
+        One of `DIALECTS`.
+    bins : mapping of str to Bins, optional
+        Numeric columns to cut into intervals.
+    names : sequence of str, optional
+        Names of the columns of the result; ``k0, k1, …`` by default.
+    exact_ties : iterable of str
+        Binned columns that hold text (DuckDB only): where rounding to float64 could decide, the text itself travels back.
+    ordered : bool
+        Whether the result is sorted.
+
+    Returns
+    -------
+    str
+        The statement.
+
+    Examples
+    --------
+    >>> print(count_statement(["answer", "sex"], '"log"', "sqlite"))
+    select "k0", "k1", count(*) as "row_count"
+    from (select "answer" as "k0", "sex" as "k1" from "log") as counted
+    group by "k0" collate binary, "k1" collate binary
+    """
+    listed = [identifier(name, dialect) for name in (names or [f"k{i}" for i in range(len(columns))])]
+    collated = " collate binary" if dialect == "sqlite" else ""
+    ties = set(exact_ties)
+    inner = []
+    for name, alias in zip(columns, listed, strict=True):
+        quoted = identifier(name, dialect)
+        if bins and name in bins:
+            quoted = _case_of_text(quoted, bins[name]) if name in ties else _case(quoted, bins[name])
+        inner.append(f"{quoted} as {alias}")
+    keys = ", ".join(f"{alias}{collated}" for alias in listed)
+    counted = f"(select {', '.join(inner)} from {source}) as counted"  # noqa: S608
+    text = f"select {', '.join(listed)}, count(*) as {identifier(COUNT_COLUMN, dialect)}\nfrom {counted}\ngroup by {keys}"
+    return f"{text}\norder by {', '.join(listed)}" if ordered else text
+
+
+def _case(quoted: str, bins: Bins) -> str:
+    """Interval of a numeric column. What is not finite, and orders unlike a number in some engine, gets a label of its own."""
+    whens = [f"when {quoted} < {edge} then '{label}'" for edge, label in zip(bins.edges, bins.labels, strict=False)]
+    last = f"when {quoted} >= {bins.edges[-1]} and {quoted} <= {LARGEST} then '{bins.labels[-1]}'"
+    return (
+        f"case when {quoted} is null then null when {quoted} < -{LARGEST} then '{bins.refused}' {' '.join(whens)} {last} "
+        f"else '{bins.refused}' end"
+    )
+
+
+def _case_of_text(quoted: str, bins: Bins) -> str:
+    """Interval of a text column: by float64 where that is certain, else the text itself, which is then read exactly."""
+    number = f"try_cast({quoted} as double)"
+    plain = f"regexp_full_match({quoted}, '[+-]?[0-9]{{1,300}}([.][0-9]{{0,300}})?([eE][+-]?[0-9]{{1,2}})?')"
+    near = " or ".join(f"{number} = cast('{edge}' as double)" for edge in bins.edges)
+    whens = [f"when {number} < cast('{edge}' as double) then '{label}'" for edge, label in zip(bins.edges, bins.labels, strict=False)]
+    return (
+        f"case when {plain} is null then null when not {plain} or {number} is null or {near} then '{RAW}' || {quoted} "
+        f"{' '.join(whens)} else '{bins.labels[-1]}' end"
+    )

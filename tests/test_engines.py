@@ -1,0 +1,536 @@
+"""Logs of any size: every engine counts the same rows, and bad input is one sentence wherever it is found."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import json
+import lzma
+import sqlite3
+from collections import Counter
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fairaudit import InputError, Law, Utility, certify
+from fairaudit.cli import main
+from fairaudit.columns import Tally
+from fairaudit.tables.binning import Bins
+from fairaudit.tables.engines import read_log
+from fairaudit.tables.sql import DIALECTS, count_statement, identifier, table_name
+
+COLUMNS = ("dept", "sex", "answer")
+LABELS = ("answer", "sex")
+
+
+def log(rows: int = 400, seed: int = 1) -> list[dict[str, Any]]:
+    """A log with repeated rows; every column is text but age, which is a whole number."""
+    generator = np.random.default_rng(seed)
+    answers = generator.choice(["yes", "no", "maybe, later"], rows)
+    return [
+        {"answer": str(u), "sex": str(a), "dept": str(x), "age": int(age), "run": int(i // 7)}
+        for i, (u, a, x, age) in enumerate(
+            zip(
+                answers,
+                generator.choice(["f", "m"], rows),
+                generator.choice(["x", "ü", "=z"], rows),
+                generator.integers(15, 80, rows),
+                strict=True,
+            )
+        )
+    ]
+
+
+def as_csv(rows: list[dict[str, Any]]) -> str:
+    def cell(value: Any) -> str:
+        text = str(value)
+        return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n') else text
+
+    return "\n".join([",".join(rows[0]), *(",".join(map(cell, row.values())) for row in rows)]) + "\n"
+
+
+def counts(tally: Tally) -> Counter[tuple[Any, ...]]:
+    """What a tally says, whatever the order of its rows."""
+    found: Counter[tuple[Any, ...]] = Counter()
+    for row, n in zip(zip(*(tally[name] for name in tally.columns), strict=True), tally.counts.tolist(), strict=True):
+        found[row] += n
+    return found
+
+
+def certificate(tally: Any, **options: Any) -> str:
+    law = Law.from_log(tally, decision="answer", group="sex", context=["dept", "age"] if options.pop("age", False) else "dept", **options)
+    return certify(law, {"yes": 1, "maybe, later": "0.5"}).certificate.text
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """One log in all kinds of files; name to what `read_log` takes."""
+    import duckdb
+
+    folder = tmp_path_factory.mktemp("logs")
+    rows = log()
+    text = as_csv(rows).encode()
+    (folder / "log.csv").write_bytes(text)
+    (folder / "log.csv.gz").write_bytes(gzip.compress(text))
+    (folder / "log.csv.bz2").write_bytes(bz2.compress(text))
+    (folder / "log.csv.xz").write_bytes(lzma.compress(text))
+    lines = "".join(json.dumps(row) + "\n" for row in rows)
+    (folder / "log.jsonl").write_text(lines)
+    (folder / "log.jsonl.gz").write_bytes(gzip.compress(lines.encode()))
+    half = len(rows) // 2
+    for number, part in enumerate((rows[:half], rows[half:])):
+        (folder / f"part{number}.csv").write_text(as_csv(part))
+    quoted = str(folder).replace("'", "''")
+    types = "{'answer': 'VARCHAR', 'sex': 'VARCHAR', 'dept': 'VARCHAR', 'age': 'BIGINT', 'run': 'BIGINT'}"
+    source = f"from read_csv('{quoted}/log.csv', header=true, columns={types})"
+    duckdb.sql(f"copy (select * {source}) to '{quoted}/log.parquet'")
+    duckdb.sql(f"copy (select * {source} limit {half}) to '{quoted}/p0.parquet'")
+    duckdb.sql(f"copy (select * {source} offset {half}) to '{quoted}/p1.parquet'")
+    with duckdb.connect(str(folder / "log.duckdb")) as connection:
+        connection.execute(f'create table "Log of ""all""" as select * {source}')
+    with sqlite3.connect(folder / "log.db") as database:
+        database.execute('create table decisions ("answer" text collate nocase, sex, dept, age, run)')
+        database.executemany("insert into decisions values (:answer, :sex, :dept, :age, :run)", rows)
+    database.close()
+    names = ("log.csv", "log.csv.gz", "log.csv.bz2", "log.csv.xz", "log.jsonl", "log.jsonl.gz", "log.parquet", "part*.csv", "p?.parquet")
+    return {name: str(folder / name) for name in (*names, "log.db", "log.duckdb")}
+
+
+SOURCES = ("log.csv", "log.csv.gz", "log.csv.bz2", "log.csv.xz", "log.jsonl", "log.jsonl.gz", "log.parquet", "part*.csv", "p?.parquet")
+
+
+@pytest.mark.parametrize("name", SOURCES)
+@pytest.mark.parametrize("engine", ["auto", "duckdb"])
+def test_every_file_gives_the_certificate_of_the_rows(files: dict[str, str], name: str, engine: str) -> None:
+    rows = log()
+    plain = {column: [row[column] for row in rows] for column in rows[0]}
+    assert certificate(read_log(files[name], COLUMNS, engine=engine)) == certificate(plain)
+    units = [certificate(t, unit="run") for t in (read_log(files[name], (*COLUMNS, "run"), engine=engine), plain)]
+    assert units[0] == units[1]
+    bins = {"age": [18, 30, "45", 65.0]}
+    binned = read_log(files[name], (*COLUMNS, "age"), bins=bins, engine=engine)
+    assert binned.rows == len(rows)
+    cut = {**plain, "age": [Bins.of("age", bins["age"]).label_of(age) for age in plain["age"]]}
+    assert certificate(binned, age=True) == certificate(cut, age=True)
+
+
+@pytest.mark.parametrize(
+    ("url", "options"),
+    [
+        ("sqlite:{log.db}", {"table": "decisions"}),
+        ("sqlite:{log.db}", {"query": "select * from decisions where 1 = 1;"}),
+        ("duckdb:{log.duckdb}", {"table": '"Log of ""all"""'}),
+        ("duckdb:{log.duckdb}", {"query": 'select * from "Log of ""all""" -- all of them'}),
+    ],
+)
+def test_embedded_databases(files: dict[str, str], url: str, options: dict[str, str]) -> None:
+    for name, path in files.items():
+        url = url.replace(f"{{{name}}}", path)
+    rows = log()
+    plain = {column: [row[column] for row in rows] for column in rows[0]}
+    assert certificate(read_log(url, COLUMNS, **options)) == certificate(plain)
+    bins = {"age": [18, 45]}
+    assert counts(read_log(url, ("age", *COLUMNS), bins=bins, **options)) == counts(
+        read_log(files["log.csv"], ("age", *COLUMNS), bins=bins)
+    )
+
+
+def test_collations_do_not_merge_labels(tmp_path: Path) -> None:
+    path = tmp_path / "t.db"
+    with sqlite3.connect(path) as database:
+        database.execute("create table t (u text collate nocase, a text collate rtrim)")
+        database.executemany("insert into t values (?, ?)", [("Yes", "f"), ("yes", "f "), ("YES", "f")])
+    database.close()
+    assert counts(read_log(f"sqlite:{path}", ["u", "a"], table="t")) == Counter({("Yes", "f"): 1, ("yes", "f "): 1, ("YES", "f"): 1})
+
+
+def test_a_column_that_is_not_there_is_no_text_in_sqlite(files: dict[str, str]) -> None:
+    with pytest.raises(InputError, match="there is no column 'gender'"):
+        read_log(f"sqlite:{files['log.db']}", ["answer", "gender"], table="decisions")
+
+
+CELLS = st.sampled_from(
+    (
+        "yes",
+        "no",
+        "",
+        " ",
+        '"',
+        '"yes"',
+        '""',
+        ' "yes"',
+        '"yes" ',
+        '"a,b"',
+        '"a\nb"',
+        "é",
+        "\x85",
+        "a'b",
+        "\\",
+        "=1",
+        "NULL",
+        "\x00",
+        "x" * 40,
+    )
+)
+ENDS = st.sampled_from(("\n", "\n", "\n", "\r\n", "\r", "\n\n", ",\n", ',""\n', " \n", ",x\n"))
+
+
+@given(st.data())
+def test_duckdb_reads_text_as_the_csv_reader_does(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    """Odd quotes, blanks, line ends and widths: the same counts, or the same refusal."""
+    width = data.draw(st.integers(2, 3))
+    end = data.draw(st.one_of(st.just("\n"), st.just("\r\n"), st.none()))
+    rows = data.draw(st.lists(st.lists(CELLS, min_size=width, max_size=width), max_size=6))
+    parts = [data.draw(st.sampled_from(("", "", "", "\ufeff", "\n"))), ",".join("abc"[:width]), end or "\n"]
+    for row in rows:
+        parts += [",".join(row), end or data.draw(ENDS)]
+    path = tmp_path_factory.getbasetemp() / "odd.csv"
+    path.write_bytes("".join(parts).encode())
+    outcomes = []
+    for engine in ("python", "duckdb"):
+        try:
+            tally = read_log(path, ["b", "a"], engine=engine)
+            # A cell without text is missing, however it is written.
+            found = Counter()
+            for row, n in counts(tally).items():
+                found[tuple(cell or None for cell in row)] += n
+            outcomes.append(found)
+        except InputError as error:
+            outcomes.append(str(error))
+    assert outcomes[0] == outcomes[1]
+
+
+NUMBERS = st.one_of(
+    st.integers(-5, 100).map(str),
+    st.decimals(-5, 100, places=3).map(str),
+    st.sampled_from(
+        (
+            "18",
+            "18.0",
+            "1.8e1",
+            "17.99999999999999999999",
+            "18.00000000000000000001",
+            "0.3",
+            "0.29999999999999999999",
+            " 30",
+            "1/3",
+            "",
+            "-0",
+            "1e400",
+            "1e-400",
+        )
+    ),
+)
+
+
+@given(st.lists(NUMBERS, min_size=1, max_size=12))
+def test_intervals_are_exact(tmp_path_factory: pytest.TempPathFactory, cells: list[str]) -> None:
+    """Texts next to an edge are not rounded onto it, in either reader."""
+    path = tmp_path_factory.getbasetemp() / "numbers.csv"
+    path.write_text("age,u\n" + "".join(f"{cell},y\n" for cell in cells))
+    edges = ["0", "0.3", "18", "65"]
+    labels = ("under 0", "0 to under 0.3", "0.3 to under 18", "18 to under 65", "65 and over")
+
+    def interval(cell: str) -> str | None:
+        return labels[sum(Fraction(cell.strip()) >= Fraction(edge) for edge in edges)] if cell else None
+
+    expected = Counter((interval(cell),) for cell in cells)
+    for engine in ("python", "duckdb"):
+        assert counts(read_log(path, ["age"], bins={"age": edges}, engine=engine)) == expected
+
+
+@pytest.mark.parametrize("engine", ["python", "duckdb"])
+def test_an_interval_needs_numbers(tmp_path: Path, engine: str) -> None:
+    path = tmp_path / "t.csv"
+    for cell in ("old", "nan", "inf", "0x10", "1_000", "=30", "30 to under 65"):
+        path.write_text(f"age,u\n30,y\n{cell},n\n30,y\n")
+        with pytest.raises(InputError, match=r"column 'age', line 3: .* is not a number such as .*; intervals need numbers"):
+            read_log(path, ["age", "u"], bins={"age": [18, 65]}, engine=engine)
+
+
+def test_values_that_are_not_finite_are_in_no_interval(tmp_path: Path) -> None:
+    import duckdb
+
+    path = tmp_path / "t.parquet"
+    for value in ("nan", "inf", "-inf"):
+        duckdb.sql(f"copy (select unnest([1.5, '{value}'::double, null]) as age, 'y' as u) to '{path}'")
+        with pytest.raises(InputError, match=r"column 'age'.*infinite or not numbers"):
+            read_log(path, ["age", "u"], bins={"age": [18]})
+
+
+@pytest.mark.parametrize(
+    ("edges", "words"), [([], "no edge"), ([3, 3], "must rise"), (["x"], "not a number"), (["1/3"], "decimals"), ([float("nan")], "edge")]
+)
+def test_edges(edges: list[Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Bins.of("age", edges)
+
+
+def run(*words: object) -> int:
+    return main([str(word) for word in words])
+
+
+COMMAND = ("--decision", "answer", "--group", "sex", "--context", "dept", "--utility", "yes")
+
+
+def test_the_command_line_reads_every_source(files: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Several files, patterns, databases and engines: one certificate."""
+    folder = Path(files["log.csv"]).parent
+    texts = set()
+    for words in (
+        [files["log.csv"]],
+        [files["log.csv"], "--engine", "duckdb"],
+        [files["log.parquet"]],
+        [files["part*.csv"]],
+        [folder / "part0.csv", folder / "part1.csv"],
+        [f"sqlite:{files['log.db']}", "--table", "decisions"],
+        [f"duckdb:{files['log.duckdb']}", "--query", 'select * from "Log of ""all"""'],
+    ):
+        out = tmp_path / "c.json"
+        assert run("certify", *words, *COMMAND, "-o", out) == 0, capsys.readouterr().err
+        texts.add(out.read_text())
+    assert len(texts) == 1
+    capsys.readouterr()
+
+
+def test_intervals_on_the_command_line(files: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    for group, context, expected in (("sex", "dept,age:18,30,65", ("dept", "age")), ("age:18,sex", "dept", ("dept",))):
+        assert run(
+            "certify",
+            files["log.parquet"],
+            "--decision=answer",
+            f"--group={group}",
+            f"--context={context}",
+            "--utility=yes",
+            "--format=json",
+        ) in (0, 3)
+        document = json.loads(capsys.readouterr().out)["certificate"]
+        assert tuple(document["subject"]["columns"]["context"]) == expected
+        header = document["subject"]["table"]["header"]
+        labels = [label[-1] for label in header["contexts"]] if "age" in expected else [label[0] for label in header["groups"]]
+        assert set(labels) == (
+            {"under 18", "18 to under 30", "30 to under 65", "65 and over"} if "age" in expected else {"under 18", "18 and over"}
+        )
+
+
+def test_a_utility_column_comes_back_exact(tmp_path: Path) -> None:
+    rows = log()
+    text = {"yes": "0.1", "no": "0", "maybe, later": "1/3"}
+    (tmp_path / "t.csv").write_text(as_csv([{**row, "worth": text[row["answer"]]} for row in rows]))
+    tally = read_log(tmp_path / "t.csv", (*COLUMNS, "worth"), engine="duckdb")
+    utility = Utility.from_table(tally, utility="worth", decision="answer", group="sex", context="dept")
+    assert utility.values == {"yes": Fraction(1, 10), "no": 0, "maybe, later": Fraction(1, 3)}
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_print_sql(dialect: str, capsys: pytest.CaptureFixture[str]) -> None:
+    words = (
+        "certify",
+        "--print-sql",
+        dialect,
+        "--table",
+        "s.decisions",
+        "--decision",
+        "answer",
+        "--group",
+        "sex",
+        "--context",
+        "age:18,30",
+        "--utility=yes",
+    )
+    assert run(*words) == 0
+    out = capsys.readouterr().out
+    quote = "`" if dialect in ("spark", "bigquery") else '"'
+    assert f"{quote}s{quote}.{quote}decisions{quote}" in out
+    assert "--count row_count" in out and "then '18 to under 30'" in out
+
+
+def test_the_printed_statement_runs_and_its_result_is_read_back(
+    files: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import csv
+    import shlex
+
+    import duckdb
+
+    options = ("--decision", "answer", "--group", "sex", "--context", "dept,age:18,30", "--utility", "yes=1,maybe\\, later=1")
+    options = (*options[:-1], 'yes=1,"maybe, later"=1')
+    results = []
+    for dialect, path in (("duckdb", files["log.parquet"]), ("sqlite", files["log.db"])):
+        query = ("--query", f"select * from '{path}'") if dialect == "duckdb" else ("--table", "decisions")
+        assert run("certify", "--print-sql", dialect, *query, *options) == 0
+        comment, _, statement = capsys.readouterr().out.partition("\n")
+        if dialect == "duckdb":
+            result = duckdb.sql(statement)
+            header, rows = result.columns, result.fetchall()
+        else:
+            with sqlite3.connect(path) as database:
+                cursor = database.execute(statement)
+                header, rows = [entry[0] for entry in cursor.description], cursor.fetchall()
+            database.close()
+        with (tmp_path / "result.csv").open("w", newline="") as file:
+            csv.writer(file).writerows([header, *rows])
+        command = shlex.split(comment.partition("then: ")[2])[1:]
+        command[1] = str(tmp_path / "result.csv")
+        assert main([*command, "--format=json"]) in (0, 3)
+        results.append(json.loads(capsys.readouterr().out)["certificate"]["metrics"]["local"]["ratio"])
+    assert run("certify", files["log.csv"], *options, "--format=json") in (0, 3)
+    assert {json.loads(capsys.readouterr().out)["certificate"]["metrics"]["local"]["ratio"]} == set(results)
+
+
+NAMES = st.text(st.characters(exclude_characters="\x00", exclude_categories=["Cs"]), min_size=1, max_size=8)
+
+
+@given(st.lists(NAMES, min_size=1, max_size=3, unique_by=lambda name: name.lower()), st.text(max_size=8))
+def test_names_and_labels_are_no_sql(names: list[str], label: str) -> None:
+    """Quotes, comments and semicolons in names of columns and tables, and in labels, stay what they are."""
+    with sqlite3.connect(":memory:") as database:
+        held = ", ".join(identifier(name, "sqlite") for name in names)
+        table = identifier(names[0] + "'; drop table x", "sqlite")
+        database.execute(f"create table {table} ({held})")
+        value = label.encode("utf-8", "replace").decode().replace("\x00", "")
+        database.execute(f"insert into {table} values ({', '.join('?' * len(names))})", [value] * len(names))
+        found = database.execute(count_statement(names, table, "sqlite")).fetchall()
+    database.close()
+    assert found == [(*[value] * len(names), 1)]
+
+
+@pytest.mark.parametrize("text", ["", ".", "a.", "a b; drop", 'a"b', '"a'])
+def test_names_of_tables(text: str) -> None:
+    if text == "a b; drop":
+        assert table_name(text, "duckdb") == '"a b; drop"'
+        return
+    with pytest.raises(InputError):
+        table_name(text, "duckdb")
+
+
+def bad_line(path: Path, line: str, rows: int) -> Path:
+    """A log with one bad line among many."""
+    good = b"yes,f,x,1\nno,m,x,2\nno,f,y,3\nyes,m,y,4\n"
+    half = rows // 8
+    path.write_bytes(b"answer,sex,dept,age\n" + good * half + line.encode("utf-8", "surrogateescape") + b"\n" + good * half)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("yes,f,x", "has 3 cells where the header has 4"),
+        ("yes,f,x,1,2", "has 5 cells where the header has 4"),
+        ("yes,f,x,1,", "has 5 cells where the header has 4"),
+        ("yes,f,x,1,,,", "has 7 cells where the header has 4"),
+        ('yes,"f"x,x,1', "text follows the end of a quoted cell"),
+        ("yes,f,x,\udcff", "is not UTF-8 (byte 0xff)"),
+        ("yes,f,x,\x00", "has a NUL character"),
+        ("yes,,x,1", "the label is missing (1 in all)"),
+    ],
+)
+@pytest.mark.parametrize("engine", ["duckdb", "python"])
+def test_one_bad_line_among_many_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], line: str, words: str, engine: str) -> None:
+    path = bad_line(tmp_path / "log.csv", line, 40_000)
+    before = sorted(tmp_path.iterdir())
+    assert run("certify", path, *COMMAND, "--engine", engine, "-o", tmp_path / "c.json") == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1 and words in err
+    assert "line 20002" in err
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def _cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-3])
+
+
+def _scribble(path: Path) -> None:
+    data = bytearray(path.read_bytes())
+    data[4:400] = b"\xff" * 396
+    path.write_bytes(bytes(data))
+
+
+def _footer(path: Path) -> None:
+    data = path.read_bytes()
+    start = len(data) - 8 - int.from_bytes(data[-8:-4], "little")
+    path.write_bytes(data[:start] + b"\xff" * 32 + data[start + 32 :])
+
+
+@pytest.mark.parametrize("spoil", [_cut, _scribble, _footer])
+def test_damaged_parquet_is_refused(
+    files: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str], spoil: Callable[[Path], None]
+) -> None:
+    path = tmp_path / "log.parquet"
+    path.write_bytes(Path(files["log.parquet"]).read_bytes())
+    spoil(path)
+    assert run("certify", path, *COMMAND, "-o", tmp_path / "c.json") == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1 and err.startswith("fairaudit: ")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["log.parquet"]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ('{"answer": "yes", "sex": "f", "dept": "x"}\n{"answer": "no", "sex"\n', "line 2"),
+        ('{"answer": "yes", "sex": 1, "dept": "x"}\n{"answer": "no", "sex": "1", "dept": "x"}\n', "different values with the same text"),
+        ('{"answer": "yes", "sex": {"a": 1}, "dept": "x"}\n', "a label is a text, a number or a truth value"),
+        ('{"answer": "yes", "sex": "f"}\n', "there is no column 'dept'"),
+        ('{"answer": "yes", "sex": "f", "dept": "x"}\n{"answer": "no", "dept": "x"}\n', "the label is missing"),
+        ('{"answer": "yes", "sex": "\\ud800", "dept": "x"}\n', "fairaudit: "),
+        ("", "fairaudit: "),
+        ("[1, 2]\n", "fairaudit: "),
+    ],
+)
+def test_json_lines_that_do_not_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, words: str) -> None:
+    path = tmp_path / "log.jsonl"
+    path.write_text(content)
+    assert run("certify", path, *COMMAND, "-o", tmp_path / "c.json") == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1 and words in err
+    assert [entry.name for entry in tmp_path.iterdir()] == ["log.jsonl"]
+
+
+def test_files_that_do_not_belong_together(files: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import duckdb
+
+    other = tmp_path / "other.csv"
+    other.write_text("answer,sex,age\nyes,f,1\n")
+    dangling = tmp_path / "z.parquet"
+    dangling.symlink_to(tmp_path / "gone.parquet")
+    (tmp_path / "a.parquet").write_bytes(Path(files["log.parquet"]).read_bytes())
+    mixed = tmp_path / "mixed"
+    mixed.mkdir()
+    duckdb.sql(f"copy (select 'yes' as answer, 1 as sex, 'x' as dept) to '{mixed}/1.parquet'")
+    duckdb.sql(f"copy (select 'yes' as answer, 'f' as sex, 'x' as dept) to '{mixed}/2.parquet'")
+    for words, said in (
+        ([files["log.csv"], other], "the header line differs"),
+        ([files["log.csv"], other, "--engine=duckdb"], "the header line differs"),
+        ([files["log.csv"], files["log.parquet"]], "one format"),
+        ([tmp_path / "none*.parquet"], "no file has such a name"),
+        ([tmp_path / "*.parquet"], "there is no such file"),
+        ([files["log.csv"], files["log.csv"]], "named twice"),
+        ([mixed / "*.parquet"], "DuckDB cannot read it"),
+        ([tmp_path], "this is a directory"),
+        ([files["log.db"]], "is a database"),
+        ([f"sqlite:{files['log.db']}"], "--table"),
+        ([f"sqlite:{files['log.db']}", "--table", "nothing"], "no such table"),
+        ([f"sqlite:{tmp_path}/none.db", "--table", "t"], "there is no such file"),
+        ([f"duckdb:{tmp_path}/none.db", "--table", "t"], "there is no such file"),
+        ([files["log.csv"], "--table", "t"], "goes with a database"),
+        (["oracle://me:secret@host/db", "--table", "t"], "fairaudit: "),
+    ):
+        assert run("certify", *words, *COMMAND, "-o", tmp_path / "c.json") == 2
+        out, err = capsys.readouterr()
+        assert out == "" and err.count("\n") == 1 and said in err, (words, err)
+        assert "secret" not in err
+    assert not (tmp_path / "c.json").exists()
+
+
+def test_patterns_in_names_are_not_patterns(tmp_path: Path) -> None:
+    for name in ("a[1].csv", "a*.csv", "a?.csv", "it's.csv", "a;b.csv"):
+        path = tmp_path / name
+        path.write_text("u,a\ny,f\n")
+        assert read_log(path, ["u", "a"], engine="duckdb").rows == 1
