@@ -1,0 +1,172 @@
+"""Frames count their own rows: every library, eager or lazy, gives the law of the plain columns."""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Callable, Iterator
+from decimal import Decimal
+from typing import Any
+
+import pytest
+from test_engines import counts, log
+
+from fairaudit import InputError, Law, certify
+from fairaudit.columns import Tally
+from fairaudit.tables.engines import read_log
+from fairaudit.tables.frames import tally_frame
+
+ROWS = [
+    {
+        **row,
+        "score": row["age"] / 4,
+        "senior": row["age"] > 40,
+        "day": dt.date(2026, 1, 1 + row["age"] % 3),
+        "price": Decimal(row["age"]) / 10,
+    }
+    for row in log()
+]
+PLAIN = {name: [row[name] for row in ROWS] for name in ROWS[0]}
+
+
+def pandas_frame() -> Any:
+    import pandas as pd
+
+    return pd.DataFrame(PLAIN)
+
+
+def pandas_objects() -> Any:
+    return pandas_frame().astype(object)
+
+
+def pandas_categories() -> Any:
+    return pandas_frame().astype({"answer": "category", "sex": "category"})
+
+
+def polars_frame() -> Any:
+    import polars as pl
+
+    return pl.DataFrame(PLAIN)
+
+
+def polars_lazy() -> Any:
+    import polars as pl
+
+    return pl.LazyFrame(PLAIN).with_columns(pl.col("sex").cast(pl.Categorical))
+
+
+def arrow_table() -> Any:
+    import pyarrow as pa
+
+    return pa.table(PLAIN)
+
+
+def duckdb_relation() -> Any:
+    import duckdb
+
+    arrow = arrow_table()
+    return duckdb.from_arrow(arrow)
+
+
+FRAMES = [pandas_frame, pandas_objects, pandas_categories, polars_frame, polars_lazy, arrow_table, duckdb_relation]
+
+
+@pytest.mark.parametrize("make", FRAMES, ids=lambda make: make.__name__)
+@pytest.mark.parametrize(
+    ("group", "context"), [("sex", "dept"), ("senior", ["day", "dept"]), ("score", None), ("price", "sex"), (["sex", "dept"], "age")]
+)
+def test_a_frame_is_the_log_of_its_rows(make: Callable[[], Any], group: Any, context: Any) -> None:
+    one, two = (Law.from_log(table, decision="answer", group=group, context=context, unit="run") for table in (make(), PLAIN))
+    assert certify(one, {"yes": 1}).certificate.text == certify(two, {"yes": 1}).certificate.text
+    assert one.units == two.units
+
+
+@pytest.mark.parametrize("make", FRAMES, ids=lambda make: make.__name__)
+def test_a_frame_is_cut_into_intervals(make: Callable[[], Any]) -> None:
+    expected = counts(Tally.of("t", ["x", "age"], [(row["dept"], row["age"], 1) for row in ROWS]))
+    found = read_log(make(), ["dept", "age", "score"], bins={"age": [18, 40], "score": [5.25, "10"]})
+    assert found.rows == len(ROWS) == sum(expected.values())
+    labels = [
+        (
+            "under 18" if r["age"] < 18 else "18 to under 40" if r["age"] < 40 else "40 and over",
+            "under 5.25" if r["score"] < 5.25 else "5.25 to under 10" if r["score"] < 10 else "10 and over",
+            r["dept"],
+        )
+        for r in ROWS
+    ]
+    assert counts(found) == {(x, age, score): labels.count((age, score, x)) for age, score, x in labels}
+
+
+def missing_frames() -> Iterator[Any]:
+    import numpy as np
+    import pandas as pd
+    import polars as pl
+    import pyarrow as pa
+
+    columns: dict[str, Any] = {"u": ["y", "n", "y", "n", "y"], "a": ["f", "m", "f", None, "m"], "x": [1.5, 2.5, 1.5, 1.5, None]}
+    yield columns
+    yield pd.DataFrame(columns)
+    yield pd.DataFrame(columns).convert_dtypes()
+    yield pd.DataFrame({**columns, "a": np.array(columns["a"], dtype=object)})
+    yield pl.DataFrame(columns)
+    yield pl.LazyFrame(columns).with_columns(pl.col("x").fill_null(float("nan")))
+    yield pa.table(columns)
+
+
+@pytest.mark.parametrize("frame", list(missing_frames()), ids=range(7))
+def test_missing_labels_are_missing_in_every_library(frame: Any) -> None:
+    names = {"decision": "u", "group": "a", "context": "x"}
+    with pytest.raises(InputError, match=r"the label is missing \(1 in all\)"):
+        Law.from_log(frame, **names)
+    dropped = Law.from_log(frame, **names, missing="drop")
+    assert dropped.notes == ("2 of 5 rows have a missing label and were left out",)
+    assert dropped.weights.tolist() == [[0, 2], [1, 0]]
+    assert Law.from_log(frame, **names, missing="group").groups == (("(missing)",), ("f",), ("m",))
+
+
+def test_values_that_libraries_take_for_equal_stay_apart() -> None:
+    """1, 1.0 and True are equal in Python and different labels here."""
+    import pandas as pd
+
+    columns = {"u": ["y", "n", "y"], "a": [1, True, "x"]}
+    frame = pd.DataFrame(columns, dtype=object)
+    assert tally_frame(frame, ["u", "a"]) is None
+    assert Law.from_log(frame, decision="u", group="a").groups == (("1",), ("True",), ("x",))
+    with pytest.raises(InputError, match="different values with the same text"):
+        Law.from_log(pd.DataFrame({"u": ["y", "n"], "a": [1, "1"]}, dtype=object), decision="u", group="a")
+
+
+def test_frames_say_what_is_wrong_with_them() -> None:
+    import pandas as pd
+    import polars as pl
+    import pyarrow as pa
+
+    with pytest.raises(InputError, match="there is no column 'b'; known: 'u', 'a'"):
+        Law.from_log(pl.LazyFrame({"u": ["y"], "a": ["f"]}), decision="u", group="b")
+    with pytest.raises(InputError, match="occurs more than once"):
+        Law.from_log(pd.DataFrame([["y", "f", "m"]], columns=["u", "a", "a"]), decision="u", group="a")
+    with pytest.raises(InputError, match="is not a label"):
+        Law.from_log(pl.DataFrame({"u": ["y", "n"], "a": [[1], [2]]}), decision="u", group="a")
+    with pytest.raises(InputError, match="no rows"):
+        Law.from_log(pa.table({"u": pa.array([], pa.string()), "a": pa.array([], pa.string())}), decision="u", group="a")
+    with pytest.raises(InputError, match=r"cannot be (counted|read)"):
+        Law.from_log(pl.scan_csv("/nowhere/at/all.csv"), decision="u", group="a")
+    with pytest.raises(InputError, match="cannot be read from a dict"):
+        read_log({"u": ["y"]}, ["u"])
+    with pytest.raises(InputError, match="goes with a database"):
+        read_log(pl.DataFrame({"u": ["y"]}), ["u"], table="t")
+
+
+def test_a_count_column_of_that_name_is_no_trouble() -> None:
+    import polars as pl
+
+    found = read_log(pl.DataFrame({"row_count": ["y", "y"], "a": [1, 2]}), ["row_count"])
+    assert counts(found) == {("y",): 2}
+
+
+def test_repeated_use_of_a_frame_does_not_change_it() -> None:
+    import pandas as pd
+
+    frame = pandas_frame()
+    before = frame.copy()
+    read_log(frame, ["age", "sex"], bins={"age": [18]})
+    pd.testing.assert_frame_equal(frame, before)
