@@ -74,42 +74,42 @@ Variable R : realFieldType.
 Local Open Scope ring_scope.
 
 (* an integer as an element of the field *)
-Definition real (z : Z) : R := (int_of_Z z)%:~R.
+Definition embed (z : Z) : R := (int_of_Z z)%:~R.
 
-Lemma realD a b : real (Z.add a b) = real a + real b.
-Proof. by rewrite /real -[Z.add a b]/(a + b) !rmorphD. Qed.
+Lemma embedD a b : embed (Z.add a b) = embed a + embed b.
+Proof. by rewrite /embed -[Z.add a b]/(a + b) !rmorphD. Qed.
 
-Lemma realM a b : real (Z.mul a b) = real a * real b.
-Proof. by rewrite /real -[Z.mul a b]/(a * b) !rmorphM. Qed.
+Lemma embedM a b : embed (Z.mul a b) = embed a * embed b.
+Proof. by rewrite /embed -[Z.mul a b]/(a * b) !rmorphM. Qed.
 
-Lemma realN a : real (Z.opp a) = - real a.
-Proof. by rewrite /real -[Z.opp a]/(- a) !rmorphN. Qed.
+Lemma embedN a : embed (Z.opp a) = - embed a.
+Proof. by rewrite /embed -[Z.opp a]/(- a) !rmorphN. Qed.
 
-Lemma real0 : real Z0 = 0. Proof. by []. Qed.
-Lemma real1 : real (Zpos xH) = 1. Proof. by []. Qed.
+Lemma embed0 : embed Z0 = 0. Proof. by []. Qed.
+Lemma embed1 : embed (Zpos xH) = 1. Proof. by []. Qed.
 
-Lemma real_ge0 a : Z.leb Z0 a -> 0 <= real a.
-Proof. by case: a => // p _; rewrite /real /= ler0n. Qed.
+Lemma embed_ge0 a : Z.leb Z0 a -> 0 <= embed a.
+Proof. by case: a => // p _; rewrite /embed /= ler0n. Qed.
 
-Lemma real_gt0 a : Z.ltb Z0 a -> 0 < real a.
-Proof. case: a => // p _; rewrite /real /= ltr0n; apply/ssrnat.ltP; exact: Pos2Nat.is_pos. Qed.
+Lemma embed_gt0 a : Z.ltb Z0 a -> 0 < embed a.
+Proof. case: a => // p _; rewrite /embed /= ltr0n; apply/ssrnat.ltP; exact: Pos2Nat.is_pos. Qed.
 
-Lemma real_pos p : 0 < real (Zpos p). Proof. exact: real_gt0. Qed.
+Lemma embed_pos p : 0 < embed (Zpos p). Proof. exact: embed_gt0. Qed.
 
-Lemma real_le0 a : Z.leb a Z0 -> real a <= 0.
+Lemma embed_le0 a : Z.leb a Z0 -> embed a <= 0.
 Proof.
-move=> /Z.leb_le /Z.opp_nonneg_nonpos /Z.leb_le /real_ge0.
-by rewrite realN oppr_ge0.
+move=> /Z.leb_le /Z.opp_nonneg_nonpos /Z.leb_le /embed_ge0.
+by rewrite embedN oppr_ge0.
 Qed.
 
-Lemma real_le a b : Z.leb a b -> real a <= real b.
+Lemma embed_le a b : Z.leb a b -> embed a <= embed b.
 Proof.
-move=> /Z.leb_le /Zle_minus_le_0 /Z.leb_le /real_ge0.
-by rewrite -Z.add_opp_r realD realN subr_ge0.
+move=> /Z.leb_le /Zle_minus_le_0 /Z.leb_le /embed_ge0.
+by rewrite -Z.add_opp_r embedD embedN subr_ge0.
 Qed.
 End Meaning.
 
-Arguments real {R} z : simpl never.
+Arguments embed {R} z : simpl never.
 
 Section Soundness.
 Variables (R : realFieldType) (var : eqType) (same before : var -> var -> bool).
@@ -118,48 +118,48 @@ Local Open Scope ring_scope.
 Variable v : var -> R. (* a point *)
 
 (* The value of a row at the point. *)
-Definition sum_at (ts : list (var * Z)) : R := \sum_(t <- ts) real t.2 * v t.1.
-Definition value_at (r : row var) : R := sum_at (terms r) + real (constant r).
+Definition sum_at (ts : list (var * Z)) : R := \sum_(t <- ts) embed t.2 * v t.1.
+Definition value_at (r : row var) : R := sum_at (terms r) + embed (constant r).
 
 Lemma sum_at_merged ts : sum_at (merged same ts) = sum_at ts.
 Proof.
 rewrite /sum_at; elim: ts => //= [[j c] rest IH]; rewrite big_cons -IH /=.
 case: (merged same rest) => [|[k d] further] /=; first by rewrite big_cons.
 case: ifP => [/sameP -> | _]; rewrite !big_cons //=.
-by rewrite realD mulrDl addrA.
+by rewrite embedD mulrDl addrA.
 Qed.
 
 Lemma sum_at_sort ts : sum_at (sort (of_var before) ts) = sum_at ts.
 Proof. by rewrite /sum_at; apply: perm_big; rewrite perm_sort. Qed.
 
-Lemma sum_at_all ms : sum_at (all_terms ms) + real (all_constants ms) = \sum_(m <- ms) real m.1 * value_at m.2.
+Lemma sum_at_all ms : sum_at (all_terms ms) + embed (all_constants ms) = \sum_(m <- ms) embed m.1 * value_at m.2.
 Proof.
 elim: ms => [|[y r] rest IH] /=; first by rewrite /sum_at !big_nil add0r.
-rewrite big_cons -IH /sum_at big_cat /= realD realM /value_at mulrDr.
-suff -> : \sum_(t <- scaled_terms y (terms r)) real t.2 * v t.1 = real y * sum_at (terms r) by ring.
-by rewrite /scaled_terms big_map mulr_sumr; apply: eq_bigr => t _ /=; rewrite realM mulrA.
+rewrite big_cons -IH /sum_at big_cat /= embedD embedM /value_at mulrDr.
+suff -> : \sum_(t <- scaled_terms y (terms r)) embed t.2 * v t.1 = embed y * sum_at (terms r) by ring.
+by rewrite /scaled_terms big_map mulr_sumr; apply: eq_bigr => t _ /=; rewrite embedM mulrA.
 Qed.
 
-Lemma value_at_combination ms : value_at (combination same before ms) = \sum_(m <- ms) real m.1 * value_at m.2.
+Lemma value_at_combination ms : value_at (combination same before ms) = \sum_(m <- ms) embed m.1 * value_at m.2.
 Proof. by rewrite -sum_at_all /value_at /= sum_at_merged sum_at_sort. Qed.
 
 Section Box.
 Variables (unit : Z) (lower upper : var -> Z).
-Hypothesis in_box : forall j, real (lower j) <= real unit * v j <= real (upper j).
+Hypothesis in_box : forall j, embed (lower j) <= embed unit * v j <= embed (upper j).
 
-Lemma greatest_termP t : real unit * (real t.2 * v t.1) <= real (greatest_term lower upper t).
+Lemma greatest_termP t : embed unit * (embed t.2 * v t.1) <= embed (greatest_term lower upper t).
 Proof.
-case: t => j c; rewrite /greatest_term realM /= mulrCA.
+case: t => j c; rewrite /greatest_term embedM /= mulrCA.
 have /andP[low high] := in_box j.
-case: ifP => [/(real_gt0 R)/ltW c0 | /negbT]; first by apply: ler_wpmul2l.
-by rewrite -Z.leb_antisym => /(real_le0 R) c0; apply: ler_wnmul2l.
+case: ifP => [/(embed_gt0 R)/ltW c0 | /negbT]; first by apply: ler_wpmul2l.
+by rewrite -Z.leb_antisym => /(embed_le0 R) c0; apply: ler_wnmul2l.
 Qed.
 
-Lemma greatestP r : real unit * value_at r <= real (greatest unit lower upper r).
+Lemma greatestP r : embed unit * value_at r <= embed (greatest unit lower upper r).
 Proof.
-rewrite /greatest realD realM mulrDr ler_add2r /sum_at.
+rewrite /greatest embedD embedM mulrDr ler_add2r /sum_at.
 elim: (terms r) => [|t ts IH] /=; first by rewrite big_nil mulr0.
-by rewrite big_cons realD mulrDr ler_add // greatest_termP.
+by rewrite big_cons embedD mulrDr ler_add // greatest_termP.
 Qed.
 
 (* If the check accepts, the objective is at most 0 wherever all rows are at least 0. *)
@@ -168,13 +168,13 @@ Theorem lp_check_sound scale objective ms :
   (forall m, List.In m ms -> 0 <= value_at m.2) ->
   value_at objective <= 0.
 Proof.
-case/and4P => /(real_gt0 R) unit0 /(real_gt0 R) scale0 y0 /(real_le0 R) sum0 rows0.
+case/and4P => /(embed_gt0 R) unit0 /(embed_gt0 R) scale0 y0 /(embed_le0 R) sum0 rows0.
 have := le_trans (greatestP _) sum0; rewrite pmulr_rle0 // value_at_combination big_cons /=.
-have rest0 : 0 <= \sum_(m <- ms) real m.1 * value_at m.2.
+have rest0 : 0 <= \sum_(m <- ms) embed m.1 * value_at m.2.
   elim: ms y0 rows0 {sum0} => [|m ms IH] /=; first by rewrite big_nil.
   case/andP=> m0 y0 rows0; rewrite big_cons addr_ge0 //; last by apply: IH => // m' ?; apply: rows0; right.
-  by apply: mulr_ge0; [exact: real_ge0 | apply: rows0; left].
-move=> total0; have : real scale * value_at objective <= 0 by apply: le_trans total0; rewrite ler_addl.
+  by apply: mulr_ge0; [exact: embed_ge0 | apply: rows0; left].
+move=> total0; have : embed scale * value_at objective <= 0 by apply: le_trans total0; rewrite ler_addl.
 by rewrite pmulr_rle0.
 Qed.
 End Box.
