@@ -273,7 +273,7 @@ Hypothesis theta_rows : forall F, parameters K = Some F -> forall r, In r (famil
 
 Lemma value_forP c u f : In c (cells T) -> value_for K c u = Some f -> form_at v f = g (context c) (group c) u.
 Proof.
-rewrite /value_for /outcome_for => cT; case e: (find _ _) => [o|] //= [<-].
+rewrite /value_for /outcome_for => cT; case e: (List.find _ _) => [o|] //= [<-].
 by have [oc /Z.eqb_eq <-] := find_some _ _ e; apply: v_is_g.
 Qed.
 
@@ -306,7 +306,7 @@ Qed.
 Lemma form_of_termP t f :
   form_of_term K T t = Some f -> form_at v f = ratio (coefficient t) * g (of_context t) (of_group t) (of_decision t).
 Proof.
-rewrite /form_of_term /cell_for; case e: (find _ _) => [c|] //.
+rewrite /form_of_term /cell_for; case e: (List.find _ _) => [c|] //.
 have [cT /andP[/Z.eqb_eq <- same_group]] := find_some _ _ e.
 case e': (value_for K c _) => [h|] //= [<-]; rewrite form_multiplied (value_forP cT e'); congr (_ * _).
 by case/orP: same_group => [b | /Z.eqb_eq -> //]; apply: (is_blind g_in).
@@ -324,10 +324,12 @@ Qed.
 
 Lemma constraints_ge0 x f : In f (constraints K T x) -> 0 <= form_at v f.
 Proof.
-case/in_app_or => [/in_flat_map[c [/in_places cT /in_map_iff[pair [<- inK]]]]|]; first exact: order_row_ge0.
-case/in_app_or; first by case e: (lipschitz K) => [L|] //; apply: lipschitz_rows_ge0.
-case/in_app_or => [/in_map_iff[r [<- rK]]|]; first exact: further_row_ge0.
-case e: (parameters K) => [F|] // /in_app_or[].
+rewrite /constraints => inC; case: (in_app_or _ _ _ inC) => {inC} [|inC].
+  by case/in_flat_map => c [/in_places cT] /in_map_iff[pair [<- inK]]; apply: order_row_ge0.
+case: (in_app_or _ _ _ inC) => {inC} [|inC].
+  by case e: (lipschitz K) => [L|] //; apply: lipschitz_rows_ge0.
+case: (in_app_or _ _ _ inC) => {inC} [/in_map_iff[r [<- rK]]|]; first exact: further_row_ge0.
+case e: (parameters K) => [F|] // inC; case: (in_app_or _ _ _ inC) => {inC}.
   case/in_flat_map => c [/in_places cT] /in_flat_map[o [oc]] /=.
   have /andP[low high] := in_range g_in (context c) (group c) (decision o).
   by case=> [<-|[<-|//]]; rewrite form_difference form_fixed (v_is_g cT oc) subr_ge0.
@@ -366,7 +368,7 @@ Proof. by rewrite /mass /mass_at; case: (population T); rewrite ?ratio_weight_su
 
 Lemma mass_ge0 c : In c (cells T) -> 0 <= mass_at T c.
 Proof.
-move=> cT; rewrite /mass_at; case: (population T) => //; first exact/ltW/sum_of_weights_gt0.
+move=> cT; rewrite /mass_at; case: (population T); [exact/ltW/sum_of_weights_gt0 | | exact: ler01].
 by case/and5P: ok => /forallb_forall cells_ok _ _ _ _; have /and3P[_ _ /ratio_ge0] := cells_ok _ cT.
 Qed.
 
@@ -400,7 +402,8 @@ Lemma alike_expectations c d : blind K -> In c (cells T) -> In d (cells T) -> co
   expectation g c = expectation g d.
 Proof.
 move=> b cT dT xx; rewrite !expectation_of_law // xx.
-elim: (law c) (law d) => [|[u p] ps IH] [|[w q] qs] //= /and3P[/Z.eqb_eq -> /equalP pq /IH e].
+elim: (law c) (law d) => [|[u p] ps IH] [|[w q] qs] //; first by rewrite !big_nil.
+case/andP=> /Z.eqb_eq -> /andP[/equalP pq /IH e].
 by rewrite !big_cons /= pq e (is_blind g_in b _ (group c) (group d)).
 Qed.
 
@@ -428,9 +431,10 @@ Proof.
 move=> /forallb_forall proofs value1 rows0 hs ls differ floors0 high low same_expectation.
 have l0 : 0 <= form_at v l.2 by apply: le_trans low; case/and5P: ok => _ /ratio_ge0.
 have v1 : 1 <= ratio value by rewrite -ratio_one; apply: at_mostP.
-have := proofs _ (in_pairs hs ls differ); rewrite /pair_proved; case: (find _ _) => [e|].
+have := proofs _ (in_pairs hs ls differ); rewrite /pair_proved; case: (List.find _ _) => [e|].
   case ms: (chosen _ _ _) => [ms'|] // checked; rewrite -subr_le0 -form_multiplied -form_difference.
-  apply: proved_sound checked _ => m /(in_chosen ms) /in_app_or[]; [exact: floors0 | exact: rows0].
+  apply: proved_sound checked _ => m /(in_chosen ms) inF.
+  by case: (in_app_or _ _ _ inF); [exact: floors0 | exact: rows0].
 case/orP => [/same_expectation -> | /andP[/ratio_gt0 floor0 /at_mostP]]; first exact: ler_pemull.
 rewrite ratio_times => bound; apply: le_trans high (le_trans bound _).
 rewrite ler_pmul2l; last exact: lt_le_trans v1.
@@ -472,11 +476,11 @@ move: settings_ok; rewrite /settings is_local => settings_ok.
 have := settings_ok _ (in_map _ _ _ xT); set s := Setting _ _ _ _ => checked.
 have mem e : In e (cells T) -> context e = context c -> In (group e, expectation_form K e) (compared s).
   move=> eT ex; apply: (in_map (fun c => (group c, expectation_form K c))); apply/filter_In; split=> //; exact/Z.eqb_eq.
-have E e : In e (cells T) -> form_at v (expectation_form K e) = expectation g e by apply: expectation_formP.
+have E e : In e (cells T) -> form_at v (expectation_form K e) = expectation g e by move=> eT; exact: (expectation_formP ok v_is_g eT).
 have := setting_sound (h := (group c, expectation_form K c)) (l := (group d, expectation_form K d)) ok box checked value1.
 rewrite !E //; apply=> //; try exact: mem.
-- rewrite /s /=; case: ifP => _ f; first by case: ifP => // _; apply: constraints_ge0.
-  exact: constraints_ge0.
+- rewrite /s /=; case: ifP => _ f; first by case: ifP => // _; exact: (constraints_ge0 g_in v_is_g theta_rows).
+  exact: (constraints_ge0 g_in v_is_g theta_rows).
 - rewrite /floors; move: floor; rewrite /local_floor; case: (tau K) => [t|] // /(_ t erefl) floor f /in_map_iff[[a h] [<-]].
   rewrite form_difference form_fixed subr_ge0; move: floor; case: ifP => _ floor /=.
     by case: floor => fc fd [[_ <-]|[[_ <-]|//]]; rewrite E.
@@ -484,7 +488,7 @@ rewrite !E //; apply=> //; try exact: mem.
 - by have /andP[] := expectation_between ok g_in cT.
 - by have /andP[] := expectation_between ok g_in dT.
 - move=> /= /andP[b /forallb_forall laws]; apply: (alike_expectations ok g_in b) => //.
-  have inlaws e : In e (cells T) -> context e = context c -> In (law e) (map law (filter (fun e => Z.eqb (context e) (context c)) (cells T))).
+  have inlaws e : In e (cells T) -> context e = context c -> In (law e) (List.map law (List.filter (fun e => Z.eqb (context e) (context c)) (cells T))).
     by move=> eT ex; apply: in_map; apply/filter_In; split=> //; exact/Z.eqb_eq.
   by have /forallb_forall := laws _ (inlaws c cT erefl); apply; apply: inlaws.
 Qed.
@@ -503,12 +507,12 @@ move: settings_ok; rewrite /settings is_global => settings_ok.
 have := settings_ok _ (or_introl erefl); set s := Setting _ _ _ _ => checked.
 have pop e : In e (everywhere T) -> populated T e.
   by rewrite /everywhere; case: (population T); case: (complete T) => // /filter_In[].
-have E e : In e (everywhere T) -> form_at v (mean_form K T e) = group_mean T g e by move/pop; apply: mean_formP.
+have E e : In e (everywhere T) -> form_at v (mean_form K T e) = group_mean T g e by move/pop=> pope; exact: (mean_formP ok v_is_g pope).
 have mem e : In e (everywhere T) -> In (e, mean_form K T e) (compared s).
   exact: (in_map (fun a => (a, mean_form K T a))).
 have := setting_sound (h := (a, mean_form K T a)) (l := (b, mean_form K T b)) ok box checked value1.
 rewrite !E //; apply=> //; try exact: mem.
-- by rewrite /s /= orbT; apply: constraints_ge0.
+- by rewrite /s /= orbT => f; exact: (constraints_ge0 g_in v_is_g theta_rows).
 - rewrite /floors; move: floor; rewrite /global_floor; case: (tau K) => [t|] // /(_ t erefl) floor f /in_map_iff[[e h] [<-]].
   rewrite form_difference form_fixed subr_ge0; move: floor; case: ifP => _ floor /=.
     by case: floor => fa fb [[_ <-]|[[_ <-]|//]]; rewrite E.
