@@ -1,6 +1,7 @@
 (* Statements that are false as the source paper or a careless reader has them, each with a counterexample over the
    rationals.  Numbers refer to the sections of docs/corrections.md.  Elsewhere: section 4 is T6_group_dependent,
-   section 5 T5_counterexample, section 11 T7_sharp, the example for the global figure T8_global_counterexample.
+   section 5 T5_counterexample, section 11 T7_sharp, sections 13 and 14 trap_shared_randomness and trap_one_order, the example for
+   the global figure T8_global_counterexample.
 
    [forall r, ~ local_le r E] says that the ratio is infinite: no finite r bounds it. *)
 
@@ -52,6 +53,10 @@ Proof. by apply: kernel_coin; computed. Qed.
 Lemma kernel_nothing : kernel nothing.
 Proof. by move=> a; split=> [b|] //; rewrite big_bool. Qed.
 
+(* Policies that decide without chance. *)
+Lemma policy_decides (Xt At : finType) (f : Xt -> At -> bool) : policy (fun y b u => (u == f y b)%:R : rat).
+Proof. by move=> y b; apply: law_point. Qed.
+
 Lemma nothing_private : every_pair (pure_dp 1) nothing.
 Proof. by move=> a a' b; rewrite mul1r. Qed.
 
@@ -89,6 +94,7 @@ Local Definition all_of (b : bool) := (b, (b, (b, (b, (b, b))))).
 (* The policy that waits for the one release in which all six values are true has R = (7/3)^6. *)
 Theorem tuple_counterexample :
   let E := utility (induced (@no_context _ unit_finType) six (grant (point _ (all_of true)))) (granted 0 1) tt in
+  policy (grant (point rat_realFieldType (all_of true))) /\
   E (all_of true) = (7%:R / 3%:R) ^+ 6 * E (all_of false) /\ 0 < E (all_of false).
 Proof.
 have k6 : kernel six by do 5!(apply: kernel_both; first exact: kernel_keep); exact: kernel_keep.
@@ -96,7 +102,7 @@ have one : coin keep true true = 7%:R / 3%:R * coin keep false true by computed.
 have lie : 0 < coin keep false true by computed.
 have ratio : six (all_of true) (all_of true) = (7%:R / 3%:R) ^+ 6 * six (all_of false) (all_of true).
   rewrite /six /both /= one; move: (7%:R / 3%:R) (coin keep false true) => r c; ring.
-have [_ same low] := T2_sharp 1 tt k6 ratio; split; first exact: same.
+have [pol same low] := T2_sharp 1 tt k6 ratio; split; [exact: pol|split; first exact: same].
 rewrite low mul1r /six /both /=.
 by do 5!(apply: (mulr_gt0 lie)).
 Qed.
@@ -104,14 +110,14 @@ Qed.
 (* ---- 3. g = 1{choose a} depends on a ---- *)
 
 (* A policy that always takes the same slot, behind a filter that releases nothing: eps = 0 and R is infinite. *)
-Local Definition always (y b u : bool) : rat := u%:R.
+Local Definition always (y b u : bool) : rat := (u == true)%:R.
 Local Definition chosen (u x a : bool) : rat := (u == a)%:R.
 
 Theorem fixed_slots_counterexample :
   [/\ policy always, every_pair (pure_dp 1) nothing &
       forall r, ~ local_le r (utility (induced nothing nothing always) chosen)].
 Proof.
-split; first by do 2!case; split=> [[]|] //; rewrite big_bool.
+split; first exact: policy_decides.
   exact: nothing_private.
 by move=> r /(_ true true false); rewrite (_ : utility _ _ true false = 0) ?mulr0; tables.
 Qed.
@@ -123,12 +129,13 @@ Local Definition alone (v : bool * bool) (u : option bool) : rat :=
 
 Theorem one_profile_counterexample :
   let C := candidate_utility (coin keep) alone (fun u s => (u == Some s)%:R) in
-  every_pair (pure_dp (7%:R / 3%:R)) (coin keep) /\
+  kernel alone /\ every_pair (pure_dp (7%:R / 3%:R)) (coin keep) /\
   C true false = (7%:R / 3%:R) ^+ 2 * C false true /\ 0 < C false true.
 Proof.
 have opt (f : option bool -> rat) : \sum_u f u = f None + (f (Some true) + f (Some false)).
   by rewrite (bigD1 None) //= (bigD1 (Some true)) //= (bigD1 (Some false)) //= big1 ?addr0 // => -[[]|].
-move=> C; split; first by do 3!case; computed.
+move=> C; split; first by move=> v; apply: law_point.
+split; first by do 3!case; computed.
 by rewrite /C /candidate_utility /expect !big_pairs !opt; computed.
 Qed.
 
@@ -170,10 +177,12 @@ Local Definition yes (u x a : bool) : rat := u%:R.
 Theorem equality_counterexample :
   let E := utility (induced (coin keep) as_it_is twice) yes in
   let E0 := utility (induced as_it_is as_it_is twice) yes in
+  policy twice /\
   [/\ forall x y, 0 < coin keep x y, local_le 2%:R E0, forall x, E0 x true = 2%:R * E0 x false &
       forall x, E x true = 2%:R * E x false /\ 0 < E x false].
 Proof.
-move=> E E0; split; first by do 2!case; computed.
+move=> E E0; split; first by do 2!case; split=> [[]|]; rewrite ?big_bool; computed.
+split; first by do 2!case; computed.
 - by do 3!case; rewrite /E0; tables.
 - by case; rewrite /E0; tables.
 - by case; rewrite /E; tables.
@@ -186,8 +195,11 @@ Local Definition wait (u x a : bool) : rat := if u == a then 10%:R else 30%:R.
 
 Theorem waiting_time_counterexample :
   let E := utility (induced nothing nothing always) wait in
-  every_pair (pure_dp 1) nothing /\ forall x, E x false = 3%:R * E x true /\ 0 < E x true.
-Proof. by move=> E; split; [apply: nothing_private|case; rewrite /E; tables]. Qed.
+  policy always /\ every_pair (pure_dp 1) nothing /\ forall x, E x false = 3%:R * E x true /\ 0 < E x true.
+Proof.
+move=> E; split; first exact: policy_decides.
+split; [apply: nothing_private|case; rewrite /E; tables].
+Qed.
 
 (* ---- 8. L_A belongs to g ---- *)
 
@@ -195,10 +207,12 @@ Proof. by move=> E; split; [apply: nothing_private|case; rewrite /E; tables]. Qe
 Local Definition by_group (y b u : bool) : rat := (u == b)%:R.
 
 Theorem lipschitz_counterexample :
+  policy always /\ policy by_group /\
   (forall x a a' u, induced nothing nothing always x a u = induced nothing nothing always x a' u) /\
   chosen true true true - chosen true true false = 1 /\
   a_free yes /\ forall r, ~ local_le r (utility (induced as_it_is as_it_is by_group) yes).
 Proof.
+do 2!(split; first exact: policy_decides).
 split=> [x a a' u|]; first by [].
 split; first by computed.
 split=> // r /(_ true true false).
@@ -233,10 +247,12 @@ Local Definition serves (u x a : bool) : rat := (u || ~~ a)%:R.
 
 Theorem degradation_group_dependent_counterexample :
   let E veil := utility (induced as_it_is veil by_group) serves in
+  policy by_group /\
   [/\ local_le 1 (E as_it_is), forall x, E (coin (3%:R / 4%:R)) x false = 4%:R / 3%:R * E (coin (3%:R / 4%:R)) x true &
       forall x, E nothing x false = 2%:R * E nothing x true].
 Proof.
-move=> E; split; first by do 3!case; rewrite /E; tables.
+move=> E; split; first exact: policy_decides.
+split; first by do 3!case; rewrite /E; tables.
   by case; rewrite /E; tables.
 by case; rewrite /E; tables.
 Qed.
@@ -265,70 +281,36 @@ Local Definition approve (y : unit) (b : bool * bool) (u : bool) : rat :=
 
 Theorem degradation_absent_group_counterexample :
   let E p := utility (induced (@no_context _ unit_finType) (both (coin p) as_it_is) approve) (fun u _ _ => u%:R) tt in
+  policy approve /\
   [/\ E 1 (true, true) = E 1 (false, false),
       E (3%:R / 4%:R) (false, false) = 5%:R / 3%:R * E (3%:R / 4%:R) (true, true) &
       E (2%:R^-1) (false, false) = 3%:R * E (2%:R^-1) (true, true) /\ 0 < E (2%:R^-1) (true, true)].
 Proof.
-by move=> E; rewrite /E; split; [| |split]; tables.
-Qed.
-
-(* ---- 14. A trade-off function for one order does not cover the other ---- *)
-
-Local Definition lopsided (a b : bool) : rat := if a then 2%:R^-1 else (~~ b)%:R.
-Local Definition curve (alpha : rat) : rat := (1 - alpha) / 2%:R.
-Local Definition shown_false (y : unit) (b u : bool) : rat := (u == ~~ b)%:R.
-
-Theorem one_order_counterexample :
-  let E := utility (induced (@no_context _ unit_finType) lopsided shown_false) (fun u _ _ => u%:R) tt in
-  [/\ above curve (lopsided true) (lopsided false), forall a, 2%:R^-1 <= E a,
-      (1 - curve 2%:R^-1) / 2%:R^-1 = 3%:R / 2%:R &
-      E false = 2%:R * E true /\ 3%:R / 2%:R * E true < E false].
-Proof.
-move=> E; split.
-- move=> phi /(_ true)/andP[_ le1]; rewrite /curve.
-  have -> : expect (lopsided true) phi = 2%:R^-1 * phi true + 2%:R^-1 * phi false by rewrite /expect big_bool.
-  have -> : expect (lopsided false) phi = phi false.
-    rewrite /expect big_bool -[LHS]/(lopsided false true * phi true + lopsided false false * phi false).
-    rewrite (_ : lopsided false true = 0); last by computed.
-    rewrite (_ : lopsided false false = 1); last by computed.
-    by rewrite mul0r add0r mul1r.
-  move: (phi true) (phi false) le1 => v w le1; rewrite -subr_ge0.
-  rewrite (_ : _ - _ = (1 - v) / 2%:R); last by field.
-  by apply: divr_ge0; [rewrite subr_ge0|computed].
-- by case; rewrite /E; tables.
-- by computed.
-- by rewrite /E; tables.
+move=> E; split; first by case; case; do 2!case; split=> [[]|]; rewrite ?big_bool; computed.
+rewrite /E; split; [| |split]; tables.
 Qed.
 
 (* ---- Traps of the theory page ---- *)
-
-(* Whose floor: the policy that always grants has the floor gamma, which says R <= 1 of it and nothing of another
-   policy behind the same filter. *)
-Theorem own_floor_counterexample :
-  let E T := utility (induced nothing (coin (3%:R / 4%:R)) T) yes in
-  has_floor 1 (E always) /\ forall x, E by_group x true = 3%:R * E by_group x false /\ 0 < E by_group x false.
-Proof.
-move=> E; split; first by do 2!case; rewrite /E; tables.
-by case; rewrite /E; tables.
-Qed.
 
 (* T4 at s0 alone is no bound: g has the values 1 and 11, tau = m = 1, so s0 = 0 where the form has the value 1. *)
 Local Definition price (u x a : bool) : rat := if u then 11%:R else 1.
 
 Theorem T4_at_s0_counterexample :
   let E := utility (induced nothing (coin (3%:R / 4%:R)) by_group) price in
-  has_floor 1 E /\ forall x, E x true = 17%:R / 7%:R * E x false.
+  policy by_group /\ has_floor 1 E /\ forall x, E x true = 17%:R / 7%:R * E x false.
 Proof.
-move=> E; split; first by do 2!case; rewrite /E; tables.
+move=> E; split; first exact: policy_decides.
+split; first by do 2!case; rewrite /E; tables.
 by case; rewrite /E; tables.
 Qed.
 
 (* T7 from a single utility: R = 1 for one g bounds no distance. *)
 Theorem one_utility_counterexample :
   let P (x a u : bool) : rat := (u == a)%:R in
-  local_le 1 (utility P (fun _ _ _ => 1)) /\ tv (P true true) (P true false) = 1.
+  (forall x, kernel (P x)) /\ local_le 1 (utility P (fun _ _ _ => 1)) /\ tv (P true true) (P true false) = 1.
 Proof.
-move=> P; split; first by do 3!case; tables.
+move=> P; split; first by move=> x a; apply: law_point.
+split; first by do 3!case; tables.
 by rewrite /tv /hockey_stick big_bool; computed.
 Qed.
 
@@ -338,9 +320,11 @@ Local Definition harmless (y b u : bool) : rat := (u == (y || b))%:R.
 
 Theorem context_utility_counterexample :
   let E veil := utility (induced veil as_it_is harmless) useful in
+  policy harmless /\
   [/\ a_free useful, local_le 1 (E as_it_is), E nothing true true = 2%:R * E nothing true false & 0 < E nothing true false].
 Proof.
-move=> E; split; rewrite /E.
+move=> E; split; first exact: policy_decides.
+split; rewrite /E.
 - by [].
 - by do 3!case; tables.
 - by tables.
@@ -353,9 +337,11 @@ Local Definition elsewhere (y b u : bool) : rat := (u == ~~ y && b)%:R.
 
 Theorem uncompared_context_counterexample :
   let E veil := utility (induced veil as_it_is elsewhere) yes in
+  policy elsewhere /\
   (forall a a', E as_it_is true a <= 1 * E as_it_is true a') /\
   E nothing true false = 0 /\ 0 < E nothing true true.
 Proof.
-move=> E; split; first by do 2!case; rewrite /E; tables.
+move=> E; split; first exact: policy_decides.
+split; first by do 2!case; rewrite /E; tables.
 by rewrite /E; tables.
 Qed.
