@@ -5,7 +5,11 @@
    Reading key.  Where the page writes e^eps, the files write a number k; where it
    writes log R, they write R.  A bound "the ratio E a / E a' is at most r" is
    written E a <= r * E a', which gives 0/0 and c/0 the meaning of the page: 0/0
-   satisfies it for every r >= 0 (parity), c/0 with c > 0 for none (infinity). *)
+   satisfies it for every r >= 0 (parity), c/0 with c > 0 for none (infinity).
+
+   The alphabet A of the groups and the alphabet At of what a group filter releases are
+   two types.  A may be read as the groups that are compared in the context at hand, and
+   X as that context alone: a floor or a bound then speaks of the compared cells only. *)
 
 From Coq Require Import ZArith.
 From mathcomp Require Import all_ssreflect all_algebra.

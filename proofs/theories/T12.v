@@ -109,6 +109,28 @@ have -> : r * (r + k) - (1 + r * k) = (r - 1) * (r + 1) by ring.
 by rewrite mulr_ge0 ?subr_ge0 ?addr_ge0 ?ler01 ?(le_trans ler01 r1).
 Qed.
 
+(* Section 9, a relative: L_eo <= TV of the group filter times TV of the policy. *)
+Theorem L_eo_contraction (D : R) x a a' : 0 <= D -> (forall y b b', tv (T y b) (T y b') <= D) ->
+  tv (induced MX MA T x a) (induced MX MA T x a') <= D * tv (MA a) (MA a').
+Proof.
+move=> D0 hD; rewrite {1}/tv hockey_stick_attained mul1r; set S := [set u | _ < _].
+pose i (u : U) (_ : X) (_ : A) : R := (u \in S)%:R; pose h := response MX T i x a.
+have pE c : prob (induced MX MA T x c) S = expect (MA c) h.
+  by rewrite prob_expect -[LHS]/(utility (induced MX MA T) i x c) utility_response.
+have hle b b' : h b <= h b' + D.
+  rewrite /h !response_expect -{1}(expect_cst D (kX x)) -expectD; apply: expect_le => // y.
+  rewrite -!prob_expect -[prob (T y b') S]mul1r.
+  by apply: (proj2 (dp_hockey_stick 1 D (T y b) (T y b'))); apply: hD.
+have [b0 _] : exists b : At, true.
+  case: (pickP (fun _ : At => true)) => [b _|no]; first by exists b.
+  by case: (kA a) => _; rewrite big_pred0 // => /esym/eqP; rewrite oner_eq0.
+have [b1 _ hmin] := @arg_minP _ _ _ b0 xpredT h isT.
+have rh : ranged (h b1) (h b1 + D) h by move=> b; rewrite hle andbT; apply: hmin.
+have := hockey_stick_ranged 1 (kA a) (kA a') rh.
+rewrite subrr mul0r subr0 mul1r (addrC (h b1)) addrK => le.
+by rewrite !pE ler_subl_addl.
+Qed.
+
 (* T12 is sharp: rows (k,1)/(1+k) and (1,k)/(1+k), responses (R0, 1). *)
 Definition coin_filter (k : R) (a b : bool) : R := (if a == b then k else 1) / (1 + k).
 Definition coin_response (r : R) (b : bool) : R := if b then r else 1.

@@ -185,6 +185,36 @@ rewrite opprB addrCA subrr addr0 ler_pimull //.
 by rewrite subr_ge0; case/andP: (expect_ranged lP te).
 Qed.
 
+(* Both orders of a pair.  finv is the inverse of f: the least type II error that f allows at a level.
+   What holds of (Q, P) with f holds of (P, Q) with finv ... *)
+Lemma above_inverse (f finv : R -> R) P Q : law P -> law Q ->
+  (forall alpha beta, 0 <= beta <= 1 -> f beta <= alpha -> finv alpha <= beta) ->
+  above f Q P -> above finv P Q.
+Proof.
+move=> lP lQ inv ab phi te; apply: inv.
+  by rewrite subr_ge0 ler_subl_addr ler_addl andbC; apply/andP; case/andP: (expect_ranged lP te).
+have := ab _ (test_neg te); rewrite !expectB !expect_cst // opprB addrCA subrr addr0.
+by [].
+Qed.
+
+(* ... so a curve known for both orders may be replaced by max(f, finv), ... *)
+Lemma above_max (f finv : R -> R) P Q : law P -> law Q ->
+  (forall alpha beta, 0 <= beta <= 1 -> f beta <= alpha -> finv alpha <= beta) ->
+  above f P Q -> above f Q P -> above (fun alpha => Num.max (f alpha) (finv alpha)) P Q.
+Proof.
+move=> lP lQ inv ab ba phi te; rewrite le_maxl ab //=.
+exact: (above_inverse lP lQ inv ba).
+Qed.
+
+(* ... and a curve known for one order covers both as min(f, finv). *)
+Lemma above_min (f finv : R -> R) P Q : law P -> law Q ->
+  (forall alpha beta, 0 <= beta <= 1 -> f beta <= alpha -> finv alpha <= beta) ->
+  above f P Q -> let h := fun alpha => Num.min (f alpha) (finv alpha) in above h P Q /\ above h Q P.
+Proof.
+move=> lP lQ inv ab /=; split=> phi te; rewrite le_minl; first by rewrite ab.
+by rewrite (above_inverse lQ lP inv ab te) orbT.
+Qed.
+
 (* Gaussian privacy, in terms of a symmetric distribution function Phi and its inverse. *)
 Definition gdp_curve (Phi Phi_inv : R -> R) (mu alpha : R) : R := Phi (Phi_inv (1 - alpha) - mu).
 

@@ -106,16 +106,23 @@ have -> : 1 - q / p * (1 - t) = q / p * t + (1 - q / p) by ring.
 by apply: power_dp => //; apply: krr_low.
 Qed.
 
-(* T3 for k-RR: the bound, for every policy with floor t*gamma. *)
+(* T3 for k-RR, one pair of groups: the floor is needed under the denominator only. *)
+Theorem T3_krr_pair (X Xt U : finType) (MX : X -> Xt -> R) (T : Xt -> A -> U -> R) (g : U -> X -> A -> R)
+    gamma x a a' :
+  kernel MX -> policy T -> 0 < gamma -> valued 0 gamma g -> a_free g ->
+  let E := utility (induced MX (krr p) T) g in t * gamma <= E x a' -> E x a <= krr_bound * E x a'.
+Proof.
+move=> kX kT g0 vg fg E fl.
+have := T3_power kX kernel_krr kT g0 vg fg t0 (@krr_power a a') fl.
+by rewrite mulfK // gt_eqF.
+Qed.
+
+(* T3 for k-RR: the closed form bounds R, for every policy that keeps the floor t gamma. *)
 Theorem T3_krr (X Xt U : finType) (MX : X -> Xt -> R) (T : Xt -> A -> U -> R) (g : U -> X -> A -> R) gamma :
   kernel MX -> policy T -> 0 < gamma -> valued 0 gamma g -> a_free g ->
   has_floor (t * gamma) (utility (induced MX (krr p) T) g) ->
   local_le krr_bound (utility (induced MX (krr p) T) g).
-Proof.
-move=> kX kT g0 vg fg fl x a a'.
-have := T3_power kX kernel_krr kT g0 vg fg t0 (@krr_power a a') (fl x a').
-by rewrite mulfK // gt_eqF.
-Qed.
+Proof. by move=> kX kT g0 vg fg fl x a a'; apply: (@T3_krr_pair _ _ _ MX T g gamma). Qed.
 
 Lemma expect_krr a (phi : A -> R) : expect (krr p a) phi = q * (\sum_b phi b) + (p - q) * phi a.
 Proof.
