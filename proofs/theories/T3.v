@@ -76,13 +76,12 @@ apply/subsetP => a; rewrite !inE => h; rewrite leNgt; apply/negP => h'.
 by have : ratio a <= ratio a0 := a0max a h'; rewrite ratioE ?pos // => /(lt_le_trans h); rewrite ltxx.
 Qed.
 
-(* Section 9: the least right side over k is attained.  At every level t there are a k (0 or a
-   likelihood ratio) and a test phi of level t that turn the certificate into an equality. *)
-Theorem certificate_exact t P Q : law P -> law Q -> 0 < t -> t <= 1 ->
-  exists k phi, [/\ 0 <= k, k = 0 \/ (exists2 b, 0 < Q b & k = P b / Q b), test phi,
-    expect Q phi = t & expect P phi = (k + hockey_stick k P Q / t) * t].
+(* At such a threshold a test of level t turns the certificate into an equality. *)
+Lemma threshold_test t k P Q : law Q -> 0 < t ->
+  prob Q [set a | k * Q a < P a] <= t -> t <= prob Q [set a | k * Q a <= P a] ->
+  exists phi, [/\ test phi, expect Q phi = t & expect P phi = (k + hockey_stick k P Q / t) * t].
 Proof.
-move=> lP lQ t0 t1; have [k [k0 kc lo hi]] := threshold lP lQ t0 t1.
+move=> lQ t0 lo hi.
 set S := [set a | _ < _] in lo; pose V := [set a | k * Q a == P a].
 have SV : [set a | k * Q a <= P a] = S :|: V.
   by apply/setP => a; rewrite !inE le_eqVlt orbC.
@@ -105,7 +104,7 @@ have c1 : c <= 1.
 pose phi a : R := (a \in S)%:R + c * (a \in V)%:R.
 have EQ : expect Q phi = t.
   by rewrite expectD expectZ -!prob_expect cV addrCA subrr addr0.
-exists k, phi; split=> // [a|].
+exists phi; split=> // [a|].
   rewrite /phi; case: (boolP (a \in S)) => aS.
     by rewrite (disjointFr dis aS) mulr0 addr0 ler01 lexx.
   by rewrite add0r; case: (a \in V); rewrite ?mulr1 ?mulr0 ?c0 ?c1 ?lexx ?ler01.
@@ -116,6 +115,16 @@ have e : expect P phi - k * expect Q phi = hockey_stick k P Q.
   - by rewrite mulr0 addr0 mulr0; apply/esym/max_idPl; rewrite subr_le0 ltW.
   - by rewrite h subrr mul0r maxxx.
 by rewrite mulrDl divfK ?gt_eqF // -e EQ; ring.
+Qed.
+
+(* Section 9: the least right side over k is attained.  At every level t there are a k (0 or a
+   likelihood ratio) and a test phi of level t that turn the certificate into an equality. *)
+Theorem certificate_exact t P Q : law P -> law Q -> 0 < t -> t <= 1 ->
+  exists k phi, [/\ 0 <= k, k = 0 \/ (exists2 b, 0 < Q b & k = P b / Q b), test phi,
+    expect Q phi = t & expect P phi = (k + hockey_stick k P Q / t) * t].
+Proof.
+move=> lP lQ t0 t1; have [k [k0 kc lo hi]] := threshold lP lQ t0 t1.
+by have [phi [te eQ eP]] := threshold_test lQ t0 lo hi; exists k, phi.
 Qed.
 
 End Pair.

@@ -206,4 +206,41 @@ Theorem T9_monotone p p' r : #|A|%:R^-1 <= p' -> p' <= p -> p <= 1 ->
   local_le r (utility (induced MX (krr p) T) g) -> local_le r (utility (induced MX (krr p') T) g).
 Proof. by move=> lo le hi; apply: T9_local => //; apply: T9_krr_degrades. Qed.
 
+(* The remark under T9: for one randomized response it is enough that the two groups are compared,
+   as long as r >= 1. *)
+Theorem T9_pair p p' r x a a' : kernel MX -> policy T -> (forall u x a, 0 <= g u x a) ->
+  #|A|%:R^-1 <= p' -> p' <= p -> p <= 1 -> 1 <= r ->
+  let E s := utility (induced MX (krr s) T) g x in E p a <= r * E p a' -> E p' a <= r * E p' a'.
+Proof.
+move=> kX kT g0 lo le hi r1 E h; have [s [s0 s1 e]] := T9_krr two lo le hi.
+have kp : kernel (@krr R A p) by move=> c; apply: krr_law => //; apply: le_trans lo le.
+have Ep c : 0 <= E p c by apply: expect_ge0 => [|u]; [exact: kernel_induced|exact: g0].
+have [l0 l1] := weight01 two s0 s1; set l := weight A s in l0 l1.
+pose d := (1 - l) / #|A|%:R * \sum_c E p c.
+have d0 : 0 <= d.
+  rewrite mulr_ge0 ?sumr_ge0 //; apply: divr_ge0; [by rewrite subr_ge0|exact: ler0n].
+have EE c : E p' c = l * E p c + d.
+  have -> : E p' c = \sum_b krr s c b * E p b := utility_degraded MX T fg e x c.
+  rewrite /d -[E p c](expect_point (E p) c) /expect !mulr_sumr -big_split /=.
+  by apply: eq_bigr => b _; rewrite (krr_smear two) /smear -/l /point (eq_sym b) mulrDl !mulrA.
+rewrite !EE mulrDr mulrCA; apply: ler_add; first by rewrite ler_wpmul2l.
+by rewrite ler_pemull.
+Qed.
+
 End Monotone.
+
+Section MonotoneProducts.
+Variables (R : realFieldType) (X Xt A B U : finType).
+Variables (MX : X -> Xt -> R) (T : Xt -> A * B -> U -> R) (g : U -> X -> A * B -> R).
+Hypotheses (twoA : (1 < #|A|)%N) (twoB : (1 < #|B|)%N) (fg : a_free g).
+
+(* T9 for the tuple of two randomized responses: R does not fall as either keep probability grows. *)
+Theorem T9_products_monotone p p' s s' r :
+  #|A|%:R^-1 <= p' -> p' <= p -> p <= 1 -> #|B|%:R^-1 <= s' -> s' <= s -> s <= 1 ->
+  local_le r (utility (induced MX (both (krr p) (krr s)) T) g) ->
+  local_le r (utility (induced MX (both (krr p') (krr s')) T) g).
+Proof.
+move=> lo le hi lo' le' hi'; apply: T9_local => //; apply: T9_products; exact: T9_krr_degrades.
+Qed.
+
+End MonotoneProducts.
