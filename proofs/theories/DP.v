@@ -95,7 +95,7 @@ move=> [Q0 _] kk dd h S; apply: le_trans (h S) _; apply: ler_add => //.
 by apply: ler_wpmul2r => //; apply: sumr_ge0.
 Qed.
 
-(* H_0 = 1 and H_k <= 1: the cap. *)
+(* H_0 = 1: k = 0 is the cap 1/t. *)
 Lemma hockey_stick0 P Q : law P -> hockey_stick 0 P Q = 1.
 Proof.
 move=> [P0 <-]; apply: eq_bigr => a _; rewrite mul0r subr0.

@@ -104,7 +104,7 @@ Theorem T1_tight gamma k delta K tau :
   local_le (k + (K + delta * gamma) / tau) E.
 Proof. by move=> g0 d0 vg gK K0 d t0 fl x a a'; apply: (@T1_pairs gamma k delta (fun _ _ => K)). Qed.
 
-(* The paper's form of T1, R <= e^eps (1 + (K + delta gamma)/tau): valid, and never smaller. *)
+(* The paper's form of T1, R <= e^eps (1 + (K + delta gamma)/tau): it follows from the tight form. *)
 Theorem T1_paper gamma k delta K tau :
   0 <= gamma -> 0 <= delta -> valued 0 gamma g ->
   (forall u x a a', `|g u x a - g u x a'| <= K) -> 0 <= K -> 1 <= k ->
