@@ -29,7 +29,7 @@ from fairaudit.plugins.vlm.run import Budget, Report, run
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
-FILE = """
+FILE = '''
 title = "A test"
 [answer]
 options = ["HR1", "HR2"]
@@ -48,11 +48,12 @@ age = "25"
 name = "Mary"
 age = "55"
 [prompt]
-user = "{{{{ context }}}}: {{% for c in candidates %}}{{{{ c.label }}}} {{{{ c.attributes.name }}}} {{{{ c.attributes.age }}}}, {{% endfor %}}choose."
+user = """{{{{ context }}}}: {{% for c in candidates %}}
+{{{{ c.label }}}} {{{{ c.attributes.name }}}} {{{{ c.attributes.age }}}}, {{% endfor %}}choose."""
 [sampling]
 trials = {trials}
 {more}
-"""
+'''
 
 
 @pytest.fixture(autouse=True)
@@ -331,9 +332,8 @@ def test_kill_at_random_moments(tmp_path: Path) -> None:
     assert len(lost) <= 8 * kills
     assert sum(server.attempts.values()) <= total + len(lost)
     assert {(cell, u): int(n) for cell, row in table.rows.items() for u, n in row.items()} == truth
-    print(
-        f"{killed} kills of a run of {total} calls: {sum(server.attempts.values())} requests, {len(twice)} asked twice, {len(lost)} listed as in flight"
-    )
+    requests = sum(server.attempts.values())
+    print(f"{killed} kills of a run of {total} calls: {requests} requests, {len(twice)} asked twice, {len(lost)} listed as in flight")
 
 
 def recorded(folder: Path) -> set[str]:

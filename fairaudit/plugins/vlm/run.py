@@ -213,25 +213,23 @@ async def _all(
             for work in queue:
                 if report.stopped:
                     return
-                await one(work, sizes[work.context, work.slots])
+                why = await one(work, sizes[work.context, work.slots])
+                if why:
+                    report.unanswered.append(f"{work.request[:12]} trial {work.trial}: {why}")
+                    if report.answered == before:
+                        raise InputError(f"{model.base_url} gives no answer: {why}; what was answered before is kept, run again to go on")
 
-        async def one(work: Work, size: tuple[int, int]) -> None:
+        async def one(work: Work, size: tuple[int, int]) -> str:
+            """Ask until there is an answer; why there is none, if the attempts are used up."""
             body = request_body(experiment, model, work.context, work.slots)
             held, money = sum(size), _cost(model, *size)
             why = ""
             for retry in range(model.retries + 1):
-                while not budget.reserve(held, money):
-                    # What is in flight may turn out cheaper than was set aside for it.
-                    if not budget.held_tokens:
-                        report.stopped = "the budget does not allow another request"
-                    if report.stopped:
-                        return
-                    await asyncio.sleep(0.02)
+                await _reserve(budget, report, held, money)
                 await requests.take()
                 await tokens.take(held)
                 if report.stopped:
-                    budget.settle(held, money, 0, 0.0)
-                    return
+                    return ""
                 (attempt,) = journal.intend([work], held, money)
                 reply = await client.send(body, f"{work.request[:32]}-{work.trial}")
                 if isinstance(reply, Reply):
@@ -241,18 +239,25 @@ async def _all(
                     budget.settle(held, money, sum(counted), cost)
                     report.answered += 1
                     progress.step()
-                    return
+                    return ""
                 why = _no_answer(journal, budget, model, attempt, reply, held, money)
                 if reply.wait:
                     requests.block(reply.wait)
                 if retry < model.retries:
                     await asyncio.sleep(pause_before(retry, reply.wait))
-            report.unanswered.append(f"{work.request[:12]} trial {work.trial}: {why}")
-            if report.answered == before:
-                raise InputError(f"{model.base_url} gives no answer: {why}; what was answered before is kept, run again to go on")
+            return why
 
         for _ in range(min(model.concurrency, len(works))):
             tasks.create_task(worker())
+
+
+async def _reserve(budget: Budget, report: Report, tokens: int, money: float) -> None:
+    """Set aside what a request may cost; what is in flight may turn out cheaper than was set aside for it."""
+    while not report.stopped and not budget.reserve(tokens, money):
+        if not budget.held_tokens:
+            report.stopped = "the budget does not allow another request"
+        else:
+            await asyncio.sleep(0.02)
 
 
 def _no_answer(journal: Journal, budget: Budget, model: Model, attempt: int, failure: Failure, tokens: int, money: float) -> str:
