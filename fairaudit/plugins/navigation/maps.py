@@ -19,7 +19,7 @@ BAND = (-0.15, 0.15)
 CLEARANCE = 1.5
 CEILING = 2.0
 RESOLUTION = 0.05
-CHUNK = 1 << 15
+CHUNK = 1 << 20
 PASSABLE = "door"  # a door stands in a robot's way only while it is shut
 FLOOR_SLAB, FLOOR_SHARE = 0.1, 0.02
 
@@ -119,32 +119,40 @@ def rasterise(
         raise InputError(f"bounds are {list(bounds)}; least x, least y, greatest x, greatest y are accepted")
     frame = _frame(points, resolution, bounds)
     size = frame.rows * frame.columns
-    top = np.full(size, -inf)
-    rgb = np.full((size, 3), 255, np.uint8)
+    top, owner = np.full(size, -inf), np.full(size, -1, np.int64)
     low, blocked = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
     for part in points.parts:
         if part.kind == "ceiling":
             continue
         for there in _chunks(part.start, part.stop):
-            xyz, colours = points.xyz[there], points.rgb[there]
+            xyz = points.xyz[there]
             inside = None if bounds is None else _inside(xyz, frame)
             if part.kind is None:
-                inside = (xyz[:, 2] <= ground + ceiling) if inside is None else inside & (xyz[:, 2] <= ground + ceiling)
-            if inside is not None:
-                xyz, colours = xyz[inside], colours[inside]
-            cells, z = _cells(xyz, frame), xyz[:, 2]
-            np.maximum.at(top, cells, z)
-            highest = np.flatnonzero(z == top[cells])
-            rgb[cells[highest]] = colours[highest]
-            low[cells[(z >= ground + band[0]) & (z <= ground + band[1])]] = True
+                under = xyz[:, 2] <= ground + ceiling
+                inside = under if inside is None else inside & under
+            kept = None if inside is None else np.flatnonzero(inside)
+            xyz = xyz if kept is None else xyz[kept]
+            cells, z = _cells(xyz, frame), np.ascontiguousarray(xyz[:, 2])
+            chosen = highest(top, cells, z)
+            owner[cells.take(chosen)] = there.start + (chosen if kept is None else kept[chosen])
+            low[cells.compress((z >= ground + band[0]) & (z <= ground + band[1]))] = True
             if part.kind != PASSABLE:
-                blocked[cells[(z > ground + band[1]) & (z <= ground + clearance)]] = True
-    if bounds is not None and not np.isfinite(top).any():
+                blocked[cells.compress((z > ground + band[1]) & (z <= ground + clearance))] = True
+    seen = owner >= 0
+    rgb = np.full((size, 3), 255, np.uint8)
+    rgb[seen] = points.rgb[owner[seen]]
+    if bounds is not None and not seen.any():
         raise InputError(f"no point of the scan lies within the bounds {list(bounds)}")
     _shade(rgb, top, ground)
     shape = (frame.rows, frame.columns)
     free = (low & ~blocked).reshape(shape)
     return Maps(frame, rgb.reshape(*shape, 3), top.reshape(shape), inflate(free, robot_radius / frame.resolution), ground)
+
+
+def highest(top: NDArray[np.float64], cells: NDArray[np.int64], z: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Raise the tops of cells by points, and return the positions of the points that are now as high as the top of their cell."""
+    np.maximum.at(top, cells, z)
+    return np.flatnonzero(z == top.take(cells))
 
 
 def _check(ceiling: float, band: tuple[float, float], clearance: float, robot_radius: float) -> None:
@@ -158,8 +166,8 @@ def _check(ceiling: float, band: tuple[float, float], clearance: float, robot_ra
 def _frame(points: Points, resolution: float, bounds: tuple[float, float, float, float] | None) -> Frame:
     """One cell more than needed on each side, so that rounding never moves a point off the map."""
     if bounds is None:
-        low, high = points.xyz[:, :2].min(axis=0), points.xyz[:, :2].max(axis=0)
-        bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+        x, y = points.xyz[:, 0], points.xyz[:, 1]
+        bounds = (float(x.min()), float(y.min()), float(x.max()), float(y.max()))
     tight = Frame.around(bounds, resolution)
     return Frame(tight.x - resolution, tight.y - resolution, resolution, tight.rows + 2, tight.columns + 2)
 
@@ -178,12 +186,12 @@ def _chunks(start: int, stop: int) -> Iterator[slice]:
 
 
 def _cells(xyz: NDArray[np.float64], frame: Frame) -> NDArray[np.int64]:
-    """Index of the cell of each point, in reading order of the picture."""
-    cells = ((xyz[:, 1] - frame.y) / frame.resolution).astype(np.int64)
+    """Index of the cell of each point, in reading order of the picture; 32 bits hold it, as a frame has at most 1e9 cells."""
+    cells = ((xyz[:, 1] - frame.y) / frame.resolution).astype(np.int32)
     np.subtract(frame.rows - 1, cells, out=cells)
     cells *= frame.columns
-    cells += ((xyz[:, 0] - frame.x) / frame.resolution).astype(np.int64)
-    return cells
+    cells += ((xyz[:, 0] - frame.x) / frame.resolution).astype(np.int32)
+    return cells.astype(np.int64)
 
 
 def _inside(xyz: NDArray[np.float64], frame: Frame) -> NDArray[np.bool_]:
