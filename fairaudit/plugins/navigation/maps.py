@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fairaudit.exact import InputError
 from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
-from fairaudit.plugins.navigation.readers import Points
+from fairaudit.plugins.navigation.readers import Part, Points
 
 __all__ = ["BAND", "CEILING", "CLEARANCE", "Maps", "floor_height", "inflate", "maps_of_grid", "rasterise"]
 
@@ -119,29 +119,17 @@ def rasterise(
         raise InputError(f"bounds are {list(bounds)}; least x, least y, greatest x, greatest y are accepted")
     frame = _frame(points, resolution, bounds)
     size = frame.rows * frame.columns
-    top, owner = np.full(size, -inf), np.full(size, -1, np.int64)
+    top, rgb = np.full(size, -inf), np.full((size, 3), 255, np.uint8)
     low, blocked = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
-    for part in points.parts:
-        if part.kind == "ceiling":
-            continue
-        for there in _chunks(part.start, part.stop):
-            xyz = points.xyz[there]
-            inside = None if bounds is None else _inside(xyz, frame)
-            if part.kind is None:
-                under = xyz[:, 2] <= ground + ceiling
-                inside = under if inside is None else inside & under
-            kept = None if inside is None else np.flatnonzero(inside)
-            xyz = xyz if kept is None else xyz[kept]
-            cells, z = _cells(xyz, frame), np.ascontiguousarray(xyz[:, 2])
-            chosen = highest(top, cells, z)
-            owner[cells.take(chosen)] = there.start + (chosen if kept is None else kept[chosen])
-            low[cells.compress((z >= ground + band[0]) & (z <= ground + band[1]))] = True
-            if part.kind != PASSABLE:
-                blocked[cells.compress((z > ground + band[1]) & (z <= ground + clearance))] = True
-    seen = owner >= 0
-    rgb = np.full((size, 3), 255, np.uint8)
-    rgb[seen] = points.rgb[owner[seen]]
-    if bounds is not None and not seen.any():
+    limit = ground + ceiling
+    for part, _, cells, z in _pieces(points, frame, limit, bounded=bounds is not None):
+        np.maximum.at(top, cells, z)
+        low[cells.compress((z >= ground + band[0]) & (z <= ground + band[1]))] = True
+        if part.kind != PASSABLE:
+            blocked[cells.compress((z > ground + band[1]) & (z <= ground + clearance))] = True
+    for _, there, cells, z in _pieces(points, frame, limit, bounded=bounds is not None):
+        paint(rgb, top, cells, z, points.rgb[there])
+    if bounds is not None and not np.isfinite(top).any():
         raise InputError(f"no point of the scan lies within the bounds {list(bounds)}")
     _shade(rgb, top, ground)
     shape = (frame.rows, frame.columns)
@@ -149,10 +137,12 @@ def rasterise(
     return Maps(frame, rgb.reshape(*shape, 3), top.reshape(shape), inflate(free, robot_radius / frame.resolution), ground)
 
 
-def highest(top: NDArray[np.float64], cells: NDArray[np.int64], z: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Raise the tops of cells by points, and return the positions of the points that are now as high as the top of their cell."""
-    np.maximum.at(top, cells, z)
-    return np.flatnonzero(z == top.take(cells))
+def paint(
+    rgb: NDArray[np.uint8], top: NDArray[np.float64], cells: NDArray[np.int64], z: NDArray[np.float64], colours: NDArray[np.uint8]
+) -> None:
+    """Give each cell the colour of a point as high as its top, the last one among equals."""
+    chosen = np.flatnonzero(z == top.take(cells))
+    rgb[cells.take(chosen)] = colours[chosen]
 
 
 def _check(ceiling: float, band: tuple[float, float], clearance: float, robot_radius: float) -> None:
@@ -180,9 +170,25 @@ def _shade(rgb: NDArray[np.uint8], top: NDArray[np.float64], ground: float) -> N
         rgb[seen] = (230 - 190 * np.clip((top[seen] - ground) / 2.0, 0.0, 1.0)).astype(np.uint8)[:, None]
 
 
-def _chunks(start: int, stop: int) -> Iterator[slice]:
-    for first in range(start, stop, CHUNK):
-        yield slice(first, min(first + CHUNK, stop))
+_Piece = tuple[Part, "slice | NDArray[np.int64]", NDArray[np.int64], NDArray[np.float64]]
+
+
+def _pieces(points: Points, frame: Frame, limit: float, *, bounded: bool) -> Iterator[_Piece]:
+    """Points that are on the map and no ceiling, in chunks: their object, where they are in the scan, their cells and heights."""
+    for part in points.parts:
+        if part.kind == "ceiling":
+            continue
+        for first in range(part.start, part.stop, CHUNK):
+            there: slice | NDArray[np.int64] = slice(first, min(first + CHUNK, part.stop))
+            xyz = points.xyz[there]
+            inside = _inside(xyz, frame) if bounded else None
+            if part.kind is None:
+                under = xyz[:, 2] <= limit
+                inside = under if inside is None else inside & under
+            if inside is not None:
+                there = np.flatnonzero(inside) + first
+                xyz = xyz[inside]
+            yield part, there, _cells(xyz, frame), np.ascontiguousarray(xyz[:, 2])
 
 
 def _cells(xyz: NDArray[np.float64], frame: Frame) -> NDArray[np.int64]:

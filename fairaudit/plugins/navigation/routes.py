@@ -167,7 +167,7 @@ def routes(free: NDArray[np.bool_], start: Cell, goals: Sequence[Cell], *, corne
     >>> free = np.array([[1, 1, 1], [1, 0, 1], [1, 1, 1]], dtype=bool)
     >>> (route,) = routes(free, (0, 0), [(2, 2)])
     >>> route.cells.tolist(), route.straight, route.diagonal
-    ([[0, 0], [0, 1], [0, 2], [1, 2], [2, 2]], 4, 0)
+    ([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2]], 4, 0)
     """
     for goal in goals:
         _free(free, goal, "goal")
