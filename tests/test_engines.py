@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fairaudit import InputError, Law, Utility, certify
@@ -229,6 +229,7 @@ NUMBERS = st.one_of(
 )
 
 
+@settings(max_examples=40)
 @given(st.lists(NUMBERS, min_size=1, max_size=12))
 def test_intervals_are_exact(tmp_path_factory: pytest.TempPathFactory, cells: list[str]) -> None:
     """Texts next to an edge are not rounded onto it, in either reader."""

@@ -205,25 +205,26 @@ def attended(work: Callable[[], T], interrupt: Callable[[], Any], request: Reque
     """
     done: list[T] = []
     failed: list[BaseException] = []
+    ended = threading.Event()  # an interrupted Thread.join would take the thread for ended
 
     def run() -> None:
         try:
             done.append(work())
         except BaseException as error:
             failed.append(error)
+        finally:
+            ended.set()
 
-    thread = threading.Thread(target=run, name="fairaudit-engine", daemon=True)
-    thread.start()
+    threading.Thread(target=run, name="fairaudit-engine", daemon=True).start()
     try:
         if request.meanwhile is not None:
             request.meanwhile()
-        while thread.is_alive():
-            thread.join(0.1)
-            if request.report is not None and thread.is_alive():
+        while not ended.wait(0.1):
+            if request.report is not None:
                 request.report(share() if share is not None else None, None)
     except BaseException:
         interrupt()
-        thread.join(10)
+        ended.wait(30)
         raise
     if failed:
         raise failed[0]

@@ -1,0 +1,313 @@
+"""Real servers, real Spark, a real terminal, signals and full disks: what happens outside of this process."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pty
+import resource
+import shutil
+import signal
+import socket
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from test_engines import COLUMNS, as_csv, certificate, counts, log
+
+from fairaudit import InputError
+from fairaudit.cli import main
+from fairaudit.tables.engines import read_log
+
+COMMAND = ("--decision", "answer", "--group", "sex", "--context", "dept", "--utility", "yes")
+ENDLESS = {
+    "duckdb": "select 'yes' as answer, 'f' as sex, 'x' as dept from range(1000000000000000)",
+    "sqlite": "with recursive r(i) as (select 1 union all select i + 1 from r) select 'yes' as answer, 'f' as sex, 'x' as dept from r",
+    "postgres": "select 'yes' as answer, 'f' as sex, 'x' as dept from generate_series(1, 1000000000000)",
+}
+
+
+@pytest.fixture(scope="module")
+def postgres() -> Iterator[str]:
+    """URL of a server that was started for these tests, with the log in a table of two parts of a name."""
+    folders = sorted(Path("/usr/lib/postgresql").glob("*/bin"), key=lambda path: int(path.parent.name) if path.parent.name.isdigit() else 0)
+    found = shutil.which("initdb")
+    if found is None and not folders:
+        pytest.skip("PostgreSQL is not installed on this machine (initdb was not found)")
+    psycopg = pytest.importorskip("psycopg", reason="psycopg is not installed")
+    programs = Path(found).parent if found else folders[-1]
+    user: dict[str, str] = {}
+    folder = Path(tempfile.mkdtemp(prefix="fairaudit-postgres-"))
+    if os.geteuid() == 0:  # the server refuses to run as root
+        try:
+            shutil.chown(folder, "postgres", "postgres")
+        except LookupError:
+            folder.rmdir()
+            pytest.skip("PostgreSQL does not run as root, and there is no user postgres")
+        user = {"user": "postgres", "group": "postgres"}
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    secret = folder / "secret"
+    secret.write_text("a:secret\n")
+    secret.chmod(0o644)
+
+    def run(*words: str) -> None:
+        subprocess.run([str(programs / words[0]), *words[1:]], check=True, capture_output=True, cwd="/", **user)  # type: ignore[call-overload]
+
+    try:
+        run(
+            "initdb",
+            "-D",
+            f"{folder}/data",
+            "-U",
+            "auditor",
+            "-A",
+            "scram-sha-256",
+            f"--pwfile={secret}",
+            "--no-sync",
+            "-E",
+            "UTF8",
+            "--locale=C",
+        )
+        options = f"-k {folder} -c listen_addresses=127.0.0.1 -p {port} -c fsync=off"
+        run("pg_ctl", "-D", f"{folder}/data", "-w", "-l", f"{folder}/log", "-o", options, "start")
+        url = f"postgresql://auditor:a%3Asecret@127.0.0.1:{port}/postgres"
+        with psycopg.connect(url) as connection:
+            connection.execute("create schema logs")
+            connection.execute(
+                'create table logs."Decisions" (answer text, sex text, dept text, age numeric(5, 1), run bigint, score float8)'
+            )
+            with connection.cursor() as cursor:
+                cursor.executemany(
+                    'insert into logs."Decisions" values (%(answer)s, %(sex)s, %(dept)s, %(age)s, %(run)s, %(age)s)',
+                    log(),
+                )
+        yield url
+    finally:
+        with contextlib.suppress(subprocess.CalledProcessError):
+            run("pg_ctl", "-D", f"{folder}/data", "-m", "immediate", "stop")
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def test_postgres_gives_the_certificate_of_the_rows(postgres: str) -> None:
+    rows = log()
+    plain = {column: [row[column] for row in rows] for column in rows[0]}
+    where = {"table": "logs.Decisions"}
+    assert certificate(read_log(postgres, COLUMNS, **where)) == certificate(plain)
+    assert certificate(read_log(postgres, (*COLUMNS, "run"), **where), unit="run") == certificate(plain, unit="run")
+    query = {"query": 'select * from logs."Decisions" -- all\n;'}
+    assert certificate(read_log(postgres, COLUMNS, **query)) == certificate(plain)
+    for column in ("age", "score"):
+        found = read_log(postgres, (column, "sex"), bins={column: [18, "44.5"]}, **where)
+        expected: dict[tuple[str, str], int] = {}
+        for row in rows:
+            label = "under 18" if row["age"] < 18 else "18 to under 44.5" if row["age"] < 44.5 else "44.5 and over"
+            expected[label, row["sex"]] = expected.get((label, row["sex"]), 0) + 1
+        assert counts(found) == expected
+
+
+def test_postgres_says_what_is_wrong_and_keeps_the_password(postgres: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    closed = postgres.rpartition(":")[0] + ":1/postgres"
+    for url, words, said in (
+        (postgres, ["--table", "logs.Nothing"], "does not exist"),
+        (postgres, [], "--table"),
+        (postgres, ["--query", "select from where"], "syntax error"),
+        (postgres, ["--query", 'delete from logs."Decisions" returning *'], "PostgreSQL says"),
+        (postgres, ["--table", "logs.Decisions", "--unit", "nothing"], "there is no column 'nothing'"),
+        (postgres.replace("a%3Asecret", "wrong"), ["--table", "logs.Decisions"], "password authentication failed"),
+        (closed, ["--table", "logs.Decisions"], "PostgreSQL says"),
+    ):
+        assert main(["certify", url, *words, *COMMAND, "-o", str(tmp_path / "c.json")]) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and err.count("\n") == 1 and said in err
+        assert "secret" not in err and "wrong" not in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_certificate_of_a_database_says_nothing_of_the_connection(postgres: str, tmp_path: Path) -> None:
+    out = tmp_path / "c.json"
+    assert main(["certify", postgres, "--table", "logs.Decisions", *COMMAND, "-o", str(out)]) == 0
+    assert "secret" not in out.read_text() and "127.0.0.1" not in out.read_text()
+
+
+@pytest.fixture(scope="module")
+def spark() -> Iterator[object]:
+    pyspark = pytest.importorskip("pyspark.sql", reason="PySpark is not installed")
+    if shutil.which("java") is None:
+        pytest.skip("Spark needs Java, and there is none on this machine")
+    builder = (
+        pyspark.SparkSession.builder.master("local[2]").config("spark.ui.enabled", "false").config("spark.sql.shuffle.partitions", "2")
+    )
+    session = builder.config("spark.driver.memory", "1g").getOrCreate()
+    session.sparkContext.setLogLevel("OFF")
+    yield session
+    session.stop()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_spark_gives_the_certificate_of_duckdb(spark: object, tmp_path: Path) -> None:
+    import duckdb
+
+    rows = log(900)
+    (tmp_path / "log.csv").write_text(as_csv(rows))
+    duckdb.sql(
+        f"copy (select * replace (age::bigint as age, age::double / 4 as run) from '{tmp_path}/log.csv') to '{tmp_path}/log.parquet'"
+    )
+    for name in ("log.csv", "log.parquet"):
+        texts = set()
+        for engine in (spark, "duckdb"):
+            tally = read_log(tmp_path / name, (*COLUMNS, "age", "run"), bins={"age": [18, 30]}, engine=engine)
+            texts.add(certificate(tally, age=True, unit="run"))
+        assert len(texts) == 1, name
+    frame = spark.read.parquet(str(tmp_path / "log.parquet"))  # type: ignore[attr-defined]
+    from fairaudit import Law, certify
+
+    columns = {"decision": "answer", "group": "sex", "context": ["dept", "age"], "unit": "run"}
+    laws = [Law.from_log(table, **columns) for table in (frame, read_log(tmp_path / "log.parquet", (*COLUMNS, "age", "run")))]
+    assert len({certify(law, {"yes": 1}).certificate.text for law in laws}) == 1
+    frame.createOrReplaceTempView("held")
+    (tmp_path / "bad.csv").write_text(as_csv(rows) + "yes,f\n")
+    (tmp_path / "latin.csv").write_bytes("answer,sex,dept\nyes,f,é\n".encode("latin-1"))
+    for name, said in (("bad.csv", "Spark cannot read it"), ("latin.csv", "not UTF-8"), ("none.csv", "no such file")):
+        with pytest.raises(InputError, match=said):
+            read_log(tmp_path / name, COLUMNS, engine=spark)
+    with pytest.raises(InputError, match="there is no column 'gender'"):
+        read_log(tmp_path / "log.csv", ("answer", "gender"), engine=spark)
+
+
+def test_spark_from_the_command_line(tmp_path: Path) -> None:
+    pytest.importorskip("pyspark", reason="PySpark is not installed")
+    if shutil.which("java") is None:
+        pytest.skip("Spark needs Java, and there is none on this machine")
+    (tmp_path / "log.csv").write_text(as_csv(log()))
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    texts = []
+    for engine in ("spark", "duckdb"):
+        out = tmp_path / f"{engine}.json"
+        words = [sys.executable, "-m", "fairaudit", "certify", str(tmp_path / "log.csv"), *COMMAND, "--engine", engine, "-o", str(out)]
+        environment = {**os.environ, "TMPDIR": str(scratch), "FAIRAUDIT_SPARK_MASTER": "local[2]"}
+        done = subprocess.run(words, capture_output=True, text=True, env=environment, cwd=tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+        texts.append(out.read_text())
+    assert texts[0] == texts[1]
+    assert [path.name for path in scratch.iterdir() if path.name.startswith("fairaudit")] == []
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["duckdb.json", "log.csv", "scratch", "spark.json"]
+
+
+def endless(name: str, folder: Path, url: str = "") -> list[str]:
+    """A command whose query does not end."""
+    import duckdb
+
+    if name == "duckdb":
+        duckdb.connect(str(folder / "t.duckdb")).close()
+        url = f"duckdb:{folder / 't.duckdb'}"
+    elif name == "sqlite":
+        sqlite3.connect(folder / "t.db").close()
+        (folder / "t.db").touch()
+        url = f"sqlite:{folder / 't.db'}"
+    return [sys.executable, "-m", "fairaudit", "certify", url, "--query", ENDLESS[name], *COMMAND, "-o", str(folder / "c.json")]
+
+
+def until_counting(terminal: int) -> bytes:
+    """What appears on a terminal until the progress of a query does."""
+    seen = b""
+    while b"counting: " not in seen:
+        piece = os.read(terminal, 1000)
+        if not piece:
+            raise AssertionError(seen)
+        seen += piece
+    return seen
+
+
+@pytest.mark.parametrize("name", ["duckdb", "sqlite", "postgres"])
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_a_query_that_is_stopped_leaves_nothing(name: str, how: signal.Signals, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    url = request.getfixturevalue("postgres") if name == "postgres" else ""
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    words = endless(name, tmp_path, url)
+    before = sorted(path.name for path in tmp_path.iterdir())
+    master, terminal = pty.openpty()
+    try:
+        started = subprocess.Popen(words, stderr=terminal, stdout=subprocess.PIPE, env={**os.environ, "TMPDIR": str(scratch)})
+        os.close(terminal)
+        until_counting(master)
+        started.send_signal(how)
+        out, _ = started.communicate(timeout=60)
+    finally:
+        os.close(master)
+    assert started.returncode == (130 if how == signal.SIGINT else -how)
+    assert out == b""
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    if how == signal.SIGINT:
+        assert list(scratch.iterdir()) == []
+    if name == "postgres":
+        return
+    # The next run finds nothing in its way.
+    finite = ["--query", "select unnest(['yes', 'no', 'yes']) as answer, unnest(['f', 'm', 'm']) as sex, 'x' as dept"]
+    if name == "sqlite":
+        finite[1] = "select column1 as answer, column2 as sex, 'x' as dept from (values ('yes', 'f'), ('no', 'm'), ('yes', 'm'))"
+    assert main([*words[3:5], *finite, *words[7:]]) in (0, 3)
+    assert (tmp_path / "c.json").exists()
+
+
+def many_units(path: Path, rows: int) -> None:
+    import duckdb
+
+    duckdb.sql(
+        "copy (select if(i % 3 = 0, 'yes', 'no') as answer, if(i % 2 = 0, 'f', 'm') as sex, 'x' as dept, "
+        f"md5(i::varchar) || md5((i + 1)::varchar) as run from range({rows}) t(i)) to '{path}'"
+    )
+
+
+def test_a_disk_that_is_full_while_spilling(tmp_path: Path) -> None:
+    """No file may grow beyond 64 kB, as on a full disk; the counting does not fit into the memory that it may use."""
+    many_units(tmp_path / "log.parquet", 1_500_000)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    words = ["certify", str(tmp_path / "log.parquet"), *COMMAND, "--unit", "run", "--memory", "50MB", "-o", str(tmp_path / "c.json")]
+    done = subprocess.run(
+        [sys.executable, "-m", "fairaudit", *words],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "TMPDIR": str(scratch)},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (65_536, 65_536)),
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("fairaudit: ") and done.stderr.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["log.parquet", "scratch"]
+    assert list(scratch.iterdir()) == []
+
+
+def test_a_pipe_is_read_once(tmp_path: Path) -> None:
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    text = as_csv(log())
+    (tmp_path / "log.csv").write_text(text)
+    writer = subprocess.Popen([sys.executable, "-c", f"open({str(path)!r}, 'w').write({text!r})"])
+    out = tmp_path / "c.json"
+    assert main(["certify", str(path), *COMMAND, "-o", str(out)]) == 0
+    assert writer.wait(30) == 0
+    assert out.read_text() == certificate_of(tmp_path / "log.csv")
+
+
+def certificate_of(path: Path) -> str:
+    out = path.with_suffix(".json")
+    assert main(["certify", str(path), *COMMAND, "-o", str(out)]) == 0
+    return out.read_text()
+
+
+def test_nothing_is_said_of_progress_but_on_a_terminal(tmp_path: Path) -> None:
+    words = endless("duckdb", tmp_path)
+    started = subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
+    time.sleep(3)
+    started.send_signal(signal.SIGINT)
+    out, err = started.communicate(timeout=60)
+    assert (out, err) == (b"", b"fairaudit: interrupted\n")
