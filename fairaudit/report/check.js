@@ -404,34 +404,65 @@
     return worst;
   }
 
+  // Which claims there are: for each relation and source the quantities, and the scope (null: several, see below).
+  const LAW = "this law", POLICIES = "any policy behind this filter", FLOORED = POLICIES + " that keeps the declared floor";
+  const GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values";
+  const CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts";
+  const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ";
+  const QUANTITIES = [...RATIOS, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
+  const KNOWN = [
+    ["=", "enumeration", [...RATIOS, "demographic_parity", "equalized_odds"], [LAW]],
+    ["=", "T6", ["local_ratio_supremum", "global_ratio_supremum"], [LAW]],
+    ["<=", "T7", ["demographic_parity", "equalized_odds"], [LAW]],
+    ["<=", "T5", ["global_ratio"], [LAW, POLICIES]], ["<=", "T5-decision", ["global_ratio"], [POLICIES]],
+    ["<=", "T2", ["local_ratio"], [POLICIES]], ["<=", "T4", ["local_ratio"], [POLICIES]],
+    ["<=", "T12", ["local_ratio"], [GROUP_FILTERS]], ["<=", "T8", ["local_ratio"], [CONTEXT_FILTERS]],
+    ["<=", "T1-paper", ["local_ratio"], [LAW, FLOORED]], ["<=", "T1", ["local_ratio"], [LAW, FLOORED]], ["<=", "floor", ["local_ratio"], [LAW, FLOORED]],
+    ["<=", "T3", ["local_ratio"], [LAW, FLOORED, GROUP_FILTERS]], ["<=", "T3", RATIOS, [CLASS]], ["<=", "lp-dual", RATIOS, [CLASS]],
+  ];
+  function listed(claim, f) {
+    if (claim.scope.startsWith(POPULATION)) {
+      const interval = (f.doc.intervals || {})[claim.evidence.interval];
+      return RATIOS.includes(claim.quantity) && [">=", "<="].includes(claim.relation) && interval && claim.scope === POPULATION + interval.confidence
+        && claim.quantity === claim.evidence.interval + "_ratio" && ["binomial", interval.method].includes(claim.by) && claim.assumptions.length > 0;
+    }
+    const policy = Boolean(f.law.policy), owns = claim.relation === "=" || claim.by === "T7" || (claim.by === "T5" && claim.scope === LAW);
+    if (claim.scope === CLASS ? !f.doc.subject.class : !owns && !policy) return false;
+    if (policy && claim.assumptions.length === 0) return false;
+    if ("table" in claim.evidence && claim.evidence.table !== f.doc.subject.table.sha256) return false;
+    return KNOWN.some(([relation, by, quantities, scopes]) => relation === claim.relation && by === claim.by
+      && quantities.includes(claim.quantity) && scopes.includes(claim.scope));
+  }
+
   // Each rule says true, false, or undefined when it is not recomputed here.
   async function judgeClaim(claim, f) {
-    const value = rational(claim.value), by = claim.by, metric = f.metric(claim.quantity), name = claim.quantity + claim.relation + by;
+    if (!listed(claim, f)) return false;
+    const value = rational(claim.value), by = claim.by, metric = f.metric(claim.quantity);
     if (metric === undefined) return undefined;
     if (metric === null) return false;
-    if (claim.scope.startsWith("population at confidence ")) {
-      const interval = (f.doc.intervals || {})[claim.evidence.interval];
-      if (!interval || claim.evidence.interval + "_ratio" !== claim.quantity) return false;
-      const [lo, hi] = interval.ratio.map(rational);
+    if (claim.scope.startsWith(POPULATION)) {
+      const [lo, hi] = f.doc.intervals[claim.evidence.interval].ratio.map(rational);
       const fits = claim.relation === "<=" ? compare(value, hi) >= 0 : compare(value, ONE) >= 0 && compare(value, lo) <= 0;
       return fits ? undefined : false;
     }
-    if (claim.relation === "=") return compare(value, metric) === 0 && (by === "enumeration" || by === "T6");
+    if (claim.relation === "=") return compare(value, metric) === 0;
     if (compare(metric, value) > 0) return false;
     if (by === "T7") {
       const r = f.metric(claim.quantity === "equalized_odds" ? "local_ratio_supremum" : "global_ratio_supremum");
       const bound = r[1] === 0n ? ONE : over(minus(r, ONE), add(r, ONE));
       return compare(value, bound) === 0 && text(r) === claim.evidence.supremum;
     }
-    if (claim.scope === "every utility of the class") return by === "T3" ? f.closedForm(claim, value) : undefined;
-    if (by === "T5" && claim.scope === "this law") return compare(value, f.metric("local_ratio")) === 0 && independent(f.law);
-    if (!f.law.policy) return false;
+    if (claim.scope === CLASS) {
+      if (claim.quantity !== f.doc.subject.class.quantity + "_ratio") return false;
+      return by === "T3" ? f.closedForm(claim, value) : undefined;
+    }
+    if (by === "T5" && claim.scope === LAW) return compare(value, f.metric("local_ratio")) === 0 && independent(f.law);
     return judgeBound(claim, value, f);
   }
   async function judgeBound(claim, value, f) {
     const { policy } = f.law, { gamma, m, gap } = f.effective, blind = gap[0] === 0n, factor = f.factor, finite = factor[1] !== 0n, by = claim.by;
     const multipliers = (claim.evidence.multipliers || []).map(rational), infinite = value[1] === 0n;
-    const any = claim.scope === "any policy behind this filter", floored = claim.scope.endsWith("keeps the declared floor");
+    const any = claim.scope === POLICIES, floored = claim.scope === FLOORED;
     if (by === "T2") return any && blind && finite && compare(value, factor) >= 0;
     if (by === "T5") return any && blind && finite && independent(f.law) && compare(value, factor) >= 0;
     if (by === "T5-decision") {
@@ -456,13 +487,13 @@
       return infinite || everyPair(policy.all, policy.group.d, multipliers,
         (k, h) => compare(add(k, over(most(ZERO, minus(times(minus(gamma, m), h), rest(k))), m)), value) <= 0);
     }
-    if (by === "T3" && claim.scope.startsWith("this policy and context filter")) {
+    if (by === "T3" && claim.scope === GROUP_FILTERS) {
       const tau = f.extremes().floor;
       if (!blind || tau[0] === 0n || compare(tau, gamma) > 0) return false;
       const p = finite ? [factor[0], factor[1]] : [1n, 0n], q = finite ? [factor[1], factor[0]] : [0n, 1n];
       return infinite || multipliers.some((k) => compare(add(k, over(times(gamma, hockeyStick(p, q, k, sum(p))), tau)), value) <= 0);
     }
-    const tau = floored ? f.declared.tau : claim.scope === "this law" ? f.constants.tau : null;
+    const tau = floored ? f.declared.tau : claim.scope === LAW ? f.constants.tau : null;
     if (!tau || tau[0] === 0n) return false;
     if (by === "floor") return compare(value, over(gamma, tau)) >= 0;
     if (by === "T1-paper") return finite && compare(value, times(factor, add(ONE, over(gap, tau)))) >= 0;
@@ -503,18 +534,28 @@
     return true;
   }
 
+  function holdTogether(doc) {  // verdicts about the population: one confidence, which the intervals share
+    const judged = doc.targets.filter((t) => t.judged.startsWith(POPULATION)), said = new Set(judged.map((t) => t.judged));
+    if (!judged.length) return true;
+    if (said.size > 1 || doc.subject.kind === "probabilities") return false;
+    const names = [...new Set(judged.map((t) => t.quantity))].filter((q) => q in (doc.intervals || {}));
+    const error = (c) => minus(ONE, rational(c)), spent = names.reduce((t, q) => add(t, error(doc.intervals[q].confidence)), ZERO);
+    return compare(spent, error(judged[0].judged.slice(POPULATION.length))) <= 0;
+  }
   function judgeTarget(target, f) {  // true, false, or undefined when it rests on an interval
     const r = f.metric(target.quantity + "_ratio"), limit = rational(target.limit);
     if (r === undefined) return undefined;
+    if (!["local", "global"].includes(target.quantity) || !["ratio", "log"].includes(target.unit)) return false;
     const atMost = (v) => (target.unit === "ratio" ? compare(v, limit) <= 0 : logAtMost(v, limit));
     if (target.judged === "this table") return target.verdict === (r === null ? "inconclusive" : atMost(r) ? "within" : "exceeds");
+    if (!target.judged.startsWith(POPULATION) || !f.together) return false;
     const interval = (f.doc.intervals || {})[target.quantity];
     let [low, high] = interval ? interval.ratio.map(rational) : [ONE, INF];
     for (const claim of f.doc.claims) {
       const own = claim.quantity === target.quantity + "_ratio" && claim.relation === "<=", declared = f.doc.subject.declared || {};
       const needs = { T2: [], T5: [], "T5-decision": [], T4: ["gamma", "m"] }[claim.by];
-      const floored = claim.scope.endsWith("keeps the declared floor") && "gamma" in declared;
-      const any = claim.scope === "any policy behind this filter" && needs && needs.every((n) => n in declared);
+      const floored = claim.scope === FLOORED && "gamma" in declared;
+      const any = claim.scope === POLICIES && needs && needs.every((n) => n in declared);
       if (own && (any || floored)) high = least(high, rational(claim.value));
     }
     return target.verdict === (!atMost(low) ? "exceeds" : atMost(high) ? "within" : "inconclusive") ? undefined : false;
@@ -551,6 +592,8 @@
     if (!table.header) return { findings, law: null };
     const own = { kind: about.kind, columns: about.columns, population: about.population };
     say("the table is of the kind that the certificate names", Object.keys(own).every((k) => same(own[k], table.header[k])));
+    const filled = table.rows.filter((row) => "weights" in row).length * table.header.decisions.length;
+    say("number of entries of the table", filled === table.cells);
     say("digest of the table", (await digest(table)) === table.sha256);
     const law = about.kind === "policy" ? await readPolicy(table.header, table.rows) : await readLaw(table.header, table.rows);
     if (!law) { say("the law behind the filters", undefined, "too large for this page"); return { findings, law }; }
@@ -572,16 +615,24 @@
     const declared = Object.fromEntries(Object.entries(about.declared || {}).map(([k, v]) => [k, rational(v)]));
     const value = (m) => (m === undefined ? undefined : m === null ? null : rational("ratio" in m ? m.ratio : m.value));
     const of = { local_ratio: "local", global_ratio: "global", local_ratio_supremum: "local_supremum", global_ratio_supremum: "global_supremum" };
+    const { gamma, m, lipschitz, tau } = declared;
+    if (about.declared) {
+      say("declared constants do not contradict the table", (!gamma || compare(gamma, found.gamma) >= 0) && (!lipschitz || compare(lipschitz, found.lipschitz) >= 0)
+        && (!m || compare(m, found.m) <= 0) && (!tau || !found.tau || compare(tau, found.tau) <= 0));
+    }
+    const twice = (list) => new Set(list).size < list.length;
+    say("no claim or target stands twice", !twice(doc.claims.map((c) => JSON.stringify([c.quantity, c.relation, c.by, c.scope])))
+      && !twice(doc.targets.map((t) => t.quantity + " " + t.unit)));
     let kept = null;
     const f = {
-      doc, law, declared, constants: found, metric: (q) => value(metrics[of[q] || q]), factor: law.privacy ? rational(law.privacy.group.exp_epsilon) : ONE,
+      doc, law, declared, constants: found, metric: (q) => (QUANTITIES.includes(q) ? value(metrics[of[q] || q]) : null), together: holdTogether(doc), factor: law.privacy ? rational(law.privacy.group.exp_epsilon) : ONE,
       effective: { gamma: declared.gamma || found.gamma, m: declared.m || found.m, gap: declared.lipschitz || found.lipschitz },
       extremes: () => { kept = kept || extremes(law.policy); return kept; },
       closedForm: (claim, v) => (about.class ? closedForm(claim, v, law, about.class, groups) : false),
     };
     for (const claim of doc.claims) {
       const good = await judgeClaim(claim, f);
-      const why = good !== undefined ? "" : claim.scope.startsWith("population") ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
+      const why = good !== undefined ? "" : claim.scope.startsWith(POPULATION) ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
       say("claim " + claim.quantity.replace(/_/g, " ") + " " + claim.relation + " " + claim.value.slice(0, 60) + " by " + claim.by + ", about " + claim.scope, good, why);
     }
     for (const name of Object.keys(doc.intervals || {})) say("interval of the " + name + " ratio", undefined, "only fairaudit verify checks this");
