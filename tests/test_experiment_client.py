@@ -225,6 +225,31 @@ def test_first_token_probabilities(tmp_path: Path) -> None:
     assert found == [(0.0, 0.0, 1.0), *[(0.8, 0.15, 0.05)] * 3]
 
 
+def test_images_are_sent_whole_and_kept_by_their_digest(tmp_path: Path) -> None:
+    import base64
+    import hashlib
+
+    picture = b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 40
+    (tmp_path / "route.png").write_bytes(picture)
+    written(tmp_path, trials=1, more='[images]\nHR2 = "route.png"\n[images."sick leave"]\nHR1 = "route.png"')
+    with serving() as server:
+        _, _, report = asked(tmp_path, server)
+        assert report.complete
+        for body in server.bodies:
+            content = body["messages"][-1]["content"]
+            sent = [part["image_url"]["url"] for part in content if part["type"] == "image_url"]
+            assert len(sent) == (2 if "sick leave" in content[0]["text"] else 1)
+            assert {base64.b64decode(url.partition("base64,")[2]) for url in sent} == {picture}
+    database = sqlite3.connect(tmp_path / "journal.sqlite")
+    requests = [text for (text,) in database.execute("SELECT body FROM requests")]
+    database.close()
+    assert all(f"sha256:{hashlib.sha256(picture).hexdigest()}" in text and "base64" not in text for text in requests)
+    # Another picture is another experiment.
+    (tmp_path / "route.png").write_bytes(picture + b"x")
+    with serving() as server, pytest.raises(InputError, match="another experiment file"):
+        asked(tmp_path, server)
+
+
 def test_nothing_hides_behind_a_retry(tmp_path: Path) -> None:
     """A request that the server refuses as such ends the run with its words; a wrong key is never repeated."""
     written(tmp_path)
