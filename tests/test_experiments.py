@@ -428,3 +428,59 @@ def test_the_sentence_encoder() -> None:
     experiment = read_experiment("document-delivery")
     table = exact_table(experiment, SentenceMaker(experiment).probabilities)
     assert certify(experiment, table, NONE, "slot").result.local.ratio > Fraction(5, 4)
+
+
+def test_three_people_in_all_orders() -> None:
+    """T10 for n = 3: with all orders, exchanging two people costs 2ε of one profile, whatever the third is."""
+    base = read_experiment("document-delivery")
+    setting = Setting(Fraction(3, 5), Fraction(1))
+    people = {"Tom": ("Tom", "25 years old"), "Mary": ("Mary", "55 years old"), "Ann": ("Mary", "25 years old")}
+    attributes = {name: base.attributes[name] for name in ("name", "age")}
+    options = ("HR1", "HR2", "HR3")
+    stand_in = {"position": "3", "weights": {"name": {"Mary": "1"}}}
+    experiment = replace(
+        base, options=options, people=people, attributes=attributes, contexts=("sick leave",), settings=(setting,), stand_in=stand_in
+    )
+    assert len(experiment.orders) == 6
+    maker = StandIn(experiment)
+    table = exact_table(experiment, maker.probabilities)
+    found = certify(experiment, table, setting, "person")
+    assert found.exp_epsilon == Fraction(3, 2) ** 4
+    assert 1 < found.result.local.ratio <= found.exp_epsilon
+    chances = []
+    for person in people:
+        total = Fraction(0)
+        for order in itertools.permutations(people):
+            truth = [value for name in order for value in people[name]]
+            for shown in itertools.product(*(list(attributes.values()) * 3)):
+                kept = sum(a == b for a, b in zip(shown, truth, strict=True))
+                slots = (shown[0:2], shown[2:4], shown[4:6])
+                share = Fraction(3, 5) ** kept * Fraction(2, 5) ** (6 - kept) / 6
+                total += share * maker.probabilities("sick leave", slots)[order.index(person)]
+        chances.append(total)
+    assert sum(chances) == 1
+    assert found.result.local.ratio == max(chances) / min(chances)
+    assert certify(experiment, table, setting, "position").result.local.ratio > 5
+
+
+def test_missing_extras_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import sys
+
+    monkeypatch.setitem(sys.modules, "jinja2", None)
+    assert main(["experiment", "run", "document-delivery", "--folder", str(tmp_path)]) == 2
+    assert "fairaudit-certify[vlm]" in capsys.readouterr().err
+
+
+def test_a_broken_plug_in_stops_no_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    import importlib.metadata
+    from importlib.metadata import EntryPoint
+
+    broken = EntryPoint("broken", "no.such.module", "fairaudit.commands")
+    real = importlib.metadata.entry_points
+    monkeypatch.setattr(
+        importlib.metadata, "entry_points", lambda **k: [*real(**k), broken] if k["group"] == "fairaudit.commands" else real(**k)
+    )
+    assert main(["experiment", "list"]) == 0
+    said = capsys.readouterr()
+    assert "epsilon-a" in said.out
+    assert "the plug-in broken cannot be loaded" in said.err
