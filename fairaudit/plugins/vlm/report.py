@@ -7,10 +7,10 @@ import io
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import inf
+from math import ceil, floor, inf
 from pathlib import Path
 from typing import Any, Literal
 
@@ -95,9 +95,14 @@ def said(found: Found, form: str) -> str:
     """What was found, as text or JSON."""
     if form == "json":
         return json.dumps(_document(found), ensure_ascii=True, indent=1)
-    lines = [plain(found.experiment.title), f"Utility: {plain(found.experiment.utility_name)}, at confidence as stated in the certificates"]
+    lines = [
+        plain(found.experiment.title),
+        f"Utility: {plain(found.experiment.utility_name)}. Each interval holds at the confidence of its certificate, by itself.",
+    ]
     head = None
-    for model, table, finding in found.findings:
+    asked, models = questions(found.experiment), [model for model, _, _ in found.findings]
+    by_question = sorted(found.findings, key=lambda f: (models.index(f[0]), asked.index(f[2].question)))
+    for model, table, finding in by_question:
         if head != (model, finding.question):
             head = (model, finding.question)
             lines += ["", plain(f"{model}: {TITLES[finding.question]}")]
@@ -129,18 +134,19 @@ def _line(finding: Finding) -> str:
     low, high = finding.meanings["local"]
     local = _log(low) if low == high else f"{_log(low)}–{_log(high)}"
     wide, whole = finding.interval.get("local"), finding.meanings.get("global")
-    interval = f"{_log(wide[0])} to {_log(wide[1])}" if wide else "-"
+    interval = f"{_log(wide[0], floor)} to {_log(wide[1], ceil)}" if wide else "-"
     overall = "-" if whole is None else _log(whole[0]) if whole[0] == whole[1] else f"{_log(whole[0])}–{_log(whole[1])}"
     own = {name: value for name, value in finding.bounds.items() if name in ("T3", "T4", "T12") and setting.filtered}
     bound = min(own.items(), key=lambda entry: entry[1], default=("", inf))
-    best = f"{_log(bound[1])} {bound[0]}" if bound[1] < inf else "-"
+    best = f"{_log(bound[1], ceil)} {bound[0]}" if bound[1] < inf else "-"
     judged = finding.verdict if finding.targets else "-"
     return f"{name:<24}{_log(finding.exp_epsilon):>9}{local:>15}{interval:>20}{overall:>15}{best:>14}  {judged}"
 
 
-def _log(value: Fraction | float) -> str:
+def _log(value: Fraction | float, rounding: Callable[[float], int] = round) -> str:
+    """Three decimals of a logarithm, towards the outside for the ends of an interval."""
     found = logarithm(value)
-    return "infinite" if found == inf else f"{found:.3f}"
+    return "infinite" if found == inf else f"{rounding(found * 1000) / 1000:.3f}"
 
 
 def _suffix(experiment: Experiment, setting: Setting) -> str:
