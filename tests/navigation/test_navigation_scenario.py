@@ -8,6 +8,9 @@ import hashlib
 import json
 import re
 import shutil
+import subprocess
+import sys
+from importlib.metadata import entry_points
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
@@ -246,3 +249,19 @@ def test_experiment_file_without_scenario(tmp_path: Path) -> None:
     shutil.copy(EXAMPLES / "documents-experiment.toml", tmp_path)
     with pytest.raises(InputError, match="no scenario file beside it draws pictures into 'documents-candidates'"):
         fairaudit("experiment", "render", str(tmp_path / "documents-experiment.toml"))
+
+
+def test_command_line_finds_the_plugin(copy: Path) -> None:
+    """The installed command, from its entry points to its exit code."""
+    if "navigation" not in entry_points(group="fairaudit.commands").names:
+        pytest.skip("the installed package is older than this checkout; install it again")
+    done = subprocess.run(
+        [sys.executable, "-m", "fairaudit", "navigation", "render", str(copy / "documents.toml")], capture_output=True, text=True
+    )
+    assert done.returncode == 0 and "candidate set:" in done.stdout and not done.stderr
+    (copy / "documents.toml").write_text((copy / "documents.toml").read_text().replace("[6.0, 1.1]", "[5.0, 2.2]"))
+    done = subprocess.run(
+        [sys.executable, "-m", "fairaudit", "navigation", "render", str(copy / "documents.toml")], capture_output=True, text=True
+    )
+    assert done.returncode == 2 and not done.stdout
+    assert done.stderr.startswith("fairaudit: ") and done.stderr.count("\n") == 1 and "the nearest free cell is at" in done.stderr
