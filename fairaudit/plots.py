@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["plot_bounds", "plot_expectations", "plot_ratios", "plot_truth_kept", "save_truth_kept"]
 
 HIGH, LOW, MID, ALARM = "#1f5f8b", "#b0561b", "#7c8593", "#a32f2a"
-SHOW_TEXT = 44
+SHOW_TEXT = 40
+BEYOND = 1e12  # ratios above this are drawn up to the edge, as infinite ones are
 
 
 def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
@@ -47,7 +48,7 @@ def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
     """
     panels = _panels(_content(result))
     lines = sum(len(panel.members) + 1 for panel in panels)
-    axes = ax if ax is not None else _figure(1, height=1.2 + 0.24 * lines)[1][0]
+    axes = ax if ax is not None else _figure(1, width=8.0, height=1.2 + 0.24 * lines)[1][0]
     labels: list[str] = []
     for panel in panels:
         labels.append(panel.title)
@@ -94,7 +95,7 @@ def plot_ratios(result: Result, ax: Axes | None = None, *, quantity: Literal["lo
         raise InputError(f"the {quantity} ratio was not measured; there is nothing to draw")
     matrix = content.matrices[-1 if quantity == "global" else 0]
     size = len(matrix.rows)
-    axes = ax if ax is not None else _figure(1, height=1.6 + 0.42 * size)[1][0]
+    axes = ax if ax is not None else _figure(1, width=8.0, height=1.6 + 0.42 * size)[1][0]
     values = [[1.0 if v is None else float(v) for v in row] for row in matrix.ratios]
     heat = [[abs(log(v)) if v > 0 and isfinite(v) else float("nan") for v in row] for row in values]
     axes.imshow(heat, cmap="YlOrBr", vmin=0, vmax=max(1.2, *(h for row in heat for h in row if h == h)), aspect="auto")
@@ -125,7 +126,7 @@ def plot_bounds(result: Result, ax: Axes | None = None, *, quantity: Literal["lo
     -------
     Axes
         The ratio on a logarithmic horizontal axis; a line for each statement, with what it is about; dashed lines at the targets. Infinite
-        values reach the right edge.
+        and enormous values reach the right edge.
 
     Raises
     ------
@@ -138,12 +139,12 @@ def plot_bounds(result: Result, ax: Axes | None = None, *, quantity: Literal["lo
     axes = ax if ax is not None else _figure(1, height=1.2 + 0.42 * len(rungs), width=8.0)[1][0]
     from matplotlib.ticker import MaxNLocator, NullLocator
 
-    edge = 1.15 * max((float(rung.value) for rung in rungs if isfinite(float(rung.value))), default=1.0)
+    edge = 1.15 * max((float(rung.value) for rung in rungs if float(rung.value) <= BEYOND), default=1.0)
     colours = {"measured": HIGH, "least": HIGH, "unfiltered": LOW, "bound": MID, "target": ALARM}
     for y, rung in enumerate(rungs):
         value = float(rung.value)
-        axes.plot([1.0, value if isfinite(value) else edge], [y, y], color=colours[rung.kind], linewidth=4, solid_capstyle="butt")
-        if rung.kind == "target" and isfinite(value):
+        axes.plot([1.0, min(value, edge)], [y, y], color=colours[rung.kind], linewidth=4, solid_capstyle="butt")
+        if rung.kind == "target" and value <= edge:
             axes.axvline(value, color=ALARM, linestyle="--", linewidth=1)
     axes.set_xscale("log")
     axes.set_xlim(1.0, max(edge, 1.01))

@@ -6,7 +6,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from functools import wraps
+from functools import cache, wraps
 from importlib.resources import files
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -140,6 +140,7 @@ def check_extra() -> None:
     _jinja()
 
 
+@cache
 def _jinja() -> tuple[Any, type[Markup]]:
     try:
         from jinja2 import Environment, FunctionLoader, StrictUndefined

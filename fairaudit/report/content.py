@@ -114,7 +114,15 @@ class Content:
             limit = Value(number(target["limit"]))
             unit = "log-ratio" if target["unit"] == "log" else "ratio"
             name = f"{target['quantity']} {unit} at most {limit.decimal}"
-            listed.append({"verdict": target["verdict"], "name": name, "judged": scope(target["judged"]), "exact": limit.exact})
+            listed.append(
+                {
+                    "verdict": target["verdict"],
+                    "name": name,
+                    "judged": scope(target["judged"]),
+                    "exact": limit.exact,
+                    "limit": limit.decimal,
+                }
+            )
         return listed
 
     @cached_property

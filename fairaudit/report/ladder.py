@@ -81,7 +81,7 @@ def _exponential(limit: Fraction | float) -> Value:
     if not isinstance(limit, Fraction) or limit > 700:
         return Value(inf)
     low, _ = exp_enclosure((limit.numerator, limit.denominator), 64)
-    return Value(Fraction(low, 1 << 64), "down")
+    return Value(Fraction(low, 1 << 64), "down", rational=False)
 
 
 def _calibrated(document: Mapping[str, Any], mechanism: Mechanism) -> Calibrated | None:

@@ -82,7 +82,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _exact(value: Value) -> str:
-    return value.exact or "(in the certificate)"
+    return value.exact or ("(in the certificate)" if value.rational else "")
 
 
 def _figure(figure: Figure) -> tuple[str, ...]:

@@ -55,6 +55,7 @@ class Value:
 
     value: Fraction | float
     rounding: Literal["nearest", "down", "up"] = "nearest"
+    rational: bool = True  # otherwise it only stands near an irrational number, which has no fraction to show
 
     @property
     def decimal(self) -> str:
@@ -64,6 +65,8 @@ class Value:
     @cached_property
     def exact(self) -> str:
         """The rational, or how long it is."""
+        if not self.rational:
+            return ""
         if not isinstance(self.value, Fraction):
             return "inf"
         digits = max(self.value.numerator.bit_length(), self.value.denominator.bit_length())

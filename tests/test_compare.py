@@ -1,0 +1,170 @@
+"""What moved between two certificates."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_certificate import FOUR, KINDS, admissions, small_counts
+
+import fairaudit as fa
+from fairaudit.cli import main as command
+from fairaudit.compare import compare
+from fairaudit.testing import laws
+
+RANK = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
+
+
+def made(yes: int, **options: Any) -> dict[str, Any]:
+    law = fa.Law.from_array([[yes, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    return fa.certify(law, {"yes": 1}, **{"confidence": None, **options}).certificate.document
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_certificate_is_like_itself(kind: Any) -> None:
+    document = kind(**FOUR).certificate.document
+    found = compare(document, document)
+    assert not found.worse and not found.risen and found.cells == ()
+    assert {c.direction for c in (found.verdict, *found.targets, *found.metrics, *found.intervals, *found.bounds)} == {"same"}
+
+
+@given(data=st.data())
+@settings(max_examples=60)
+def test_moves_are_exact(data: st.DataObject) -> None:
+    shape = {"max_contexts": 3, "max_groups": 3, "max_decisions": 2, "kinds": ("counts",), "complete": True}
+    first, second = data.draw(laws(**shape)), data.draw(laws(**shape))
+    utility = {first.decisions[0]: 1}
+    one, two = (fa.certify(law, utility, max_local_ratio="5/4", confidence=None) for law in (first, second))
+    found = compare(one.certificate.document, two.certificate.document)
+    assert one.local is not None and two.local is not None
+    direction = "same" if one.local.ratio == two.local.ratio else "worse" if two.local.ratio > one.local.ratio else "better"
+    assert found.metrics[0].direction == direction
+    assert found.worse is (RANK[two.verdict] > RANK[one.verdict])
+    for moved in found.cells:
+        assert moved.old != moved.new
+    distances = [abs(m.new - m.old) for m in found.cells if m.old is not None and m.new is not None]
+    assert distances == sorted(distances, reverse=True)
+
+
+def test_a_verdict_that_changes() -> None:
+    found = compare(made(3, max_local_ratio="8/5"), made(5, max_local_ratio="8/5"))
+    assert (found.verdict.old, found.verdict.new, found.verdict.direction) == ("within", "exceeds", "worse")
+    assert found.worse and found.risen
+    back = compare(made(5, max_local_ratio="8/5"), made(3, max_local_ratio="8/5"))
+    assert back.verdict.direction == "better" and not back.worse and not back.risen
+    assert [(m.group, m.old, m.new) for m in found.cells] == [({"group": "f"}, Fraction(3, 4), Fraction(5, 6))]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "worse", "note"),
+    [
+        ({"max_local_ratio": 2}, {}, True, "dropped"),
+        ({}, {"max_local_ratio": 2}, False, "new"),
+        ({}, {"max_local_ratio": "5/4"}, True, "new"),
+        ({"max_local_ratio": 2}, {"max_local_ratio": 3}, True, "loosened from 2 to 3"),
+        ({"max_local_ratio": 3}, {"max_local_ratio": 2}, False, "tightened"),
+        ({"max_local_ratio": 90, "confidence": "0.9"}, {"max_local_ratio": 90}, True, "judged for this table"),
+        ({"max_local_ratio": 90, "confidence": "0.9"}, {"max_local_ratio": 90, "confidence": "0.8"}, True, "4/5"),
+    ],
+)
+def test_targets_that_are_not_the_same(old: dict[str, Any], new: dict[str, Any], worse: bool, note: str) -> None:
+    found = compare(made(3, **old), made(3, **new))
+    assert found.worse is worse
+    assert note in found.targets[0].note
+
+
+def test_intervals_that_do_not_overlap() -> None:
+    def sampled(yes: int) -> dict[str, Any]:
+        law = fa.Law.from_array([[yes, 1000 - yes], [500, 500]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+        return fa.certify(law, {"yes": 1}).certificate.document
+
+    assert compare(sampled(510), sampled(900)).intervals[0].direction == "worse"
+    assert compare(sampled(900), sampled(510)).intervals[0].direction == "better"
+    near = compare(sampled(510), sampled(520)).intervals[0]
+    assert near.direction == "changed" and "may be chance" in near.note
+
+
+def test_what_answers_another_question_is_refused() -> None:
+    other_column = fa.Law.from_array([[3, 1], [1, 1]], kind="counts", columns=fa.Columns("u", ("sex",)), decisions=["yes", "no"])
+    other_utility = fa.Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    for law, utility, said in (
+        (other_column, {"yes": 1}, "column"),
+        (other_utility, {"yes": 2}, "utility of 'yes' is 1 in one and 2 in the"),
+    ):
+        document = fa.certify(law, utility, confidence=None).certificate.document
+        with pytest.raises(fa.InputError, match=said):
+            compare(made(3), document)
+    worst = fa.certify_worst_case(fa.worst_case(other_utility, fa.UtilityClass(gamma=1, tau="0.3"))).document
+    with pytest.raises(fa.InputError, match="class"):
+        compare(made(3), worst)
+    assert not compare(worst, worst).worse
+    with pytest.raises(fa.InputError, match="no certificate"):
+        compare(made(3), {"subject": {}})
+
+
+def test_notes_say_what_is_not_comparable() -> None:
+    more = fa.Law.from_array([[3, 1], [1, 1], [1, 4]], kind="counts", decisions=["yes", "no"], groups=["f", "m", "x"])
+    found = compare(made(3), fa.certify(more, {"yes": 1}, confidence=None).certificate.document)
+    assert any(note.startswith("groups: 0 only in the old table, 1 only in the new one") for note in found.notes)
+    assert [(m.old, m.new) for m in found.cells] == [(None, Fraction(1, 5))]
+    hidden = compare(made(3, embed_table=False), made(4))
+    assert hidden.cells == () and any("does not hold its table" in note for note in hidden.notes)
+
+
+# The command
+
+
+def write(directory: Path, name: str, document: Any) -> str:
+    path = directory / name
+    path.write_text(json.dumps(document))
+    return str(path)
+
+
+def test_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    old, same = write(tmp_path, "old.json", made(3, max_local_ratio=2)), write(tmp_path, "same.json", made(4, max_local_ratio=2))
+    worse = write(tmp_path, "worse.json", made(100, max_local_ratio="3/2"))
+    assert command(["compare", old, same]) == 0
+    assert command(["compare", old, same, "--fail-on", "rise"]) == 1
+    assert command(["compare", same, old, "--fail-on", "rise"]) == 0
+    assert command(["compare", old, worse]) == 1
+    out = capsys.readouterr().out
+    assert "local ratio   " in out and "1.5 (3/2) -> 1.6 (8/5)" in out and "exceeds" in out
+    false = made(3)
+    false["metrics"]["local"]["ratio"] = "5/4"
+    assert command(["compare", old, write(tmp_path, "false.json", false)]) == 2
+    assert command(["compare", old, write(tmp_path, "other.json", admissions().certificate.document)]) == 2
+    assert command(["compare", old, str(tmp_path / "absent.json")]) == 2
+    assert command(["compare", old, old, "--top", "-1"]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 4
+
+
+@pytest.mark.parametrize("form", ["text", "json", "markdown"])
+def test_formats(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    old = write(tmp_path, "old.json", small_counts(max_local_ratio="5/4", confidence="0.9").certificate.document)
+    new = write(tmp_path, "new.json", small_counts(max_local_ratio="5/2", confidence=None).certificate.document)
+    assert command(["compare", old, new, "--format", form]) == 1
+    out = capsys.readouterr().out
+    if form == "json":
+        found = json.loads(out)
+        assert found["worse"] is True and found["moved"] == [] and found["metrics"][0]["old"] == "19/8"
+    else:
+        assert "WORSE" in out and "loosened from 5/4 to 5/2" in out and "19/8" in out
+
+
+def test_labels_are_data(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def hostile(yes: int) -> dict[str, Any]:
+        groups = ["\x1b[31m<b>\u202e|@you", "m"]
+        law = fa.Law.from_array([[yes, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=groups)
+        return fa.certify(law, {"yes": 1}, confidence=None).certificate.document
+
+    old, new = write(tmp_path, "old.json", hostile(3)), write(tmp_path, "new.json", hostile(4))
+    for form in ("text", "json", "markdown"):
+        assert command(["compare", old, new, "--format", form]) == 0
+        out = capsys.readouterr().out
+        assert "\x1b" not in out and "\u202e" not in out
+        assert form != "markdown" or ("<b>" not in out and "@you" not in out)

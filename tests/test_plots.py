@@ -1,0 +1,98 @@
+"""Pictures of results: what is drawn is what was found, and labels are text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from math import exp
+from pathlib import Path
+from typing import Any
+
+import pytest
+from test_certificate import FOUR, KINDS, admissions, infinite, never_locally, small_counts
+
+import fairaudit as fa
+
+pytest.importorskip("matplotlib", reason="matplotlib is not installed (it is in the extra plots)")
+
+from fairaudit.plots import plot_bounds, plot_expectations, plot_ratios, plot_truth_kept, save_truth_kept
+
+PLOTS: list[Callable[..., Any]] = [plot_expectations, plot_ratios, plot_bounds]
+
+
+def points(axes: Any) -> list[float]:
+    return [float(line.get_xdata()[0]) for line in axes.lines if line.get_marker() == "o"]
+
+
+def test_expectations_are_those_of_the_groups() -> None:
+    drawn = points(plot_expectations(admissions()))
+    frame = admissions().to_frame()
+    wanted = [*frame["expectation_float"], float(Fraction(1198, 2691)), float(Fraction(557, 1835))]
+    assert sorted(drawn) == sorted(wanted)
+
+
+def test_ratios_are_written_in_the_matrix() -> None:
+    axes = plot_ratios(admissions())
+    assert {text.get_text() for text in axes.texts} == {"1.328", "0.7531"}
+    assert axes.get_title() == "Dept=A"
+    overall = plot_ratios(admissions(), quantity="global")
+    assert {text.get_text() for text in overall.texts} == {"1.467", "0.6818"}
+
+
+def test_bounds_end_at_their_values() -> None:
+    result = small_counts(max_local="0.5", confidence=None)
+    axes = plot_bounds(result)
+    ends = [float(line.get_xdata()[1]) for line in axes.lines if len(set(line.get_ydata())) == 1 and line.get_linewidth() == 4]
+    assert ends == pytest.approx([exp(0.5), 19 / 8])
+
+
+@pytest.mark.filterwarnings("ignore:Glyph")  # the font of the test has not every script
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("plot", PLOTS)
+def test_every_kind_can_be_drawn(plot: Callable[..., Any], kind: Callable[..., fa.Result]) -> None:
+    result = kind(**FOUR)
+    if plot is not plot_expectations and result.local is None:
+        with pytest.raises(fa.InputError, match="not measured"):
+            plot(result)
+        return
+    axes = plot(result)
+    axes.figure.canvas.draw()
+
+
+def test_an_axes_that_is_given_is_used() -> None:
+    from matplotlib.figure import Figure
+
+    for plot in PLOTS:
+        given = Figure().subplots()
+        assert plot(infinite(), given) is given
+    with pytest.raises(fa.InputError):
+        plot_ratios(never_locally())
+
+
+def test_labels_are_not_mathematics() -> None:
+    law = fa.Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=[r"$\frac{1}{0$", "m" * 500])
+    result = fa.certify(law, {"yes": 1}, confidence=None)
+    for plot in PLOTS:
+        plot(result).figure.canvas.draw()
+
+
+def test_truth_kept_of_calibrations_and_designs(tmp_path: Path) -> None:
+    found = [fa.calibrate(target_local=target, groups=4, tau="0.3") for target in ("0.1", "0.2")]
+    axes = plot_truth_kept(found)
+    assert [label.get_text() for label in axes.get_legend().get_texts()] == ["mechanism", "the paper's rule"]
+    assert axes.lines[0].get_ydata().tolist() == [float(c.keep_probabilities[0]) for c in found]
+    for name in ("a.png", "a.svg", "a.pdf"):
+        save_truth_kept(found, str(tmp_path / name))
+        assert (tmp_path / name).stat().st_size > 1000
+    with pytest.raises(fa.InputError, match="ends in"):
+        save_truth_kept(found, str(tmp_path / "a.exe"))
+    with pytest.raises(fa.InputError, match="nothing to draw"):
+        plot_truth_kept([])
+
+
+def test_notebooks_show_a_result_with_labels_as_text() -> None:
+    law = fa.Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["<script>\u202e", "m"])
+    shown = fa.certify(law, {"yes": 1}, max_local_ratio="5/4")._repr_html_()
+    assert "<strong>inconclusive</strong>" in shown and "3/2" in shown
+    assert "<script" not in shown and "&lt;script&gt;" in shown and "\u202e" not in shown
+    assert "infinite" in infinite()._repr_html_() and "not compared" in never_locally()._repr_html_()
