@@ -164,17 +164,20 @@
     return { list, inputs: product(list.map((f) => f.inputs)), outputs: product(list.map((f) => f.outputs)), d: list.reduce((p, f) => p * f.d, 1n),
       rows() { return list.reduce((made, f) => made.flatMap((head) => f.rows.map((r) => head.flatMap((p) => r.map((q) => p * q)))), [[1n]]); } };
   }
-  function through(filter, vectors) {  // vectors: one per released value, mixed into one per input
+  async function through(filter, vectors) {  // vectors: one per released value, mixed into one per input
     let block = vectors, sizes = filter.list.map((f) => f.outputs.length);
-    filter.list.forEach((f, axis) => {
+    for (const [axis, f] of filter.list.entries()) {
       const before = sizes.slice(0, axis).reduce((p, n) => p * n, 1), after = sizes.slice(axis + 1).reduce((p, n) => p * n, 1), made = [];
-      for (let i = 0; i < before; i++) for (const row of f.rows) for (let k = 0; k < after; k++) {
-        const target = vectors[0].map(() => 0n);
-        row.forEach((p, j) => { if (p) { const v = block[(i * row.length + j) * after + k]; for (let u = 0; u < v.length; u++) target[u] += p * v[u]; } });
-        made.push(target);
+      for (let i = 0; i < before; i++) for (const row of f.rows) {
+        for (let k = 0; k < after; k++) {
+          const target = vectors[0].map(() => 0n);
+          row.forEach((p, j) => { if (p) { const v = block[(i * row.length + j) * after + k]; for (let u = 0; u < v.length; u++) target[u] += p * v[u]; } });
+          made.push(target);
+        }
+        if (late()) await turn();
       }
       sizes[axis] = f.rows.length; block = made;
-    });
+    }
     return block;
   }
   const key = (label) => JSON.stringify(label);
@@ -197,16 +200,16 @@
     policy.mixed = [];  // the same per true group
     for (const x of released) {
       const block = group.outputs.map((a) => row(x, a));
-      policy.raw.push(block); policy.mixed.push(through(group, block));
+      policy.raw.push(block); policy.mixed.push(await through(group, block));
       if (late()) await turn();
     }
-    const cross = (blocks, count) => {  // mix over released contexts
+    const cross = async (blocks, count) => {  // mix over released contexts
       if (!context) return blocks;
-      const flatBlocks = blocks.map((b) => b.flat()), made = through(context, flatBlocks);
+      const flatBlocks = blocks.map((b) => b.flat()), made = await through(context, flatBlocks);
       return made.map((v) => Array.from({ length: count }, (_, a) => v.slice(a * decisions, (a + 1) * decisions)));
     };
-    policy.response = cross(policy.raw, group.outputs.length);
-    const induced = cross(policy.mixed, group.inputs.length), true_ = new Map(listed.map((r) => [r.true_context + "," + r.true_group, r]));
+    policy.response = await cross(policy.raw, group.outputs.length);
+    const induced = await cross(policy.mixed, group.inputs.length), true_ = new Map(listed.map((r) => [r.true_context + "," + r.true_group, r]));
     const entry = (x, a) => true_.get(x + "," + a);
     policy.g = (x, a) => shared || entry(x, a).utility.map(rational);
     const make = async (rowOf) => {
@@ -368,23 +371,23 @@
     }
     return true;
   }
-  function extremes(policy) {  // the policy floor, and R0
+  async function extremes(policy, blind) {  // the policy floor, and R0
     let low = null, raw = ONE;
-    policy.contexts.forEach((_, x) => {
-      const row = policy.context && policy.context.rows()[x], d = policy.context ? policy.context.d : 1n;
-      const values = [];
-      policy.reach.forEach((reachable, j) => {
-        if (!reachable) return;
-        policy.groups.forEach((_, a) => {
+    const rows = policy.context && policy.context.rows(), d = policy.context ? policy.context.d : 1n;
+    for (let x = 0; x < policy.contexts.length; x++) {
+      const values = [], seen = rows ? policy.released.map((_, k) => k).filter((k) => rows[x][k] > 0n) : [x];
+      for (let j = 0; j < policy.reach.length; j++) {
+        if (!policy.reach[j]) continue;
+        for (let a = 0; a < (blind ? 1 : policy.groups.length); a++) {
           const [g, bottom] = whole(policy.g(x, a)), worth = (v) => [v.reduce((t, p, u) => t + p * g[u], 0n), policy.scale * bottom];
-          const seen = policy.context ? policy.released.map((_, k) => k).filter((k) => row[k] > 0n) : [x];
           for (const k of seen) { const v = worth(policy.raw[k][j]); low = low ? least(low, v) : v; }
           const [n, e] = worth(policy.response[x][j]);
           if (a === 0) values.push([n, e * d]);
-        });
-      });
+        }
+        if (late()) await turn();
+      }
       raw = most(raw, quotient(values.reduce(most), values.reduce(least)));
-    });
+    }
     return { floor: low, raw };
   }
   function composition(law) {
@@ -477,7 +480,7 @@
       return compare(value, found.r) >= 0;
     }
     if (by === "T12") {
-      const { raw } = f.extremes();
+      const { raw } = await f.extremes();
       const bound = !finite ? raw : raw[1] === 0n ? factor : over(add(ONE, times(raw, factor)), add(raw, factor));
       return blind && text(raw) === claim.evidence.raw_ratio && compare(value, bound) >= 0;
     }
@@ -488,7 +491,7 @@
         (k, h) => compare(add(k, over(most(ZERO, minus(times(minus(gamma, m), h), rest(k))), m)), value) <= 0);
     }
     if (by === "T3" && claim.scope === GROUP_FILTERS) {
-      const tau = f.extremes().floor;
+      const tau = (await f.extremes()).floor;
       if (!blind || tau[0] === 0n || compare(tau, gamma) > 0) return false;
       const p = finite ? [factor[0], factor[1]] : [1n, 0n], q = finite ? [factor[1], factor[0]] : [0n, 1n];
       return infinite || multipliers.some((k) => compare(add(k, over(times(gamma, hockeyStick(p, q, k, sum(p))), tau)), value) <= 0);
@@ -627,7 +630,7 @@
     const f = {
       doc, law, declared, constants: found, metric: (q) => (QUANTITIES.includes(q) ? value(metrics[of[q] || q]) : null), together: holdTogether(doc), factor: law.privacy ? rational(law.privacy.group.exp_epsilon) : ONE,
       effective: { gamma: declared.gamma || found.gamma, m: declared.m || found.m, gap: declared.lipschitz || found.lipschitz },
-      extremes: () => { kept = kept || extremes(law.policy); return kept; },
+      extremes: async () => { kept = kept || await extremes(law.policy, Boolean(law.shared)); return kept; },
       closedForm: (claim, v) => (about.class ? closedForm(claim, v, law, about.class, groups) : false),
     };
     for (const claim of doc.claims) {
