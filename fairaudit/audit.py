@@ -35,6 +35,7 @@ from fairaudit.fairness import (
 )
 from fairaudit.law import Law
 from fairaudit.mechanism import Mechanism
+from fairaudit.monitor.bounds import Arrivals, stream_interval
 from fairaudit.policy import Deployment
 from fairaudit.privacy import exp_epsilon
 from fairaudit.sampling import (
@@ -314,7 +315,7 @@ class Result:
         }
         if self.intervals:
             document["intervals"] = {
-                quantity: _interval_entry(interval, self.comparisons[quantity], law if quantity == "local" else None)
+                quantity: _interval_entry(interval, self.comparisons.get(quantity), law if quantity == "local" else None)
                 for quantity, interval in self.intervals.items()
             }
         if deployment is None:
@@ -341,6 +342,7 @@ def certify(
     independent: bool = False,
     declared: Mapping[str, Any] | None = None,
     embed_table: bool | None = None,
+    arrivals: Arrivals | None = None,
 ) -> Result:
     """Measure a law exactly, say what follows for the population behind it, judge it against targets, and prepare a certificate.
 
@@ -369,6 +371,9 @@ def certify(
     embed_table : bool, optional
         Whether the certificate holds the table; by default if it has at most 100,000 entries. False leaves only a salted digest, and
         needs confidence None, because the ends of intervals disclose the counts.
+    arrivals : Arrivals, optional
+        The law was counted from a stream, whose cells first appeared in this order: then the intervals hold at every moment at once,
+        whenever the counting stopped. Needs ``gamma`` and ``m`` to be declared; `interval` and `independent` have no meaning.
 
     Returns
     -------
@@ -413,8 +418,13 @@ def certify(
     constants = _constants(table, tau, declared or {}, deployment)
     found = () if deployment is None else tuple(_bounds(deployment, table, tau, constants, law))
     named = {quantity for quantity, _, _ in limits}
-    comparisons, notes = ({}, ()) if level is None else _comparisons(subject, utility, table, measured, constants, named, embed_table)
+    comparisons: dict[Quantity, Comparison] = {}
+    notes: tuple[str, ...] = ()
     intervals: dict[Quantity, Interval] = {}
+    if arrivals is not None and level is not None:
+        intervals, notes = _stream_intervals(law, table, arrivals, measured, constants, 1 - (1 - level) / max(1, len(named)), named)
+    elif level is not None:
+        comparisons, notes = _comparisons(subject, utility, table, measured, constants, named, embed_table)
     for quantity, comparison in comparisons.items():
         # Targets on both quantities share the error, so that their verdicts hold together.
         alpha = (1 - (level or 0)) / max(1, len(named & comparisons.keys()))
@@ -573,6 +583,31 @@ def _judge_population(
     lower = interval.lower if interval is not None else Fraction(1)
     verdict = interval_verdict((lower, max(lower, upper[0] if upper else inf)), limit, unit)
     return Target(quantity, limit, unit, verdict, confidence, upper)
+
+
+def _stream_intervals(
+    law: Law,
+    table: UtilityTable,
+    arrivals: Arrivals,
+    measured: Mapping[Quantity, Ratio | None],
+    declared: Mapping[str, Fraction],
+    confidence: Fraction,
+    named: set[Quantity],
+) -> tuple[dict[Quantity, Interval], tuple[str, ...]]:
+    if not declared.keys() >= {"gamma", "m"}:
+        raise InputError("intervals of a stream need the range of the utility: declare gamma and m")
+    made: dict[Quantity, Interval] = {}
+    notes: list[str] = []
+    for quantity, ratio in measured.items():
+        if ratio is None:
+            continue
+        try:
+            made[quantity] = stream_interval(law, table, arrivals, quantity, (declared["m"], declared["gamma"]), confidence)
+        except InputError as error:
+            if quantity in named:
+                raise
+            notes.append(f"no interval for the {quantity} ratio is claimed: {error}")
+    return made, tuple(notes)
 
 
 def _comparisons(
@@ -838,10 +873,11 @@ def _claims(result: Result) -> list[Claim]:
     return claims + [_bound_claim(bound, law.assumptions) for bound in result.bounds if bound.certified]
 
 
-def _interval_entry(interval: Interval, comparison: Comparison, law: Law | None) -> dict[str, Any]:
+def _interval_entry(interval: Interval, comparison: Comparison | None, law: Law | None) -> dict[str, Any]:
     """An interval as a certificate stores it: docs/certificate-samples.md."""
     entry = {key: value for key, value in interval.evidence.items() if key not in ("cells", "blocks")}
-    entry["limits"] = None if comparison.limits is None else [number(limit) for limit in comparison.limits]
+    if comparison is not None:
+        entry["limits"] = None if comparison.limits is None else [number(limit) for limit in comparison.limits]
     entry["ratio"] = [number(interval.lower), number(interval.upper)]
     if law is not None and law.units is not None and law.units.repeated:
         compared = np.flatnonzero(law.compared).tolist()

@@ -2173,6 +2173,7 @@ def _fault_of_closed_form(value: Rational, multipliers: Iterable[Fraction], prog
 # Intervals for the population behind a sample
 
 METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
+BETTING = "betting"  # the method of intervals that hold at every moment of a stream
 SUMMED = 5000  # draws up to which binomial tails are exact sums
 PRECISION = 256  # bits after the point of the enclosures here
 
@@ -2206,6 +2207,18 @@ class LadderEvidence:
 
 
 @dataclass(frozen=True)
+class StreamEvidence:
+    """Of a stream: the ranks of its cells and how many were expected; ends of all cells with a pair, or ladders."""
+
+    expected: int
+    order: list[int]
+    ends: Box | None
+    pair: Place | None
+    ladders: list[Ladder] | None
+    proof: tuple[Place, Ladder] | None
+
+
+@dataclass(frozen=True)
 class Interval:
     """An interval as the certificate states it."""
 
@@ -2217,12 +2230,13 @@ class Interval:
     limits: tuple[Fraction, Fraction] | None
     units: list[list[tuple[int, list[int]]]] | None
     ratio: tuple[Rational, Rational]
-    evidence: BoxEvidence | LadderEvidence
+    evidence: BoxEvidence | LadderEvidence | StreamEvidence
 
     @property
     def region(self) -> str:
         """The name of the kind of evidence."""
-        return "box" if isinstance(self.evidence, BoxEvidence) else "product"
+        boxed = self.evidence.ends is not None if isinstance(self.evidence, StreamEvidence) else isinstance(self.evidence, BoxEvidence)
+        return "box" if boxed else "product"
 
 
 @dataclass(frozen=True)
@@ -2275,14 +2289,17 @@ def _read_intervals(value: object, where: str, kind: str) -> dict[str, Interval]
 def _read_interval(value: object, where: str, name: str, kind: str) -> Interval:
     keys = ["confidence", "side", "region", "independent", "method", "limits", "ratio", "levels", "upper", "lower"]
     of_box = isinstance(value, dict) and value.get("region") == "box"
-    with_units = name == "local" and kind == "counts"
+    of_stream = isinstance(value, dict) and value.get("method") == BETTING
+    with_units = name == "local" and kind == "counts" and not of_stream
     members = _object(value, where, keys + ["pair"] * of_box, optional=["units"] * with_units)
     _one_of(members["side"], f"{where}.side", ("both",))
     _one_of(members["region"], f"{where}.region", ("box", "product"))
-    levels = _object(members["levels"], f"{where}.levels", ("upper", "lower"))
+    levels = _object(members["levels"], f"{where}.levels", ("expected", "order") if of_stream else ("upper", "lower"))
     upper, lower = members["upper"], members["lower"]
-    evidence: BoxEvidence | LadderEvidence
-    if of_box:
+    evidence: BoxEvidence | LadderEvidence | StreamEvidence
+    if of_stream:
+        evidence = _read_stream(members, levels, where, of_box)
+    elif of_box:
         evidence = BoxEvidence(
             (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
             [_two(item, f"{where}.upper[{i}]") for i, item in enumerate(_list(upper, f"{where}.upper"))],
@@ -2307,12 +2324,39 @@ def _read_interval(value: object, where: str, name: str, kind: str) -> Interval:
         _pair(confidence),
         POPULATION + _string(members["confidence"], f"{where}.confidence"),
         _boolean(members["independent"], f"{where}.independent"),
-        _one_of(members["method"], f"{where}.method", METHODS),
+        _one_of(members["method"], f"{where}.method", (*METHODS, BETTING)),
         limits,
         _read_units(members["units"], f"{where}.units") if "units" in members else None,
         (_rational(ends[0], f"{where}.ratio[0]"), _extended(ends[1], f"{where}.ratio[1]")),
         evidence,
     )
+
+
+def _read_stream(members: Mapping[str, object], levels: Mapping[str, object], where: str, of_box: bool) -> StreamEvidence:
+    expected = _integer(levels["expected"], f"{where}.levels.expected")
+    listed = _list(levels["order"], f"{where}.levels.order")
+    order = [_integer(rank, f"{where}.levels.order[{i}]") for i, rank in enumerate(listed)]
+    if expected == 0 or 0 in order or len(set(order)) != len(order):
+        raise _malformed(f"{where}.levels", "must have different ranks, all numbers being at least 1")
+    upper, lower = members["upper"], members["lower"]
+    if of_box:
+        ends, again = (
+            [_two(item, f"{where}.{name}[{i}]") for i, item in enumerate(_list(members[name], f"{where}.{name}"))]
+            for name in ("upper", "lower")
+        )
+        if ends != again:
+            raise _malformed(f"{where}.lower", "must be the same as upper")
+        return StreamEvidence(
+            expected, order, ends, None if members["pair"] is None else _read_pair(members["pair"], f"{where}.pair"), None, None
+        )
+    ladders = (
+        None if upper is None else [_read_ladder(item, f"{where}.upper[{i}]") for i, item in enumerate(_list(upper, f"{where}.upper"))]
+    )
+    proof = None
+    if lower is not None:
+        parts = _object(lower, f"{where}.lower", ("pair", "knots"))
+        proof = _read_pair(parts["pair"], f"{where}.lower.pair"), _read_ladder(parts["knots"], f"{where}.lower")
+    return StreamEvidence(expected, order, None, None, ladders, proof)
 
 
 def _level(value: object, where: str) -> Fraction:
@@ -2471,6 +2515,9 @@ class _Sampling:
 
 def _proven(interval: Interval, table: Table) -> Proven:
     """Make sure that the evidence of an interval proves it."""
+    if isinstance(interval.evidence, StreamEvidence):
+        _Stream(interval, interval.evidence, table).prove()
+        return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, BETTING)
     sampling = _Sampling(interval, table)
     if table.header.subject.kind == "probabilities" or (table.policy is not None and interval.units is not None):
         raise Unproven("the table is not of the stated kind")
@@ -2762,9 +2809,215 @@ def _check_ladder(
                 raise Unproven(f"{where} has too wide a step after knot {number}")
 
 
+# Intervals for a stream, at every moment
+
+BETS = range(-16, 5)  # the shares that are bet are 2 to these powers, but at most CAP / mean
+IDLE = Fraction(1, 32)  # of the money is never bet
+CAP = Fraction(15, 16)
+MANTISSA = 160  # bits of a wealth and of what it is computed from
+
+Tally = dict[Fraction, int]  # how often each utility was drawn, scaled to [0, 1]
+Wealth = tuple[int, int]  # m, e: a number of at least m 2^e
+Levels = list[list[list[Fraction]]]  # by block, of the pairs of its cells
+
+
+def _share(bet: int) -> Fraction:
+    """The part of the money that goes into a bet."""
+    return Fraction(29, 20) / ((abs(bet + 2) + 2) * (abs(bet + 2) + 3))
+
+
+def _trimmed(mantissa: int, exponent: int) -> Wealth:
+    excess = max(0, mantissa.bit_length() - MANTISSA)
+    return mantissa >> excess, exponent + excess
+
+
+def _floored(value: Fraction) -> Wealth:
+    n, d = value.numerator, value.denominator
+    shift = max(0, MANTISSA + d.bit_length() - n.bit_length())
+    return _trimmed((n << shift) // d, -shift)
+
+
+def _power(base: Wealth, exponent: int) -> Wealth:
+    """Raise to a power, every step rounded down."""
+    result: Wealth = (1, 0)
+    for digit in bin(exponent)[2:]:
+        result = _trimmed(result[0] ** 2, 2 * result[1])
+        if digit == "1":
+            result = _trimmed(result[0] * base[0], result[1] + base[1])
+    return result
+
+
+def _wealth(tally: Tally, mean: Fraction) -> Wealth:
+    """Bound from below what bets that the mean is greater than this one have won: mean > 0."""
+    found = [_floored(IDLE)]
+    for power in BETS:
+        bet = min(Fraction(2) ** power, CAP / mean)
+        m, e = _floored(_share(power))
+        for value, n in tally.items():
+            base, shift = _power(_floored(1 + bet * (value - mean)), n)
+            m, e = _trimmed(m * base, e + shift)
+        found.append((m, e))
+    least = max(m.bit_length() + e for m, e in found) - 2 * MANTISSA
+    return _trimmed(sum(m << e - least if e >= least else m >> least - e for m, e in found), least)
+
+
+def _reach(one: Wealth, other: Wealth, level: Fraction) -> bool:
+    """Decide whether the product of two wealths is at least 1/level."""
+    m, e = one[0] * other[0] * level.numerator, one[1] + other[1]
+    return m << e >= level.denominator if e >= 0 else m >= level.denominator << -e
+
+
+class _Stream:
+    """What the counts of a stream prove."""
+
+    def __init__(self, interval: Interval, evidence: StreamEvidence, table: Table) -> None:
+        self.interval, self.evidence = interval, evidence
+        if table.header.subject.kind != "counts":
+            raise Unproven("the table is not of the stated kind")
+        if interval.independent or interval.limits is None or interval.limits[0] == interval.limits[1]:
+            raise Unproven("a stream has a declared range with different limits, and cells that are not declared independent")
+        self.low, self.high = interval.limits
+        by_group = table.by_group()
+        pools = [[by_group[a] for a in groups] for groups in [_globally_compared(table)] if groups]
+        if interval.quantity == "local":
+            pools = [[[cell] for cell in cells] for cells in table.by_context() if len(cells) > 1]
+        if not pools:
+            raise Unproven("the table does not give this quantity")
+        self.blocks = [[self._tally(cells, table) for cells in block] for block in pools]
+        if len(evidence.order) != sum(map(len, self.blocks)):
+            raise Unproven(f"the ranks of {sum(map(len, self.blocks))} cells must be listed, not of {len(evidence.order)}")
+        ranks = iter(evidence.order)
+        self.ranks = [[next(ranks) for _ in block] for block in self.blocks]
+        self.error = 1 - Fraction(*interval.confidence)
+        self.known: dict[tuple[int, int, Fraction, bool], Wealth] = {}
+
+    def _tally(self, cells: Iterable[Cell], table: Table) -> Tally:
+        tally: Tally = {}
+        for cell in cells:
+            (weights, total), (n, d) = cell.law, cell.mass
+            if n % (d * total):
+                raise Unproven(f"the counts are not integers {_place(table, cell)}")
+            for weight, g in zip(weights, cell.utility, strict=True):
+                if weight and g is not None:
+                    if not self.low <= Fraction(*g) <= self.high:
+                        raise Unproven("a utility that was drawn is outside the limits")
+                    value = (Fraction(*g) - self.low) / (self.high - self.low)
+                    tally[value] = tally.get(value, 0) + weight * (n // (d * total))
+        return tally
+
+    def _share(self, rank: int, expected: int) -> Fraction:
+        """The part of the error for the cell, or pairs, of some rank: over all ranks these add up to 1."""
+        return Fraction(expected, (rank + expected - 1) * (rank + expected))
+
+    def _wealth(self, block: int, cell: int, mean: Fraction, above: bool) -> Wealth:
+        """What a cell proves of its mean: that it is above, or below, another one inside the range."""
+        key = block, cell, mean, above
+        if key not in self.known:
+            tally, scaled = self.blocks[block][cell], (mean - self.low) / (self.high - self.low)
+            self.known[key] = _wealth(tally, scaled) if above else _wealth({1 - value: n for value, n in tally.items()}, 1 - scaled)
+        return self.known[key]
+
+    def prove(self) -> None:
+        """Make sure that the evidence proves the interval."""
+        low, high = self.interval.ratio
+        if not _at_most(ONE, low) or not _at_most(ONE, high):
+            raise Unproven("no ratio is less than 1")
+        if self.evidence.ends is not None:
+            self._prove_by_box(self.evidence.ends)
+        else:
+            self._prove_by_ladders()
+
+    def _prove_by_box(self, ends: Box) -> None:
+        if len(ends) != len(self.evidence.order):
+            raise Unproven(f"upper must list the ends of {len(self.evidence.order)} cells, not of {len(ends)}")
+        remaining = iter(ends)
+        box = [[next(remaining) for _ in block] for block in self.blocks]
+        for b, block in enumerate(box):
+            for i, (lo, hi) in enumerate(block):
+                level = self.error * self._share(self.ranks[b][i], self.evidence.expected) / 2
+                if not self.low <= lo <= hi <= self.high:
+                    raise Unproven(f"the ends of cell {i} of block {b} are not ends in its range")
+                if lo > self.low and not _reach(self._wealth(b, i, lo, True), (1, 0), level):
+                    raise Unproven(f"the lower end {shown(_pair(lo))} of cell {i} of block {b} is not excluded")
+                if hi < self.high and not _reach(self._wealth(b, i, hi, False), (1, 0), level):
+                    raise Unproven(f"the upper end {shown(_pair(hi))} of cell {i} of block {b} is not excluded")
+        low, high = (Fraction(*end) if end != INFINITY else None for end in self.interval.ratio)
+        for b, block in enumerate(box):
+            for i, j in permutations(range(len(block)), 2):
+                if high is not None and block[i][1] > high * block[j][0]:
+                    raise Unproven(f"cells {i} and {j} of block {b} can have a greater quotient than the upper end")
+        if (low == 1) is not (self.evidence.pair is None):
+            raise Unproven("a pair has to be named exactly if the lower end is more than 1")
+        if self.evidence.pair is not None and low is not None:
+            b, i, j = self._named(self.evidence.pair)
+            if not box[b][i][0] >= low * box[b][j][1] > 0:
+                raise Unproven("the least quotient of the pair is less than the lower end")
+
+    def _named(self, place: Place) -> Place:
+        block, higher, lower = place
+        if block >= len(self.blocks) or max(higher, lower) >= len(self.blocks[block]) or higher == lower:
+            raise Unproven("the pair is not one that is compared")
+        return place
+
+    def _levels(self) -> Levels:
+        """The level of each pair, in either direction.
+
+        The cells that found others in their block share out the error in the order in which they came; each divides its part
+        among the two directions of its pairs with those that it found.
+        """
+        later = sorted(rank for ranks in self.ranks for rank in ranks if rank > min(ranks))
+        number = {rank: i for i, rank in enumerate(later, 1)}
+        expected = (self.evidence.expected + 1) // 2
+
+        def level(one: int, other: int, ranks: Sequence[int]) -> Fraction:
+            last = max(one, other)
+            return self.error * self._share(number[last], expected) / (2 * sum(rank < last for rank in ranks))
+
+        return [[[level(one, other, ranks) if one != other else Fraction(0) for other in ranks] for one in ranks] for ranks in self.ranks]
+
+    def _prove_by_ladders(self) -> None:
+        levels = self._levels()
+        low, high = self.interval.ratio
+        ladders, proof = self.evidence.ladders, self.evidence.proof
+        if (high == INFINITY) is not (ladders is None) or (low == ONE) is not (proof is None):
+            raise Unproven("there must be ladders exactly for a finite upper end, and for a lower end of more than 1")
+        if ladders is not None:
+            if len(ladders) != len(self.blocks):
+                raise Unproven(f"there must be {len(self.blocks)} ladders, not {len(ladders)}")
+            for b, ladder in enumerate(ladders):
+                pairs = [*permutations(range(len(self.blocks[b])), 2)]
+                self._check_ladder(ladder, b, pairs, Fraction(*high), levels, f"upper[{b}]")
+        if proof is not None:
+            b, higher, lower = self._named(proof[0])
+            self._check_ladder(proof[1], b, [(lower, higher)], Fraction(low[1], low[0]), levels, "lower")
+
+    def _check_ladder(self, knots: Ladder, b: int, pairs: Sequence[tuple[int, int]], ratio: Fraction, levels: Levels, where: str) -> None:
+        """Make sure that a ladder proves of pairs (top, bottom) that the mean of the top is at most ``ratio`` times the other."""
+        if not knots or knots[0] <= 0 or any(q <= p for p, q in pairwise(knots)):
+            raise Unproven(f"{where} is not a strictly rising list of positive knots")
+        idle = _floored(IDLE)
+        steps: list[tuple[Fraction | None, Fraction | None]] = [*pairwise(knots)]
+        if knots[0] > self.low:
+            steps.append((None, knots[0]))
+        if knots[-1] < self.high:
+            steps.append((knots[-1], None))
+        for p, q in steps:
+            # The mean of the bottom is from p to q, that of the top more than ratio p.
+            if p is not None and ratio * p >= self.high:
+                continue
+            for i, j in pairs:
+                top = bottom = idle
+                if p is not None and ratio * p > self.low:
+                    top = self._wealth(b, i, ratio * p, False)
+                if q is not None and q > self.low:
+                    bottom = self._wealth(b, j, q, True)
+                if not _reach(top, bottom, levels[b][i][j]):
+                    raise Unproven(f"{where} does not hold between the knots {shown(p and _pair(p))} and {shown(q and _pair(q))}")
+
+
 def _is_about_population(key: tuple[str, str, str, str]) -> bool:
     quantity, relation, by, scope = key
-    known = quantity in ("local_ratio", "global_ratio") and relation in ("<=", ">=") and by in ("binomial", *METHODS)
+    known = quantity in ("local_ratio", "global_ratio") and relation in ("<=", ">=") and by in ("binomial", *METHODS, BETTING)
     return known and scope.startswith(POPULATION)
 
 

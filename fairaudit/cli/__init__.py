@@ -8,13 +8,13 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
 from fairaudit import __version__
-from fairaudit.cli import calibrate, certify, compare, design, inspect, plan, privacy, report, verify, worst_case
+from fairaudit.cli import calibrate, certify, compare, design, inspect, monitor, plan, privacy, report, verify, worst_case
 
 __all__ = ["main"]
 
 EXIT_BAD_INPUT = 2
 ENTRY_POINT = "fairaudit.commands"
-CORE = (certify, inspect, verify, privacy, calibrate, design, worst_case, plan, report, compare)
+CORE = (certify, inspect, verify, privacy, calibrate, design, worst_case, plan, report, compare, monitor)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,6 +57,7 @@ def add(commands: Any) -> None:
         nargs="*",
         help="files (CSV, Parquet, JSON lines), a database (sqlite:FILE, duckdb:FILE, postgresql://…), or an audit file (.toml)",
     )
+    parser.add_argument("--from-monitor", metavar="STATE", help="certify what `fairaudit monitor --state STATE` has counted so far")
     parser.add_argument("--example", metavar="NAME", help="audit a table that ships with fairaudit")
     parser.add_argument("--list-examples", action="store_true", help="list those tables")
     roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
@@ -113,6 +115,10 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     if isinstance(arguments.table, list):
         arguments.table = arguments.table if len(arguments.table) > 1 else arguments.table[0] if arguments.table else None
+    if arguments.from_monitor is not None:
+        from fairaudit.cli.monitor import certify_state
+
+        return certify_state(arguments)
     if arguments.example is not None:
         _take_example(arguments)
     elif arguments.print_sql is not None:
@@ -150,6 +156,11 @@ def run(arguments: argparse.Namespace) -> int:
         findings = population.findings(arguments, result, utility, options)
     except InputError as error:
         raise InputError(f"{source_name(arguments.table)}: {error}") from None
+    return report(arguments, result, findings)
+
+
+def report(arguments: argparse.Namespace, result: Result, findings: list[Finding], notes: Sequence[str] = ()) -> int:
+    """Write the certificate, print what was found, and give the exit code."""
     from fairaudit.cli.text import plain, put, summary
 
     said = json.dumps(_json(result, arguments.top, findings), ensure_ascii=True, indent=1) if arguments.format == "json" else ""
@@ -161,7 +172,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.format == "json":
         put(said)
     else:
-        for note in result.notes:
+        for note in (*result.notes, *notes):
             print(f"note: {plain(note)}", file=sys.stderr)
         put(summary(result, arguments.top, [str(path) for path in written], [plain(finding.sentence) for finding in findings]))
     code = {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[result.verdict]

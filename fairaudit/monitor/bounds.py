@@ -61,7 +61,7 @@ _LOG_IDLE = log(float(IDLE))
 PAST = "given everything recorded before it, each decision has the expected utility of its context and group as its mean"
 OWN_PAST = "given the earlier decisions that count in its context and group, each such decision has their expected utility as its mean"
 ORDER = "which contexts and groups appear, and in what order they first do, does not depend on how decisions come out"
-MIX = "the contexts of a group are distributed alike throughout, so that the expected utility of its decisions stays the same"
+MIX = "whatever came before, the context of a group's next decision has the same distribution, and so its expected utility stays the same"
 
 
 @dataclass(frozen=True)
@@ -340,6 +340,10 @@ def stream_interval(
     (1.76, 6.19)
     """
     level = confidence_level(confidence)
+    if quantity == "global" and not arrivals.joint and len(law.contexts) > 1:
+        raise InputError(
+            "a unit may have decisions with one group in several contexts, so the global ratio of a stream with units is not bounded"
+        )
     blocks = tallies(law, utility, limits, quantity)
     if not any(len(block) > 1 for block in blocks):
         raise InputError("nothing is compared: no two groups have been seen together")
@@ -360,6 +364,7 @@ def stream_interval(
         "region": "product" if arrivals.joint else "box",
         "independent": False,
         "method": "betting",
+        "limits": [_text(limit) for limit in limits],
         "levels": {"expected": arrivals.expected, "order": [rank for block in ranks for rank in block]},
         **evidence,
     }

@@ -106,6 +106,8 @@ class Settings:
         }
         for name, value in written.items():
             object.__setattr__(self, name, value)
+        if self.unit and self.context and "global" in self.named:
+            raise InputError("a target for the global ratio cannot be judged with units in several contexts; leave out --unit or --context")
 
     @property
     def limits(self) -> tuple[Fraction, Fraction]:

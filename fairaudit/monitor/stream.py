@@ -1,0 +1,485 @@
+"""A monitor: reads decisions, keeps the counts, and says at any moment what they show."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Literal
+
+from fairaudit.columns import Label, label_text
+from fairaudit.exact import InputError, rational, rational_text, shown
+from fairaudit.law import Law
+from fairaudit.monitor.bounds import Arrivals, Quantity, stream_interval
+from fairaudit.monitor.reader import Batch, Decoder, Row, decoder, moment
+from fairaudit.monitor.settings import OTHER, Settings
+from fairaudit.monitor.state import Counts, State
+from fairaudit.monitor.tail import Log
+from fairaudit.sampling import Interval, verdict
+from fairaudit.utility import Utility
+
+__all__ = ["Look", "Monitor", "Subject", "subject", "window_share"]
+
+Verdict = Literal["none", "within", "exceeds", "inconclusive"]
+QUANTITIES: tuple[Quantity, ...] = ("local", "global")
+RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
+MAX_CELLS = 10_000
+MAX_VALUES = 10_001
+CACHED = 200_000
+COMMIT_SECONDS = 0.5
+FIRST_LOOKS = 1_000
+LOOKS = 1.02
+PATIENCE = 10
+FUTURE = 86_400.0
+SHOWN = 2_000
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What was counted, as `certify` takes it."""
+
+    law: Law
+    utility: Utility
+    arrivals: Arrivals
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a moment shows.
+
+    Attributes
+    ----------
+    events : int
+        Decisions that count.
+    intervals : dict
+        For "local" and "global" the ends of R, where groups can be compared; estimates in floats unless a verdict rests on them.
+    verdicts : dict
+        For each target its verdict, decided exactly.
+    verdict : {"none", "within", "exceeds", "inconclusive"}
+        Of all targets together.
+    """
+
+    events: int
+    intervals: dict[str, tuple[float, float]]
+    verdicts: dict[str, Verdict]
+    verdict: Verdict
+
+
+def subject(settings: Settings, counts: Counts, decisions: list[tuple[str, str]]) -> Subject | None:
+    """Turn counts into a law, its utility and the order of arrival; None as long as there are no two groups."""
+    if len({group for _, group in counts.order}) < 2:
+        return None
+    names = (*settings.context, *settings.group)
+    table: dict[str, list[Any]] = {name: [] for name in names}
+    table[settings.decision], amount = [], list[int]()
+    count_name = next(name for name in ("count", "count_", "count__", "n", "n_", "number") if name not in table)
+    for (context, group), rank in counts.order.items():
+        for number, (label, _) in enumerate(decisions):
+            for name, text in zip(names, (*context, *group), strict=True):
+                table[name].append(text)
+            table[settings.decision].append(label)
+            amount.append(counts.n.get((rank, number), 0))
+    law = Law.from_counts(
+        {**table, count_name: amount}, decision=settings.decision, group=settings.group, context=settings.context, count=count_name
+    )
+    utility = Utility(dict(decisions))
+    return Subject(law, utility, Arrivals(tuple(counts.order), settings.expected, settings.joint))
+
+
+def window_share(number: int) -> Fraction:
+    """The part of the error that the windows have together, which window 1, 2, … gets: 1/(i(i+1))."""
+    return Fraction(1, number * (number + 1))
+
+
+def look(settings: Settings, found: Subject | None, events: int, share: Fraction = Fraction(1)) -> Look:
+    """Judge all targets. Ends are floats first; a verdict other than inconclusive is given only by ends that are proved."""
+    verdicts: dict[str, Verdict] = dict.fromkeys(settings.targets or {}, "inconclusive")
+    intervals: dict[str, tuple[float, float]] = {}
+    for quantity in QUANTITIES:
+        interval = interval_of(settings, found, quantity, share, exact=False)
+        if interval is None:
+            continue
+        asked = _asked(settings, quantity)
+        if any(_judge(interval, name, limit) != "inconclusive" for name, limit in asked.items()):
+            interval = interval_of(settings, found, quantity, share) or interval
+            verdicts |= {name: _judge(interval, name, limit) for name, limit in asked.items()}
+        intervals[quantity] = float(interval.lower), float(interval.upper)
+    overall: Verdict = max(verdicts.values(), key=RANK.__getitem__, default="none")
+    return Look(events, intervals, verdicts, overall)
+
+
+def interval_of(
+    settings: Settings, found: Subject | None, quantity: Quantity, share: Fraction = Fraction(1), *, exact: bool = True
+) -> Interval | None:
+    """The interval of a quantity, or None if nothing is compared yet. Quantities with targets share the error."""
+    if found is None:
+        return None
+    alpha = (1 - Fraction(settings.confidence)) * share / max(1, len(settings.named))
+    try:
+        return stream_interval(found.law, found.utility.on(found.law), found.arrivals, quantity, settings.limits, 1 - alpha, exact=exact)
+    except InputError:
+        return None
+
+
+def _asked(settings: Settings, quantity: Quantity) -> dict[str, str]:
+    return {name: limit for name, limit in (settings.targets or {}).items() if name.split("_")[1] == quantity}
+
+
+def _judge(interval: Interval, name: str, limit: str) -> Verdict:
+    return verdict(interval, limit, "ratio" if name.endswith("ratio") else "log")
+
+
+class Monitor:
+    """Reads a log into a state, and looks at it.
+
+    Parameters
+    ----------
+    state : State
+        Where counts are kept.
+    path : str
+        The log, or ``-``.
+    letters : str or None
+        File for lines that cannot be counted.
+
+    Raises
+    ------
+    InputError
+        If the log or that file cannot be used.
+    """
+
+    def __init__(self, state: State, path: str, letters: str | None = None) -> None:
+        self.state, self.settings = state, state.settings
+        place = state.place()
+        self._letters = self._open_letters(letters, place.letters)
+        self.log = Log(path, place)
+        self.total, self.window = state.counts(), Counts()
+        self.decisions = state.decisions()
+        self._numbers = {label: number for number, (label, _) in enumerate(self.decisions)}
+        self.tally: dict[str, Any] = {
+            "dead": 0,
+            "repeats": 0,
+            "early": 0,
+            "back": 0,
+            "clock": None,
+            "window": 0,
+            "index": None,
+            "letters": None,
+        } | state.get("tally", {})
+        self.tally["letters"] = None if letters is None else os.path.realpath(letters)
+        if self.tally["window"]:
+            self.window = state.counts(self.tally["window"])
+        self.alarms = state.alarms()
+        self.closed: list[dict[str, Any]] = []
+        self.notes: list[str] = []
+        self._decoder: Decoder | None = None
+        self._resolved: dict[Any, tuple[tuple[Label, Label], int] | str] = {}
+        self._pending: dict[int, Counts] = {}
+        self._new_decisions: list[tuple[int, str, str]] = []
+        self._new_alarms: list[dict[str, Any]] = []
+        self.events = self.total.events
+        self._window_events = self.window.events
+
+    # Reading
+
+    def read(self, *, follow: bool = False, eager: bool = False) -> Iterator[None]:
+        """Read what there is, in parts; after each the counts are committed, and targets that are exceeded raised as alarms.
+
+        Parameters
+        ----------
+        follow : bool
+            Whether a last line without an end may still get one.
+        eager : bool
+            Whether to look for alarms after every 1,000 decisions or 2 % more, whatever that costs; otherwise a tenth of the time.
+        """
+        last, next_events, next_time = time.monotonic(), self.events, 0.0
+        try:
+            for data, place in self.log.chunks(follow=follow):
+                self._take(data, place.line - data.count(b"\n"))
+                self._place = place
+                now = time.monotonic()
+                if (eager and self.events >= next_events) or (not eager and now >= next_time):
+                    self._watch()
+                    next_events = int(max(self.events + FIRST_LOOKS, self.events * LOOKS))
+                    next_time = time.monotonic() + PATIENCE * (time.monotonic() - now)
+                if now - last > COMMIT_SECONDS:
+                    self.commit()
+                    last = now
+                    yield
+            self._watch()
+            self.commit()
+        except BaseException:
+            self.state.roll_back()
+            raise
+        self.notes += self.log.notes
+        self.log.notes.clear()
+        yield
+
+    def commit(self) -> None:
+        """Store everything that was read."""
+        place = getattr(self, "_place", None)
+        if place is None and not (self._new_alarms or self._pending):
+            return
+        entries: dict[str, Any] = {"tally": self.tally}
+        if place is not None:
+            if self._letters is not None:
+                self._letters.flush()
+                place = replace(place, letters=self._letters.tell())
+            entries["place"] = asdict(replace(place, header=self._header))
+        orders = {self.tally["window"]: self.window.order, 0: self.total.order}
+        added = {window: Counts(orders.get(window, counts.order), counts.n) for window, counts in self._pending.items()}
+        self.state.commit(added, self._new_decisions, self._new_alarms, entries)
+        self._pending, self._new_decisions, self._new_alarms = {}, [], []
+
+    def look(self) -> Look:
+        """What the whole stream shows now."""
+        return look(self.settings, self.subject(), self.events)
+
+    def subject(self) -> Subject | None:
+        """What was counted so far."""
+        return subject(self.settings, self.total, self.decisions)
+
+    def _watch(self) -> None:
+        """Raise an alarm for each target that is exceeded for the first time."""
+        raised = {alarm["target"] for alarm in self.alarms}
+        waiting = [name for name in self.settings.targets or {} if name not in raised]
+        found = self.subject() if waiting else None
+        for quantity in QUANTITIES:
+            asked = {name: limit for name, limit in _asked(self.settings, quantity).items() if name in waiting}
+            interval = interval_of(self.settings, found, quantity, exact=False) if asked else None
+            if interval and any(_judge(interval, name, limit) == "exceeds" for name, limit in asked.items()):
+                interval = interval_of(self.settings, found, quantity) or interval
+                for name, limit in asked.items():
+                    if _judge(interval, name, limit) == "exceeds":
+                        self._alarm(name, interval)
+
+    def _alarm(self, name: str, interval: Interval) -> None:
+        alarm = {
+            "target": name,
+            "limit": (self.settings.targets or {})[name],
+            "lower": rational_text((interval.lower.numerator, interval.lower.denominator)),
+            "events": self.events,
+            "line": self._place.line - 1 if hasattr(self, "_place") else None,
+            "clock": self.tally["clock"],
+            "order": [[list(x), list(a)] for x, a in self.total.order],
+            "counts": [[rank, number, n] for (rank, number), n in self.total.n.items()],
+        }
+        self.alarms.append(alarm)
+        self._new_alarms.append(alarm)
+        self.commit()
+
+    # Taking decisions in
+
+    @property
+    def _header(self) -> str:
+        return self._header_line.decode("utf-8", "surrogateescape") if self.settings.layout == "csv" else ""
+
+    _header_line = b""
+
+    def _take(self, data: bytes, line: int) -> None:
+        if self.settings.layout == "csv" and (line == 1 or self._decoder is None):
+            data, line = self._take_header(data, line)
+        if self._decoder is None:
+            self._decoder = decoder(self.settings)
+        batch = self._decoder.batch(data, line)
+        if batch.rows is None:
+            resolved = [(self._resolve(key), n) for key, n in batch.counts.items()]
+            if not any(isinstance(what, str) for what, _ in resolved) and not self.settings.window:
+                for what, n in resolved:
+                    if not isinstance(what, str):
+                        self._count(*what, n)
+                return
+            batch = self._decoder.batch(data, line, itemise=True)
+        self._take_rows(batch, data, line)
+
+    def _take_header(self, data: bytes, line: int) -> tuple[bytes, int]:
+        if line == 1:
+            cut = data.find(b"\n") + 1
+            self._header_line, data, line = data[:cut].rstrip(b"\r\n"), data[cut:], 2
+        else:
+            self._header_line = self.state.place().header.encode("utf-8", "surrogateescape")
+        self._decoder = decoder(self.settings, self._header_line)
+        return data, line
+
+    def _take_rows(self, batch: Batch, data: bytes, line: int) -> None:
+        bad = list(batch.bad)
+        if self.settings.event_id or self.settings.unit:
+            self.state.begin()
+        for row in batch.rows or ():
+            reason = self._take_row(row)
+            if reason:
+                bad.append((row.line, reason))
+        if bad:
+            lines = data.split(b"\n")
+            for number, reason in sorted(bad):
+                self._dead(number, reason, lines[number - line])
+
+    def _take_row(self, row: Row) -> str:
+        """Count one decision; say why if it cannot be."""
+        settings, extra = self.settings, list(row.extra)
+        what = self._resolve(row.key)
+        if isinstance(what, str):
+            return what
+        identity = extra.pop(0) if settings.event_id else None
+        if settings.event_id and (identity is None or identity == ""):
+            return f"no event id in column {shown(settings.event_id)}"
+        if settings.time:
+            try:
+                when = moment(extra.pop(0))
+            except InputError as error:
+                return str(error)
+            if when > time.time() + FUTURE:
+                return "the time lies more than a day in the future"
+            if settings.since is not None and when < moment(settings.since):
+                self.tally["early"] += 1
+                return ""
+            self._tick(when)
+        if settings.event_id and not self.state.first_seen([f"event {identity!r}"])[0]:
+            self.tally["repeats"] += 1
+            return ""
+        if settings.unit:
+            if any(part is None or part == "" for part in extra):
+                return f"no unit in column {shown(settings.unit[[p is None or p == '' for p in extra].index(True)])}"
+            if not self.state.first_seen([json.dumps(["unit", *map(str, extra), *what[0]])])[0]:
+                self.tally["repeats"] += 1
+                return ""
+        self._count(*what, 1)
+        return ""
+
+    def _tick(self, when: float) -> None:
+        """Advance the clock, which never goes back: a decision with an earlier time counts where the clock stands."""
+        clock = self.tally["clock"]
+        if clock is not None and when < clock:
+            self.tally["back"] += 1
+        self.tally["clock"] = when if clock is None else max(clock, when)
+
+    def _count(self, cell: tuple[Label, Label], number: int, n: int) -> None:
+        if self.settings.window:
+            self._roll()
+        for window, counts in ((0, self.total), (self.tally["window"], self.window)):
+            if window or counts is self.total:
+                counts.add(cell, number, n)
+                pending = self._pending.setdefault(window, Counts())
+                at = counts.order[cell], number
+                pending.n[at] = pending.n.get(at, 0) + n
+        self.events += n
+        self._window_events += n
+
+    def _roll(self) -> None:
+        """Open the next window if the time or the number of decisions says so."""
+        length = self.settings.window or ""
+        index = int(self.tally["clock"] // float(length[:-1])) if length.endswith("s") else self.events // int(length)
+        if index == self.tally["index"]:
+            return
+        if self.tally["window"]:
+            self._close()
+        self.tally["window"] += 1
+        self.tally["index"] = index
+        self.window, self._window_events = Counts(), 0
+
+    def _close(self) -> None:
+        number = self.tally["window"]
+        pending = self._pending.get(number)
+        if pending is not None:
+            pending.order = dict(self.window.order)
+        self.closed.append(self.window_entry())
+
+    def window_entry(self) -> dict[str, Any]:
+        """What the current window shows, by its own budget."""
+        number = self.tally["window"]
+        found = look(self.settings, subject(self.settings, self.window, self.decisions), self._window_events, window_share(number))
+        return {
+            "window": number,
+            "index": self.tally["index"],
+            "events": found.events,
+            "intervals": found.intervals,
+            "verdict": found.verdict,
+        }
+
+    def _resolve(self, key: tuple[Any, ...]) -> tuple[tuple[Label, Label], int] | str:
+        """The cell and the decision that labels stand for, or why they stand for none."""
+        kinds = (key, *map(type, key))
+        found = self._resolved.get(kinds)
+        if found is None:
+            if len(self._resolved) >= CACHED:
+                self._resolved.clear()
+            found = self._resolved[kinds] = self._resolve_anew(key)
+        if not isinstance(found, str) and found[0] not in self.total.order and len(self.total.order) >= MAX_CELLS:
+            return f"more than {MAX_CELLS} combinations of context and group"
+        return found
+
+    def _resolve_anew(self, key: tuple[Any, ...]) -> tuple[tuple[Label, Label], int] | str:
+        names = (*self.settings.context, *self.settings.group, self.settings.decision)
+        labels = []
+        for name, value in zip(names, key, strict=True):
+            if isinstance(value, (list, dict)):
+                return f"column {shown(name)} holds no label"
+            try:
+                text = label_text(float(value) if type(value).__name__ == "Decimal" and name != names[-1] else value)
+            except InputError as error:
+                if type(value).__name__ != "Decimal":
+                    return f"column {shown(name)}: {error}"
+                text = str(value)
+            if text is None:
+                return f"no value in column {shown(name)}"
+            labels.append(text)
+        contexts = len(self.settings.context)
+        cell = tuple(labels[:contexts]), tuple(labels[contexts:-1])
+        if self.settings.utility is not None:
+            return cell, self._numbers.get(labels[-1], self._numbers[OTHER])
+        try:
+            return cell, self._value(key[-1], labels[-1])
+        except InputError as error:
+            return f"column {shown(names[-1])}: {error}"
+
+    def _value(self, value: Any, text: str) -> int:
+        """Number of the decision that a utility stands for."""
+        exact = Fraction(*rational(text if isinstance(value, (str, float)) else value))
+        if self.settings.step is not None:
+            step = Fraction(self.settings.step)
+            exact = round(exact / step) * step
+        low, high = self.settings.limits
+        if not low <= exact <= high:
+            raise InputError(f"a utility of {shown(text)} is outside the range from {low} to {high}")
+        label = rational_text((exact.numerator, exact.denominator))
+        if label not in self._numbers:
+            if len(self._numbers) >= MAX_VALUES:
+                raise InputError(f"more than {MAX_VALUES} different utilities; round them (--utility-step)")
+            self._numbers[label] = len(self._numbers)
+            self.decisions.append((label, label))
+            self._new_decisions.append((self._numbers[label], label, label))
+        return self._numbers[label]
+
+    # Dead letters
+
+    def _open_letters(self, path: str | None, length: int) -> Any:
+        """Open the file of dead letters, without what was written after the last commit."""
+        if path is None:
+            return None
+        try:
+            file = Path(path).open("ab")  # noqa: SIM115
+            earlier = self.state.get("tally", {}).get("letters")
+            if earlier == os.path.realpath(path) and file.tell() > length:
+                file.truncate(length)
+                file.seek(0, os.SEEK_END)
+        except OSError as error:
+            raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
+        return file
+
+    def _dead(self, line: int, reason: str, text: bytes) -> None:
+        self.tally["dead"] += 1
+        if self._letters is not None:
+            entry = {"line": line, "reason": reason, "text": text[:SHOWN].decode("utf-8", "backslashreplace")}
+            self._letters.write(json.dumps(entry).encode("ascii") + b"\n")
+
+    def close(self) -> None:
+        """Close the files."""
+        with contextlib.suppress(OSError):
+            self.log.file.close()
+        if self._letters is not None:
+            self._letters.close()
+        self.state.close()
