@@ -1720,7 +1720,7 @@ def _read_distances(value: object, where: str) -> list[list[Rational]]:
     n = len(_list(value, where))
     distances = [_rationals(row, f"{where}[{i}]", n) for i, row in enumerate(_list(value, where))]
     flat, _ = _over_common_denominator([ONE, *chain.from_iterable(distances)])
-    rows = [flat[i : i + n] for i in range(1, n * n, n)]
+    rows = [flat[i : i + n] for i in range(1, n * n + 1, n or 1)]
     for i, row in enumerate(rows):
         for j, distance in enumerate(row):
             if (distance == 0) != (i == j):

@@ -829,6 +829,8 @@ MALFORMED = {
     "not in lowest terms": {"gamma": "2/2"},
     "unknown key": {"note": "x"},
     "not square": {"metric": [["0", "1"]]},
+    "empty": {"metric": []},
+    "one group far from itself": {"metric": [["1"]]},
     "too small": {"metric": [["0"]]},
     "too large": {"metric": [["0", "1", "1"], ["1", "0", "1"], ["1", "1", "0"]]},
     "asymmetric": {"metric": [["0", "1"], ["2", "0"]]},

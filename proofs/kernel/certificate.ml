@@ -353,7 +353,12 @@ let claim parameters number value where =
   else begin
     let known = List.mem quantity [ "local_ratio"; "global_ratio" ] && relation = "<=" && scope = "every utility of the class" in
     let place = where ^ ".evidence" in
-    let evidence = if known then pairs (quantity = "local_ratio") parameters (get members "evidence") place else [] in
+    let evidence =
+      match get members "evidence" with
+      | given when known -> pairs (quantity = "local_ratio") parameters given place
+      | Json.Object _ -> []
+      | _ -> malformed place "must be an object"
+    in
     let written q = if Z.equal q.W.qden Z.one then Z.to_string q.W.qnum else Z.to_string q.W.qnum ^ "/" ^ Z.to_string q.W.qden in
     let shown = Printf.sprintf "claims[%d]: the ratio is at most %s" number (match value with None -> "inf" | Some q -> written q) in
     Some { number; quantity; shown; known; value; evidence }

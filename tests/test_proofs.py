@@ -1,0 +1,352 @@
+"""The tie between the machine-checked theorems in proofs/ and the code that cites them, and the verified checker of lp-dual claims.
+
+What reads only text runs everywhere; what needs Coq skips without it, or fails without it where FAIRAUDIT_REQUIRE_COQ=1.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import random
+import re
+import shutil
+import subprocess
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from test_checker_unit import checker, detached, raw
+from test_checker_worst_case import TINY, Case, Solved, tampered, true_certificate
+
+import fairaudit as fa
+from fairaudit.certificate import schema
+from fairaudit.cli import main
+from fairaudit.tables.examples import example
+
+ROOT = Path(__file__).resolve().parents[1]
+PROOFS = ROOT / "proofs"
+FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
+"""500 linear programs and 500 tampered ones instead of 60 each: FAIRAUDIT_FULL=1 pytest tests/test_proofs.py"""
+BLOCKS = 10
+PER_BLOCK = 50 if FULL else 6
+
+Index = dict[str, dict[str, dict[str, Any]]]
+STATED = re.compile(r"^(?:Theorem|Corollary) (\w+)", re.MULTILINE)
+FORBIDDEN = re.compile(r"\b(Admitted|Axioms?|admit|Parameters?|Conjectures?|give_up|bypass_check)\b")
+WITH_AXIOMS = "theories/Instances.v"  # real exponentials rest on the axioms of the reals of mathcomp-analysis
+
+
+def read_index(proofs: Path) -> Index:
+    return tomllib.loads((proofs / "index.toml").read_text("utf-8"))
+
+
+def statements(index: Index) -> Iterator[tuple[str, str, str]]:
+    """List (id, name of a statement, its file)."""
+    for entries in index.values():
+        for name, entry in entries.items():
+            if entry["statements"] != "none":
+                yield from ((name, statement, file) for statement, file in entry["statements"].items())
+
+
+def missing_statements(proofs: Path) -> list[str]:
+    """List the statements that the index names and that are not in the file that it names."""
+    return [
+        f"{name}: {statement} in {file}"
+        for name, statement, file in statements(read_index(proofs))
+        if not (proofs / file).is_file() or statement not in STATED.findall((proofs / file).read_text("utf-8"))
+    ]
+
+
+def sources() -> list[Path]:
+    return sorted([*PROOFS.glob("theories/*.v"), *PROOFS.glob("kernel/*.v")])
+
+
+def module(file: str) -> str:
+    folder, name = file.removesuffix(".v").split("/")
+    return f"{ {'theories': 'Fairaudit', 'kernel': 'FairauditKernel'}[folder] }.{name}"
+
+
+def rests_on(text: str) -> dict[str, str]:
+    """Read what Coq printed: for each theorem what it rests on."""
+    parts = re.split(r"^Constant (\S+)$", text, flags=re.MULTILINE)
+    return dict(zip(parts[1::2], (part.strip() for part in parts[2::2]), strict=True))
+
+
+# Without Coq
+
+
+def test_every_id_has_an_entry() -> None:
+    index = read_index(PROOFS)
+    accepted = {key[2] for key in checker.RULES} | {"binomial", *checker.METHODS}
+    assert set(index["cited"]) == accepted
+    assert set(schema()["$defs"]["claim"]["properties"]["by"]["enum"]) == accepted
+    code = "".join(path.read_text("utf-8") for path in (ROOT / "fairaudit").rglob("*.py") if path.name != "checker.py")
+    written = set(re.findall(r'"(T\d+(?:-[a-z]+)?)"', code))
+    assert {"T1", "T1-paper", "T5-decision", "T10", "T11", "T12"} <= written
+    assert written <= {*index["cited"], *index["further"]}
+
+
+@pytest.mark.parametrize("example", ["ucb-admissions", "hr-navigation", "hr-filtered"])
+def test_claims_of_the_examples_have_entries(example: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "certificate.json"
+    main(["certify", "--example", example, "-o", str(path)])
+    capsys.readouterr()
+    cited = {claim["by"] for claim in json.loads(path.read_text("utf-8"))["claims"]}
+    assert len(cited) >= 4
+    assert cited <= set(read_index(PROOFS)["cited"])
+
+
+def test_entries_are_complete() -> None:
+    for kind, entries in read_index(PROOFS).items():
+        assert kind in ("cited", "further")
+        for name, entry in entries.items():
+            assert entry["says"].endswith("."), name
+            assert entry["tests"], name
+            for file in entry["tests"]:
+                assert "def test_" in (ROOT / file).read_text("utf-8"), (name, file)
+            if entry["statements"] == "none":
+                assert kind == "cited", name
+                assert len(entry["reason"]) > 40, name
+            else:
+                assert entry["statements"], name
+                assert "reason" not in entry, name
+
+
+def test_every_statement_is_where_the_index_says() -> None:
+    assert missing_statements(PROOFS) == []
+
+
+def test_every_theorem_is_in_the_index() -> None:
+    listed = [(file, statement) for _, statement, file in statements(read_index(PROOFS))]
+    there = [(f"{path.parent.name}/{path.name}", name) for path in sources() for name in STATED.findall(path.read_text("utf-8"))]
+    assert sorted(set(listed)) == sorted(there)
+
+
+@pytest.mark.parametrize("name", ["T2_pure", "worst_case_local"])
+def test_renaming_a_theorem_breaks_the_index(name: str, tmp_path: Path) -> None:
+    proofs = tmp_path
+    for path in [PROOFS / "index.toml", *sources()]:
+        copy = proofs / path.relative_to(PROOFS)
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copy(path, copy)
+    assert missing_statements(proofs) == []
+    for path in proofs.rglob("*.v"):
+        text = path.read_text("utf-8")
+        path.write_text(re.sub(rf"\b{name}\b", f"{name}_renamed", text), "utf-8")
+    (missing,) = missing_statements(proofs)
+    assert f": {name} in " in missing
+
+
+def test_every_statement_is_closed_in_the_reviewed_list() -> None:
+    """Coq's list of what each theorem rests on, as it was reviewed; with Coq it is compared with what Coq says now."""
+    reviewed = rests_on((PROOFS / "assumptions.golden").read_text("utf-8"))
+    assert set(reviewed) == {f"{module(file)}.{statement}" for _, statement, file in statements(read_index(PROOFS))}
+    for name, assumed in reviewed.items():
+        if not name.startswith(module(WITH_AXIOMS) + "."):
+            assert assumed == "Closed under the global context", name
+
+
+def test_nothing_is_assumed_instead_of_proved() -> None:
+    for path in sources():
+        assert FORBIDDEN.findall(path.read_text("utf-8")) == [], path
+
+
+# With Coq
+
+
+@pytest.fixture(scope="module")
+def built() -> Path:
+    """Build the proofs and check them; the folder of the build."""
+    have = (
+        shutil.which("make") is not None and subprocess.run(["make", "-s", "-C", str(PROOFS), "tools"], capture_output=True).returncode == 0
+    )
+    if not have:
+        what = "Coq with mathcomp, OCaml or zarith is not on this machine, so no proof was checked: see docs/proofs.md"
+        if os.environ.get("FAIRAUDIT_REQUIRE_COQ") == "1":
+            pytest.fail(what)
+        pytest.skip(what)
+    (PROOFS / "build").mkdir(exist_ok=True)
+    with (PROOFS / "build" / "lock").open("w") as lock:  # tests may run in several processes
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        made = subprocess.run(["make", "-C", str(PROOFS)], capture_output=True, text=True)
+    assert made.returncode == 0, made.stdout[-3000:] + made.stderr[-3000:]
+    return PROOFS / "build"
+
+
+def test_every_statement_is_closed_now(built: Path) -> None:
+    assert (built / "assumptions.txt").read_text("utf-8") == (PROOFS / "assumptions.golden").read_text("utf-8")
+
+
+def verdict_in_python(document: dict[str, Any], table: list[bytes] | None = None) -> int:
+    """Decide as checker.py does: 0 the claims by lp-dual are true, 1 one is not or there is none, 2 malformed."""
+    try:
+        report = checker.check(raw(document), table)
+    except checker.FormatError:
+        return 2
+    found = [finding for finding in report.findings if re.match(r'claims\[\d+\]: .* by "lp-dual"', finding.statement)]
+    return 0 if found and all(finding.true for finding in found) else 1
+
+
+def verdict_of_proof(built: Path, folder: Path, document: dict[str, Any], *further: str) -> int:
+    path = folder / "certificate.json"
+    path.write_bytes(raw(document))
+    run = subprocess.run([str(built / "fairaudit-lp"), str(path), *further], capture_output=True, text=True)
+    assert run.returncode in (0, 1, 2), run
+    return run.returncode
+
+
+OTHER = [
+    "0",
+    "1",
+    "-1",
+    "1/2",
+    "2/4",
+    "3/1",
+    "-0",
+    "00",
+    "+1",
+    "1/0",
+    "inf",
+    "",
+    "1.5",
+    "local",
+    "global",
+    "u0",
+    "all",
+    None,
+    True,
+    0,
+    1,
+    -1,
+    1.5,
+    10**18,
+    [],
+]
+
+
+def places(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    yield path
+    for key, item in node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ():
+        yield from places(item, (*path, key))
+
+
+def value_at(node: Any, path: tuple[Any, ...]) -> Any:
+    for key in path:
+        node = node[key]
+    return node
+
+
+def altered(pick: random.Random, document: dict[str, Any]) -> dict[str, Any]:
+    """Change one thing in the class, the table, the claim or its evidence: a number most of the time, else the form."""
+    document = json.loads(json.dumps(document))
+    claim = ("claims", len(document["claims"]) - 1)
+    roots: list[tuple[Any, ...]] = [
+        ("subject", "class"),
+        ("subject", "table", "header"),
+        ("subject", "table", "rows"),
+        claim,
+        (*claim, "evidence"),
+    ]
+    root = pick.choice(roots)
+    paths = [(*root, *path) for path in places(value_at(document, root)) if path]
+    if pick.random() < 0.7:
+        paths = [
+            path for path in paths if isinstance(value_at(document, path), int) or re.fullmatch(r"[-0-9/]+", str(value_at(document, path)))
+        ] or paths
+    path = pick.choice([path for path in paths if path[-1] != "by"])
+    parent, key = value_at(document, path[:-1]), path[-1]
+    node = parent[key]
+    kind = pick.choice(["number"] * 6 + ["other", "drop", "twice", "order"])
+    if kind == "number" and type(node) is int:
+        parent[key] = node + pick.choice([-1, 1, 100])
+    elif kind == "number" and isinstance(node, str) and re.fullmatch(r"-?[0-9]+(/[1-9][0-9]*)?", node):
+        parent[key] = str(Fraction(node) * pick.choice([Fraction(1, 2), 2, 1 + TINY, 1 - TINY, -1]) + pick.choice([0, 0, TINY, 1]))
+    elif kind == "drop":
+        del parent[key]
+    elif kind == "twice" and isinstance(parent, list):
+        parent.insert(key, node)
+    elif kind == "order" and isinstance(node, list):
+        pick.shuffle(node)
+    else:
+        parent[key] = pick.choice(OTHER)
+    return document
+
+
+@pytest.mark.parametrize("block", range(BLOCKS))
+def test_equal_verdicts(block: int, built: Path, tmp_path: Path) -> None:
+    """The extracted checker and checker.py agree on the least value of random linear programs and on what is done to their evidence."""
+    seen: Counter[tuple[str, int]] = Counter()
+    for seed in range(20_000 + block * PER_BLOCK, 20_000 + (block + 1) * PER_BLOCK):
+        solved = Solved(Case(seed))
+        document = true_certificate(solved)
+        less = json.loads(json.dumps(document))
+        if less["claims"][-1]["value"] != "inf":
+            less["claims"][-1]["value"] = str(Fraction(less["claims"][-1]["value"]) - TINY)
+        has_evidence = bool(document["claims"][-1]["evidence"]["pairs"])
+        pick = random.Random(seed)
+        changed = [tampered(solved, document) for _ in range(2 * has_evidence)] + [altered(pick, document) for _ in range(3)]
+        for kind, one in [("true", document), ("true", less), *(("tampered", c) for c in changed)]:
+            expected = verdict_in_python(one)
+            assert verdict_of_proof(built, tmp_path, one) == expected, (seed, json.dumps(one))
+            seen[kind, expected] += 1
+    print(dict(seen))
+    assert seen["true", 0] >= PER_BLOCK * 3 // 4
+    assert seen["true", 1] >= PER_BLOCK // 4
+    assert min(seen["tampered", verdict] for verdict in (0, 1, 2)) >= PER_BLOCK // 4
+    assert sum(count for (kind, _), count in seen.items() if kind == "tampered") >= PER_BLOCK
+
+
+@pytest.mark.parametrize("quantity", ["local", "global"])
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"tau": "0.2", "tau_on": "pair"},
+        {"tau": "0.2", "blind": False, "lipschitz": "0.1"},
+        {"tau": "0.1", "m": "0.05", "order": ["Rejected", "Admitted"]},
+    ],
+)
+def test_equal_verdicts_on_what_the_writer_writes(keys: dict[str, Any], quantity: str, built: Path, tmp_path: Path) -> None:
+    """Certificates of the package, with an embedded table and without."""
+    law = fa.Law.from_counts(example("ucb-admissions").table(), decision="Admit", group="Gender", context="Dept", count="Freq")
+    document = json.loads(json.dumps(fa.certify_worst_case(fa.worst_case(law, fa.UtilityClass(**keys), quantity=quantity)).document))
+    assert document["claims"][-1]["by"] == "lp-dual"
+    alone, lines = detached(json.loads(json.dumps(document)))
+    table = tmp_path / "table.jsonl"
+    table.write_bytes(b"".join(lines))
+    assert verdict_in_python(document) == verdict_of_proof(built, tmp_path, document) == 0
+    assert verdict_in_python(alone, lines) == verdict_of_proof(built, tmp_path, alone, "--table", str(table)) == 0
+    document["claims"][-1]["value"] = "101/100"
+    assert verdict_in_python(document) == verdict_of_proof(built, tmp_path, document) == 1
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        b"",
+        b"{",
+        b"[1,]",
+        b'{"a":1,"a":2}',
+        b'"\xff"',
+        b"[" * 100_000,
+        b'{"format":"fairaudit-certificate/1"}',
+        b"\xef\xbb\xbf{}",
+        b"nul",
+        b"{} {}",
+        b'"\t"',
+        b"[01]",
+        b"NaN",
+    ],
+)
+def test_what_is_no_certificate(document: bytes, built: Path, tmp_path: Path) -> None:
+    path = tmp_path / "certificate.json"
+    path.write_bytes(document)
+    with pytest.raises(checker.FormatError):
+        checker.check(document)
+    run = subprocess.run([str(built / "fairaudit-lp"), str(path)], capture_output=True, text=True)
+    assert run.returncode == 2
+    assert run.stderr.startswith("fairaudit-lp: malformed: ")
