@@ -265,6 +265,19 @@ def test_values_that_are_not_finite_are_in_no_interval(tmp_path: Path) -> None:
             read_log(path, ["age", "u"], bins={"age": [18]})
 
 
+def test_nan_is_in_no_interval_though_statistics_do_not_know_of_it(tmp_path: Path) -> None:
+    """Most writers of Parquet leave NaN out of a column's statistics, and DuckDB concludes that nothing is above the greatest value."""
+    import duckdb
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    path = tmp_path / "t.parquet"
+    parquet.write_table(pa.table({"age": [1.5, float("nan"), 2.0], "u": ["y", "n", "y"]}), path)
+    for source in (path, duckdb.read_parquet(str(path))):
+        with pytest.raises(InputError, match=r"column 'age'.*infinite or not numbers"):
+            read_log(source, ["age", "u"], bins={"age": [1]})
+
+
 @pytest.mark.parametrize(
     ("edges", "words"), [([], "no edge"), ([3, 3], "must rise"), (["x"], "not a number"), (["1/3"], "decimals"), ([float("nan")], "edge")]
 )

@@ -67,7 +67,9 @@ def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | N
     while count in names:
         count += "_"
     try:
-        picked = wrapped.select(*(_interval(nw, name, (bins or {})[name]) if name in cut else nw.col(name) for name in names))
+        picked = wrapped.select(
+            *(_interval(nw, name, (bins or {})[name], schema[name].is_float()) if name in cut else nw.col(name) for name in names)
+        )
         grouped = picked.group_by(*names, drop_null_keys=False).agg(nw.len().alias(count))
         tally = Tally.of(type(frame).__name__, names, _rows(grouped.select(*names, count)))
     except InputError:
@@ -104,13 +106,15 @@ def _one_type(series: Any) -> bool:
     return infer_dtype(series, skipna=True) in WHOLE
 
 
-def _interval(nw: Any, name: str, bins: Bins) -> Any:
+def _interval(nw: Any, name: str, bins: Bins, floating: bool) -> Any:
     value = nw.col(name)
     edges = [int(edge) if "." not in edge else float(edge) for edge in bins.edges]
     found = nw.when((value >= edges[-1]) & (value <= LARGEST)).then(nw.lit(bins.labels[-1])).otherwise(nw.lit(bins.refused))
     for edge, label in zip(reversed(edges), reversed(bins.labels[:-1]), strict=True):
         found = nw.when(value < edge).then(nw.lit(label)).otherwise(found)
     found = nw.when(value < -LARGEST).then(nw.lit(bins.refused)).otherwise(found)
+    if floating:  # an engine may drop a comparison that the greatest value in statistics without NaN decides
+        found = nw.when(~value.is_finite()).then(nw.lit(bins.refused)).otherwise(found)
     return nw.when(~value.is_null()).then(found).alias(name)
 
 

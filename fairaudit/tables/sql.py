@@ -116,7 +116,7 @@ def count_statement(
     for name, alias in zip(columns, listed, strict=True):
         quoted = identifier(name, dialect)
         if bins and name in bins:
-            quoted = _case_of_text(quoted, bins[name]) if name in ties else _case(quoted, bins[name])
+            quoted = _case_of_text(quoted, bins[name]) if name in ties else _case(quoted, bins[name], dialect)
         inner.append(f"{quoted} as {alias}")
     keys = ", ".join(f"{alias}{collated}" for alias in listed)
     counted = f"(select {', '.join(inner)} from {source}) as counted"  # noqa: S608
@@ -124,12 +124,17 @@ def count_statement(
     return f"{text}\norder by {', '.join(listed)}" if ordered else text
 
 
-def _case(quoted: str, bins: Bins) -> str:
-    """Interval of a numeric column. What is not finite, and orders unlike a number in some engine, gets a label of its own."""
+def _case(quoted: str, bins: Bins, dialect: str) -> str:
+    """Interval of a numeric column. What is not finite, and orders unlike a number in some engine, gets a label of its own.
+
+    DuckDB is asked what is finite: it drops a comparison that the greatest value in a Parquet file's statistics decides, and most writers
+    leave NaN out of those.
+    """
     whens = [f"when {quoted} < {edge} then '{label}'" for edge, label in zip(bins.edges, bins.labels, strict=False)]
     last = f"when {quoted} >= {bins.edges[-1]} and {quoted} <= {LARGEST} then '{bins.labels[-1]}'"
+    finite = f"when not isfinite(cast({quoted} as double)) then '{bins.refused}' " if dialect == "duckdb" else ""
     return (
-        f"case when {quoted} is null then null when {quoted} < -{LARGEST} then '{bins.refused}' {' '.join(whens)} {last} "
+        f"case when {quoted} is null then null {finite}when {quoted} < -{LARGEST} then '{bins.refused}' {' '.join(whens)} {last} "
         f"else '{bins.refused}' end"
     )
 
