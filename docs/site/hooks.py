@@ -6,7 +6,6 @@ import contextlib
 import io
 import os
 import re
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from mkdocs.structure.files import File, Files
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = (
     "law", "mechanism", "utility", "policy", "allocation", "fairness", "privacy", "bounds", "sampling", "worst_utility", "utility_class",
-    "calibration", "filter_design", "audit", "certificate", "metrics", "plots", "testing", "pytest_plugin",
+    "calibration", "filter_design", "audit", "certificate", "compare", "report", "metrics", "plots", "testing", "pytest_plugin",
 )  # fmt: skip
 
 
@@ -61,17 +60,27 @@ def python_reference() -> str:
         "What `import fairaudit as fa` offers lives in the modules below; names in the table are reachable as `fa.NAME`.",
         "| name | module |\n| --- | --- |\n" + "\n".join(f"| `{name}` | `{home}` |" for name, home in sorted(_HOME.items())),
     ]
-    parts += [f"::: fairaudit.{name}" for name in MODULES if (ROOT / "fairaudit" / f"{name}.py").exists()]
+    parts += [f"::: fairaudit.{name}" for name in MODULES if list((ROOT / "fairaudit").glob(f"{name}*"))]
     return "\n\n".join(parts) + "\n"
 
 
 def pictures() -> dict[str, bytes]:
     """Pictures that pages show, drawn afresh."""
-    from fairaudit.calibration import calibrate
-    from fairaudit.plots import save_calibration
+    from fairaudit import Law, calibrate, certify, plots
+    from fairaudit.tables.examples import example
 
+    table = example("ucb-admissions").table()
+    law = Law.from_counts(table, decision="Admit", group="Gender", context="Dept", count="Freq")
+    result = certify(law, {"Admitted": 1}, max_local_ratio="3/2")
     found = [calibrate(target_local=t, groups=16, gamma=1, tau="0.3") for t in ("0.05", "0.1", "0.2", "0.4", "0.7", "1")]
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "calibration.png"
-        save_calibration(found, str(path))
-        return {"calibration.png": path.read_bytes()}
+    drawn = {
+        "expectations": plots.plot_expectations(result),
+        "bounds": plots.plot_bounds(result),
+        "calibration": plots.plot_truth_kept(found),
+    }
+    contents = {}
+    for name, axes in drawn.items():
+        picture = io.BytesIO()
+        axes.figure.savefig(picture, format="png", dpi=120, bbox_inches="tight")
+        contents[f"{name}.png"] = picture.getvalue()
+    return contents
