@@ -19,7 +19,8 @@ BAND = (-0.15, 0.15)
 CLEARANCE = 1.5
 CEILING = 2.0
 RESOLUTION = 0.05
-CHUNK = 1 << 20
+CHUNK = 1 << 15
+TALLEST = 1e5
 PASSABLE = "door"  # a door stands in a robot's way only while it is shut
 FLOOR_SLAB, FLOOR_SHARE = 0.1, 0.02
 
@@ -35,7 +36,7 @@ class Maps:
     rgb : array of uint8, shape (rows, columns, 3)
         Colour of the highest point of each cell, white where there is none; shades of its height if all points have one colour.
     height : array of float64, shape (rows, columns)
-        Its z in metres, -inf where there is none.
+        Its z in metres (to 2**-38 of the scan's height), -inf where there is none.
     free : array of bool, shape (rows, columns)
         Which cells can be traversed.
     floor : float
@@ -119,16 +120,15 @@ def rasterise(
         raise InputError(f"bounds are {list(bounds)}; least x, least y, greatest x, greatest y are accepted")
     frame = _frame(points, resolution, bounds)
     size = frame.rows * frame.columns
-    top, rgb = np.full(size, -inf), np.full((size, 3), 255, np.uint8)
+    keys = np.full(size, -1, np.int64)
     low, blocked = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
-    limit = ground + ceiling
-    for part, _, cells, z in _pieces(points, frame, limit, bounded=bounds is not None):
-        np.maximum.at(top, cells, z)
+    heights = _Heights.of(points)
+    for part, there, cells, z in _pieces(points, frame, ground + ceiling, bounded=bounds is not None):
+        raise_keys(keys, cells, heights.codes(z), points.rgb[there])
         low[cells.compress((z >= ground + band[0]) & (z <= ground + band[1]))] = True
         if part.kind != PASSABLE:
             blocked[cells.compress((z > ground + band[1]) & (z <= ground + clearance))] = True
-    for _, there, cells, z in _pieces(points, frame, limit, bounded=bounds is not None):
-        paint(rgb, top, cells, z, points.rgb[there])
+    top, rgb = heights.tops(keys), _colours(keys)
     if bounds is not None and not np.isfinite(top).any():
         raise InputError(f"no point of the scan lies within the bounds {list(bounds)}")
     _shade(rgb, top, ground)
@@ -137,12 +137,44 @@ def rasterise(
     return Maps(frame, rgb.reshape(*shape, 3), top.reshape(shape), inflate(free, robot_radius / frame.resolution), ground)
 
 
-def paint(
-    rgb: NDArray[np.uint8], top: NDArray[np.float64], cells: NDArray[np.int64], z: NDArray[np.float64], colours: NDArray[np.uint8]
-) -> None:
-    """Give each cell the colour of a point as high as its top, the last one among equals."""
-    chosen = np.flatnonzero(z == top.take(cells))
-    rgb[cells.take(chosen)] = colours[chosen]
+@dataclass(frozen=True)
+class _Heights:
+    """Heights as integers of 38 bits, so that a height and a colour fit into one integer, which a single maximum carries along."""
+
+    least: float
+    scale: float
+
+    @classmethod
+    def of(cls, points: Points) -> _Heights:
+        z = points.xyz[:, 2]
+        least, greatest = float(z.min()), float(z.max())
+        if not greatest - least <= TALLEST:
+            raise InputError(f"the points reach from z = {least:g} to {greatest:g}; a scan in metres is at most {TALLEST:g} m high")
+        return cls(least, (2.0**38 - 1) / (greatest - least) if greatest > least else 0.0)
+
+    def codes(self, z: NDArray[np.float64]) -> NDArray[np.int64]:
+        share = z - self.least
+        share *= self.scale
+        return share.astype(np.int64)
+
+    def tops(self, keys: NDArray[np.int64]) -> NDArray[np.float64]:
+        return np.where(keys < 0, -inf, self.least + (keys >> 24) / (self.scale or 1.0))
+
+
+def raise_keys(keys: NDArray[np.int64], cells: NDArray[np.int64], codes: NDArray[np.int64], rgb: NDArray[np.uint8]) -> None:
+    """Keep in each cell the highest point, and of equally high ones that of the greatest colour, so that their order does not matter."""
+    colours = rgb[:, 0].astype(np.int32)
+    for channel in (1, 2):
+        colours <<= 8
+        colours |= rgb[:, channel]
+    codes <<= 24
+    codes |= colours
+    np.maximum.at(keys, cells, codes)
+
+
+def _colours(keys: NDArray[np.int64]) -> NDArray[np.uint8]:
+    """Colours of the highest points; white where there are none, as -1 has all bits set."""
+    return np.stack([(keys >> shift & 255).astype(np.uint8) for shift in (16, 8, 0)], axis=1)
 
 
 def _check(ceiling: float, band: tuple[float, float], clearance: float, robot_radius: float) -> None:
