@@ -302,6 +302,27 @@ def test_the_claim_of_a_filter_is_tested(run: Callable[..., tuple[int, str, str]
     assert code == 0 and json.loads(out)["findings"][0]["refuted"] is False
 
 
+def test_a_utility_of_the_group_refutes_no_filter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Decisions alike, worth 1 to one group and 1/5 to the other: R = 5 says nothing of a filter (T11), for all that both share a range."""
+    path = tmp_path / "log.csv"
+    path.write_text("u,a,g\n" + "yes,f,1\nno,f,0\nyes,m,0.2\nno,m,0\n" * 100)
+    columns = ["--decision", "u", "--group", "a", "--utility-column", "g", "--utility-range", "0,1"]
+    assert main(["certify", str(path), *columns, "--claimed-exp-epsilon", "3/2"]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and "a utility that is the same for all groups" in err
+
+
+def test_a_placebo_that_compares_nobody_within_contexts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    effect, placebo = tmp_path / "effect.csv", tmp_path / "placebo.csv"
+    effect.write_text("u,a,x\n" + "yes,f,1\nno,f,1\nyes,m,1\nno,m,1\n" * 20)
+    placebo.write_text("u,e,x\n" + "yes,one,1\nno,one,1\nyes,two,2\nno,two,2\n" * 20)
+    command = ["certify", str(effect), "--decision", "u", "--group", "a", "--context", "x", "--utility", "yes", "--format", "json"]
+    assert main([*command, "--placebo", str(placebo), "--placebo-group", "e"]) == 0
+    local, overall = json.loads(capsys.readouterr().out)["findings"]
+    assert local["rises"] is None and "nothing to compare" in local["sentence"]
+    assert overall["rises"] is False
+
+
 def test_a_placebo_is_a_noise_floor(run: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
     quiet, loud, other = (tmp_path / f"{name}.csv" for name in ("quiet", "loud", "other"))
     quiet.write_text("u,edit\n" + "yes,one\nno,one\nyes,two\nno,two\n" * 200)

@@ -142,6 +142,8 @@ def findings(arguments: argparse.Namespace, result: Result, utility: Utility, ch
     if arguments.claimed_exp_epsilon is not None:
         if "local" not in result.comparisons:
             raise InputError("--claimed-exp-epsilon needs an interval for the local ratio, and there is none")
+        if result.utility.depends_on_group:
+            raise InputError("--claimed-exp-epsilon needs a utility that is the same for all groups; one that is not refutes nothing")
         comparison = result.comparisons["local"]
         region = default_region(comparison, chosen["interval"], independent=chosen["independent"])
         tested = test_filter(comparison, arguments.claimed_exp_epsilon, region=region, **made)
@@ -163,6 +165,10 @@ def _placebo(arguments: argparse.Namespace, result: Result, utility: Utility, ma
         raise InputError(f"the placebo: {error}") from None
     found = []
     for quantity, effect in result.comparisons.items():
+        if quantity not in compared:
+            sentence = f"{quantity.capitalize()}: the placebo gives no interval, so there is nothing to compare the effect with."
+            found.append(Finding(f"noise floor, {quantity}", sentence, False, {"rises": None}))
+            continue
         floor = noise_floor(effect, compared[quantity], **made)
         found.append(
             Finding(
