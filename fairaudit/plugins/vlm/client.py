@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.exact import InputError, shown
-from fairaudit.plugins.vlm.experiment import Experiment, Model, environment_key, image_kind
+from fairaudit.plugins.vlm.experiment import Experiment, Model, environment_key
+from fairaudit.plugins.vlm.images import image_kind
 
 if TYPE_CHECKING:
     import httpx

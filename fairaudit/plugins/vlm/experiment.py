@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import fairaudit as fa
 from fairaudit.exact import InputError, nearest, rational, shown
+from fairaudit.plugins.vlm.images import read_images
 
 __all__ = ["Experiment", "Model", "Setting", "bundled", "read_experiment"]
 
@@ -31,8 +32,6 @@ MODEL_KEYS = (
 )  # fmt: skip
 MAKERS = ("endpoint", "stand-in", "minilm")
 MAX_SLOTS, MAX_CELLS, MAX_TRIALS = 4, 20_000, 100_000
-MAX_IMAGE_BYTES = 10_000_000
-IMAGE_KINDS = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 
 
 @dataclass(frozen=True)
@@ -302,7 +301,7 @@ def _experiment(path: Path, data: bytes, document: Mapping[str, Any], trials: in
     people = {name: _profile(name, given, attributes) for name, given in part["people"].items()}
     if len(people) != len(options) or not 2 <= len(options) <= MAX_SLOTS:
         raise InputError(f"there are {len(people)} people and {len(options)} options; each person has a slot, 2 to {MAX_SLOTS} of them")
-    images = _images(part["images"], path.parent, options)
+    images = read_images(part["images"], path.parent, options)
     kind = _choice(part["answer"], "kind", ("json", "token", "logprobs"), "[answer]")
     asked = trials if trials is not None else part["sampling"].get("trials")
     if not isinstance(asked, int) or isinstance(asked, bool) or not 1 <= asked <= MAX_TRIALS:
@@ -371,44 +370,6 @@ def with_overrides(model: Model, changes: Mapping[str, Any]) -> Model:
 
 def _response(values: Sequence[str], keep: Fraction) -> fa.Mechanism:
     return fa.Identity(values) if keep == 1 or len(values) == 1 else fa.RandomizedResponse(values, keep_probability=keep)
-
-
-def _images(section: Mapping[str, Any], folder: Path, options: tuple[str, ...]) -> dict[tuple[str, str], Path]:
-    found: dict[tuple[str, str], Path] = {}
-    for key, value in section.items():
-        entries = (
-            {("", key): value}
-            if isinstance(value, str)
-            else {(key, k): v for k, v in dict(value).items()}
-            if isinstance(value, dict)
-            else {}
-        )
-        if not entries:
-            raise InputError(f"[images] {key} is {shown(value)}; the path of a PNG or JPEG file for an option is accepted")
-        for (context, option), name in entries.items():
-            if option not in options:
-                raise InputError(f"[images] names {shown(option)}, which is not an option; {nearest(option, options)}")
-            found[context, option] = _image(folder / str(name))
-    return found
-
-
-def _image(path: Path) -> Path:
-    try:
-        size = path.stat().st_size
-        with path.open("rb") as file:
-            head = file.read(8)
-    except OSError as error:
-        raise InputError(f"the image {path} cannot be read: {error.strerror}") from None
-    if size > MAX_IMAGE_BYTES:
-        raise InputError(f"the image {path} has {size} bytes; at most {MAX_IMAGE_BYTES} are accepted, so draw it smaller")
-    if image_kind(head) is None:
-        raise InputError(f"the image {path} is neither PNG nor JPEG")
-    return path
-
-
-def image_kind(head: bytes) -> str | None:
-    """Media type of an image by its first bytes."""
-    return next((kind for magic, kind in IMAGE_KINDS.items() if head.startswith(magic)), None)
 
 
 def _model(given: Any) -> Model:
