@@ -103,10 +103,14 @@ def run(arguments: argparse.Namespace) -> int:
     settings = _settings(arguments) if given else None
     baseline = None if arguments.baseline is None else _baseline(arguments.baseline)
     state = State(arguments.state, settings)
-    path = arguments.log or state.place().path
-    if not path:
-        raise InputError("no log was named; give a file, or - for standard input")
-    monitor = Monitor(state, path, arguments.dead_letters)
+    try:
+        path = arguments.log or state.place().path
+        if not path:
+            raise InputError("no log was named; give a file, or - for standard input")
+        monitor = Monitor(state, path, arguments.dead_letters)
+    except InputError:
+        state.close()
+        raise
     screen = _Screen(arguments, monitor, baseline)
     try:
         return _watch(arguments, monitor, screen)

@@ -119,22 +119,15 @@ class _Json:
             keys = map(self.fields, found)
             rows += [Row(line + k, key[: self.counted], key[self.counted :]) for k, key in enumerate(keys)]
             return
-        cut = data.find(b"\n", len(data) // 2) + 1
+        middle = len(data) // 2
+        cut = data.rfind(b"\n", 0, middle) + 1 or data.find(b"\n", middle) + 1
         if 0 < cut < len(data):
             self._rows(data[:cut], line, rows, bad)
             self._rows(data[cut:], line + data.count(b"\n", 0, cut), rows, bad)
-            return
-        first = data.find(b"\n") + 1
-        for k, text in enumerate((data[:first], data[first:])):
-            if text.strip():
-                self._single(text, line + k, rows, bad)
+        elif data.strip():
+            self._single(data, line, rows, bad)
 
     def _single(self, text: bytes, line: int, rows: list[Row], bad: list[tuple[int, str]]) -> None:
-        found = self._fast(text)
-        if found is not None:
-            key = self.fields(found[0])
-            rows.append(Row(line, key[: self.counted], key[self.counted :]))
-            return
         try:
             event = json.loads(text.decode("utf-8"), parse_float=Decimal, parse_constant=_refuse)
         except UnicodeDecodeError:

@@ -8,7 +8,7 @@ import sqlite3
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from fairaudit.columns import Label
 from fairaudit.exact import InputError
@@ -93,24 +93,32 @@ class State:
 
     def __init__(self, path: str | None, settings: Settings | None = None, *, read_only: bool = False) -> None:
         self.path = path
+        self._lock: TextIO | None = None
         existing = path is not None and Path(path).exists() and Path(path).stat().st_size > 0
         if read_only and not existing:
             raise InputError(f"there is no state {path}")
         try:
-            self.db = sqlite3.connect(path or ":memory:", isolation_level=None, timeout=10)
-            stored = self._stored() if existing else None
-            if stored is None:
-                if settings is None:
-                    raise InputError(f"there is no state {path}, and no audit was described; name the columns and the utility")
-                self._create(settings)
-                stored = settings
-            elif not read_only:
-                self._claim()
+            self.db = sqlite3.connect(path or ":memory:", isolation_level=None, timeout=2)
+            self.settings = self._begin(settings, existing=existing, read_only=read_only)
         except sqlite3.Error as error:
+            self.close()
             raise InputError(f"{path} cannot be used as the state of a monitor: {error}") from None
+        except InputError:
+            self.close()
+            raise
+
+    def _begin(self, settings: Settings | None, *, existing: bool, read_only: bool) -> Settings:
+        stored = self._stored() if existing else None
+        if stored is None:
+            if settings is None:
+                raise InputError(f"there is no state {self.path}, and no audit was described; name the columns and the utility")
+            self._create(settings)
+            return settings
         if settings is not None and settings.digest != stored.digest:
-            raise InputError(f"{path} is the state of another audit: {'; '.join(settings.differences(stored))}; name another state")
-        self.settings = stored
+            raise InputError(f"{self.path} is the state of another audit: {'; '.join(settings.differences(stored))}; name another state")
+        if not read_only:
+            self._claim()
+        return stored
 
     def _stored(self) -> Settings | None:
         row = self.db.execute("SELECT count(*) FROM sqlite_master WHERE name = 'meta'").fetchone()
@@ -137,16 +145,28 @@ class State:
         self.db.execute("COMMIT")
 
     def _claim(self) -> None:
-        """Keep a second writer away for as long as this one lives."""
-        self.db.execute("PRAGMA locking_mode = EXCLUSIVE")
+        """Keep a second writer away for as long as this one lives; readers are welcome."""
         self.db.execute("PRAGMA journal_mode = WAL")
         self.db.execute("PRAGMA synchronous = NORMAL")
-        self.db.execute("BEGIN IMMEDIATE")
-        self.db.execute("COMMIT")
+        if self.path is None:
+            return
+        try:
+            import fcntl
+        except ImportError:  # not a POSIX system: transactions still keep the counts whole
+            return
+        try:
+            self._lock = Path(f"{self.path}.lock").open("w")  # noqa: SIM115
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            if isinstance(error, BlockingIOError):
+                raise InputError(f"{self.path} is in use by another monitor; wait until it ends, or name another state") from None
+            raise InputError(f"{self.path}.lock cannot be written: {error.strerror or error}") from None
 
     def close(self) -> None:
         """Close the file."""
         self.db.close()
+        if self._lock is not None:
+            self._lock.close()
 
     def get(self, key: str, default: Any = None) -> Any:
         """Read an entry that was stored with `commit`."""

@@ -31,7 +31,7 @@ RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds"
 MAX_CELLS = 10_000
 MAX_VALUES = 10_001
 CACHED = 200_000
-COMMIT_SECONDS = 0.5
+COMMIT_SECONDS = 0.1
 FIRST_LOOKS = 1_000
 LOOKS = 1.02
 PATIENCE = 10
@@ -155,8 +155,8 @@ class Monitor:
     def __init__(self, state: State, path: str, letters: str | None = None) -> None:
         self.state, self.settings = state, state.settings
         place = state.place()
-        self._letters = self._open_letters(letters, place.letters)
         self.log = Log(path, place)
+        self._letters = self._open_letters(letters, place.letters)
         self.total, self.window = state.counts(), Counts()
         self.decisions = state.decisions()
         self._numbers = {label: number for number, (label, _) in enumerate(self.decisions)}
@@ -403,7 +403,10 @@ class Monitor:
     def _resolve(self, key: tuple[Any, ...]) -> tuple[tuple[Label, Label], int] | str:
         """The cell and the decision that labels stand for, or why they stand for none."""
         kinds = (key, *map(type, key))
-        found = self._resolved.get(kinds)
+        try:
+            found = self._resolved.get(kinds)
+        except TypeError:  # a list or an object instead of a label
+            return self._resolve_anew(key)
         if found is None:
             if len(self._resolved) >= CACHED:
                 self._resolved.clear()
@@ -467,6 +470,7 @@ class Monitor:
                 file.truncate(length)
                 file.seek(0, os.SEEK_END)
         except OSError as error:
+            self.log.file.close()
             raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
         return file
 

@@ -1,0 +1,495 @@
+"""The monitor against a plain count of its log: states, kills, rotation, repeats, clocks and unreadable lines."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fairaudit.cli import main
+from fairaudit.exact import InputError
+from fairaudit.monitor import reader
+from fairaudit.monitor.settings import Settings
+from fairaudit.monitor.state import State
+from fairaudit.monitor.stream import Monitor
+
+FULL = bool(os.environ.get("FAIRAUDIT_FULL"))
+SETTINGS = Settings(group=("sex",), context=("job",), decision="answer", utility={"yes": "1"})
+OPTIONS = ["--decision", "answer", "--group", "sex", "--context", "job", "--utility", "yes"]
+
+
+def event(rng: random.Random, **more: Any) -> dict[str, Any]:
+    sex = rng.choice("fm")
+    answer = "yes" if rng.random() < (0.6 if sex == "f" else 0.4) else rng.choice(["no", "later"])
+    return {"job": rng.choice(["cook", "clean"]), "sex": sex, "answer": answer, **more}
+
+
+def write(path: Path, events: list[Any], mode: str = "w") -> Path:
+    with path.open(mode) as file:
+        file.writelines((text if isinstance(text, str) else json.dumps(text)) + "\n" for text in events)
+    return path
+
+
+def events(number: int, seed: int = 0, **more: Any) -> list[dict[str, Any]]:
+    rng = random.Random(seed)
+    return [event(rng, **{key: value(k) for key, value in more.items()}) for k in range(number)]
+
+
+def expected(listed: list[dict[str, Any]]) -> Counter[Any]:
+    return Counter((e["job"], e["sex"], e["answer"] if e["answer"] == "yes" else "(other)") for e in listed)
+
+
+def counted(monitor: Monitor) -> Counter[Any]:
+    cells = {rank: cell for cell, rank in monitor.total.order.items()}
+    found: Counter[Any] = Counter()
+    for (rank, number), n in monitor.total.n.items():
+        (job,), (sex,) = cells[rank]
+        found[job, sex, monitor.decisions[number][0]] += n
+    return found
+
+
+def run(path: Path, state: Path | None = None, settings: Settings = SETTINGS, letters: Path | None = None) -> Monitor:
+    monitor = Monitor(State(None if state is None else str(state), settings), str(path), None if letters is None else str(letters))
+    try:
+        for _ in monitor.read():
+            pass
+    finally:
+        monitor.close()
+    return monitor
+
+
+@pytest.mark.parametrize("fast", [True, False])
+def test_everything_is_counted_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fast: bool) -> None:
+    if not fast:
+        monkeypatch.setitem(sys.modules, "msgspec", None)
+    listed = events(5_000)
+    monitor = run(write(tmp_path / "log.jsonl", listed))
+    assert counted(monitor) == expected(listed)
+    order = list(dict.fromkeys(((e["job"],), (e["sex"],)) for e in listed))
+    assert list(monitor.total.order) == order
+
+
+@pytest.mark.parametrize("fast", [True, False])
+def test_labels_are_read_alike_with_and_without_the_fast_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fast: bool) -> None:
+    if not fast:
+        monkeypatch.setitem(sys.modules, "msgspec", None)
+    lines = [
+        '{"job":1,"sex":true,"answer":"yes"}',
+        '{"job":1,"sex":"True","answer":"no"}',
+        '{"job":true,"sex":"f","answer":"yes"}',
+        '{"job":1.50,"sex":"f","answer":"yes"}',
+        '{"job":"1.5","sex":"f","answer":"yes"}',
+        ' {"job":"é","sex":"f","answer":"yes","job":"ü"} ',
+        "",
+        '{"job":"ü","sex":"f","answer":"yes"}\r',
+        '{"job":12345678901234567890123,"sex":"f","answer":"yes"}',
+    ]
+    monitor = run(write(tmp_path / "log.jsonl", lines * 3))
+    assert counted(monitor) == Counter(
+        {
+            ("1", "True", "yes"): 3,
+            ("1", "True", "(other)"): 3,
+            ("True", "f", "yes"): 3,
+            ("1.5", "f", "yes"): 6,
+            ("ü", "f", "yes"): 6,
+            ("12345678901234567890123", "f", "yes"): 3,
+        }
+    )
+    assert not monitor.tally["dead"]
+
+
+BAD = {
+    "not json": "not JSON",
+    '{"job":"cook","sex":"f","answer":"yes"} {"job":"cook","sex":"f","answer":"yes"}': "not JSON",
+    "[1]": "not a JSON object",
+    '{"job":"cook","sex":"f","answer":"yes"': "not JSON",
+    '{"job":"cook","answer":"yes"}': "no value in column 'sex'",
+    '{"job":"cook","sex":null,"answer":"yes"}': "no value in column 'sex'",
+    '{"job":"cook","sex":" ","answer":"yes"}': "no value in column 'sex'",
+    '{"job":["cook"],"sex":"f","answer":"yes"}': "column 'job' holds no label",
+    '{"job":"cook","sex":"f","answer":NaN}': "not JSON",
+    '{"job":"\\ud800","sex":"f","answer":"yes"}': "column 'job'",
+    "[" * 100_000: "not JSON",
+}
+
+
+def test_unreadable_lines_go_to_the_dead_letters_with_line_and_reason(tmp_path: Path) -> None:
+    listed: list[Any] = list(events(3_000))
+    where = {}
+    for k, text in enumerate(BAD):
+        listed.insert(137 * (k + 1), text)
+    for number, text in enumerate(listed, 1):
+        if isinstance(text, str):
+            where[number] = BAD[text]
+    monitor = run(write(tmp_path / "log.jsonl", listed), letters=tmp_path / "dead.jsonl")
+    letters = [json.loads(line) for line in (tmp_path / "dead.jsonl").read_text().splitlines()]
+    assert {letter["line"]: letter["reason"] for letter in letters}.keys() == where.keys()
+    for letter in letters:
+        assert letter["reason"].startswith(where[letter["line"]])
+        assert letter["text"] == listed[letter["line"] - 1][:2000]
+    assert counted(monitor) == expected([e for e in listed if isinstance(e, dict)])
+    assert monitor.tally["dead"] == len(BAD)
+
+
+def test_bytes_that_are_no_text_are_dead_letters(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.jsonl", events(10))
+    with log.open("ab") as file:
+        file.write(b'{"job":"\xff","sex":"f","answer":"yes"}\n')
+    write(log, events(10), "a")
+    monitor = run(log)
+    assert (monitor.events, monitor.tally["dead"]) == (20, 1)
+
+
+def csv_log(path: Path, listed: list[dict[str, Any]], end: str = "\n") -> Path:
+    path.write_text("sex,answer,job\n" + "\n".join(f"{e['sex']},{e['answer']},{e['job']}" for e in listed) + end)
+    return path
+
+
+def test_csv_is_counted_alike_and_resumed(tmp_path: Path) -> None:
+    listed = events(2_000)
+    settings = Settings(group=("sex",), context=("job",), decision="answer", utility={"yes": "1"}, layout="csv")
+    log = csv_log(tmp_path / "log.csv", listed[:1_000])
+    state = tmp_path / "s.db"
+    run(log, state, settings)
+    with log.open("a") as file:
+        file.write('f,"yes",cook\nf,yes\nf,"yes\n' + "\n".join(f"{e['sex']},{e['answer']},{e['job']}" for e in listed[1_000:]) + "\n")
+    monitor = run(log, state, settings)
+    assert counted(monitor) == expected([*listed, {"sex": "f", "answer": "yes", "job": "cook"}])
+    assert monitor.tally["dead"] == 2
+
+
+def test_a_header_without_a_column_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("sex,anwser,job\nf,yes,cook\n")
+    with pytest.raises(InputError, match=r"there is no column 'answer'.*did you mean 'anwser'"):
+        run(tmp_path / "log.csv", settings=Settings(group=("sex",), decision="answer", utility={"yes": "1"}, layout="csv"))
+
+
+def test_a_log_that_grows_is_read_on(tmp_path: Path) -> None:
+    listed = events(3_000)
+    log, state = tmp_path / "log.jsonl", tmp_path / "s.db"
+    for k in range(3):
+        write(log, listed[1_000 * k : 1_000 * (k + 1)], "a")
+        monitor = run(log, state)
+    assert counted(monitor) == expected(listed)
+
+
+def test_a_line_without_an_end_is_counted_once(tmp_path: Path) -> None:
+    listed = events(20)
+    log, state = write(tmp_path / "log.jsonl", listed[:10]), tmp_path / "s.db"
+    log.write_text(log.read_text().rstrip("\n"))
+    assert run(log, state).events == 10
+    with log.open("a") as file:
+        file.write("\n")
+    write(log, listed[10:], "a")
+    assert counted(run(log, state)) == expected(listed)
+
+
+def test_rotation_and_truncation_are_noticed(tmp_path: Path) -> None:
+    listed = events(4_000)
+    log, state = write(tmp_path / "log.jsonl", listed[:1_000]), tmp_path / "s.db"
+    run(log, state)
+    write(log, listed[1_000:1_500], "a")
+    log.rename(tmp_path / "log.jsonl.1")
+    write(log, listed[1_500:2_500])
+    monitor = run(log, state)  # the rest of the renamed file, then the new one
+    assert counted(monitor) == expected(listed[:2_500])
+    assert any("rotated" in note for note in monitor.notes)
+    write(log, listed[2_500:3_000])  # cut off, and written anew: shorter
+    monitor = run(log, state)
+    assert counted(monitor) == expected(listed[:3_000])
+    assert any("cut off" in note for note in monitor.notes)
+    log.unlink()
+    (tmp_path / "keep").write_text("so that the number of the file is not used again")
+    write(log, listed[3_000:])  # longer, and another file
+    monitor = run(log, state)
+    assert counted(monitor) == expected(listed)
+
+
+def test_rotation_while_following_is_noticed(tmp_path: Path) -> None:
+    listed = events(900)
+    log = write(tmp_path / "log.jsonl", listed[:300])
+    monitor = Monitor(State(None, SETTINGS), str(log))
+    list(monitor.read(follow=True))
+    with log.open("a") as file:
+        file.write(json.dumps(listed[300])[:20])
+    list(monitor.read(follow=True))
+    assert monitor.events == 300
+    with log.open("a") as file:
+        file.write(json.dumps(listed[300])[20:] + "\n")
+    write(log, listed[301:600], "a")
+    log.rename(tmp_path / "old")
+    write(log, listed[600:])
+    list(monitor.read(follow=True))
+    assert counted(monitor) == expected(listed)
+    monitor.close()
+
+
+def test_another_audits_state_is_refused(tmp_path: Path) -> None:
+    log, state = write(tmp_path / "log.jsonl", events(10)), tmp_path / "s.db"
+    run(log, state)
+    for change in ({"confidence": "0.9"}, {"utility": {"no": "1"}}, {"context": ()}, {"expected": 5}):
+        other = Settings(**{**vars(SETTINGS), **change})
+        with pytest.raises(InputError, match=f"another audit: {next(iter(change))} is"):
+            State(str(state), other)
+    for text in (b"", b"no database", b"SQLite format 3\x00" + bytes(2000)):
+        (tmp_path / "other").write_bytes(text)
+        with pytest.raises(InputError):
+            State(str(tmp_path / "other"))
+
+
+def test_an_altered_audit_is_refused(tmp_path: Path) -> None:
+    log, path = write(tmp_path / "log.jsonl", events(10)), tmp_path / "s.db"
+    run(log, path)
+    state = State(str(path), SETTINGS)
+    state.db.execute("UPDATE meta SET value = replace(value, '19/20', '99/100') WHERE key = 'audit'")
+    state.close()
+    with pytest.raises(InputError, match="altered"):
+        State(str(path))
+
+
+def test_a_second_writer_is_refused_and_readers_are_not(tmp_path: Path) -> None:
+    path = tmp_path / "s.db"
+    monitor = Monitor(State(str(path), SETTINGS), str(write(tmp_path / "log.jsonl", events(500))))
+    list(monitor.read())
+    with pytest.raises(InputError, match="in use by another monitor"):
+        State(str(path), SETTINGS)
+    assert main(["certify", "--from-monitor", str(path), "-o", str(tmp_path / "c.json")]) == 0
+    assert main(["verify", str(tmp_path / "c.json")]) == 0
+    monitor.close()
+    State(str(path), SETTINGS).close()
+
+
+def test_repeats_are_dropped_by_event_id(tmp_path: Path) -> None:
+    listed = events(500, id=lambda k: f"e{k}")
+    rng = random.Random(4)
+    doubled = [e for e in listed for _ in range(rng.choice([1, 1, 3]))]
+    settings = Settings(**{**vars(SETTINGS), "event_id": "id"})
+    log, state = write(tmp_path / "log.jsonl", doubled), tmp_path / "s.db"
+    monitor = run(log, state, settings)
+    assert counted(monitor) == expected(listed)
+    assert monitor.tally["repeats"] == len(doubled) - len(listed)
+    write(log, [*listed, {"job": "cook", "sex": "f", "answer": "yes"}], "a")
+    monitor = run(log, state, settings)
+    assert counted(monitor) == expected(listed)
+    assert monitor.tally["dead"] == 1
+
+
+def test_a_unit_counts_once_in_each_cell(tmp_path: Path) -> None:
+    listed = events(2_000, seed=9, person=lambda k: k % 300)
+    settings = Settings(**{**vars(SETTINGS), "unit": ("person",)})
+    monitor = run(write(tmp_path / "log.jsonl", listed), settings=settings)
+    first = {(e["person"], e["job"], e["sex"]): e for e in reversed(listed)}
+    assert counted(monitor) == expected(list(first.values()))
+    assert set(monitor.look().intervals) == {"local"}
+
+
+def test_clocks_that_go_back_and_times_to_come(tmp_path: Path) -> None:
+    stamps = [100, 200, 150, "1970-01-01T00:05:00Z", "1970-01-01T01:05:00+01:00", 90, "never", None, time.time() + 10**6, 400]
+    listed = [{"job": "cook", "sex": "fm"[k % 2], "answer": "yes", "t": stamp} for k, stamp in enumerate(stamps)]
+    settings = Settings(**{**vars(SETTINGS), "time": "t", "since": "1970-01-01T00:01:40", "window": "100s"})
+    monitor = run(write(tmp_path / "log.jsonl", listed), settings=settings)
+    assert (monitor.events, monitor.tally["early"], monitor.tally["back"], monitor.tally["dead"]) == (6, 1, 1, 3)
+    assert monitor.tally["clock"] == 400
+    assert [entry["events"] for entry in monitor.closed] + [monitor.window.events] == [1, 2, 2, 1]
+
+
+def test_windows_have_budgets_that_sum_to_the_error(tmp_path: Path) -> None:
+    from fairaudit.monitor.stream import window_share
+
+    assert sum(window_share(number) for number in range(1, 2_000)) < 1
+    listed = events(2_500)
+    settings = Settings(**{**vars(SETTINGS), "window": "1000"})
+    state = tmp_path / "s.db"
+    monitor = run(write(tmp_path / "log.jsonl", listed), state, settings)
+    assert [entry["events"] for entry in monitor.closed] == [1_000, 1_000]
+    widths = [entry["intervals"]["local"][1] for entry in monitor.closed]
+    assert min(widths) > 1
+    stored = State(str(state), settings)
+    assert [stored.counts(window).events for window in (0, 1, 2, 3)] == [2_500, 1_000, 1_000, 500]
+    stored.close()
+
+
+def test_a_cell_that_comes_late_leaves_the_others_their_budget(tmp_path: Path) -> None:
+    listed = events(4_000)
+    before = run(write(tmp_path / "a.jsonl", listed)).look()
+    monitor = run(
+        write(tmp_path / "b.jsonl", [*listed, {"job": "late", "sex": "f", "answer": "yes"}, {"job": "late", "sex": "m", "answer": "no"}])
+    )
+    after = monitor.look()
+    assert after.intervals["local"][0] == pytest.approx(before.intervals["local"][0], rel=1e-9)
+    assert after.intervals["local"][1] == float("inf")  # nothing is known of the late ones, and nobody is fair by default
+
+
+def test_utilities_from_a_column_are_exact_or_rounded(tmp_path: Path) -> None:
+    lines = ['{"sex":"f","pay":0.1}', '{"sex":"m","pay":"1/3"}', '{"sex":"m","pay":1e-1}', '{"sex":"f","pay":7}', '{"sex":"f","pay":"x"}']
+    log = write(tmp_path / "log.jsonl", lines)
+    settings = Settings(group=("sex",), decision="pay", high="2")
+    monitor = run(log, settings=settings)
+    assert monitor.decisions == [("1/10", "1/10"), ("1/3", "1/3")]
+    assert monitor.tally["dead"] == 2
+    monitor = run(log, settings=Settings(group=("sex",), decision="pay", high="2", step="1/4"))
+    assert [Fraction(g) for _, g in monitor.decisions] == [0, Fraction(1, 4)]
+
+
+def test_settings_refuse_what_cannot_be_audited() -> None:
+    for change, message in (
+        ({"group": ()}, "no group column"),
+        ({"group": ("job",)}, "used twice"),
+        ({"low": "1", "high": "1"}, "cannot be monitored"),
+        ({"utility": {"yes": "2"}}, "outside the range"),
+        ({"utility": {"(other)": "1"}}, "stands for"),
+        ({"low": "1/2", "utility": {"yes": "1"}}, "begins at 0"),
+        ({"step": "0"}, "step"),
+        ({"expected": 0}, "expected cells"),
+        ({"since": "2026"}, "--time"),
+        ({"layout": "xml"}, "not known"),
+        ({"targets": {"max_local_ratio": "1/2"}}, "at least 1"),
+        ({"confidence": "1"}, "confidence"),
+        ({"unit": ("id",), "targets": {"max_global": "1"}}, "global"),
+    ):
+        with pytest.raises(InputError, match=message):
+            Settings(**{**vars(SETTINGS), **change})
+
+
+def test_an_alarm_is_raised_at_the_first_moment_and_stays(tmp_path: Path) -> None:
+    rng = random.Random(1)
+    listed = [{"job": "cook", "sex": s, "answer": "yes" if rng.random() < (0.8 if s == "f" else 0.4) else "no"} for s in "fm" * 2_000]
+    log, state = write(tmp_path / "log.jsonl", listed), tmp_path / "s.db"
+    args = ["monitor", str(log), "--state", str(state), *OPTIONS, "--max-local-ratio", "5/4", "--exit-on", "exceeds", "--format", "json"]
+    assert main(args) == 1
+    stored = State(str(state))
+    (alarm,) = stored.alarms()
+    stored.close()
+    assert alarm["target"] == "max_local_ratio" and Fraction(alarm["lower"]) > Fraction(5, 4)
+    assert alarm["events"] == sum(n for *_, n in alarm["counts"]) <= 4_000
+
+
+# Kills
+
+KILLS = 50 if FULL else 3
+
+
+def start(log: Path, state: Path, letters: Path) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "fairaudit", "monitor", str(log), "--state", str(state), *OPTIONS, "--event-id", "id"]
+    command += ["--max-local-ratio", "5/4", "--dead-letters", str(letters), "--interval", "0.05"]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=Path(__file__).resolve().parents[1])
+
+
+def test_kills_at_random_moments_lose_nothing_and_count_nothing_twice(tmp_path: Path) -> None:
+    rng = random.Random(8)
+    listed: list[Any] = events(60_000 if FULL else 8_000, id=lambda k: k)
+    for k in range(80):
+        listed.insert(97 * k, f"broken {k}")
+    log = write(tmp_path / "log.jsonl", listed)
+    begun = time.monotonic()
+    assert start(log, tmp_path / "whole.db", tmp_path / "whole.dead").wait() in (0, 1, 3)
+    whole = time.monotonic() - begun
+    killed = 0
+    for _ in range(20 * KILLS):
+        process = start(log, tmp_path / "killed.db", tmp_path / "killed.dead")
+        try:
+            process.wait(rng.uniform(0.3, 1.1) * whole)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            killed += 1
+        if killed >= KILLS:
+            break
+        if process.returncode >= 0:  # it came to the end: begin again, until there were enough kills
+            same(tmp_path)
+            for name in ("killed.db", "killed.db-wal", "killed.db-shm", "killed.dead"):
+                (tmp_path / name).unlink(missing_ok=True)
+    assert killed >= KILLS
+    assert start(log, tmp_path / "killed.db", tmp_path / "killed.dead").wait() in (0, 1, 3)
+    same(tmp_path)
+
+
+def same(tmp_path: Path) -> None:
+    for name in ("whole", "killed"):
+        assert main(["certify", "--from-monitor", str(tmp_path / f"{name}.db"), "-o", str(tmp_path / f"{name}.json")]) in (0, 1, 3)
+    assert (tmp_path / "whole.json").read_bytes() == (tmp_path / "killed.json").read_bytes()
+    assert (tmp_path / "whole.dead").read_bytes() == (tmp_path / "killed.dead").read_bytes()
+
+
+# The command line
+
+
+def test_a_certificate_of_a_state_verifies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, state = write(tmp_path / "log.jsonl", events(3_000)), tmp_path / "s.db"
+    assert main(["monitor", str(log), "--state", str(state), *OPTIONS, "--max-local-ratio", "2"]) in (0, 3)
+    last = json.loads(capsys.readouterr().out.splitlines()[-1])
+    code = main(["certify", "--from-monitor", str(state), "-o", str(tmp_path / "c.json"), "--format", "json"])
+    document = json.loads(capsys.readouterr().out)["certificate"]
+    assert last["verdict"] == document["verdict"] and code == {"within": 0, "inconclusive": 3}[last["verdict"]]
+    assert float(Fraction(document["intervals"]["local"]["ratio"][1])) == pytest.approx(last["ratio"]["local"][1], rel=1e-3)
+    assert main(["verify", str(tmp_path / "c.json")]) == 0
+    assert main(["certify", "--from-monitor", str(state), "--confidence", "0.5"]) == 2
+
+
+def test_the_command_refuses_bad_input_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = write(tmp_path / "log.jsonl", events(10))
+    for arguments in (
+        ["monitor"],
+        ["monitor", str(log)],
+        ["monitor", str(tmp_path / "none.jsonl"), *OPTIONS],
+        ["monitor", str(log), *OPTIONS, "--window", "x"],
+        ["monitor", str(log), *OPTIONS, "--utility-column", "pay"],
+        ["monitor", str(log), *OPTIONS, "--state", str(log)],
+        ["monitor", str(log), *OPTIONS, "--baseline", str(log)],
+        ["monitor", str(log), *OPTIONS, "--dead-letters", str(tmp_path)],
+        ["certify", "--from-monitor", str(tmp_path / "none.db")],
+    ):
+        assert main(arguments) == 2
+        said = capsys.readouterr()
+        assert not said.out and said.err.startswith("fairaudit: ") and said.err.count("\n") == 1, arguments
+
+
+def test_a_baseline_says_whether_the_ratio_changed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rng = random.Random(2)
+
+    def fair(p: float, q: float) -> list[dict[str, str]]:
+        return [{"job": "cook", "sex": s, "answer": "yes" if rng.random() < (p if s == "f" else q) else "no"} for s in "fm" * 3_000]
+
+    first, second = write(tmp_path / "a.jsonl", fair(0.5, 0.5)), write(tmp_path / "b.jsonl", fair(0.8, 0.3))
+    main(["monitor", str(first), "--state", str(tmp_path / "a.db"), *OPTIONS])
+    main(["certify", "--from-monitor", str(tmp_path / "a.db"), "-o", str(tmp_path / "a.json")])
+    capsys.readouterr()
+    for log, verdict in ((first, "no change shown"), (second, "greater")):
+        main(["monitor", str(log), *OPTIONS, "--baseline", str(tmp_path / "a.json")])
+        change = json.loads(capsys.readouterr().out.splitlines()[-1])["change"]
+        assert change["local"]["verdict"] == verdict
+        assert change["local"]["confidence"] == "9/10"
+
+
+def test_prometheus_gets_a_whole_file(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.jsonl", events(500))
+    main(["monitor", str(log), *OPTIONS, "--max-local", "0.2", "--prometheus", str(tmp_path / "f.prom")])
+    lines = (tmp_path / "f.prom").read_text().splitlines()
+    assert "fairaudit_decisions_total 500" in lines
+    assert sum(line.startswith('fairaudit_ratio{quantity="local"') for line in lines) == 2
+
+
+def test_standard_input_is_read(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.jsonl", events(300))
+    command = [sys.executable, "-m", "fairaudit", "monitor", "-", *OPTIONS]
+    with log.open() as file:
+        done = subprocess.run(command, stdin=file, capture_output=True, text=True, cwd=Path(__file__).resolve().parents[1])
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1])["decisions"] == 300
+
+
+def test_times_are_read() -> None:
+    assert reader.moment("2026-01-01T00:00:00+01:00") == reader.moment("2025-12-31T23:00:00Z")
+    for bad in ("yesterday", None, True, "inf", 1e13, [1]):
+        with pytest.raises(InputError, match="is not a time"):
+            reader.moment(bad)
