@@ -225,6 +225,22 @@ def test_ranges_over_meanings_against_all_meanings(counts: list[tuple[int, int, 
     assert low <= min(ratios)
 
 
+@pytest.mark.parametrize("confidence", [None, "0.95"])
+def test_a_filters_bound_hides_no_draws_that_exceed_the_target(confidence: str | None) -> None:
+    """Draws with a ratio of at least 9, a filter with e^ε = (11/9)^6 < 4, a limit of 4: what was drawn exceeds it, whatever is claimed."""
+    setting = Setting(Fraction(11, 20), Fraction(1))
+    experiment = altered("epsilon-a", design="end-to-end", settings=(setting,), contexts=("sick leave",))
+    first, second = (("sick leave", experiment.slots(order)) for order in experiment.orders)
+    rows = {
+        first: {"HR1": Fraction(90), "HR2": Fraction(9), "unreadable": Fraction(1)},
+        second: {"HR1": Fraction(10), "HR2": Fraction(90)},
+    }
+    table = Table(0, rows, sampled=True, complete=True, kinds=Counter())
+    found = certify(experiment, table, setting, "slot", confidence=confidence, targets={"max_local_ratio": "4"})
+    assert found.exp_epsilon < 4 < (found.interval or found.meanings)["local"][0]
+    assert found.verdict == "exceeds"
+
+
 def ratio(p: Fraction, q: Fraction) -> Fraction | float:
     if p == q:
         return Fraction(1)

@@ -232,7 +232,9 @@ def certify(
     for name, limit in limits.items() if spoken else ():
         quantity, unit = TARGETS[name]
         low, high = (interval or meanings)[quantity]
-        verdicts[name] = judge((low, min(high, factor) if quantity == "local" else high), limit, "log" if unit == "log" else "ratio")
+        if quantity == "local" and (interval or not drawn_already):  # T2 is about the population: draws may stray from it
+            high = max(low, min(high, factor))
+        verdicts[name] = judge((low, high), limit, "log" if unit == "log" else "ratio")
     return Finding(question, setting, result, meanings, interval, factor, best, verdicts)
 
 
