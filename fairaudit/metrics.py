@@ -7,12 +7,14 @@ groups that attains the number, an interval for the population behind them, and 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
+from math import inf
 from typing import Any
 
 import numpy as np
 
 from fairaudit.columns import label_text
-from fairaudit.exact import InputError, shown
+from fairaudit.exact import InputError, log_fixed, rational, shown
 from fairaudit.fairness import Ratio, global_fairness, local_fairness
 from fairaudit.fairness import demographic_parity as _demographic_parity
 from fairaudit.fairness import equalized_odds as _equalized_odds
@@ -203,7 +205,7 @@ def _law(y_pred: Any, sensitive_features: Any, control_features: Any, sample_wei
 
 
 def _flat(values: Any, name: str) -> list[Any]:
-    array = np.asarray(values)
+    array = values if isinstance(values, np.ma.MaskedArray) else np.asarray(values)  # whose list has None where it is masked
     if array.ndim == 2 and array.shape[1] == 1:
         array = array[:, 0]
     if array.ndim != 1:
@@ -234,14 +236,30 @@ def _utility(utility: Mapping[Any, Any] | None, law: Law) -> Utility:
         except InputError as error:
             raise InputError(f"y_pred as a utility: {error}; or give utility={{decision: value}}") from None
     values = {label_text(decision) or "": value for decision, value in utility.items()}
-    return Utility({decision: values.get(decision, 0) for decision in law.decisions})
+    numbers = {_worth(label): value for label, value in values.items()}
+    return Utility({decision: values.get(decision, numbers.get(_worth(decision), 0)) for decision in law.decisions})
+
+
+def _worth(label: str) -> Any:
+    """A label, or the number or truth value that it says: ``1``, ``1.0`` and ``True`` are one decision, as in Python."""
+    try:
+        return rational({"True": "1", "False": "0"}.get(label, label))
+    except InputError:
+        return label
 
 
 def _log(found: Ratio | None) -> float:
     if found is None:
         raise _nobody()
-    lo, hi = found.log
-    return float((lo + hi) / 2)
+    top, bottom = found.pair
+    if not bottom or top == bottom:
+        return inf if top != bottom else 0.0
+    bits = 128
+    while True:  # until both ends of the logarithm round to one float
+        lo, hi = (float(Fraction(end, 1 << bits)) for end in log_fixed(top, bottom, bits))
+        if lo == hi:
+            return lo
+        bits *= 2
 
 
 def _nobody() -> InputError:

@@ -167,6 +167,28 @@ def test_utilities() -> None:
     assert metrics.global_g_fairness(None, np.array([True, False, True, True]), sensitive_features=groups) == pytest.approx(math.log(2))
 
 
+@pytest.mark.parametrize("decisions", [[1, 0, 1, 1], [1.0, 0.0, 1.0, 1.0], [True, False, True, True], ["1", "0", "1", "1"]])
+@pytest.mark.parametrize("listed", [1, 1.0, True, "1", "1.0"])
+def test_a_number_is_one_decision_however_it_is_written(decisions: list[Any], listed: Any) -> None:
+    """A utility whose label is not found would be worth 0 to everybody, which looks perfectly fair."""
+    found = metrics.global_g_fairness(None, decisions, sensitive_features=list("aabb"), utility={listed: 1})
+    assert found == math.log(2)
+
+
+def test_the_last_step_rounds_to_the_nearest_float() -> None:
+    """R = 1 + 2^-51, whose logarithm is 2^-51 - 2^-103 + 2^-153/3 - ..., and a few logarithms of small numbers."""
+    worth = {"no": 1, "yes": 1 + 2.0**-51}
+    assert metrics.local_g_fairness(None, ["no", "yes"], sensitive_features=list("ab"), utility=worth) == 2.0**-51 - 2.0**-103
+    for n in range(2, 50):
+        assert metrics.local_g_fairness(None, [1, n], sensitive_features=list("ab")) == pytest.approx(math.log(n), rel=2.3e-16, abs=0)
+
+
+def test_a_masked_decision_is_missing() -> None:
+    masked = np.ma.masked_array([1, 0, 1, 0], mask=[False, False, True, False])
+    with pytest.raises(InputError, match="the label is missing"):
+        metrics.global_g_fairness(None, masked, sensitive_features=list("aabb"))
+
+
 @pytest.mark.parametrize("metric", METRICS)
 @pytest.mark.parametrize(
     ("changes", "message"),
