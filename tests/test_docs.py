@@ -49,7 +49,19 @@ def test_readme_commands_are_accepted(tmp_path: Path, monkeypatch: pytest.Monkey
             words = shlex.split(part.replace("\\\n", " "))
             if words and words[0].endswith("fairaudit"):
                 ran.append((words[1], main(words[1:])))
-    commands = ["certify", "verify", "report", "inspect", "certify", "plan", "calibrate", "calibrate", "worst-case", "certify", "experiment"]
+    commands = [
+        "certify",
+        "verify",
+        "report",
+        "inspect",
+        "certify",
+        "plan",
+        "calibrate",
+        "calibrate",
+        "worst-case",
+        "certify",
+        "experiment",
+    ]
     assert [command for command, _ in ran] == commands
     assert [code for _, code in ran] == [0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0]
 
