@@ -72,9 +72,11 @@ def module(file: str) -> str:
 
 
 def rests_on(text: str) -> dict[str, str]:
-    """Read what Coq printed: for each theorem what it rests on."""
-    parts = re.split(r"^Constant (\S+)$", text, flags=re.MULTILINE)
-    return dict(zip(parts[1::2], (part.strip() for part in parts[2::2]), strict=True))
+    """Read what Coq printed: after the theorems of a file, what they rest on together."""
+    found: dict[str, str] = {}
+    for names, verdict in re.findall(r"((?:^Constant \S+\n)+)((?:^(?!Constant ).*\n)+)", text, re.MULTILINE):
+        found |= dict.fromkeys(re.findall(r"Constant (\S+)", names), verdict.strip())
+    return found
 
 
 # Without Coq
