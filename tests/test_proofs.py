@@ -119,6 +119,18 @@ def test_entries_are_complete() -> None:
                 assert "reason" not in entry, name
 
 
+def test_the_page_says_what_the_index_says() -> None:
+    page = (ROOT / "docs" / "proofs.md").read_text("utf-8")
+    for entries in read_index(PROOFS).values():
+        for name, entry in entries.items():
+            (row,) = (line for line in page.splitlines() if line.startswith(f"| `{name}` |"))
+            assert entry["says"] in row
+            if entry["statements"] == "none":
+                assert entry["reason"] in row
+            else:
+                assert set(re.findall(r"\(\.\./proofs/(.*?)\)", row)) == set(entry["statements"].values())
+
+
 def test_every_statement_is_where_the_index_says() -> None:
     assert missing_statements(PROOFS) == []
 
@@ -156,6 +168,23 @@ def test_every_statement_is_closed_in_the_reviewed_list() -> None:
 def test_nothing_is_assumed_instead_of_proved() -> None:
     for path in sources():
         assert FORBIDDEN.findall(path.read_text("utf-8")) == [], path
+
+
+@pytest.mark.parametrize("line", ["Admitted.", "Axiom every : False.", "Parameter every : False.", "admit."])
+def test_the_build_refuses_assumptions(line: str, tmp_path: Path) -> None:
+    if shutil.which("make") is None:
+        pytest.skip("make is not on this machine")
+    for path in [PROOFS / "Makefile", PROOFS / "_CoqProject", *sources()]:
+        copy = tmp_path / path.relative_to(PROOFS)
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copy(path, copy)
+    gates = ["make", "-s", "-C", str(tmp_path), "gates"]
+    assert subprocess.run(gates, capture_output=True).returncode == 0
+    with (tmp_path / "theories" / "T1.v").open("a") as file:
+        file.write(line + "\n")
+    refused = subprocess.run(gates, capture_output=True, text=True)
+    assert refused.returncode != 0
+    assert line in refused.stdout
 
 
 # With Coq
