@@ -7,6 +7,7 @@ import json
 import os
 import random
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,8 @@ from typing import Any
 import pytest
 from browser import Browser
 from test_certificate import FOUR, KINDS, admissions, changed_values, many_columns, outcome, small_counts
+from test_checker_policy import TINY, Policy, bounds, write
+from test_checker_unit import INF, text
 
 import fairaudit as fa
 from fairaudit import checker
@@ -194,6 +197,32 @@ def test_the_page_is_red_on_false_certificates(kind: Callable[..., fa.Result], b
     assert missed == []
     browser.open(saved(tmp_path, with_certificate(page, picked[0])))
     assert "Do not use this page" in browser.run("return document.getElementById('check').textContent")
+
+
+def test_bounds_are_judged_as_the_checker_judges_them(browser: Browser, tmp_path: Path) -> None:
+    """Random policies behind random filters, with claims at the least true value, a little above and a little below, and infinite."""
+    for seed in range(0, 400, 8 if FULL else 57):
+        drawn = Policy(seed)
+        certificate = write(drawn)
+        page = html(certificate)
+        for shift in (None, Fraction(0), TINY, -TINY):
+            certificate["claims"] = [
+                claim | {"value": "inf" if shift is None else text(INF) if least == INF else str(max(Fraction(0), (least or 0) + shift))}
+                for claim, least in bounds(drawn)
+            ]
+            found = [f.true for f in checker.check(json.dumps(certificate).encode()).findings if f.statement.startswith("claims[")]
+            browser.open(saved(tmp_path, with_certificate(page, json.dumps(certificate).encode())))
+            signs = {
+                line.partition("claim ")[2].partition(" (")[0]: line.startswith("✓") for line in browser.findings if "claim " in line[:20]
+            }
+            wanted = {
+                f"{c['quantity'].replace('_', ' ')} {c['relation']} {c['value'][:60]} by {c['by']}, about {c['scope']}": true
+                for c, true in zip(certificate["claims"], found, strict=True)
+            }
+            assert {name: sign for name, sign in signs.items() if "statement" not in name and "stands twice" not in name} == wanted, (
+                seed,
+                shift,
+            )
 
 
 @pytest.mark.parametrize(

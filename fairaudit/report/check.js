@@ -470,7 +470,7 @@
     if (by === "T5") return any && blind && finite && independent(f.law) && compare(value, factor) >= 0;
     if (by === "T5-decision") {
       const c = composition(f.law);
-      return any && Boolean(f.law.shared) && finite && text(c) === claim.evidence.composition && c[1] !== 0n && compare(value, times(factor, c)) >= 0;
+      return any && Boolean(f.law.shared) && finite && text(c) === claim.evidence.composition && compare(value, times(factor, c)) >= 0;
     }
     if (by === "T8") {
       if (!policy.context || !f.law.shared) return false;
