@@ -198,8 +198,8 @@ class Monitor:
         """
         last, next_events, next_time = time.monotonic(), self.events, 0.0
         try:
-            for data, place in self.log.chunks(follow=follow):
-                self._take(data, place.line - data.count(b"\n"))
+            for data, line, place in self.log.chunks(follow=follow):
+                self._take(data, line)
                 self._place = place
                 now = time.monotonic()
                 if (eager and self.events >= next_events) or (not eager and now >= next_time):

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from fairaudit.exact import InputError
+from fairaudit.monitor.reader import line_ends
 from fairaudit.monitor.state import Place
 
 __all__ = ["Log"]
@@ -112,8 +113,8 @@ class Log:
                 continue
         return None
 
-    def chunks(self, *, follow: bool) -> Iterator[tuple[bytes, Place]]:
-        """Yield whole lines and the place after them, until the end of what there is.
+    def chunks(self, *, follow: bool) -> Iterator[tuple[bytes, int, Place]]:
+        """Yield whole lines, the number of the first, and the place after them, until the end of what there is.
 
         A last line without an end is yielded, with one, when the log is not followed; the place remembers it.
         """
@@ -154,7 +155,7 @@ class Log:
         self.place = replace(self.place, offset=self.place.offset + end, open_line=not data[:end].endswith(b"\n"))
         return data[end:]
 
-    def _advance(self, data: bytes, size: int, *, open_line: bool) -> Iterator[tuple[bytes, Place]]:
+    def _advance(self, data: bytes, size: int, *, open_line: bool) -> Iterator[tuple[bytes, int, Place]]:
         before, offset = self.place, self.place.offset + size
         if len(self._head) < EDGE:
             self._head = (self._head + data[:size])[:EDGE]
@@ -162,9 +163,9 @@ class Log:
         if size < EDGE and self.regular:
             tail = _edges(self.file, offset)[1]
         self.place = replace(
-            before, offset=offset, line=before.line + data.count(b"\n"), head=_digest(self._head), tail=_digest(tail), open_line=open_line
+            before, offset=offset, line=before.line + line_ends(data), head=_digest(self._head), tail=_digest(tail), open_line=open_line
         )
-        yield data, self.place
+        yield data, before.line, self.place
 
     def _rotated(self) -> bool:
         """Whether the path now names another file, or this one became shorter than what was read."""
