@@ -238,6 +238,22 @@ def test_labels_are_data_in_markdown(label: str) -> None:
 # The command
 
 
+def test_of_a_stream_no_group_gets_an_interval_of_a_single_look(tmp_path: Path) -> None:
+    log = tmp_path / "log.jsonl"
+    lines = [json.dumps({"u": "yes" if i % 3 or i % 2 else "no", "a": "fm"[i % 2]}) for i in range(120)]
+    log.write_text("".join(f"{line}\n" for line in lines))
+    watch = ["monitor", str(log), "--state", str(tmp_path / "w.db"), "--decision", "u", "--group", "a", "--utility", "yes"]
+    assert command([*watch, "--max-local-ratio", "90"]) in (0, 3)
+    page = tmp_path / "p.html"
+    assert command(["certify", "--from-monitor", str(tmp_path / "w.db"), "-o", str(tmp_path / "c.json"), "--report", str(page)]) in (0, 3)
+    document, _ = load(tmp_path / "c.json")
+    assert document["intervals"]["local"]["method"] == "betting"
+    content = describe(document)
+    assert [m.ends for m in content.panels[0].members] == [None, None] and content.figures[0].sure is not None
+    assert "every moment of the stream" in page.read_text("utf-8")
+    assert command(["certify", "--from-monitor", str(tmp_path / "w.db"), "--report", str(tmp_path)]) == 2
+
+
 @pytest.fixture
 def certificate(tmp_path: Path) -> Path:
     path = tmp_path / "c.json"

@@ -137,8 +137,6 @@ def run(arguments: argparse.Namespace) -> int:
     subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
     targets = {name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None}
     check_output(arguments)
-    if arguments.report is not None:
-        _check_page(arguments)
 
     from fairaudit.audit import certify
 
@@ -267,6 +265,8 @@ def check_output(arguments: argparse.Namespace) -> None:
     """Refuse an output that cannot be written, or must not be, before the work is done."""
     from fairaudit.exact import InputError
 
+    if getattr(arguments, "report", None) is not None:
+        _check_page(arguments)
     if arguments.output is None:
         if arguments.no_table:
             raise InputError("--no-table needs -o FILE, to write the certificate and its table separately")

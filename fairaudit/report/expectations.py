@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from fairaudit.audit import approximate
 from fairaudit.certificate_reader import Subject
@@ -15,7 +15,7 @@ from fairaudit.columns import Label
 from fairaudit.fairness import cell_expectation
 from fairaudit.law import Law
 from fairaudit.report.words import Value, named, quotient
-from fairaudit.sampling import Comparison, cell_ends, global_comparison, local_comparison, policy_comparison
+from fairaudit.sampling import Comparison, Method, cell_ends, global_comparison, local_comparison, policy_comparison
 from fairaudit.utility import Utility
 
 __all__ = ["Expectations", "Matrix", "Member", "Panel"]
@@ -152,7 +152,7 @@ class Expectations:
     def _ends(self, quantity: Literal["local", "global"], context: dict[str, str] | None) -> Any:
         """A function from a group to the ends of what it gets in the population, each by itself at the confidence of the certificate."""
         comparison, entry = self._comparisons.get(quantity), self.intervals.get(quantity)
-        if comparison is None or entry is None:
+        if comparison is None or entry is None or entry["method"] not in get_args(Method):  # of a stream, looked at more than once
             return lambda _label: None
         place_of = next((i for i, (x, _) in enumerate(comparison.labels) if x == context), None)
         if place_of is None:

@@ -46,6 +46,7 @@ THEOREMS = {
     "hoeffding-kl": "Hoeffding–Chernoff interval",
     "empirical-bernstein": "empirical Bernstein interval",
     "intersection": "the better of two intervals",
+    "betting": "an interval that holds at every moment of the stream",
 }
 
 
