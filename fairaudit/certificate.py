@@ -8,15 +8,16 @@ import json
 import os
 import secrets
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import chain
 from math import gcd
 from pathlib import Path
 from typing import Any
 
-from fairaudit.exact import InputError, rational_text
+from fairaudit.exact import InputError, integer_text, rational_text
 from fairaudit.law import Law
 from fairaudit.mechanism import Factor, Mechanism
 from fairaudit.policy import Deployment
@@ -119,10 +120,7 @@ class Table:
     @cached_property
     def sha256(self) -> str:
         """Digest of the canonical text."""
-        digest = hashlib.sha256()
-        for line in self.lines():
-            digest.update(line)
-        return digest.hexdigest()
+        return _digest(chain([self.header], self.rows()))
 
     @property
     def cells(self) -> int:
@@ -188,14 +186,24 @@ def with_table(document: dict[str, Any], table: Table, *, embed: bool | None = N
         embed = table.cells <= EMBED_LIMIT
     elif not embed:
         table = replace(table, salt=secrets.token_hex(16))
-    entry: dict[str, Any] = {"sha256": table.sha256, "cells": table.cells}
-    if embed:
-        entry |= {"header": table.header, "rows": list(table.rows())}
+    rows = list(table.rows()) if embed else None
+    sha256 = table.sha256 if rows is None else _digest(chain([table.header], rows))
+    entry: dict[str, Any] = {"sha256": sha256, "cells": table.cells}
+    if rows is not None:
+        entry |= {"header": table.header, "rows": rows}
     for claim in document["claims"]:
         if "table" in claim["evidence"]:
-            claim["evidence"]["table"] = table.sha256
+            claim["evidence"]["table"] = sha256
     document["subject"]["table"] = entry
     return Certificate(document, None if embed else table)
+
+
+def _digest(lines: Iterable[dict[str, Any]]) -> str:
+    """Digest of canonical text."""
+    digest = hashlib.sha256()
+    for line in lines:
+        digest.update(canonical(line))
+    return digest.hexdigest()
 
 
 def columns(law: Law) -> dict[str, Any]:
@@ -275,5 +283,7 @@ def write_atomically(path: Path, lines: Any) -> None:
 
 
 def _texts(values: list[int], bottom: int) -> list[str]:
+    if bottom == 1:
+        return [integer_text(v) for v in values]
     common = gcd(bottom, *values)
     return [rational_text((v // common, bottom // common)) if v else "0" for v in values]

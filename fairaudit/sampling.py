@@ -31,7 +31,8 @@ from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import permutations, product
-from math import ceil, comb, exp, floor, inf, isqrt, log, log1p, pi, sqrt
+from math import ceil, comb, exp, floor, inf, isqrt, lcm, log, log1p, pi, sqrt
+from operator import mul
 from statistics import NormalDist
 from typing import Any, Literal
 
@@ -101,6 +102,7 @@ MAX_KNOTS = 400
 GRID = 60
 MANY = 20
 TIGHT_CELLS = 500
+NARROWED = 3
 
 DRAWS = (
     "the draws within a cell are independent, each with the law of the cell, and how many there are does not depend on how they came out"
@@ -584,14 +586,15 @@ class _Range:
         if utility.given is not None and self.declared is None:
             self.declared = Fraction(0), utility.gamma
         self.assumption = _range_said(*(self.declared or (Fraction(0), utility.gamma)))
+        self.common = _scaled(_values(utility, 0), self.declared) if utility.by_decision and utility.given is None else None
 
     def cell(self, index: int, label: tuple[Any, ...]) -> Cell:
         row = _counts(self.utility.law, index)
-        values = _values(self.utility, index)
-        cell = _cell(row, values, self.declared, label)
+        values = self.common or _scaled(_values(self.utility, index), self.declared)
+        cell = _cell(row, values, label)
         units = self.utility.law.units
         if units and units.repeated:
-            cell = _by_unit(cell, units.profiles[index], values)
+            cell = _by_unit(cell, units.profiles[index], values.values)
         # Where g is not given for every decision, what could have been drawn is only known to lie in the range.
         return replace(cell, binary=False) if self.utility.given is not None else cell
 
@@ -615,14 +618,34 @@ def _values(utility: UtilityTable, cell: int) -> list[Fraction]:
     return [v if g else utility.gamma for v, g in zip(row, utility.given[cell].tolist(), strict=True)]
 
 
-def _cell(row: Sequence[int], values: Sequence[Fraction], declared: tuple[Fraction, Fraction] | None, label: tuple[Any, ...]) -> Cell:
+@dataclass(frozen=True)
+class _Scaled:
+    """Values of g in a cell, also as integers over one denominator; their range, which lie outside it, whether they are its ends."""
+
+    values: tuple[Fraction, ...]
+    whole: tuple[int, ...]
+    bottom: int
+    low: Fraction
+    high: Fraction
+    outside: tuple[int, ...]
+    binary: bool
+
+
+def _scaled(values: Sequence[Fraction], declared: tuple[Fraction, Fraction] | None) -> _Scaled:
     low, high = declared or (Fraction(0), max(values))
-    for w, v in zip(row, values, strict=True):
-        if w and not low <= v <= high:
-            raise InputError(f"a utility of {v} was drawn, outside the declared limits {low} and {high}")
-    total = sum((w * v for w, v in zip(row, values, strict=True)), Fraction(0))
-    squares = sum((w * v * v for w, v in zip(row, values, strict=True)), Fraction(0))
-    return Cell(sum(row), total, squares, low, high, {*values} <= {low, high}, label)
+    bottom = lcm(*(v.denominator for v in values))
+    whole = tuple(v.numerator * (bottom // v.denominator) for v in values)
+    outside = tuple(i for i, v in enumerate(values) if not low <= v <= high)
+    return _Scaled(tuple(values), whole, bottom, low, high, outside, {*values} <= {low, high})
+
+
+def _cell(row: Sequence[int], values: _Scaled, label: tuple[Any, ...]) -> Cell:
+    for i in values.outside:
+        if row[i]:
+            raise InputError(f"a utility of {values.values[i]} was drawn, outside the declared limits {values.low} and {values.high}")
+    total = Fraction(sum(map(mul, row, values.whole)), values.bottom)
+    squares = Fraction(sum(w * v * v for w, v in zip(row, values.whole, strict=True)), values.bottom**2)
+    return Cell(sum(row), total, squares, values.low, values.high, values.binary, label)
 
 
 def _column_names(units: Units) -> str:
@@ -676,7 +699,7 @@ def _policy_forms(
                 if key not in index:
                     index[key] = len(made)
                     row = place.get((seen_x, seen_a), nothing)
-                    made.append(_cell(row, _utility_row(utility, law.decisions, x, a), declared, key))
+                    made.append(_cell(row, _scaled(_utility_row(utility, law.decisions, x, a), declared), key))
                 form.append((index[key], p * q))
             forms[x, a] = tuple(form)
     return made, forms, len({key[:2] for key in index}) < len(index)
@@ -1295,34 +1318,102 @@ def _decisive_ends(
     For the maximum the others have ends by a cheaper inequality, which their block's quotients cannot lift above it; for the minimum, where
     one pair is enough, they have their whole range.
     """
-    cells, blocks = comparison.cells, comparison.blocks
     if not level:
         return _every_end(comparison, level, method, upper=upper)
     used = set(comparison.used)
-    if upper:
-        ends = [_wide_ends(cell, level) if i in used else (cell.low, cell.high) for i, cell in enumerate(cells)]
-        low, high = ([float(end[k]) for end in ends] for k in (0, 1))
-    else:
-        ends = [(cell.low, cell.high) for cell in cells]
-        low = high = [float(cell.mean) if cell.draws else float(cell.low) for cell in cells]
-    promises: list[tuple[float, int]] = []
-    for place, block in enumerate(blocks):
-        members = [form[0][0] for form in block]
-        most, least = max(map(high.__getitem__, members)), min(map(low.__getitem__, members))
-        promises.append((most / least if least else 0.0 if not most else inf, -place))
+    find = _decisive_upper if upper else _decisive_lower
+    ends, best, where = find(comparison, used, level, method)
+    return ends, best, where
+
+
+def _decisive_upper(
+    comparison: Comparison, used: set[int], level: Fraction, method: Method
+) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
+    """Narrow the outermost ends of a block until those are as narrow as can be, or the block cannot decide."""
+    cells, blocks = comparison.cells, comparison.blocks
+    ends = [_wide_ends(cell, level) if i in used else (cell.low, cell.high) for i, cell in enumerate(cells)]
+    low, high = ([float(end[k]) for end in ends] for k in (0, 1))
+    narrow = [i not in used for i in range(len(cells))]
+
+    def promise(members: list[int]) -> tuple[float, int, int]:
+        top, bottom = max(members, key=high.__getitem__), min(members, key=low.__getitem__)
+        return high[top] / low[bottom] if low[bottom] else inf if high[top] else 0.0, top, bottom
+
+    listed = [[form[0][0] for form in block] for block in blocks]
     best: Any = Fraction(1)
     where: tuple[int, int, int] | None = None
-    for value, place in sorted(promises, reverse=True):
+    for value, place in sorted(((promise(members)[0], -b) for b, members in enumerate(listed)), reverse=True):
         if best == inf or value * (1 + 1e-9) < best:
             break
-        block = blocks[-place]
-        for form in block:
-            if form[0][0] in used:
-                ends[form[0][0]] = cell_ends(cells[form[0][0]], level, method)
-        found, pair = _extreme(Comparison(cells, (block,)), ends, upper=upper)
+        while True:
+            value, *outer = promise(listed[-place])
+            open_cells = {i for i in outer if not narrow[i]}
+            if value * (1 + 1e-9) < best or not open_cells:
+                break
+            for i in open_cells:
+                ends[i], narrow[i] = cell_ends(cells[i], level, method), True
+                low[i], high[i] = map(float, ends[i])
+        if value * (1 + 1e-9) < best:
+            continue
+        found, pair = _extreme(Comparison(cells, (blocks[-place],)), ends, upper=True)
         if pair and (found > best or where is None):
             best, where = found, (-place, *pair[1:])
     return ends, best, where
+
+
+def _decisive_lower(
+    comparison: Comparison, used: set[int], level: Fraction, method: Method
+) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
+    """Narrow the cells that floats find furthest apart; any pair proves a lower end, so nothing rests on the floats."""
+    cells, blocks = comparison.cells, comparison.blocks
+    ends = [(cell.low, cell.high) for cell in cells]
+    low, high = _guessed_ends(cells, used, float(level))
+    promises = []
+    for place, block in enumerate(blocks):
+        members = [form[0][0] for form in block]
+        most, least = max(map(low.__getitem__, members)), min(map(high.__getitem__, members))
+        promises.append((most / least if least else inf if most else 0.0, -place))
+    best: Any = Fraction(1)
+    where: tuple[int, int, int] | None = None
+    for value, place in sorted(promises, reverse=True):
+        if best == inf or value * (1 + 1e-5) < best:
+            break
+        block = blocks[-place]
+        members = [form[0][0] for form in block]
+        outer = {*sorted(members, key=low.__getitem__)[-NARROWED:], *sorted(members, key=high.__getitem__)[:NARROWED]}
+        for i in outer & used:
+            ends[i] = cell_ends(cells[i], level, method)
+        found, pair = _extreme(Comparison(cells, (block,)), ends, upper=False)
+        if pair and (found > best or where is None):
+            best, where = found, (-place, *pair[1:])
+    return ends, best, where
+
+
+def _guessed_ends(cells: Sequence[Cell], used: set[int], level: float) -> tuple[list[float], list[float]]:
+    """Ends of the used cells in floats, all at once, by the formula of `_float_tail` for many draws; the others have their range."""
+    low, high = ([float(end) for end in listed] for listed in ([cell.low for cell in cells], [cell.high for cell in cells]))
+    at = sorted(used)
+    n = np.array([cells[i].draws for i in at], dtype=np.float64)
+    k = np.array([float(cells[i].successes) for i in at])
+    binary = np.array([cells[i].binary for i in at])
+    upper, lower = _float_uppers(n, k, binary, level), 1 - _float_uppers(n, n - k, binary, level)
+    for i, a, b in zip(at, lower.tolist(), upper.tolist(), strict=True):
+        low[i], high[i] = low[i] + (high[i] - low[i]) * a, low[i] + (high[i] - low[i]) * b
+    return low, high
+
+
+def _float_uppers(n: Floats, k: Floats, binary: NDArray[np.bool_], level: float) -> Floats:
+    below, above = k / n, np.ones(len(n))
+    with np.errstate(all="ignore"):
+        for _ in range(50):
+            p = (below + above) / 2
+            exponent = np.where(k > 0, k * np.log(k / (n * p)), 0) + (n - k) * (np.log((n - k) / n) - np.log1p(-p))
+            ratio = k * (1 - p) / ((n - k + 1) * p)
+            factor = np.where(binary & (k > 0) & (ratio < 1), np.minimum(1, np.sqrt(n / (2 * pi * k * (n - k))) / (1 - ratio)), 1)
+            inside = np.exp(-np.maximum(exponent, 0)) * factor > level
+            below, above = np.where(inside, p, below), np.where(inside, above, p)
+    found: Floats = np.where(k < n, above, 1.0)
+    return found
 
 
 def _wide_ends(cell: Cell, level: Fraction) -> Ends:

@@ -11,13 +11,14 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import iv, mp
 from scipy import stats
 
-from fairaudit import Law, Policy, Product, RandomizedResponse, Utility, read_csv
+from fairaudit import Law, Policy, Product, RandomizedResponse, Utility, read_csv, sampling
 from fairaudit.exact import InputError
 from fairaudit.mechanism import Identity
 from fairaudit.sampling import (
@@ -918,3 +919,21 @@ def test_names_against_the_placebo(data: Path) -> None:
     assert not found.rises
     asked = [c for c in names.columns if c in ("model", "jd", "name")]
     assert repetition_warnings(names, repetition="run", asked=asked, decision="recommend_interview") == ()
+
+
+@given(st.integers(0, 10**6), st.booleans())
+@settings(max_examples=25)
+def test_many_cells_have_the_interval_of_all_of_them(seed: int, binary: bool) -> None:
+    """Narrowing only the ends that decide changes no interval: the upper end is the same, and the lower one all but."""
+    pick = np.random.default_rng(seed)
+    law = Law.from_array(pick.integers(0, 10 ** pick.integers(1, 5), (pick.integers(1, 5), pick.integers(2, 12), 3)) + 1, kind="counts")
+    utility = Utility({"0": 1} if binary else {"0": 1, "1": "0.3"}).on(law)
+    comparison = local_comparison(law, utility)
+    found = []
+    for least in (10**9, 0):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(sampling, "TIGHT_CELLS", least)
+            found.append(ratio_interval(comparison, "0.95"))
+    every, decisive = found
+    assert decisive.upper == every.upper
+    assert every.lower * F(999_999, 1_000_000) <= max(decisive.lower, F(1)) <= every.lower
