@@ -30,6 +30,7 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property, lru_cache
+from heapq import nlargest, nsmallest
 from itertools import permutations, product
 from math import ceil, comb, exp, floor, inf, isqrt, lcm, log, log1p, pi, sqrt
 from operator import mul
@@ -1335,9 +1336,15 @@ def _decisive_upper(
     low, high = ([float(end[k]) for end in ends] for k in (0, 1))
     narrow = [i not in used for i in range(len(cells))]
 
-    def promise(members: list[int]) -> tuple[float, int, int]:
-        top, bottom = max(members, key=high.__getitem__), min(members, key=low.__getitem__)
-        return high[top] / low[bottom] if low[bottom] else inf if high[top] else 0.0, top, bottom
+    def promise(members: list[int]) -> tuple[float, set[int]]:
+        """Greatest quotient of two cells of a block in floats, and the cells that it can be of."""
+        if len(members) < 2:
+            return 0.0, set()
+        tops, bottoms = nlargest(2, members, key=high.__getitem__), nsmallest(2, members, key=low.__getitem__)
+        if tops[0] != bottoms[0]:
+            tops, bottoms = tops[:1], bottoms[:1]
+        pairs = [(i, j) for i in tops for j in bottoms if i != j]
+        return max(high[i] / low[j] if low[j] else inf if high[i] else 0.0 for i, j in pairs), {*tops, *bottoms}
 
     listed = [[form[0][0] for form in block] for block in blocks]
     best: Any = Fraction(1)
@@ -1346,7 +1353,7 @@ def _decisive_upper(
         if best == inf or value * (1 + 1e-9) < best:
             break
         while True:
-            value, *outer = promise(listed[-place])
+            value, outer = promise(listed[-place])
             open_cells = {i for i in outer if not narrow[i]}
             if value * (1 + 1e-9) < best or not open_cells:
                 break
