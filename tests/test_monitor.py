@@ -108,6 +108,14 @@ def test_labels_are_read_alike_with_and_without_the_fast_reader(tmp_path: Path, 
     assert not monitor.tally["dead"]
 
 
+def test_labels_of_another_kind_later_on_are_other_labels(tmp_path: Path) -> None:
+    lines = [f'{{"job":{job},"sex":"{sex}","answer":"yes"}}' for job in ("1", "true", "1", "0", "false") for sex in "fm" * 2_500]
+    monitor = run(write(tmp_path / "log.jsonl", lines))
+    assert counted(monitor) == {
+        (job, sex, "yes"): n for job, n in (("1", 5_000), ("True", 2_500), ("0", 2_500), ("False", 2_500)) for sex in "fm"
+    }
+
+
 BAD = {
     "not json": "not JSON",
     '{"job":"cook","sex":"f","answer":"yes"} {"job":"cook","sex":"f","answer":"yes"}': "not JSON",

@@ -196,6 +196,8 @@ def _fast_decoder(labels: tuple[str, ...], extra: tuple[str, ...], types: list[A
 class _Csv:
     """Reads rows of CSV, after a header; a row is one line."""
 
+    truth: tuple[bool, ...] = ()
+
     def __init__(self, settings: Settings, header: Iterable[str]) -> None:
         self.header = [name.strip() for name in header]
         labels = (*settings.context, *settings.group, settings.decision)
