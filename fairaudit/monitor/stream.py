@@ -198,7 +198,7 @@ class Monitor:
         follow : bool
             Whether a last line without an end may still get one.
         eager : bool
-            Whether to look for alarms after every 1,000 decisions or 2 % more, whatever that costs; otherwise it takes a fortieth of the time.
+            Whether to look for alarms after every 1,000 decisions or 2 % more, whatever that costs; else it takes a fortieth of the time.
         """
         last, next_events, next_time = time.monotonic(), self.events, 0.0
         try:
