@@ -2416,8 +2416,6 @@ def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, 
             pooled[g] += count
     values = {g: Fraction(*g) for g in pooled if g is not None}
     draws = [(pooled[g], value) for g, value in values.items() if pooled[g]]
-    if not all(low <= value <= high for _, value in draws):
-        raise Unproven("a utility that was drawn is outside the limits")
     binary = None not in pooled and all(value in (low, high) for value in values.values())
     if units is not None:
         [(_, utility)] = parts
@@ -2515,6 +2513,11 @@ class _Sampling:
 
 def _proven(interval: Interval, table: Table) -> Proven:
     """Make sure that the evidence of an interval proves it."""
+    if interval.limits is not None:
+        low, high = interval.limits
+        values = {g for utility in {cell.utility for cell in table.cells} for g in utility if g is not None}
+        if not all(low <= Fraction(*g) <= high for g in values):
+            raise Unproven("a utility in the table is outside the limits")
     if isinstance(interval.evidence, StreamEvidence):
         _Stream(interval, interval.evidence, table).prove()
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, BETTING)
@@ -2899,8 +2902,6 @@ class _Stream:
                 raise Unproven(f"the counts are not integers {_place(table, cell)}")
             for weight, g in zip(weights, cell.utility, strict=True):
                 if weight and g is not None:
-                    if not self.low <= Fraction(*g) <= self.high:
-                        raise Unproven("a utility that was drawn is outside the limits")
                     value = (Fraction(*g) - self.low) / (self.high - self.low)
                     tally[value] = tally.get(value, 0) + weight * (n // (d * total))
         return tally
@@ -3318,6 +3319,10 @@ def _check_intervals(stated: Certificate, table: Table) -> tuple[list[Finding], 
     for name, interval in stated.intervals.items():
         fault = ""
         try:
+            local = stated.intervals.get("local")
+            units = [] if local is None or name == "local" else local.units or []
+            if any(sum(rows) > 1 for cell in units for _, rows in cell) or (units and interval.independent):
+                raise Unproven("the units of the local interval are no independent draws of the groups")
             proven[name] = _proven(interval, table)
         except Unproven as error:
             fault = str(error)

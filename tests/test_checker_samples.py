@@ -397,13 +397,8 @@ def certified(seed: int, name: str) -> tuple[Any, list[Cell], list[list[Form]]] 
     if any(c["range"][1] < 0 or c["sum"] > c["draws"] * c["range"][1] for c in cells):
         limits = None
         cells, blocks = of_counts(certificate, name, None, units)
-    drawn = [
-        g
-        for r in rows_of(certificate)[1]
-        for n, g in zip(r["weights"], rows_of(certificate)[0]["utility"] or r["utility"], strict=True)
-        if n != "0"
-    ]
-    if limits and max(map(F, drawn)) > F(limits[1]):
+    given = [g for r in rows_of(certificate)[1] for g in rows_of(certificate)[0]["utility"] or r["utility"] if g is not None]
+    if limits and max(map(F, given)) > F(limits[1]):
         limits = None
         cells, blocks = of_counts(certificate, name, None, units)
     method = pick.choice(["hoeffding-kl", "empirical-bernstein", "intersection"])
@@ -431,10 +426,9 @@ def from_counts(certificate: Any, name: str) -> Derive:
     header, rows = rows_of(certificate)
 
     def derive(limits: Any, units: Any) -> Any:
-        drawn = [F(g) for row in rows for n, g in zip(row["weights"], header["utility"] or row["utility"], strict=True) if n != "0"]
+        given = [F(g) for row in rows for g in header["utility"] or row["utility"] if g is not None]
         compared = [row for row in rows if sum(r["context"] == row["context"] for r in rows) > 1]
-        used = [F(g) for row in compared for n, g in zip(row["weights"], header["utility"] or row["utility"], strict=True) if n != "0"]
-        if limits and not all(F(limits[0]) <= g <= F(limits[1]) for g in (used if name == "local" else drawn)):
+        if limits and not all(F(limits[0]) <= g <= F(limits[1]) for g in given):
             return None
         if units is not None:
             sums = [[sum(column) for column in zip(*([n * c for c in own] for n, own in cell), strict=True)] for cell in units]

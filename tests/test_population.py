@@ -469,3 +469,62 @@ def test_names_and_placebo(data: Path, capsys: pytest.CaptureFixture[str], tmp_p
     captured = capsys.readouterr()
     assert "1122 draws" in captured.err
     assert main(["verify", str(tmp_path / "c.json")]) == 0
+
+
+# Certificates that somebody wrote by hand
+
+
+def of_one(law: fa.Law, quantities: list[str], interval: dict[str, Any]) -> dict[str, Any]:
+    """A certificate of a law with the given intervals, and the claims and the verdict that would follow from them."""
+    document: dict[str, Any] = fa.certify(law, {"yes": 1}, max_local_ratio="5/4").certificate.document
+    document["intervals"] = dict.fromkeys(quantities, interval)
+    document["claims"] = [
+        claim | ({"value": "1", "by": "binomial"} if claim["scope"].startswith("population") else {})
+        for claim in document["claims"]
+        if not claim["scope"].startswith("population") or claim["evidence"]["interval"] in quantities
+    ]
+    document["targets"][0]["verdict"] = document["verdict"] = "within"
+    return document
+
+
+@pytest.mark.parametrize("elsewhere", [False, True])
+def test_a_range_that_the_table_contradicts_proves_nothing(elsewhere: bool) -> None:
+    """Everybody who is compared was hired, so that a range from 1 to 1 leaves nothing to be estimated; but "no" is worth 0."""
+    log = {"hired": ["yes"] * 6, "sex": list("fffmmm"), "job": ["A"] * 6}
+    if elsewhere:
+        log = {"hired": [*log["hired"], "no"], "sex": [*log["sex"], "f"], "job": [*log["job"], "B"]}
+    law = fa.Law.from_log(log, decision="hired", group="sex", context="job")
+    if not elsewhere:
+        counts = {"hired": ["yes", "no"] * 2, "sex": list("ffmm"), "n": [3, 0, 3, 0]}
+        law = fa.Law.from_counts(counts, decision="hired", group="sex", count="n")
+    certain = [["1", "1"], ["1", "1"]]
+    interval = {
+        "confidence": "19/20",
+        "side": "both",
+        "region": "box",
+        "independent": False,
+        "method": "hoeffding-kl",
+        "limits": ["1", "1"],
+        "ratio": ["1", "1"],
+        "levels": {"upper": "0", "lower": "0"},
+        "upper": certain,
+        "lower": certain,
+        "pair": None,
+    }
+    report = checker.check(json.dumps(of_one(law, ["local"], interval)).encode())
+    assert any("a utility in the table is outside the limits" in finding.detail for finding in report.findings if not finding.true)
+
+
+def test_units_of_one_interval_hold_for_the_other() -> None:
+    """Twenty runs of two rows each are no forty draws of a group, whichever ratio is asked for."""
+    log = {"sex": list("ffmm") * 20, "hired": ["yes", "no"] * 40, "run": [i // 2 for i in range(80)]}
+    rows, runs = (fa.Law.from_log(log, decision="hired", group="sex", unit=unit) for unit in (None, "run"))
+    document: dict[str, Any] = fa.certify(rows, {"yes": 1}).certificate.document
+    assert all(f.true for f in checker.check(json.dumps(document).encode()).findings)
+    units = fa.certify(runs, {"yes": 1}).certificate.document
+    document["intervals"]["local"] = units["intervals"]["local"]
+    of_local = {"evidence": {"interval": "local"}}
+    document["claims"] = [c for c in document["claims"] if c["evidence"] != of_local["evidence"]]
+    document["claims"] += [c for c in units["claims"] if c["evidence"] == of_local["evidence"]]
+    false = [finding.detail for finding in checker.check(json.dumps(document).encode()).findings if not finding.true]
+    assert false[0] == "the units of the local interval are no independent draws of the groups"
