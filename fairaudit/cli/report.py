@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Write a certificate as one self-contained HTML page, or as markdown. Every statement is checked first, as `fairaudit verify` does; a false
-certificate gets no report. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
+certificate gets no report, and one whose table is in another file, not named with --table, a report marked as not checked. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
 
 EPILOG = """\
 exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input
@@ -65,6 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     if wrong:
         print(f"fairaudit: {_plain(wrong)}; no report was written", file=sys.stderr)
         return 1
+    said = "" if "not at hand" in said else said  # a report of a certificate without its table says that nobody checked it
     text = (html if arguments.format == "html" else markdown)(document, checked=said)
     if arguments.output is not None:
         write_atomically(Path(arguments.output), [text.encode("utf-8")])

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.certificate import Certificate
 from fairaudit.exact import InputError
 from fairaudit.report import markdown as _markdown
-from fairaudit.report.content import Content, describe
+from fairaudit.report.content import UNCHECKED, Content, describe
 from fairaudit.report.pictures import curve, heat, rail, share
 from fairaudit.report.words import Value
 
@@ -51,7 +51,8 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     certificate : Certificate or mapping
         The certificate, or its JSON document.
     checked : str
-        A sentence on who checked the certificate when the page was made.
+        A sentence on who checked the certificate when the page was made. Without one, the page of a certificate that does not hold its
+        table says that it was not checked, and does not wear the colour of its verdict.
 
     Returns
     -------
@@ -82,6 +83,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     text: str = environment.get_template("page.html.j2").render(
         page=page,
         checked=checked,
+        unchecked="" if checked or page.subject is not None else UNCHECKED,
         css=markup(css),
         script=markup(script),
         embedded=markup(embedded),
@@ -107,7 +109,7 @@ def markdown(certificate: Certificate | Mapping[str, Any], *, checked: str = "")
     certificate : Certificate or mapping
         The certificate, or its JSON document.
     checked : str
-        A sentence on who checked the certificate.
+        A sentence on who checked the certificate; without one, that of a certificate without its table says that nobody did.
 
     Returns
     -------

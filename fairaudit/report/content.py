@@ -19,6 +19,7 @@ from fairaudit.report.words import QUANTITIES, THEOREMS, Value, claimed, clip, n
 __all__ = ["Content", "Figure", "describe"]
 
 SHOW_LEFT_OUT = 12
+UNCHECKED = "The table was not at hand when this was made: its statements are repeated unchecked."
 VERDICTS = {
     "within": ("Within the target", "Within the targets"),
     "exceeds": ("Exceeds the target", "Exceeds a target"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from fairaudit.report.content import Content, Figure
+from fairaudit.report.content import UNCHECKED, Content, Figure
 from fairaudit.report.ladder import Rung
 from fairaudit.report.words import Value
 
@@ -18,7 +18,9 @@ HARMLESS = frozenset(" abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ01234
 
 def write(page: Content, checked: str = "") -> str:
     """Write a report."""
-    blocks = [f"## Fairness audit: {page.headline[0].lower()}{page.headline[1:]}", prose(page.lead)]
+    checked = checked or ("" if page.subject else UNCHECKED)
+    title = "Fairness audit, not checked" if checked == UNCHECKED else "Fairness audit"
+    blocks = [f"## {title}: {page.headline[0].lower()}{page.headline[1:]}", prose(page.lead)]
     if page.targets:
         blocks.append("\n".join(f"* **{t['verdict']}**: {t['name']}, judged for {t['judged']}" for t in page.targets))
     blocks.append(
