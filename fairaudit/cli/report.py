@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Write a certificate as one self-contained HTML page, or as markdown. Every statement is checked first, as `fairaudit verify` does; a false
-certificate gets no report, and one whose table is in another file, not named with --table, a report marked as not checked. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
+certificate gets no report, and one whose table is in another file that --table does not name, a report marked as not checked. The page
+loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
 
 EPILOG = """\
 exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input
