@@ -279,6 +279,32 @@ def test_nan_is_in_no_interval_though_statistics_do_not_know_of_it(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
+    ("values", "kind", "edges"),
+    [
+        ([0.3, 0.1, 0.7], "float", ["0.3", "0.7"]),  # as float32 the first is above 3/10, the last below 7/10
+        ([0.3, 0.1, 0.7], "double", ["0.3", "0.7"]),
+        ([2**24, 2**24 + 2], "float", [2**24 + 1]),
+        ([2**53, 2**53 + 2], "double", [2**53 + 1]),
+        ([2**53, 2**53 + 1], "bigint", [f"{2**53}.5"]),
+        ([2**62 - 1, 2**62], "bigint", [2**62]),
+    ],
+)
+def test_every_holder_of_a_number_cuts_it_alike(tmp_path: Path, values: list[float], kind: str, edges: list[Any]) -> None:
+    """As `Bins.label_of` does: a number is what it is, and a float is compared with the edge rounded to float64."""
+    import duckdb
+    import polars as pl
+    from pyarrow import parquet
+
+    path = str(tmp_path / "t.parquet")
+    duckdb.sql(f"copy (select unnest({values})::{kind} as v, 'y' as u) to '{path}'")
+    table = parquet.read_table(path)
+    bins = Bins.of("v", edges)
+    expected = Counter((bins.label_of(value),) for value in table["v"].to_pylist())
+    for source in (path, table, table.to_pandas(), pl.read_parquet(path), pl.scan_parquet(path), duckdb.read_parquet(path)):
+        assert counts(read_log(source, ["v"], bins={"v": edges})) == expected, type(source)
+
+
+@pytest.mark.parametrize(
     ("edges", "words"), [([], "no edge"), ([3, 3], "must rise"), (["x"], "not a number"), (["1/3"], "decimals"), ([float("nan")], "edge")]
 )
 def test_edges(edges: list[Any], words: str) -> None:

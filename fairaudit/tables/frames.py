@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from math import ceil
 from typing import Any
 
 from fairaudit.columns import Tally, column
@@ -16,7 +18,6 @@ LIBRARIES = frozenset(
     ("cudf", "dask", "dask_expr", "duckdb", "_duckdb", "ibis", "modin", "narwhals", "pandas", "polars", "pyarrow", "pyspark", "sqlframe")
 )
 WHOLE = frozenset(("string", "boolean", "integer", "floating", "date", "datetime", "decimal", "empty"))
-LARGEST = 1.7976931348623157e308
 
 
 def is_frame(table: Any) -> bool:
@@ -67,9 +68,7 @@ def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | N
     while count in names:
         count += "_"
     try:
-        picked = wrapped.select(
-            *(_interval(nw, name, (bins or {})[name], schema[name].is_float()) if name in cut else nw.col(name) for name in names)
-        )
+        picked = wrapped.select(*(_interval(nw, name, (bins or {})[name], schema[name]) if name in cut else nw.col(name) for name in names))
         grouped = picked.group_by(*names, drop_null_keys=False).agg(nw.len().alias(count))
         tally = Tally.of(type(frame).__name__, names, _rows(grouped.select(*names, count)))
     except InputError:
@@ -106,16 +105,24 @@ def _one_type(series: Any) -> bool:
     return infer_dtype(series, skipna=True) in WHOLE
 
 
-def _interval(nw: Any, name: str, bins: Bins, floating: bool) -> Any:
+def _interval(nw: Any, name: str, bins: Bins, kind: Any) -> Any:
+    """Interval of a numeric column: integers against the next integer, floats as float64 against the edge rounded to that."""
     value = nw.col(name)
-    edges = [int(edge) if "." not in edge else float(edge) for edge in bins.edges]
-    found = nw.when((value >= edges[-1]) & (value <= LARGEST)).then(nw.lit(bins.labels[-1])).otherwise(nw.lit(bins.refused))
+    if kind.is_float():  # float32 would round the edges further
+        value = value.cast(nw.Float64)
+    edges = [_edge(limit, kind) for limit in bins.limits]
+    found = nw.lit(bins.labels[-1])
     for edge, label in zip(reversed(edges), reversed(bins.labels[:-1]), strict=True):
         found = nw.when(value < edge).then(nw.lit(label)).otherwise(found)
-    found = nw.when(value < -LARGEST).then(nw.lit(bins.refused)).otherwise(found)
-    if floating:  # an engine may drop a comparison that the greatest value in statistics without NaN decides
+    if kind.is_float():  # asked by name: an engine may drop a comparison that the greatest value in statistics without NaN decides
         found = nw.when(~value.is_finite()).then(nw.lit(bins.refused)).otherwise(found)
     return nw.when(~value.is_null()).then(found).alias(name)
+
+
+def _edge(limit: Fraction, kind: Any) -> int | float:
+    if kind.is_integer():
+        return ceil(limit)
+    return float(limit) if kind.is_float() or limit.denominator != 1 else int(limit)
 
 
 def _first_line(error: Exception) -> str:

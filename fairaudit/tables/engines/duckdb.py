@@ -21,7 +21,7 @@ from fairaudit.tables.binning import apply_bins, merged
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines import Request, attended, database_source
 from fairaudit.tables.engines.files import Form, read_text
-from fairaudit.tables.sql import count_statement
+from fairaudit.tables.sql import count_statement, identifier
 
 __all__ = ["read_database", "read_files"]
 
@@ -56,6 +56,10 @@ def _count(connection: Any, name: str, source: str, types: dict[str, str], reque
     cut = {c for c in request.bins if NUMERIC.fullmatch(types[c])}
     tied = {c for c in request.bins if types[c] == "VARCHAR"}
     bins = {c: request.bins[c] for c in cut | tied}
+    single = [identifier(c, "duckdb") for c in cut if types[c] == "FLOAT"]
+    if single:  # compared with an edge they would round it to float32
+        widened = ", ".join(f"cast({name} as double) as {name}" for name in single)
+        source = f"(select * replace ({widened}) from {source}) as log"  # noqa: S608
     statement = count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied)
     parsed = {i: _Json(c) for i, c in enumerate(request.columns) if types[c] == "JSON"}
 
