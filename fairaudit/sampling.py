@@ -35,7 +35,7 @@ from itertools import permutations, product
 from math import ceil, comb, exp, floor, inf, isqrt, lcm, log, log1p, pi, sqrt
 from operator import mul
 from statistics import NormalDist
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -1226,7 +1226,7 @@ def ratio_interval(
     Raises
     ------
     InputError
-        If the confidence is not in (0, 1), nothing is compared, or the region does not fit.
+        If the confidence is not in (0, 1), the method is not known, nothing is compared, or the region does not fit.
 
     Examples
     --------
@@ -1236,6 +1236,8 @@ def ratio_interval(
     (1.96, Fraction(3, 1), 4.74)
     """
     level = confidence_level(confidence)
+    if method not in get_args(Method):
+        raise InputError(f"the method {shown(method)} is not known; {nearest(str(method), get_args(Method))}")
     if not any(len(block) > 1 for block in comparison.blocks):
         raise InputError("nothing is compared: no context has two groups")
     if independent and comparison.dependent:

@@ -471,6 +471,15 @@ def test_names_and_placebo(data: Path, capsys: pytest.CaptureFixture[str], tmp_p
     assert main(["verify", str(tmp_path / "c.json")]) == 0
 
 
+@pytest.mark.parametrize("worth", [1, {"yes": 1, "maybe": "0.5"}])
+def test_a_method_that_nobody_knows(worth: Any) -> None:
+    """It would stand in the certificate, which no checker accepts then, though binary utilities need none of the three."""
+    decisions = ["yes", "no", "maybe", "yes"] if isinstance(worth, dict) else ["yes", "no", "no", "yes"]
+    law = fa.Law.from_log({"a": list("ffmm"), "u": decisions}, decision="u", group="a")
+    with pytest.raises(InputError, match=r"the method 'hoeffding' is not known; .*hoeffding-kl"):
+        fa.certify(law, worth if isinstance(worth, dict) else {"yes": worth}, interval="hoeffding")  # type: ignore[arg-type]
+
+
 # Certificates that somebody wrote by hand
 
 
