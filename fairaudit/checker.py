@@ -2407,8 +2407,11 @@ Part = tuple[Sequence[int], Sequence[Rational | None]]  # the counts of the deci
 Units = Sequence[tuple[int, Sequence[int]]]  # how many draws had which counts
 
 
-def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, Fraction]) -> Sample:
-    """Pool counts; the units say which rows of a single part belong to one draw."""
+def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, Fraction], declared: bool) -> Sample:
+    """Pool counts; the units say which rows of a single part belong to one draw.
+
+    Draws are of two values only if the utility says so of whatever could have been drawn, which a declared range and units do not.
+    """
     low, high = limits
     pooled: Counter[Rational | None] = Counter()
     for counts, utility in parts:
@@ -2416,14 +2419,13 @@ def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, 
             pooled[g] += count
     values = {g: Fraction(*g) for g in pooled if g is not None}
     draws = [(pooled[g], value) for g, value in values.items() if pooled[g]]
-    binary = None not in pooled and all(value in (low, high) for value in values.values())
+    binary = units is None and not declared and None not in pooled and all(value in (low, high) for value in values.values())
     if units is not None:
         [(_, utility)] = parts
         rows = [
             (n, [(count, values[g]) for count, g in zip(counts, utility, strict=True) if count and g is not None]) for n, counts in units
         ]
         draws = [(n, sum((c * g for c, g in own), Fraction(0)) / sum(c for c, _ in own)) for n, own in rows]
-        binary = binary and all(sum(counts) == 1 for _, counts in units)
     total, squares = (sum((n * value**power for n, value in draws), Fraction(0)) for power in (1, 2))
     return Sample(sum(n for n, _ in draws), total, squares, low, high, binary)
 
@@ -2433,6 +2435,7 @@ class _Sampling:
 
     def __init__(self, interval: Interval, table: Table) -> None:
         self.interval, self.table = interval, table
+        self.declared = interval.limits is not None
         self.partly = any(None in cell.utility for cell in table.cells)
         given = {g for cell in table.cells for g in cell.utility} if self.partly else set()
         self.greatest = max((Fraction(*g) for g in given if g is not None), default=Fraction(0))
@@ -2468,7 +2471,7 @@ class _Sampling:
                 rows = [[n * count for count in row] for n, row in units[i]]
                 if any(len(row) != len(counts) for row in rows) or [*map(sum, zip(*rows, strict=True))] != counts:
                     raise Unproven(f"units[{i}] do not add up to the counts {_place(table, cells[0])}")
-            samples.append(_sample(parts, None if units is None else units[i], self.limits(cells)))
+            samples.append(_sample(parts, None if units is None else units[i], self.limits(cells), self.declared))
         numbers = iter(range(len(samples)))
         return Comparison(samples, [[({next(numbers): 1}, 1) for _ in block] for block in blocks], units is not None)
 
@@ -2497,7 +2500,7 @@ class _Sampling:
                     if number == len(samples):
                         weights, total = policy.rows[x][a]
                         counts = [weight * (policy.draws[x][a] // total) for weight in weights]
-                        samples.append(_sample([(counts, cell.utility)], None, self.limits([cell])))
+                        samples.append(_sample([(counts, cell.utility)], None, self.limits([cell]), self.declared))
             forms.append((form, scale * unit))
         n = len(table.header.groups)
         blocks = [forms[i : i + n] for i in range(0, len(forms), n)]

@@ -110,6 +110,7 @@ DRAWS = (
 )
 CELLS = "the draws of different cells are independent of each other"
 DECLARED = "utility, method and confidence were chosen without looking at the draws"
+ONE_ROW = "a sampling unit can have no more than one row in a cell, as is the case here"
 UNITS = (
     "different sampling units are independent, and the mean of the utility over the rows of a unit in a cell has the expected utility of "
     "that cell as its mean"
@@ -365,8 +366,8 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
         blocks.append(tuple(block))
         groups = tuple(law.group_label(int(law.cell_group[i])) for i in range(start, end))
         labels.append((law.context_label(int(law.cell_context[start])), groups))
-    drawn = UNITS if law.units and law.units.repeated else DRAWS
-    assumptions = (drawn, scope.assumption, DECLARED, *law.assumptions)
+    drawn = (UNITS,) if law.units and law.units.repeated else (DRAWS, *((ONE_ROW,) if law.units else ()))
+    assumptions = (*drawn, scope.assumption, DECLARED, *law.assumptions)
     notes = _unit_notes(law.units, cells) if law.units else ()
     return Comparison(tuple(cells), tuple(blocks), tuple(labels), bool(law.units and law.units.spanning), assumptions, notes)
 
@@ -596,8 +597,7 @@ class _Range:
         units = self.utility.law.units
         if units and units.repeated:
             cell = _by_unit(cell, units.profiles[index], values.values)
-        # Where g is not given for every decision, what could have been drawn is only known to lie in the range.
-        return replace(cell, binary=False) if self.utility.given is not None else cell
+        return cell
 
 
 def _range_said(low: Fraction, high: Fraction) -> str:
@@ -637,7 +637,8 @@ def _scaled(values: Sequence[Fraction], declared: tuple[Fraction, Fraction] | No
     bottom = lcm(*(v.denominator for v in values))
     whole = tuple(v.numerator * (bottom // v.denominator) for v in values)
     outside = tuple(i for i, v in enumerate(values) if not low <= v <= high)
-    return _Scaled(tuple(values), whole, bottom, low, high, outside, {*values} <= {low, high})
+    # Where a range was declared, what could have been drawn is only known to lie in it; that two values were seen does not make them all.
+    return _Scaled(tuple(values), whole, bottom, low, high, outside, declared is None and {*values} <= {low, high})
 
 
 def _cell(row: Sequence[int], values: _Scaled, label: tuple[Any, ...]) -> Cell:
@@ -667,8 +668,7 @@ def _by_unit(cell: Cell, profiles: Sequence[tuple[int, tuple[int, ...]]], values
     for n, rows in profiles:
         mean = sum((w * v for w, v in zip(rows, values, strict=True)), Fraction(0)) / sum(rows)
         draws, total, squares = draws + n, total + n * mean, squares + n * mean * mean
-    single = all(sum(rows) == 1 for _, rows in profiles)
-    return replace(cell, draws=draws, total=total, squares=squares, binary=cell.binary and single)
+    return replace(cell, draws=draws, total=total, squares=squares, binary=False)
 
 
 def _pool(parts: Sequence[Cell], label: tuple[Any, ...]) -> Cell:

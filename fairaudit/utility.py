@@ -199,7 +199,8 @@ class Utility:
             for label in self.values:
                 if label not in law.decisions:
                     raise InputError(
-                        f"the utility names the decision {shown(label)}, which does not occur; {nearest(label, law.decisions)}"
+                        f"the utility names the decision {shown(label)}, which does not occur; {nearest(label, law.decisions)} (leave it "
+                        "out; if it could have occurred in a sample, declare the range of the utility too)"
                     )
             pairs = [self.values.get(u, Fraction(0)) for u in law.decisions]
             whole, bottom = common_denominator([(v.numerator, v.denominator) for v in pairs])

@@ -46,10 +46,9 @@ def pooled(rows: list[tuple[list[int], list[Any]]], limits: Any, units: Any, par
     values = [*chain.from_iterable(g)]
     high = max(e for e in values if e is not None) if partly is None else partly
     low, high = map(F, limits or (0, high))
-    binary = all(e in (low, high) for e in values)
+    binary = limits is None and units is None and all(e in (low, high) for e in values)
     if units is not None:
         draws = [(n, sum((c * (e or F(0)) for c, e in zip(own, g[0], strict=True)), F(0)) / sum(own)) for n, own in units]
-        binary = binary and all(sum(own) == 1 for _, own in units)
     return cell_of(draws, low, high, binary)
 
 
