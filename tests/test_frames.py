@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import datetime as dt
+from collections import Counter
 from collections.abc import Callable, Iterator
 from decimal import Decimal
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from test_engines import counts, log
 
 from fairaudit import InputError, Law, certify
-from fairaudit.columns import Tally
+from fairaudit.columns import Tally, label_text
 from fairaudit.tables.engines import read_log
 from fairaudit.tables.frames import tally_frame
 
@@ -170,3 +173,35 @@ def test_repeated_use_of_a_frame_does_not_change_it() -> None:
     before = frame.copy()
     read_log(frame, ["age", "sex"], bins={"age": [18]})
     pd.testing.assert_frame_equal(frame, before)
+
+
+@given(st.data())
+def test_every_way_to_count_a_frame_agrees(data: st.DataObject) -> None:
+    """Small integers, categories with unused levels, truth values and texts, with and without missing cells."""
+    import pandas as pd
+    import polars as pl
+
+    rows = data.draw(st.integers(1, 12))
+
+    def column(cells: st.SearchStrategy[Any]) -> list[Any]:
+        return data.draw(st.lists(cells, min_size=rows, max_size=rows))
+
+    whole = st.sampled_from((-3, -1, 0, 2, 7, 2**40, 2**62)) if data.draw(st.booleans()) else st.integers(-2, 5)
+    columns = {
+        "u": column(st.booleans()),
+        "a": column(st.sampled_from(("f", "m", None))),
+        "x": column(whole),
+        "y": column(st.one_of(st.none(), st.sampled_from((0.5, 2.0)))),
+    }
+    pandas = pd.DataFrame(columns)
+    categories = pandas.assign(a=pd.Categorical(columns["a"], categories=["unused", "m", "f"]), x=pandas.x.astype("category"))
+    names = ["u", "a", "x", "y"][: data.draw(st.integers(1, 4))]
+    found = [
+        Counter({tuple(None if v is None else label_text(v) for v in row): n for row, n in counts(tally).items()})
+        for frame in (pandas, categories, pandas.astype(object), pl.DataFrame(columns), pl.LazyFrame(columns))
+        for tally in (read_log(frame, names),)
+    ]
+    expected = Counter(
+        tuple(None if v is None else label_text(v) for v in row) for row in zip(*(columns[name] for name in names), strict=True)
+    )
+    assert all(one == expected for one in found)

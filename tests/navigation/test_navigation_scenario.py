@@ -103,8 +103,7 @@ def test_parcels_by_room_and_the_pictures_that_experiments_name(copy: Path) -> N
     assert fairaudit("navigation", "render", str(copy / "parcels-experiment.toml")) == 0
     for experiment in ("documents", "parcels"):
         text = (EXAMPLES / f"{experiment}-experiment.toml").read_text()
-        named = re.findall(r'^\w+ = "(.*\.png)"$', text, re.MULTILINE)
-        assert named == [f"{experiment}-candidates/candidate-{index}.png" for index in (1, 2)]
+        assert re.findall(r'^candidates = "(.*)"$', text, re.MULTILINE) == [f"{experiment}-candidates/candidates.json"]
     assert (copy / "parcels-candidates" / "candidate-2.png").is_file()
     (copy / "rooms.toml").write_text(
         scenario.replace("at = [4.9, -1.0]", 'room = "office_1"')
