@@ -42,6 +42,7 @@ _HOME = {
     "pure_dp": "fairaudit.privacy",
     "read_allocation": "fairaudit.allocation",
     "read_csv": "fairaudit.tables.csv",
+    "read_log": "fairaudit.tables.engines",
     "read_mechanism": "fairaudit.tables.mechanisms",
     "sample_policy": "fairaudit.policy",
     "trade_off": "fairaudit.privacy",
@@ -81,6 +82,7 @@ if TYPE_CHECKING:
     from fairaudit.privacy import pure_dp as pure_dp
     from fairaudit.privacy import trade_off as trade_off
     from fairaudit.tables.csv import read_csv as read_csv
+    from fairaudit.tables.engines import read_log as read_log
     from fairaudit.tables.examples import example as example
     from fairaudit.tables.mechanisms import read_mechanism as read_mechanism
     from fairaudit.utility import Utility as Utility

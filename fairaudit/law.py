@@ -23,6 +23,7 @@ from fairaudit.columns import (
     Label,
     Locate,
     Missing,
+    Tally,
     combine,
     encode,
     exact_floats,
@@ -494,12 +495,17 @@ def _read(
         [c for c in (value, weight) if c is not None],
         missing,
         names(unit),
-        ordered=value is None,
+        ordered=value is None or isinstance(table, Tally),
     )
     u, x, a = coded.codes
     weights, scale = (coded.counts, 1) if value is None else numbers(coded.values[value], value, coded.locate)
     if kind == "counts" and weights.dtype.kind == "f":
         weights, scale = exact_floats(weights)
+    if value is not None and (coded.counts > 1).any():
+        if kind == "probabilities":
+            at = int(np.flatnonzero(coded.counts > 1)[0])
+            raise InputError(f"{coded.locate(at)} occurs {coded.counts[at]} times; each combination has one row")
+        weights = integers([w * n for w, n in zip(weights.tolist(), coded.counts.tolist(), strict=True)])
     cells, cell = np.unique(x * len(coded.groups) + a, return_inverse=True)
     shape = (len(cells), len(coded.decisions))
     if shape[0] * shape[1] > MAX_ENTRIES:

@@ -344,7 +344,7 @@ def test_weights_that_are_good(bench: Bench) -> None:
         (COUNTS.replace("no,f", "no,\x00f"), ["line 3 has a NUL character", "a text file"]),
         (gzip.compress(COUNTS.encode())[:-12], ["the compressed file is damaged"]),
         (b"PK\x03\x04" + bytes(100), ["not text", "spreadsheet", "save it as CSV"]),
-        (b"PAR1" + bytes(100), ["not text", "Parquet", "save it as CSV"]),
+        (b"PAR1" + bytes(100), ["DuckDB cannot read it", "magic bytes"]),
         (COUNTS.replace("no,f", "n" * 10_000_000 + ",f"), ["line 3: a cell has more than 131,072 characters"]),
         ("d," + "g" * 10_000_000 + "\nyes,f\n", ["line 1: a cell has more than 131,072 characters"]),
     ],

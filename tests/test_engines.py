@@ -549,7 +549,7 @@ def test_files_that_do_not_belong_together(files: dict[str, str], tmp_path: Path
         ([files["log.csv"], other], "the header line differs"),
         ([files["log.csv"], other, "--engine=duckdb"], "the header line differs"),
         ([files["log.csv"], files["log.parquet"]], "one format"),
-        ([tmp_path / "none*.parquet"], "no file has such a name"),
+        ([tmp_path / "none*.parquet"], "none that the pattern fits"),
         ([tmp_path / "*.parquet"], "there is no such file"),
         ([files["log.csv"], files["log.csv"]], "named twice"),
         ([mixed / "*.parquet"], "DuckDB cannot read it"),
@@ -574,3 +574,43 @@ def test_patterns_in_names_are_not_patterns(tmp_path: Path) -> None:
         path = tmp_path / name
         path.write_text("u,a\ny,f\n")
         assert read_log(path, ["u", "a"], engine="duckdb").rows == 1
+
+
+def test_counts_need_not_be_csv(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Counts and probabilities in Parquet and in databases, for every command that reads tables."""
+    import duckdb
+
+    rows = "('yes', 'f', 3, 0.75), ('no', 'f', 1, 0.25), ('yes', 'm', 1, 0.5), ('no', 'm', 1, 0.5)"
+    table = f"select * from (values {rows}) t(answer, sex, n, p)"
+    duckdb.sql(f"copy ({table}) to '{tmp_path}/t.parquet'")
+    duckdb.sql(f"copy ({table}) to '{tmp_path}/t.jsonl' (format json)")
+    with sqlite3.connect(tmp_path / "t.db") as database:
+        database.execute("create table t (answer, sex, n, p)")
+        database.executescript(f"insert into t values {rows}")
+    database.close()
+    (tmp_path / "audit.toml").write_text(
+        '[law]\ntable = "t.parquet"\ndecision = "answer"\ngroup = "sex"\ncount = "n"\n[utility]\nvalues = {yes = 1}\n'
+    )
+    sources = ([f"{tmp_path}/t.parquet"], [f"{tmp_path}/t.jsonl"], [f"sqlite:{tmp_path}/t.db", "--table", "t"])
+    for words in sources:
+        for value in ("--count=n", "--probability=p"):
+            assert run("certify", *words, "--decision=answer", "--group=sex", value, "--utility=yes", "--format=json") in (0, 3)
+            found = json.loads(capsys.readouterr().out)["certificate"]
+            assert found["metrics"]["local"]["ratio"] == "3/2"
+        assert run("worst-case", *words, "--decision=answer", "--group=sex", "--count=n", "--tau=0.1") == 0
+        capsys.readouterr()
+    assert run("certify", tmp_path / "audit.toml", "--format=json") in (0, 3)
+    assert json.loads(capsys.readouterr().out)["certificate"]["metrics"]["local"]["ratio"] == "3/2"
+
+
+def test_rows_of_counts_that_are_equal_add_up_and_probabilities_do_not() -> None:
+    tally = Tally.of("t", ("u", "a", "n"), [("y", "f", 2, 2), ("n", "f", 1, 1), ("y", "m", "0.5", 4), ("n", "m", 1, 1)])
+    assert Law.from_counts(tally, decision="u", group="a", count="n").weights.tolist() == [[2, 8], [2, 4]]
+    with pytest.raises(InputError, match="occurs 2 times"):
+        Law.from_probabilities(tally, decision="u", group="a", probability="n")
+
+
+@pytest.mark.parametrize("memory", ["lots", "-1GB", "5", "1e9 GB", ""])
+def test_an_amount_of_memory(files: dict[str, str], memory: str) -> None:
+    with pytest.raises(InputError, match="is not an amount such as"):
+        read_log(files["log.parquet"], COLUMNS, memory=memory)

@@ -9,13 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.cli.population import METHODS
-from fairaudit.columns import Label, names
+from fairaudit.columns import Label, Tally, names
 from fairaudit.exact import InputError, nearest, shown
 from fairaudit.law import Law
 from fairaudit.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
 from fairaudit.policy import Deployment, Policy
 from fairaudit.sampling import repetition_warnings
 from fairaudit.tables.csv import CsvTable, read_csv
+from fairaudit.tables.engines import read_log
+from fairaudit.tables.engines.files import form
 from fairaudit.utility import Utility
 
 __all__ = ["Audit", "read_audit", "read_policy"]
@@ -99,7 +101,7 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
     about = "law" if "law" in document else "policy"
     source = sections[about]
     _known(source, LAW_KEYS if about == "law" else TABLE_KEYS, f"[{about}]")
-    table = _table(source, about, folder)
+    table = _table(source, about, folder, _columns(sections["utility"], "column", "utility"))
     law = _law(source, about, table)
     subject: Law | Deployment = law
     if about == "policy":
@@ -166,12 +168,16 @@ def _columns(section: Mapping[str, Any], key: str, where: str) -> tuple[str, ...
     return tuple(listed)
 
 
-def _table(section: Mapping[str, Any], where: str, folder: Path) -> CsvTable:
-    table = read_csv(folder / _text(section, "table", where))
+def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...] = ()) -> CsvTable | Tally:
+    path = folder / _text(section, "table", where)
+    if path.is_file() and form(str(path)) != "csv":
+        keys = ("decision", "group", "context", "unit", "count", "probability", "weight")
+        return read_log(path, [*(name for key in keys for name in _columns(section, key, where)), *valued])
+    table = read_csv(path)
     return table.with_numbers(str(section[key]) for key in ("count", "probability", "weight") if key in section)
 
 
-def _law(section: Mapping[str, Any], where: str, table: CsvTable) -> Law:
+def _law(section: Mapping[str, Any], where: str, table: CsvTable | Tally) -> Law:
     columns: dict[str, Any] = {
         "decision": _text(section, "decision", where),
         "group": _columns(section, "group", where),
@@ -258,7 +264,7 @@ def _population(section: Mapping[str, Any], law: Law, folder: Path) -> dict[tupl
     return masses
 
 
-def _utility(section: Mapping[str, Any], table: CsvTable, law: Law, folder: Path) -> Utility:
+def _utility(section: Mapping[str, Any], table: CsvTable | Tally, law: Law, folder: Path) -> Utility:
     given = [key for key in ("values", "column", "table") if key in section]
     if len(given) != 1:
         raise InputError("[utility] needs exactly one of values, column and table")
@@ -270,7 +276,7 @@ def _utility(section: Mapping[str, Any], table: CsvTable, law: Law, folder: Path
     columns = law.columns
     if given == ["column"]:
         return Utility.from_table(
-            table.with_numbers([section["column"]]),
+            table if isinstance(table, Tally) else table.with_numbers([section["column"]]),
             utility=_text(section, "column", "utility"),
             decision=columns.decision,
             group=columns.group,

@@ -192,7 +192,7 @@ def _audit_file(arguments: argparse.Namespace) -> Audit:
 
 
 def column_list(given: list[str] | None) -> tuple[str, ...]:
-    """Column names from repeated options with commas; a name with a comma is quoted as in CSV.
+    """Names from repeated options with commas; a name with a comma is quoted as in CSV.
 
     Raises
     ------
@@ -204,7 +204,7 @@ def column_list(given: list[str] | None) -> tuple[str, ...]:
     >>> column_list(["sex, age", '"last, first"'])
     ('sex', 'age', 'last, first')
     """
-    return column_roles(given).names
+    return tuple(name for text in given or [] for name, _ in source.parts(text))
 
 
 def utility_spec(text: str) -> dict[str, str]:

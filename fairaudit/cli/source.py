@@ -62,7 +62,7 @@ def column_roles(given: Sequence[str] | None) -> Roles:
     edges: dict[str, tuple[str, ...]] = {}
     for text in given or []:
         cut = ""
-        for name, quoted in _tokens(text):
+        for name, quoted in parts(text):
             stem, colon, number = name.rpartition(":")
             if cut and not quoted and NUMBER.fullmatch(name):
                 edges[cut] = (*edges[cut], name.strip())
@@ -76,7 +76,7 @@ def column_roles(given: Sequence[str] | None) -> Roles:
     return Roles(tuple(names), edges)
 
 
-def _tokens(text: str) -> Iterator[tuple[str, bool]]:
+def parts(text: str) -> Iterator[tuple[str, bool]]:
     """Parts of a list with commas, and whether each was quoted."""
     from fairaudit.exact import InputError, shown
 
@@ -130,18 +130,17 @@ def read(
     from fairaudit.exact import InputError
     from fairaudit.tables.csv import CsvTable, read_csv
 
-    log = arguments.count is None and arguments.probability is None
     try:
-        if log and not isinstance(table, CsvTable):
-            return _log(arguments, table, columns, edges, numeric)
+        if isinstance(table, CsvTable):
+            found = table
+        elif (arguments.count is None and arguments.probability is None) or isinstance(table, list) or not _is_csv(table):
+            return _counted(arguments, table, columns, edges, numeric)
+        else:
+            found = read_csv(table)
         if edges:
             raise InputError(f"intervals such as {next(iter(edges))}:{','.join(next(iter(edges.values())))} go with a log")
-        for name in ("database_table", "query"):
-            if getattr(arguments, name) is not None:
-                raise InputError("--table and --query go with a log in a database")
-        if isinstance(table, list):
-            raise InputError("a table of counts or probabilities is one file; name one")
-        found = read_csv(table) if isinstance(table, str) else table
+        if arguments.database_table is not None or arguments.query is not None:
+            raise InputError("--table and --query go with a database")
     except InputError as error:
         raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
     try:
@@ -152,10 +151,10 @@ def read(
         raise InputError(f"{found.name}: {error}") from None
 
 
-def _log(
+def _counted(
     arguments: argparse.Namespace, table: Any, columns: Sequence[str], edges: dict[str, tuple[str, ...]], numeric: Sequence[str]
 ) -> Tally:
-    """Count the rows of a log."""
+    """Count the rows of a log, or of a table of counts that is no CSV file."""
     from fairaudit.tables.engines import read_log
 
     with progress() as report:
@@ -190,6 +189,21 @@ def _with_numbers(tally: Tally, columns: Sequence[str]) -> Tally:
             levels[name] = found
             notes.append(f"the numbers in column {shown(name)} have decimal commas")
     return replace(tally, levels=levels, notes=tuple(notes))
+
+
+def _is_csv(table: str) -> bool:
+    """Whether a table is a file of delimited text, as far as its name and first bytes say."""
+    from pathlib import Path
+
+    from fairaudit.exact import InputError
+    from fairaudit.tables.engines.files import form
+
+    if is_database(table) and not Path(table).exists():
+        return False
+    try:
+        return Path(table).is_fifo() or form(table) == "csv"
+    except (InputError, OSError, ValueError):
+        return not any(character in table for character in "*?[")  # the reader says what is wrong with it
 
 
 def _warm() -> None:

@@ -9,6 +9,7 @@ from itertools import pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import source
 from fairaudit.cli.certify import check_output, column_list
 from fairaudit.cli.certify import law_from_options as law_of_table
 
@@ -42,7 +43,7 @@ def add(commands: Any) -> None:
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("table", metavar="TABLE", help="CSV file with a header line")
+    parser.add_argument("table", metavar="TABLE", help="file (CSV, Parquet, JSON lines) or database (sqlite:FILE, postgresql://…)")
     roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
     roles.add_argument("--decision", metavar="COL", required=True, help="what was decided")
     roles.add_argument("--group", metavar="COL", action="append", required=True, help="sensitive attribute; several form intersections")
@@ -67,6 +68,7 @@ def add(commands: Any) -> None:
         default="error",
         help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
     )
+    source.add_options(rest)
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
     rest.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
@@ -112,21 +114,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _read(arguments: argparse.Namespace) -> Law:
-    from fairaudit.columns import column
     from fairaudit.exact import InputError
-    from fairaudit.tables.csv import read_csv
 
-    groups, contexts = column_list(arguments.group), column_list(arguments.context)
-    if not groups:
+    group, context = source.column_roles(arguments.group), source.column_roles(arguments.context)
+    if not group.names:
         raise InputError("no group column was named; use --group COL")
     if arguments.weight is not None and arguments.probability is None:
         raise InputError("--weight goes with --probability; counts and logs carry their own population")
-    table = read_csv(arguments.table)
+    numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
+    wanted = (arguments.decision, *group.names, *context.names, *numeric)
+    table = source.read(arguments, arguments.table, wanted, {**group.edges, **context.edges}, numeric)
     try:
-        for name in (arguments.decision, *groups, *contexts):
-            column(table, name)
-        table = table.with_numbers([c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None])
-        return law_of_table(arguments, table, arguments.decision, groups, contexts)
+        return law_of_table(arguments, table, arguments.decision, group.names, context.names)
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
 

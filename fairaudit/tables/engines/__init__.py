@@ -112,6 +112,8 @@ def read_log(
     request = Request(tuple(dict.fromkeys(columns)), cut, table, query, memory, report, meanwhile)
     if table is not None and query is not None:
         raise InputError("both a table and a query were given; give one")
+    if memory is not None and not re.fullmatch(r"[0-9]{1,6}(\.[0-9]+)? ?[KMGT]i?B", memory, re.IGNORECASE):
+        raise InputError(f"the memory {shown(memory)} is not an amount such as 500MB or 2GB")
     session = None if isinstance(engine, str) or engine is None else engine
     if session is None and engine not in (None, *ENGINES):
         raise InputError(f"the engine {shown(engine)} is not known; {nearest(str(engine), ENGINES)}")

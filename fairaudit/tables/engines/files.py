@@ -77,7 +77,7 @@ def expand(sources: Sequence[str]) -> list[str]:
             continue
         found = sorted(path for path in glob.glob(source, recursive=True) if not Path(path).is_dir())  # noqa: PTH207
         if not found:
-            raise InputError(f"{source}: no file has such a name")
+            raise InputError(f"{source}: there is no such file, and none that the pattern fits")
         paths += found
     known: set[str] = set()
     for path in paths:
