@@ -380,6 +380,12 @@ def test_an_alarm_is_raised_at_the_first_moment_and_stays(tmp_path: Path) -> Non
     stored.close()
     assert alarm["target"] == "max_local_ratio" and Fraction(alarm["lower"]) > Fraction(5, 4)
     assert alarm["events"] == sum(n for *_, n in alarm["counts"]) <= 4_000
+    assert main(["monitor", "--state", str(state)]) in (1, 3)  # the rest; the alarm stays
+    assert main(["certify", "--from-monitor", str(state), "--at-alarm", "-o", str(tmp_path / "c.json")]) == 1
+    document = json.loads((tmp_path / "c.json").read_text())
+    assert document["intervals"]["local"]["ratio"][0] == alarm["lower"]
+    assert main(["verify", str(tmp_path / "c.json")]) == 0
+    assert run(log, state, Settings(**{**vars(SETTINGS), "targets": {"max_local_ratio": "5/4"}})).alarms == [alarm]
 
 
 # Kills

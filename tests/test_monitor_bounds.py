@@ -172,6 +172,14 @@ def test_estimates_for_a_display_are_the_proved_ends(counts: list[list[int]], jo
     assert float(proved.upper) == pytest.approx(float(shown.upper), rel=1e-3)
 
 
+def test_many_groups_with_different_means_are_bounded_in_one_ladder() -> None:
+    counts = [[900 - 60 * k, 100 + 60 * k] for k in range(10)]
+    proved, shown = found(counts, True), found(counts, True, exact=False)
+    assert proved.upper < 20
+    assert float(proved.upper) == pytest.approx(float(shown.upper), rel=1e-3)
+    assert float(proved.lower) == pytest.approx(float(shown.lower), rel=1e-3)
+
+
 def test_products_are_narrower_and_say_what_they_assume() -> None:
     product, box = found([[300, 700], [500, 500]], True), found([[300, 700], [500, 500]], False)
     assert box.lower < product.lower < F(7, 5) < product.upper < box.upper

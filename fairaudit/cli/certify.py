@@ -58,6 +58,7 @@ def add(commands: Any) -> None:
         help="files (CSV, Parquet, JSON lines), a database (sqlite:FILE, duckdb:FILE, postgresql://…), or an audit file (.toml)",
     )
     parser.add_argument("--from-monitor", metavar="STATE", help="certify what `fairaudit monitor --state STATE` has counted so far")
+    parser.add_argument("--at-alarm", action="store_true", help="with --from-monitor: at the moment of the first alarm")
     parser.add_argument("--example", metavar="NAME", help="audit a table that ships with fairaudit")
     parser.add_argument("--list-examples", action="store_true", help="list those tables")
     roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
@@ -119,6 +120,8 @@ def run(arguments: argparse.Namespace) -> int:
         from fairaudit.cli.monitor import certify_state
 
         return certify_state(arguments)
+    if arguments.at_alarm:
+        raise InputError("--at-alarm goes with --from-monitor")
     if arguments.example is not None:
         _take_example(arguments)
     elif arguments.print_sql is not None:

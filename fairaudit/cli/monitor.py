@@ -7,6 +7,7 @@ import json
 import re
 import sys
 import time
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -150,7 +151,7 @@ def certify_state(arguments: argparse.Namespace) -> int:
     from fairaudit.cli.certify import check_output, report
     from fairaudit.exact import InputError
     from fairaudit.monitor.state import State
-    from fairaudit.monitor.stream import subject
+    from fairaudit.monitor.stream import alarm_counts, subject
 
     foreign: tuple[str, ...] = (
         "table",
@@ -171,11 +172,18 @@ def certify_state(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     state = State(arguments.from_monitor, read_only=True)
     settings, counts, decisions = state.settings, state.counts(), state.decisions()
-    tally = state.get("tally", {})
+    tally, alarms = state.get("tally", {}), state.alarms()
     state.close()
+    if arguments.at_alarm:
+        if not alarms:
+            raise InputError(f"{arguments.from_monitor}: no alarm has been raised")
+        counts = alarm_counts(alarms[0])
     found = subject(settings, counts, decisions)
     if found is None:
         raise InputError(f"{arguments.from_monitor}: no two groups have been counted yet")
+    if tally.get("dead"):
+        left_out = "lines of the log could not be counted; they are taken to be no different from the others"
+        found = replace(found, law=replace(found.law, assumptions=(*found.law.assumptions, left_out)))
     targets: dict[str, Any] = dict(settings.targets or {})
     declared = {"m": settings.low, "gamma": settings.high}
     result = certify(found.law, found.utility, confidence=settings.confidence, declared=declared, arrivals=found.arrivals, **targets)
@@ -374,13 +382,13 @@ class _Screen:
         amount = f"{entry['decisions']} decisions ({entry['per_second']:.0f} per second)"
         lines = [f"{said[entry['verdict']]} after {amount}; {entry['contexts']} contexts, {entry['groups']} groups"]
         for quantity, (low, high) in entry["ratio"].items():
-            lines.append(f"  {quantity + ' ratio R':<16} {low:.4g} to {high:.4g} at every moment, at confidence {entry['confidence']}")
+            lines.append(f"  {quantity + ' ratio R':<16} {_ends(low, high)} at every moment, at confidence {entry['confidence']}")
         lines += [f"  {target['target']} = {target['limit']}: {target['verdict']}" for target in entry["targets"]]
         for alarm in entry["alarms"]:
             lines.append(f"  first alarm of {alarm['target']} after {alarm['events']} decisions (line {alarm['line']})")
         if "window" in entry:
             window = entry["window"]
-            ends = ", ".join(f"{quantity} {low:.4g} to {high:.4g}" for quantity, (low, high) in window["intervals"].items())
+            ends = ", ".join(f"{quantity} {_ends(low, high)}" for quantity, (low, high) in window["intervals"].items())
             lines.append(f"  window {window['window']}: {window['events']} decisions, {ends or 'nothing compared'}: {window['verdict']}")
         for quantity, change in entry.get("change", {}).items():
             lines.append(f"  {quantity} ratio against the baseline: {change['verdict']} (at confidence {change['confidence']})")
@@ -388,6 +396,13 @@ class _Screen:
         counted += [(entry["before_since"], "before --since"), (entry["clock_went_back"], "with a clock that went back")]
         lines += [f"  {n} lines {what}" for n, what in counted if n]
         return lines
+
+
+def _ends(low: float, high: float) -> str:
+    """Both ends of a ratio, rounded outwards."""
+    from fairaudit.audit import approximate
+
+    return f"{approximate(Fraction(low), 'down')} to {approximate(Fraction(high) if high < float('inf') else high, 'up')}"
 
 
 def _change(now: tuple[float, float], then: tuple[float, float, Fraction], settings: Settings) -> dict[str, Any]:

@@ -49,8 +49,8 @@ CAP = Fraction(15, 16)
 SHARES = tuple(Fraction(29, 20) / ((abs(i - CENTRE) + 2) * (abs(i - CENTRE) + 3)) for i in BETS)
 BITS = 128
 POINTS = 400
-SLACK = 0.02
-ROUNDING = 3e-4
+SLACK = 0.025
+ROUNDING = 4e-3
 MAX_KNOTS = 2_000
 DIGITS = 7
 
@@ -565,7 +565,7 @@ class _Product:
 
     def _prove_upper(self) -> tuple[Fraction | float, list[list[str]] | None]:
         ratio = self._upper()
-        for _ in range(8):
+        for attempt in range(8):
             if ratio == inf:
                 break
             exact = max(Fraction(1), _rounded(ratio, up=True))
@@ -578,12 +578,12 @@ class _Product:
                 ladders.append([_text(knot) for knot in ladder])
             else:
                 return exact, ladders
-            ratio *= 1.002
+            ratio *= 1 + 0.002 * 2**attempt
         return inf, None
 
     def _prove_lower(self) -> tuple[Fraction, dict[str, Any] | None]:
         ratio, where = self._lower()
-        for _ in range(8):
+        for attempt in range(8):
             exact = _rounded(ratio, up=False)
             if where is None or exact <= 1:
                 break
@@ -591,7 +591,7 @@ class _Product:
             ladder = self._ladder(b, [lower], [higher], 1 / exact)
             if ladder is not None:
                 return exact, {"pair": [b, higher, lower], "knots": [_text(knot) for knot in ladder]}
-            ratio /= 1.002
+            ratio /= 1 + 0.002 * 2**attempt
         return Fraction(1), None
 
     def _ladder(self, b: int, tops: Sequence[int], bottoms: Sequence[int], ratio: Fraction) -> list[Fraction] | None:
@@ -676,7 +676,7 @@ class _Curves:
 
     def above_inverse(self, need: float) -> float:
         """The greatest mean at which `above` is at least `need`; the start of the grid if there is none."""
-        return float(np.interp(need, self._above[::-1], self.grid[::-1]))
+        return 1.0 if need <= _LOG_IDLE else float(np.interp(need, self._above[::-1], self.grid[::-1]))
 
 
 def _rounded(value: float, *, up: bool, digits: int = DIGITS) -> Fraction:

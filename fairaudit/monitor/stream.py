@@ -24,7 +24,7 @@ from fairaudit.monitor.tail import Log
 from fairaudit.sampling import Interval, verdict
 from fairaudit.utility import Utility
 
-__all__ = ["Look", "Monitor", "Subject", "subject", "window_share"]
+__all__ = ["Look", "Monitor", "Subject", "alarm_counts", "subject", "window_share"]
 
 Verdict = Literal["none", "within", "exceeds", "inconclusive"]
 QUANTITIES: tuple[Quantity, ...] = ("local", "global")
@@ -90,6 +90,12 @@ def subject(settings: Settings, counts: Counts, decisions: list[tuple[str, str]]
     )
     utility = Utility(dict(decisions))
     return Subject(law, utility, Arrivals(tuple(counts.order), settings.expected, settings.joint))
+
+
+def alarm_counts(alarm: dict[str, Any]) -> Counts:
+    """What had been counted when an alarm was raised."""
+    order = {(tuple(x), tuple(a)): rank for rank, (x, a) in enumerate(alarm["order"], 1)}
+    return Counts(order, {(rank, number): n for rank, number, n in alarm["counts"]})
 
 
 def window_share(number: int) -> Fraction:
