@@ -42,6 +42,8 @@ def test_readme_shows_the_first_result(capsys: pytest.CaptureFixture[str]) -> No
 def test_readme_commands_are_accepted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "decisions.csv").write_text("answer,sex,age,department\nyes,f,30,a\nno,f,30,a\nmaybe,m,30,a\nyes,m,30,a\n")
+    rows = ['{"answer":"yes","sex":"f","department":"a"}', '{"answer":"no","sex":"m","department":"a"}']
+    (tmp_path / "decisions.jsonl").write_text("\n".join(rows * 5) + "\n")
     (tmp_path / "choices.csv").write_text("shown_order,chosen\nann bob,ann\nbob ann,ann\n")
     ran = []
     for text in blocks(ROOT / "README.md", "sh"):
@@ -56,6 +58,8 @@ def test_readme_commands_are_accepted(tmp_path: Path, monkeypatch: pytest.Monkey
         "inspect",
         "certify",
         "plan",
+        "monitor",
+        "certify",
         "calibrate",
         "calibrate",
         "worst-case",
@@ -63,7 +67,7 @@ def test_readme_commands_are_accepted(tmp_path: Path, monkeypatch: pytest.Monkey
         "experiment",
     ]
     assert [command for command, _ in ran] == commands
-    assert [code for _, code in ran] == [0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0]
+    assert [code for _, code in ran] == [0, 0, 0, 0, 3, 0, 3, 3, 0, 0, 0, 0, 0]
 
 
 def test_ci_runs_the_readme_test_command() -> None:
