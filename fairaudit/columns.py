@@ -10,6 +10,7 @@ from array import array
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
+from itertools import islice
 from typing import Any, Literal
 
 import numpy as np
@@ -23,6 +24,7 @@ Missing = Literal["error", "drop", "group"]
 Label = tuple[str, ...]
 Locate = Callable[[int], str]
 
+BATCH = 50_000
 MISSING_LABEL = "(missing)"
 INT64 = 2**63 - 1
 STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
@@ -73,21 +75,27 @@ class Tally:
         notes: tuple[str, ...] = (),
     ) -> Tally:
         """Encode distinct rows as they come, each a value per column and then a count."""
-        known: list[dict[Hashable, int]] = [{} for _ in columns]
+        known: list[dict[type, dict[Hashable, int]]] = [{} for _ in columns]
         levels: list[list[Any]] = [[] for _ in columns]
         listed = [array("q") for _ in range(len(columns) + 1)]
-        for row in cells:
-            for position, (codes, values) in enumerate(zip(known, levels, strict=True)):
-                value = row[position]
-                if type(value) is not str:
-                    value = _plain(value, columns[position])
-                key = (type(value), value)
-                code = codes.get(key)
-                if code is None:
-                    code = codes[key] = len(values)
-                    values.append(value)
-                listed[position].append(code)
-            listed[-1].append(int(row[-1]))
+        rows = iter(cells)
+        while batch := list(islice(rows, BATCH)):
+            *values, counts = zip(*batch, strict=True)
+            listed[-1].extend(map(int, counts))
+            for position, held in enumerate(values):
+                part: Sequence[Any] = held
+                if len({*map(type, part)}) > 1 or type(part[0]) not in (str, int):
+                    part = [_plain(value, columns[position]) for value in part]
+                kinds = {*map(type, part)}
+                codes = {kind: known[position].setdefault(kind, {}) for kind in kinds}
+                for value in dict.fromkeys(part) if len(kinds) == 1 else part:
+                    if value not in (own := codes[type(value)]):
+                        own[value] = len(levels[position])
+                        levels[position].append(value)
+                if len(kinds) == 1:
+                    listed[position].extend(map(codes[kinds.pop()].__getitem__, part))
+                else:
+                    listed[position].extend(codes[type(value)][value] for value in part)
         arrays = [np.array(part, dtype=np.int64) for part in listed]
         return Tally(name, dict(zip(columns, arrays, strict=False)), dict(zip(columns, levels, strict=True)), arrays[-1], notes, find)
 

@@ -174,7 +174,7 @@ def peers(rows: int, repeats: int, with_fairlearn: int) -> None:
         scale = rows / with_fairlearn
         said = "" if scale == 1 else f", times {scale:.0f} for as many rows"
         ratios = ", ".join(f"{kind} {wall * scale / times[f'{kind} None']:.0f}" for kind in kinds)
-        print(f"  fairlearn MetricFrame.ratio, {with_fairlearn:.0e} rows  {wall:8.1f} s  CPU {cpu:8.1f} s{said}")
+        print(f"  fairlearn MetricFrame.ratio, {with_fairlearn:.0e} rows   {wall:8.1f} s  CPU {cpu:8.1f} s{said}")
         print(f"    times as long as ours: {ratios}")
     print(f"  most memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.1f} GB")
 

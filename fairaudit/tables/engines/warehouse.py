@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -26,18 +27,25 @@ def read(url: str, request: Request) -> Tally:
     if dialect not in DIALECTS:
         raise InputError(f"the database {shown(scheme)} is not known; {nearest(dialect, DIALECTS)}")
     source = database_source(request, dialect)
-    try:
+    held: list[Any] = []
+
+    def work() -> tuple[Tally, set[str]]:
         connection = ibis.connect(url)
+        held.append(connection)
         schema = connection.sql(f"select * from {source}").schema()  # noqa: S608
         for name in request.columns:
             column(dict.fromkeys(schema.names, ()), name)
         cut = {name for name in request.bins if schema[name].is_numeric()}
         statement = count_statement(request.columns, source, dialect, bins={name: request.bins[name] for name in cut})
+        return Tally.of(scheme, request.columns, _rows(connection.sql(statement))), cut
 
-        def work() -> Tally:
-            return Tally.of(scheme, request.columns, _rows(connection.sql(statement)))
+    def give_up() -> None:
+        with suppress(Exception):
+            for connection in held:
+                connection.disconnect()
 
-        tally = attended(work, connection.disconnect, request)
+    try:
+        tally, cut = attended(work, give_up, request)
     except (InputError, KeyboardInterrupt, MemoryError):
         raise
     except Exception as error:
