@@ -149,6 +149,15 @@ def test_unreadable_lines_go_to_the_dead_letters_with_line_and_reason(tmp_path: 
     assert monitor.tally["dead"] == len(BAD)
 
 
+def test_a_log_of_which_nothing_counts_is_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "log.txt"
+    log.write_text("answer,sex\nyes,f\nyes,m\n")
+    command = ["monitor", str(log), "--decision", "answer", "--group", "sex", "--utility", "yes"]
+    assert main(command) == 2
+    assert "none of 3 lines could be counted as jsonl" in capsys.readouterr().err
+    assert main([*command, "--input", "csv", "--max-local-ratio", "2"]) == 3
+
+
 def test_bytes_that_are_no_text_are_dead_letters(tmp_path: Path) -> None:
     log = write(tmp_path / "log.jsonl", events(10))
     with log.open("ab") as file:

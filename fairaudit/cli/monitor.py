@@ -120,6 +120,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _watch(arguments: argparse.Namespace, monitor: Monitor, screen: _Screen) -> int:
+    from fairaudit.exact import InputError
+
     said = time.monotonic()
     told = len(monitor.alarms)
     while True:
@@ -141,6 +143,11 @@ def _watch(arguments: argparse.Namespace, monitor: Monitor, screen: _Screen) -> 
             said = time.monotonic()
     found = monitor.look()
     screen.show(found, last=True)
+    if monitor.tally["dead"] and not (found.events or monitor.tally["repeats"] or monitor.tally["early"]):
+        raise InputError(
+            f"{monitor.log.path}: none of {monitor.tally['dead']} lines could be counted as {monitor.settings.layout}; name the columns "
+            "of the log, and its form with --input (--dead-letters FILE lists the reasons)"
+        )
     return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[found.verdict]
 
 
