@@ -150,6 +150,26 @@ def test_unreadable_lines_go_to_the_dead_letters_with_line_and_reason(tmp_path: 
     assert monitor.tally["dead"] == len(BAD)
 
 
+def test_dead_letters_of_a_run_that_never_committed_are_taken_back(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.jsonl", [*["broken"] * 3, *events(20)])
+    letters = tmp_path / "dead"
+    letters.write_text("of another audit\n")
+    state = State(str(tmp_path / "state.db"), SETTINGS)
+    cut = Monitor(state, str(log), str(letters))
+    cut._dead(1, "not JSON", b"broken")
+    cut._letters.flush()  # written, and then killed before anything was committed
+    state.close()
+    cut._letters.close()
+    cut.log.file.close()
+    state = State(str(tmp_path / "state.db"), SETTINGS)
+    monitor = Monitor(state, str(log), str(letters))
+    for _ in monitor.read():
+        pass
+    monitor.close()
+    lines = letters.read_text().splitlines()
+    assert lines[0] == "of another audit" and [json.loads(line)["line"] for line in lines[1:]] == [1, 2, 3]
+
+
 def test_a_log_of_which_nothing_counts_is_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = tmp_path / "log.txt"
     log.write_text("answer,sex\nyes,f\nyes,m\n")

@@ -177,7 +177,12 @@ class Monitor:
             "index": None,
             "letters": None,
         } | state.get("tally", {})
-        self.tally["letters"] = None if letters is None else os.path.realpath(letters)
+        own = None if letters is None else os.path.realpath(letters)
+        if self._letters is not None and self.tally["letters"] != own:
+            # Known before the first line is written, so that a kill before the first commit leaves nothing behind.
+            opened = asdict(replace(place, letters=self._letters.tell()))
+            state.commit({}, [], [], {"tally": self.tally | {"letters": own}, "place": opened})
+        self.tally["letters"] = own
         if self.tally["window"]:
             self.window = state.counts(self.tally["window"])
         self.alarms = state.alarms()
