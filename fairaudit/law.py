@@ -42,7 +42,7 @@ __all__ = ["Columns", "Law", "Units"]
 Kind = Literal["counts", "probabilities"]
 Population = Literal["counts", "weights", "equal"]
 
-MAX_ENTRIES = 2_000_000_000
+MAX_ENTRIES = 500_000_000
 MAX_DRAWS = 10**18
 TOLERANCE = 10**6
 
