@@ -6,24 +6,12 @@ Run: python tests/benchmarks/dense.py [--contexts 1000] [--groups 100] [--decisi
 from __future__ import annotations
 
 import argparse
-import statistics
-import time
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
+from timing import median
 
 from fairaudit import Law, Utility
 from fairaudit.fairness import global_fairness, local_fairness
-
-
-def median(work: Callable[[], Any], repeats: int = 5) -> float:
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
 
 
 def main() -> None:

@@ -5,28 +5,16 @@ Run: python tests/benchmarks/filters.py
 
 from __future__ import annotations
 
-import statistics
-import time
-from collections.abc import Callable
 from itertools import product
-from typing import Any
 
 import numpy as np
+from timing import median
 
 from fairaudit import Law, Policy, Product, RandomizedResponse
 from fairaudit.law import Columns
 
 SIZES = (10, 12, 20)
 CONTEXTS, DECISIONS = 50, 20
-
-
-def median(work: Callable[[], Any], repeats: int = 7) -> float:
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
 
 
 def main() -> None:
@@ -43,8 +31,8 @@ def main() -> None:
     tables = [np.full((k, k), 0.3 / (k - 1)) + np.eye(k) * (0.7 - 0.3 / (k - 1)) for k in SIZES]
     formula = "xabcu,ia,jb,kc->xijku"
     path = np.einsum_path(formula, floats, *tables, optimize="optimal")[0]
-    reference = median(lambda: np.einsum(formula, floats, *tables, optimize=path))
-    exact = median(lambda: policy.behind(group=filters).law)
+    reference = median(lambda: np.einsum(formula, floats, *tables, optimize=path), 7)
+    exact = median(lambda: policy.behind(group=filters).law, 7)
     induced = policy.behind(group=filters).law
     rows = induced.weights / induced.weights.sum(axis=1, keepdims=True)
     error = np.abs(rows - np.einsum(formula, floats, *tables, optimize=path).reshape(rows.shape)).max()

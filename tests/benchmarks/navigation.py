@@ -5,16 +5,14 @@ Run: python tests/benchmarks/navigation.py
 
 from __future__ import annotations
 
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from timing import median
 
 from fairaudit.plugins.navigation.maps import CHUNK, Maps, _colours, _Heights, raise_keys, rasterise
 from fairaudit.plugins.navigation.readers import Part, Points, read_points
@@ -22,15 +20,7 @@ from fairaudit.plugins.navigation.routes import _allowed, _graph, routes
 
 POINTS = 10_000_000
 
-
-def median(work: Callable[[], Any], repeats: int = 5) -> float:
-    """Median of the processor time, which other processes disturb less than the clock; nothing here runs in parallel."""
-    times = []
-    for _ in range(repeats):
-        start = time.process_time()
-        work()
-        times.append(time.process_time() - start)
-    return statistics.median(times)
+CLOCK = time.process_time  # which other processes disturb less than the clock on the wall; nothing here runs in parallel
 
 
 def cloud(size: int) -> Points:
@@ -70,7 +60,7 @@ def rasterising() -> None:
         heights.tops(keys)
         _colours(keys)
 
-    times = [median(work) for work in (library, kernel, with_cells, lambda: rasterise(points, 0.05, floor=0.0))]
+    times = [median(work, clock=CLOCK) for work in (library, kernel, with_cells, lambda: rasterise(points, 0.05, floor=0.0))]
     seen = np.isfinite(top)
     assert (np.isfinite(found.height.ravel()) == seen).all() and np.abs(found.height.ravel()[seen] - top[seen]).max() < 1e-10
     print(f"1e7 points on {frame.rows} x {frame.columns} cells: maximum.at {times[0]:.3f} s, top view with colours on the same cells")
@@ -86,8 +76,8 @@ def planning() -> None:
         free = random.random((1000, 1000)) >= share
         free[0, 0] = free[-1, -1] = True
         graph = _graph(_allowed(free, corner_cutting=False))
-        library = median(lambda graph=graph: dijkstra(graph, indices=0))
-        ours = median(lambda free=free: routes(free, (0, 0), [(999, 999), (0, 0)]))
+        library = median(lambda graph=graph: dijkstra(graph, indices=0), clock=CLOCK)
+        ours = median(lambda free=free: routes(free, (0, 0), [(999, 999), (0, 0)]), clock=CLOCK)
         print(f"1000 x 1000 cells, {share:.0%} blocked: dijkstra {library:.3f} s, routes {ours:.3f} s   {ours / library:.2f} x (at most 2)")
 
 
@@ -100,7 +90,7 @@ def reading(lines: int) -> None:
             for _ in range(0, lines, 100_000):
                 xyz, rgb = random.random((100_000, 3)) * 40, random.integers(0, 256, (100_000, 3))
                 file.writelines(f"{x:.3f} {y:.3f} {z:.3f} {r} {g} {b}\n" for (x, y, z), (r, g, b) in zip(xyz, rgb, strict=True))
-        seconds = median(lambda: read_points(path), 1)
+        seconds = median(lambda: read_points(path), 1, CLOCK)
         peaks = [process(path, read) for read in ("nothing", "points", "maps")]
     size = lines * 27
     beyond = [(peak - peaks[0]) / size for peak in peaks]

@@ -5,27 +5,16 @@ Run: python tests/benchmarks/privacy.py
 
 from __future__ import annotations
 
-import statistics
-import time
-from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from timing import median
 
 from fairaudit.mechanism import Mechanism, Product, RandomizedResponse
 from fairaudit.privacy import per_pair
 
 K = Fraction(3, 2)
-
-
-def median(work: Callable[[], Any], repeats: int) -> float:
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
 
 
 def plain(table: list[list[Fraction]]) -> list[tuple[Any, Fraction]]:

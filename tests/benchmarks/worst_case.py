@@ -5,25 +5,14 @@ Run: python tests/benchmarks/worst_case.py
 
 from __future__ import annotations
 
-import statistics
-import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from timing import median
 
 from fairaudit import Law
 from fairaudit.utility_class import UtilityClass
 from fairaudit.worst_utility import worst_case
-
-
-def median(work: Callable[[], Any], repeats: int = 5) -> float:
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
 
 
 def bare(table: Any) -> None:
