@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 from fairaudit import __version__
 from fairaudit.cli import calibrate, certify, compare, design, inspect, monitor, plan, privacy, report, verify, worst_case
 
-__all__ = ["main"]
+__all__ = ["main", "plugins"]
 
 EXIT_BAD_INPUT = 2
 ENTRY_POINT = "fairaudit.commands"
@@ -27,11 +27,11 @@ class _Parser(argparse.ArgumentParser):
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {plain(' '.join(message.split()))}; see {self.prog} --help\n")
 
 
-def _plugins() -> Iterator[Any]:
-    """Commands of plug-ins, modules like those here; looked for only when the command is not one of ours. A broken one stops no other."""
+def plugins(group: str) -> Iterator[Any]:
+    """Modules with `add` and `run`, like those here, that other distributions supply by entry points. A broken one stops no other."""
     from importlib.metadata import entry_points
 
-    for entry in sorted(entry_points(group=ENTRY_POINT), key=lambda found: found.name):
+    for entry in sorted(entry_points(group=group), key=lambda found: found.name):
         try:
             yield entry.load()
         except Exception as error:
@@ -67,7 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         module.add(commands)
     given = list(sys.argv[1:] if argv is None else argv)
     if not given or given[0] not in commands.choices:
-        for module in _plugins():
+        for module in plugins(ENTRY_POINT):
             module.add(commands)
     arguments = parser.parse_args(given)
     try:

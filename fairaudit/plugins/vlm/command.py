@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import sys
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli import plugins
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -43,7 +43,7 @@ def add(commands: Any) -> None:
         action = actions.add_parser(name, help=said, description=said[0].upper() + said[1:] + ".", allow_abbrev=False)
         action.set_defaults(run=work)
         _options(action, name)
-    for extension in _extensions():
+    for extension in plugins(EXTENSIONS):
         extension.add(actions)
 
 
@@ -79,17 +79,6 @@ def _options(action: argparse.ArgumentParser, name: str) -> None:
         action.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
         for target in ("max-local", "max-global", "max-local-ratio", "max-global-ratio"):
             action.add_argument(f"--{target}", metavar="Q", help="target; by default those of the file")
-
-
-def _extensions() -> Iterator[Any]:
-    """Further actions that other plug-ins supply: modules with `add` and `run`, as here."""
-    from importlib.metadata import entry_points
-
-    for entry in sorted(entry_points(group=EXTENSIONS), key=lambda e: e.name):
-        try:
-            yield entry.load()
-        except Exception as error:
-            print(f"fairaudit: the plug-in {entry.name} cannot be loaded: {error}", file=sys.stderr)
 
 
 def _list(arguments: argparse.Namespace) -> int:  # noqa: ARG001
