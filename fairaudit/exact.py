@@ -12,6 +12,7 @@ from decimal import Decimal
 from fractions import Fraction
 from math import gcd, inf, lcm
 from numbers import Integral, Rational
+from typing import Any
 
 __all__ = [
     "InputError",
@@ -24,6 +25,7 @@ __all__ = [
     "log_enclosure",
     "nearest",
     "parse_rational",
+    "quotient",
     "rational",
     "rational_text",
 ]
@@ -188,6 +190,19 @@ def fraction(pair: tuple[int, int]) -> Fraction | float:
     (Fraction(1, 2), inf)
     """
     return Fraction(*pair) if pair[1] else inf
+
+
+def quotient(top: Any, bottom: Any) -> Any:
+    """Divide non-negative exact numbers by the conventions for ratios: 0/0 is parity, 1, and c/0 infinite.
+
+    Examples
+    --------
+    >>> quotient(Fraction(1), Fraction(2)), quotient(Fraction(0), Fraction(0)), quotient(Fraction(1), Fraction(0))
+    (Fraction(1, 2), Fraction(1, 1), inf)
+    """
+    if bottom == 0:
+        return Fraction(1) if top == 0 else inf
+    return top / bottom
 
 
 def common_denominator(pairs: Sequence[tuple[int, int]]) -> tuple[list[int], int]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fairaudit.columns import INT64
 from fairaudit.dense import equal_to_previous, products
-from fairaudit.exact import InputError, fraction, log_enclosure
+from fairaudit.exact import InputError, log_enclosure, quotient
 from fairaudit.law import Law
 from fairaudit.utility import UtilityTable
 
@@ -203,7 +203,7 @@ def global_supremum(law: Law) -> Ratio | None:
     ((column, high, low),) = _rank(grid, 1)
     values = (Fraction(*grid.exact(high, column)), Fraction(*grid.exact(low, column)))
     witness = Witness(None, law.group_label(groups[high]), law.group_label(groups[low]), values, law.decisions[column])
-    return Ratio(_quotient(*values), witness)
+    return Ratio(quotient(*values), witness)
 
 
 def demographic_parity(law: Law) -> Distance | None:
@@ -628,13 +628,6 @@ def _rank_block(grid: _Grid, block: int, column: int, count: int) -> list[tuple[
     return [(ratio, high, low) for ratio, _, _, high, low in _best(pairs, count)]
 
 
-def _quotient(top: Fraction, bottom: Fraction) -> Fraction | float:
-    """Return the ratio by the conventions: 0/0 is 1 and c/0 infinite."""
-    if bottom == 0:
-        return Fraction(1) if top == 0 else fraction((1, 0))
-    return top / bottom
-
-
 def _local_ratio(law: Law, grid: _Grid, column: int, high: int, low: int, *, decision: bool = False) -> Ratio:
     cells = np.flatnonzero(law.compared)
     values = (Fraction(*grid.exact(high, column)), Fraction(*grid.exact(low, column)))
@@ -645,13 +638,13 @@ def _local_ratio(law: Law, grid: _Grid, column: int, high: int, low: int, *, dec
         values,
         law.decisions[column] if decision else None,
     )
-    return Ratio(_quotient(*values), witness)
+    return Ratio(quotient(*values), witness)
 
 
 def _global_ratio(law: Law, grid: _Grid, high: int, low: int) -> Ratio:
     groups = law.global_groups
     values = (Fraction(*grid.exact(high, 0)), Fraction(*grid.exact(low, 0)))
-    return Ratio(_quotient(*values), Witness(None, law.group_label(groups[high]), law.group_label(groups[low]), values))
+    return Ratio(quotient(*values), Witness(None, law.group_label(groups[high]), law.group_label(groups[low]), values))
 
 
 def _one_of_each(law: Law, utility: UtilityTable, candidates: NDArray[np.int64]) -> Iterator[int]:

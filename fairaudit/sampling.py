@@ -48,6 +48,7 @@ from fairaudit.exact import (
     log_enclosure,
     log_fixed,
     nearest,
+    quotient,
     rational,
     rational_text,
     shown,
@@ -1048,13 +1049,13 @@ def greatest_ratio(top: Form, bottom: Form, ends: Sequence[tuple[Any, Any]]) -> 
     ordered = sorted({**w, **v}, key=lambda i: -w[i] / v[i] if i in w and i in v else -inf if i in w else 0)
     above = sum(x * ends[i][0] for i, x in top)
     below = sum(x * ends[i][0] for i, x in bottom)
-    best = _quotient(above, below)
+    best = quotient(above, below)
     for i in ordered:
         gap = ends[i][1] - ends[i][0]
         if gap:
             above += w.get(i, 0) * gap
             below += v.get(i, 0) * gap
-            best = max(best, _quotient(above, below))
+            best = max(best, quotient(above, below))
     return best
 
 
@@ -1062,12 +1063,6 @@ def least_ratio(top: Form, bottom: Form, ends: Sequence[tuple[Any, Any]]) -> Any
     """Minimise Σ w·h / Σ v·h over a box of non-negative h, exactly; see `greatest_ratio`."""
     value = greatest_ratio(bottom, top, ends)
     return 0 if value == inf else 1 / value if value else inf
-
-
-def _quotient(top: Any, bottom: Any) -> Any:
-    if bottom == 0:
-        return Fraction(1) if top == 0 else inf
-    return top / bottom
 
 
 def _extreme(comparison: Comparison, ends: Sequence[tuple[Any, Any]], *, upper: bool) -> tuple[Any, tuple[int, int, int] | None]:

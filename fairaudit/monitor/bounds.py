@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.columns import Label
-from fairaudit.exact import InputError, rational_text
+from fairaudit.exact import InputError, quotient, rational_text
 from fairaudit.law import Law
 from fairaudit.sampling import DECLARED, Interval, confidence_level
 from fairaudit.utility import UtilityTable
@@ -357,7 +357,7 @@ def stream_interval(
     lower, upper, evidence = made.prove() if exact else (*made.estimate(), {})
     assumptions = (PAST if arrivals.joint else OWN_PAST, *((MIX,) if quantity == "global" else ()), ORDER, _range(limits), DECLARED)
     means = [[limits[0] + (limits[1] - limits[0]) * tally.mean for tally in block] for block in cells]
-    estimate = max(_quotient(max(block), min(block)) for block in means)
+    estimate = max(quotient(max(block), min(block)) for block in means)
     evidence = {
         "confidence": _text(level),
         "side": "both",
@@ -387,10 +387,6 @@ def _text(value: Fraction | float) -> str:
     return rational_text((value.numerator, value.denominator) if isinstance(value, Fraction) else (1, 0))
 
 
-def _quotient(top: Fraction, bottom: Fraction) -> Fraction | float:
-    return top / bottom if bottom else Fraction(1) if not top else inf
-
-
 class _Box:
     """Ends of every cell by itself: nothing is assumed of cells together."""
 
@@ -415,7 +411,7 @@ class _Box:
         greatest: Fraction | float = upper
         for b, block in enumerate(ends):
             for i, j in permutations(range(len(block)), 2):
-                greatest = max(greatest, _quotient(block[i][1], block[j][0]))
+                greatest = max(greatest, quotient(block[i][1], block[j][0]))
                 least = block[i][0] / block[j][1] if block[j][1] else Fraction(0)
                 if least > lower:
                     lower, pair = least, [b, i, j]
