@@ -141,6 +141,29 @@ def test_embedded_databases(files: dict[str, str], url: str, options: dict[str, 
     )
 
 
+@settings(max_examples=30, deadline=None)
+@given(st.data())
+def test_texts_are_counted_as_they_are_however_few_or_rare(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    """Texts of which a sample has few are counted as small integers, and those that the sample lacks are not lost."""
+    import duckdb
+
+    from fairaudit.tables.engines import duckdb as engine
+
+    labels = st.one_of(st.none(), st.sampled_from(["", " ", "a", "A", "a ", "ä", "a\u0308", "null", "'", "\U0001f600"]))
+    rows = data.draw(st.lists(st.tuples(labels, labels), min_size=1, max_size=40))
+    folder = tmp_path_factory.mktemp("texts")
+    connection = duckdb.connect(str(folder / "log.duckdb"))
+    connection.execute("create table log (answer varchar, sex varchar)")
+    connection.executemany("insert into log values (?, ?)", rows)
+    connection.execute(f"copy log to '{folder / 'log.parquet'}' (format parquet)")
+    connection.close()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine, "SAMPLE", data.draw(st.sampled_from([1, 3, 100])))
+        patch.setattr(engine, "FEW", data.draw(st.sampled_from([1, 4, 100])))
+        assert counts(read_log(str(folder / "log.parquet"), ["answer", "sex"])) == Counter(rows)
+        assert counts(read_log(f"duckdb:{folder / 'log.duckdb'}", ["answer", "sex"], table="log")) == Counter(rows)
+
+
 def test_collations_do_not_merge_labels(tmp_path: Path) -> None:
     path = tmp_path / "t.db"
     with sqlite3.connect(path) as database:

@@ -76,6 +76,7 @@ def count_statement(
     bins: Mapping[str, Bins] | None = None,
     names: Sequence[str] | None = None,
     exact_ties: Iterable[str] = (),
+    enums: Mapping[str, str] | None = None,
     ordered: bool = False,
 ) -> str:
     """Write the statement that counts equal rows.
@@ -94,6 +95,9 @@ def count_statement(
         Names of the columns of the result; ``k0, k1, …`` by default.
     exact_ties : iterable of str
         Binned columns that hold text (DuckDB only): where rounding to float64 could decide, the text itself travels back.
+    enums : mapping of str to str, optional
+        Text columns to count as values of these types (DuckDB only). Each adds a column to the result: how many of the texts are not null,
+        which for a row without a value are those that the type does not have.
     ordered : bool
         Whether the result is sorted.
 
@@ -112,15 +116,20 @@ def count_statement(
     listed = [identifier(name, dialect) for name in (names or [f"k{i}" for i in range(len(columns))])]
     collated = " collate binary" if dialect == "sqlite" else ""
     ties = set(exact_ties)
-    inner = []
+    inner: list[str] = []
+    texts: list[str] = []
     for name, alias in zip(columns, listed, strict=True):
         quoted = identifier(name, dialect)
         if bins and name in bins:
             quoted = _case_of_text(quoted, bins[name]) if name in ties else _case(quoted, bins[name], dialect)
+        elif enums and name in enums:
+            inner.append(f"{quoted} as {identifier(f'text{len(texts)}', dialect)}")
+            texts.append(f", count({identifier(f'text{len(texts)}', dialect)})")
+            quoted = f"try_cast({quoted} as {enums[name]})"
         inner.append(f"{quoted} as {alias}")
     keys = ", ".join(f"{alias}{collated}" for alias in listed)
     counted = f"(select {', '.join(inner)} from {source}) as counted"  # noqa: S608
-    text = f"select {', '.join(listed)}, count(*) as {identifier(COUNT_COLUMN, dialect)}\nfrom {counted}\ngroup by {keys}"
+    text = f"select {', '.join(listed)}, count(*) as {identifier(COUNT_COLUMN, dialect)}{''.join(texts)}\nfrom {counted}\ngroup by {keys}"
     return f"{text}\norder by {', '.join(listed)}" if ordered else text
 
 

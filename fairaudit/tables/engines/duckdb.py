@@ -26,6 +26,8 @@ from fairaudit.tables.sql import count_statement, identifier
 __all__ = ["read_database", "read_files"]
 
 BATCH = 50_000
+SAMPLE = 100_000
+FEW = 1_000
 BLOCK = 1 << 24
 BOM = codecs.BOM_UTF8
 NUMERIC = re.compile(r"U?(TINY|SMALL|BIG|HUGE)INT|U?INTEGER|FLOAT|DOUBLE|DECIMAL.*")
@@ -39,7 +41,7 @@ def read_files(paths: Sequence[str], kind: Form, request: Request) -> Tally:
         return _read_json(paths, request)
     source = f"read_parquet({_texts(map(_literal_path, paths))})"
     with _connection(request) as connection, _said(request, paths[0]):
-        return _count(connection, Path(paths[0]).name, source, _types(connection, source, request.columns), request)
+        return _count(connection, Path(paths[0]).name, source, _types(connection, source, request.columns), request, quick=True)
 
 
 def read_database(path: str, request: Request) -> Tally:
@@ -48,11 +50,12 @@ def read_database(path: str, request: Request) -> Tally:
         raise InputError(f"{path}: there is no such file")
     source = database_source(request, "duckdb")
     with _connection(request, path) as connection, _said(request, path):
-        return _count(connection, Path(path).name, source, _types(connection, source, request.columns), request)
+        types = _types(connection, source, request.columns)
+        return _count(connection, Path(path).name, source, types, request, quick=request.query is None)
 
 
-def _count(connection: Any, name: str, source: str, types: dict[str, str], request: Request) -> Tally:
-    """Run the statement and read what comes back."""
+def _count(connection: Any, name: str, source: str, types: dict[str, str], request: Request, *, quick: bool = False) -> Tally:
+    """Run the statement and read what comes back; `quick` if a sample of the source costs little."""
     cut = {c for c in request.bins if NUMERIC.fullmatch(types[c])}
     tied = {c for c in request.bins if types[c] == "VARCHAR"}
     bins = {c: request.bins[c] for c in cut | tied}
@@ -60,19 +63,53 @@ def _count(connection: Any, name: str, source: str, types: dict[str, str], reque
     if single:  # compared with an edge they would round it to float32
         widened = ", ".join(f"cast({name} as double) as {name}" for name in single)
         source = f"(select * replace ({widened}) from {source}) as log"  # noqa: S608
-    statement = count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied)
+    texts = [c for c in request.columns if quick and types[c] == "VARCHAR" and c not in bins]
     parsed = {i: _Json(c) for i, c in enumerate(request.columns) if types[c] == "JSON"}
 
-    def work() -> Tally:
-        cursor = connection.execute(statement)
-        rows = _decoded(_fetched(cursor), parsed) if parsed else _fetched(cursor)
+    def counted(enums: dict[str, str]) -> Tally:
+        cursor = connection.execute(count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied, enums=enums))
+        rows: Iterator[Sequence[Any]] = _decoded(_fetched(cursor), parsed) if parsed else _fetched(cursor)
+        if enums:
+            rows = _known(rows, len(request.columns), [request.columns.index(c) for c in enums])
         tally = Tally.of(name, request.columns, rows)
         return merged(tally) if parsed else tally
+
+    def work() -> Tally:
+        try:
+            return counted(_enums(connection, source, texts))
+        except _RareError:
+            return counted({})
 
     tally = attended(work, connection.interrupt, request, lambda: _share(connection))
     if not len(tally):
         raise InputError("the table has no rows")
     return apply_bins(tally, request.bins, cut, tied)
+
+
+class _RareError(Exception):
+    """A text that a sample of its column did not have."""
+
+
+def _enums(connection: Any, source: str, columns: Sequence[str]) -> dict[str, str]:
+    """Types for text columns of which a sample has few different texts: DuckDB counts small integers faster than texts."""
+    found = {}
+    for place, name in enumerate(columns):
+        quoted = identifier(name, "duckdb")
+        sample = f"(select {quoted} as k from {source} limit {SAMPLE})"  # noqa: S608
+        ((different,),) = connection.execute(f"select count(distinct k) from {sample}").fetchall()  # noqa: S608
+        if 0 < different <= FEW:
+            connection.execute(f"create temporary type text{place} as enum (select distinct k from {sample} where k is not null)")  # noqa: S608
+            found[name] = f"text{place}"
+    return found
+
+
+def _known(rows: Iterator[Sequence[Any]], width: int, places: Sequence[int]) -> Iterator[Sequence[Any]]:
+    """Rows without the counts of their texts, all of which have a value."""
+    for row in rows:
+        for place, texts in zip(places, row[width + 1 :], strict=True):
+            if texts and row[place] is None:
+                raise _RareError
+        yield row[: width + 1]
 
 
 def _fetched(cursor: Any) -> Iterator[tuple[Any, ...]]:
@@ -272,7 +309,7 @@ def _connection(request: Request, path: str = ":memory:") -> Iterator[Any]:
     try:
         try:
             connection = duckdb.connect(path, read_only=path != ":memory:", config=config)
-            connection.execute("set enable_progress_bar = true; set enable_progress_bar_print = false; set perfect_ht_threshold = 20")
+            connection.execute("set enable_progress_bar = true; set enable_progress_bar_print = false; set perfect_ht_threshold = 22")
         except duckdb.Error as error:
             raise InputError(_sentence(error, request)) from None
         yield connection
