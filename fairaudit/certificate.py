@@ -28,6 +28,7 @@ __all__ = ["Certificate", "Table", "schema", "write_atomically"]
 FORMAT = "fairaudit-certificate/1"
 TABLE_FORMAT = "fairaudit-table/1"
 EMBED_LIMIT = 100_000
+CANONICAL = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", ":"))
 
 
 @dataclass(frozen=True)
@@ -225,7 +226,7 @@ def _factor(factor: Factor) -> dict[str, Any]:
 
 def canonical(value: Any) -> bytes:
     """One line of canonical text."""
-    return json.dumps(value, ensure_ascii=True, sort_keys=True, separators=(",", ":")).encode("ascii") + b"\n"
+    return CANONICAL.encode(value).encode("ascii") + b"\n"
 
 
 def number(value: Fraction | float) -> str:
@@ -284,6 +285,6 @@ def write_atomically(path: Path, lines: Any) -> None:
 
 def _texts(values: list[int], bottom: int) -> list[str]:
     if bottom == 1:
-        return [integer_text(v) for v in values]
+        return [*map(str, values)] if max(values) < 2**1000 else [integer_text(v) for v in values]
     common = gcd(bottom, *values)
     return [rational_text((v // common, bottom // common)) if v else "0" for v in values]

@@ -45,6 +45,7 @@ Floats = NDArray[np.float64]
 UNIT = 2.0**-53
 TINY = 2.0**-1074
 EXACT = 2**53
+BLOCK = 1 << 17
 
 
 @dataclass(frozen=True)
@@ -763,9 +764,12 @@ def _block_distances(
                     values = np.maximum(left - floats[base + j], 0.0).sum(axis=1)
                     yield values, base + i, base + j
         return
+    ones = np.ones(floats.shape[1])
+    step = max(1, BLOCK // (size * floats.shape[1]))
     for base in first_rows.tolist():
         block = floats[base : base + size]
-        members = np.arange(base, base + size, dtype=np.int64)
-        for i in range(size - 1):
-            values = np.maximum(block[i] - block[i + 1 :], 0.0).sum(axis=1)
-            yield values, np.full(size - 1 - i, base + i), members[i + 1 :]
+        for start in range(0, size - 1, step):
+            firsts = block[start : min(start + step, size - 1)]
+            values = np.maximum(firsts[:, None] - block[None, start + 1 :], 0.0) @ ones
+            first, second = np.nonzero(np.tri(*values.shape[::-1], dtype=np.bool_).T)
+            yield values[first, second], base + start + first, base + start + 1 + second

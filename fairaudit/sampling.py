@@ -104,6 +104,7 @@ MAX_KNOTS = 400
 GRID = 60
 MANY = 20
 TIGHT_CELLS = 500
+DECISIVE_CELLS = 100
 NARROWED = 3
 
 DRAWS = (
@@ -155,10 +156,14 @@ class Cell:
 
     def __post_init__(self) -> None:
         """Refuse what no draws can give."""
-        inside = self.low * self.draws <= self.total <= self.high * self.draws
-        if self.draws < 0 or self.low < 0 or self.high < self.low or not inside:
+        low, low_bottom = self.low.numerator, self.low.denominator
+        high, high_bottom = self.high.numerator, self.high.denominator
+        total, bottom = self.total.numerator, self.total.denominator
+        above, below = total * low_bottom - self.draws * low * bottom, self.draws * high * bottom - total * high_bottom
+        width = high * low_bottom - low * high_bottom
+        if self.draws < 0 or low < 0 or width < 0 or above < 0 or below < 0:
             raise InputError(f"{self.draws} draws between {self.low} and {self.high} cannot sum to {self.total}")
-        if self.binary and self.high > self.low and self.successes.denominator != 1:
+        if self.binary and width and above * high_bottom % (bottom * width):
             raise InputError(f"{self.draws} draws, each {self.low} or {self.high}, cannot sum to {self.total}")
 
     @property
@@ -169,12 +174,18 @@ class Cell:
     @property
     def mean(self) -> Fraction:
         """Mean of the draws."""
-        return self.total / self.draws
+        return Fraction(self.total.numerator, self.total.denominator * self.draws)
 
     @property
     def successes(self) -> Fraction:
         """The sum on the scale on which the range is [0, 1]; for binary draws the number of high ones."""
         return (self.total - self.draws * self.low) / (self.high - self.low)
+
+    @property
+    def share(self) -> float:
+        """The mean on that scale, correctly rounded."""
+        (low, under), (high, over), (total, bottom) = (v.as_integer_ratio() for v in (self.low, self.high, self.total))
+        return (total * under - self.draws * low * bottom) * over / (bottom * (high * under - low * over) * self.draws)
 
 
 @dataclass(frozen=True)
@@ -352,21 +363,19 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
     >>> [(cell.draws, cell.mean) for cell in local_comparison(law, Utility({"yes": 1}).on(law)).cells]
     [(1, Fraction(1, 2)), (2, Fraction(0, 1))]
     """
-    cells: list[Cell] = []
+    scope = _Range(utility, limits)
+    cells = scope.cells(law.compared)
     blocks: list[tuple[Form, ...]] = []
     labels = []
-    scope = _Range(utility, limits)
+    held = law.cell_group.tolist()
+    names_of = {a: law.group_label(a) for a in {*held}}
+    first = 0
     for start, end in zip(law.starts[:-1].tolist(), law.starts[1:].tolist(), strict=True):
         if end - start < 2:
             continue
-        block = []
-        for i in range(start, end):
-            block.append(_unit_form(len(cells)))
-            context, group = law.contexts[int(law.cell_context[i])], law.groups[int(law.cell_group[i])]
-            cells.append(scope.cell(i, (context, group)))
-        blocks.append(tuple(block))
-        groups = tuple(law.group_label(int(law.cell_group[i])) for i in range(start, end))
-        labels.append((law.context_label(int(law.cell_context[start])), groups))
+        blocks.append(tuple(_unit_form(i) for i in range(first, first + end - start)))
+        first += end - start
+        labels.append((law.context_label(int(law.cell_context[start])), tuple(names_of[a] for a in held[start:end])))
     drawn = (UNITS,) if law.units and law.units.repeated else (DRAWS, *((ONE_ROW,) if law.units else ()))
     assumptions = (*drawn, scope.assumption, DECLARED, *law.assumptions)
     notes = _unit_notes(law.units, cells) if law.units else ()
@@ -407,10 +416,7 @@ def global_comparison(
             "an interval for the global ratio needs one row for each unit and group"
         )
     scope = _Range(utility, limits)
-    cells = [
-        scope.cell(i, (law.contexts[x], law.groups[a]))
-        for i, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True))
-    ]
+    cells = scope.cells(np.ones(len(law.weights), dtype=np.bool_))
     if population is None:
         groups = law.global_groups
         pooled = [_pool([cells[i] for i in np.flatnonzero(law.cell_group == a).tolist()], (law.groups[a],)) for a in groups]
@@ -591,7 +597,24 @@ class _Range:
         self.assumption = _range_said(*(self.declared or (Fraction(0), utility.gamma)))
         self.common = _scaled(_values(utility, 0), self.declared) if utility.by_decision and utility.given is None else None
 
-    def cell(self, index: int, label: tuple[Any, ...]) -> Cell:
+    def cells(self, chosen: NDArray[np.bool_]) -> list[Cell]:
+        """The cells of a law, those that are chosen."""
+        law, units = self.utility.law, self.utility.law.units
+        at = np.flatnonzero(chosen)
+        places = zip(law.cell_context[at].tolist(), law.cell_group[at].tolist(), strict=True)
+        labels = [(law.contexts[x], law.groups[a]) for x, a in places]
+        values = self.common
+        if values and not (units and units.repeated) and _summable(law, values):
+            weights = law.weights[at]
+            sums = (weights @ np.array([[1, v, v * v] for v in values.whole])).tolist()
+            bottom, low, high, binary = values.bottom, values.low, values.high, values.binary
+            return [
+                Cell(n, Fraction(total, bottom), Fraction(squares, bottom * bottom), low, high, binary, label)
+                for (n, total, squares), label in zip(sums, labels, strict=True)
+            ]
+        return [self._cell(i, label) for i, label in zip(at.tolist(), labels, strict=True)]
+
+    def _cell(self, index: int, label: tuple[Any, ...]) -> Cell:
         row = _counts(self.utility.law, index)
         values = self.common or _scaled(_values(self.utility, index), self.declared)
         cell = _cell(row, values, label)
@@ -599,6 +622,14 @@ class _Range:
         if units and units.repeated:
             cell = _by_unit(cell, units.profiles[index], values.values)
         return cell
+
+
+def _summable(law: Law, values: _Scaled) -> bool:
+    """Whether draws, sums and sums of squares of whole counts fit into 64 bits, and no value lies outside the range."""
+    if law.kind != "counts" or law.scale != 1 or law.weights.dtype != np.int64 or values.outside:
+        return False
+    most = int(law.weights.max()) * law.weights.shape[1]
+    return bool(most <= MAX_DRAWS and most * max(1, max(values.whole) ** 2) < 2**63)
 
 
 def _range_said(low: Fraction, high: Fraction) -> str:
@@ -675,9 +706,15 @@ def _by_unit(cell: Cell, profiles: Sequence[tuple[int, tuple[int, ...]]], values
 def _pool(parts: Sequence[Cell], label: tuple[Any, ...]) -> Cell:
     low, high = min(cell.low for cell in parts), max(cell.high for cell in parts)
     binary = all(cell.binary and (cell.low, cell.high) in ((low, high), (low, low), (high, high)) for cell in parts)
-    squares = sum((cell.squares or Fraction(0) for cell in parts), Fraction(0))
-    total = sum((cell.total for cell in parts), Fraction(0))
+    squares = _sum([cell.squares or Fraction(0) for cell in parts])
+    total = _sum([cell.total for cell in parts])
     return Cell(sum(cell.draws for cell in parts), total, squares, low, high, binary, label)
+
+
+def _sum(listed: Sequence[Fraction]) -> Fraction:
+    """Add up fractions over one denominator."""
+    bottom = lcm(*{value.denominator for value in listed})
+    return Fraction(sum(value.numerator * (bottom // value.denominator) for value in listed), bottom)
 
 
 def _policy_forms(
@@ -1083,11 +1120,25 @@ def _candidates(block: tuple[Form, ...], ends: Sequence[tuple[Any, Any]]) -> Ite
     if len(block) < 3 or any(len(form) > 1 for form in block) or len({form[0][0] for form in block}) < len(block):
         return permutations(range(len(block)), 2)
     found = []
-    for numerator, denominator in ((1, 0), (0, 1)):
-        tops = sorted(range(len(block)), key=lambda i: (-ends[block[i][0][0]][numerator], i))[:2]
-        bottoms = sorted(range(len(block)), key=lambda i: (ends[block[i][0][0]][denominator], i))[:2]
+    lows, highs = ([ends[form[0][0]][k] for form in block] for k in (0, 1))
+    for numerators, denominators in ((highs, lows), (lows, highs)):
+        tops, bottoms = _two_least([-value for value in numerators]), _two_least(denominators)
         found += [(i, j) for i in tops for j in bottoms if i != j]
     return found
+
+
+def _two_least(values: Sequence[Any]) -> list[int]:
+    """Positions of the two least values, the first of equal ones. Rounding keeps the order, so floats leave few to compare."""
+    rounded = [_rounded(value) for value in values]
+    second = nsmallest(2, rounded)[-1]
+    return sorted((i for i, value in enumerate(rounded) if value <= second), key=lambda i: (values[i], i))[:2]
+
+
+def _rounded(value: Any) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return inf if value > 0 else -inf
 
 
 # Levels
@@ -1282,7 +1333,7 @@ def _box(
 ) -> tuple[Fraction, Extended, dict[str, Any]]:
     upper_level, lower_level = box_levels(len(comparison.used), comparison.span, alpha, independent=independent, side=side)
     binary = all(comparison.cells[i].binary for i in comparison.used)
-    many = len(comparison.used) > TIGHT_CELLS and comparison.single and (binary or method == "hoeffding-kl")
+    many = len(comparison.used) > DECISIVE_CELLS and comparison.single and (binary or method == "hoeffding-kl") and _moderate(comparison)
     find = _decisive_ends if many else _every_end
     outer, upper, _ = find(comparison, upper_level, method, upper=True)
     inner, lower, where = find(comparison, lower_level, method, upper=False)
@@ -1293,6 +1344,12 @@ def _box(
         "pair": list(where) if where and lower > 1 and side != "upper" else None,
     }
     return Fraction(1) if side == "upper" else lower, inf if side == "lower" else upper, evidence
+
+
+def _moderate(comparison: Comparison) -> bool:
+    """Whether no range is so great or small that floats could not hold its quotients."""
+    ends = {end for cell in comparison.cells for end in (cell.low, cell.high) if end}
+    return all(abs(end.numerator.bit_length() - end.denominator.bit_length()) < 300 for end in ends)
 
 
 def _all_ends(comparison: Comparison, level: Fraction, method: Method) -> list[Ends]:
@@ -1329,7 +1386,8 @@ def _decisive_upper(
 ) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
     """Narrow the outermost ends of a block until those are as narrow as can be, or the block cannot decide."""
     cells, blocks = comparison.cells, comparison.blocks
-    ends = [_wide_ends(cell, level) if i in used else (cell.low, cell.high) for i, cell in enumerate(cells)]
+    wide = dict(zip(comparison.used, _wide_ends([cells[i] for i in comparison.used], level), strict=True))
+    ends = [wide.get(i, (cell.low, cell.high)) for i, cell in enumerate(cells)]
     low, high = ([float(end[k]) for end in ends] for k in (0, 1))
     narrow = [i not in used for i in range(len(cells))]
 
@@ -1398,7 +1456,7 @@ def _guessed_ends(cells: Sequence[Cell], used: set[int], level: float) -> tuple[
     low, high = ([float(end) for end in listed] for listed in ([cell.low for cell in cells], [cell.high for cell in cells]))
     at = sorted(used)
     n = np.array([cells[i].draws for i in at], dtype=np.float64)
-    k = np.array([float(cells[i].successes) for i in at])
+    k = n * np.array([cells[i].share for i in at])
     binary = np.array([cells[i].binary for i in at])
     upper, lower = _float_uppers(n, k, binary, level), 1 - _float_uppers(n, n - k, binary, level)
     for i, a, b in zip(at, lower.tolist(), upper.tolist(), strict=True):
@@ -1420,20 +1478,27 @@ def _float_uppers(n: Floats, k: Floats, binary: NDArray[np.bool_], level: float)
     return found
 
 
-def _wide_ends(cell: Cell, level: Fraction) -> Ends:
-    """Ends of a cell in closed form, which the sharp tail excludes too: D ≥ 2n(z − μ)², and D ≥ n(z − μ)²/(2·max(z, μ))."""
-    z, cost = float(cell.successes) / cell.draws, -log(float(level)) / cell.draws
-    square = sqrt(cost / 2)
-    low = max(z - square, z - sqrt(2 * z * cost)) * (1 - 1e-6) - 1e-9
-    high = min(z + square, z + cost + sqrt(2 * z * cost + cost * cost)) * (1 + 1e-6) + 1e-9
-    width = cell.high - cell.low
-    return cell.low + width * Fraction(max(0, floor(low * 10**9)), 10**9), cell.low + width * Fraction(
-        min(10**9, ceil(high * 10**9)), 10**9
-    )
+def _wide_ends(cells: Sequence[Cell], level: Fraction) -> list[Ends]:
+    """Ends of cells in closed form, which the sharp tail excludes too: D ≥ 2n(z − μ)², and D ≥ n(z − μ)²/(2·max(z, μ))."""
+    z, cost = np.array([cell.share for cell in cells]), -log(float(level)) / np.array([float(cell.draws) for cell in cells])
+    square = np.sqrt(cost / 2)
+    low = np.maximum(z - square, z - np.sqrt(2 * z * cost)) * (1 - 1e-6) - 1e-9
+    high = np.minimum(z + square, z + cost + np.sqrt(2 * z * cost + cost * cost)) * (1 + 1e-6) + 1e-9
+    grid = (np.maximum(0, np.floor(low * 1e9)), np.minimum(1e9, np.ceil(high * 1e9)))
+    listed = zip(cells, *(found.astype(np.int64).tolist() for found in grid), strict=True)
+    return [(_between(cell, a), _between(cell, b)) for cell, a, b in listed]
+
+
+def _between(cell: Cell, billionths: int) -> Fraction:
+    if not cell.low and cell.high == 1:
+        return Fraction(billionths, 10**9)
+    return cell.low + (cell.high - cell.low) * Fraction(billionths, 10**9)
 
 
 def _text(value: Extended) -> str:
-    return rational_text(_pair(value))
+    top, bottom = _pair(value)
+    small = bottom > 0 and top.bit_length() + bottom.bit_length() < 1_000  # in lowest terms already
+    return (f"{top}/{bottom}" if bottom > 1 else str(top)) if small else rational_text((top, bottom))
 
 
 def _pair(value: Extended) -> tuple[int, int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise, permutations, product
 from math import comb, exp, inf, log, prod
@@ -922,6 +923,17 @@ def test_names_against_the_placebo(data: Path) -> None:
     assert repetition_warnings(names, repetition="run", asked=asked, decision="recommend_interview") == ()
 
 
+@pytest.mark.parametrize("unit", ["1e-400", "1e-30", "1e30", "1e400"])
+def test_many_cells_have_the_same_interval_in_every_unit_of_utility(unit: str) -> None:
+    """Whether or not floats could hold the numbers."""
+    law = Law.from_array(np.random.default_rng(5).integers(1, 100, (20, 8, 3)), kind="counts")
+    known = ratio_interval(local_comparison(law, Utility({"0": 1, "1": "0.5"}).on(law)), "0.95")
+    half = str(Decimal(unit) / 2)
+    found = ratio_interval(local_comparison(law, Utility({"0": unit, "1": half}).on(law)), "0.95")
+    assert found.upper == known.upper > 1
+    assert abs(found.lower / known.lower - 1) < F(1, 100_000)
+
+
 @given(st.integers(0, 10**6), st.booleans())
 @settings(max_examples=25)
 def test_many_cells_have_the_interval_of_all_of_them(seed: int, binary: bool) -> None:
@@ -933,7 +945,7 @@ def test_many_cells_have_the_interval_of_all_of_them(seed: int, binary: bool) ->
     found = []
     for least in (10**9, 0):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(sampling, "TIGHT_CELLS", least)
+            patch.setattr(sampling, "DECISIVE_CELLS", least)
             found.append(ratio_interval(comparison, "0.95"))
     every, decisive = found
     assert decisive.upper == every.upper

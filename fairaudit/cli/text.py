@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.audit import approximate, place, to_judge
 from fairaudit.columns import plain
 from fairaudit.exact import rational_text
-from fairaudit.fairness import Ratio, Witness, cell_expectation
+from fairaudit.fairness import Ratio, Witness, cell_expectation, most_unequal_ratios
 from fairaudit.mechanism import Mechanism
 from fairaudit.privacy import exp_epsilon
 
@@ -242,9 +242,9 @@ def _bounds(result: Result) -> str:
 
 def _pairs(result: Result, top: int) -> str:
     lines = []
-    ranked = result.most_unequal(top)
-    for title, measures in (("Most unequal within a context", ranked["local"]), ("Most unequal group means", ranked["global"])):
-        entries = [_pair(m) for m in measures if isinstance(m, Ratio) and m.ratio != 1]
+    for title, within in (("Most unequal within a context", True), ("Most unequal group means", False)):
+        measures = most_unequal_ratios(result.law, result.utility, top, within_context=within)
+        entries = [_pair(measured) for measured in measures if measured.ratio != 1]
         if entries:
             lines.append(title + "\n" + "\n".join(f"  {entry}" for entry in entries))
     return "\n".join(lines)
