@@ -13,15 +13,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["equal_to_previous", "least_and_sums", "products"]
+__all__ = ["each_block", "equal_to_previous", "least_and_sums", "products"]
 
 BLOCK_BYTES = 1 << 22
 Floats = NDArray[np.float64]
 
 
-def _each_block(rows: int, row_bytes: int, work: Callable[[int, int], None]) -> None:
-    """Call `work` with the first and last row of every block, on all cores if there are many blocks."""
-    step = max(1, BLOCK_BYTES // max(1, row_bytes))
+def each_block(rows: int, step: int, work: Callable[[int, int], None]) -> None:
+    """Call `work` with the first row of every block of `step` rows and the one after its last, on all cores if there are many blocks.
+
+    Examples
+    --------
+    >>> each_block(5, 2, print)
+    0 2
+    2 4
+    4 5
+    """
     blocks = [(first, min(first + step, rows)) for first in range(0, rows, step)]
     parts = 1 if len(blocks) <= 8 else os.cpu_count() or 1
 
@@ -34,6 +41,11 @@ def _each_block(rows: int, row_bytes: int, work: Callable[[int, int], None]) -> 
         return
     with ThreadPoolExecutor(parts) as pool:
         list(pool.map(every, range(parts)))
+
+
+def _block_rows(matrix: NDArray[Any]) -> int:
+    """How many rows of a matrix fit into a cache."""
+    return max(1, BLOCK_BYTES // max(1, int(matrix.shape[1]) * matrix.itemsize))
 
 
 def least_and_sums(matrix: NDArray[Any]) -> tuple[float, Floats]:
@@ -53,7 +65,7 @@ def least_and_sums(matrix: NDArray[Any]) -> tuple[float, Floats]:
         np.add.reduce(block, axis=1, dtype=np.float64, out=sums[first:last])
 
     with np.errstate(over="ignore", invalid="ignore"):
-        _each_block(len(matrix), matrix.shape[1] * matrix.itemsize, work)
+        each_block(len(matrix), _block_rows(matrix), work)
     return float(np.min(least)), sums
 
 
@@ -75,7 +87,7 @@ def products(matrix: NDArray[Any], values: NDArray[Any]) -> Floats:
         g = values if values.ndim == 1 else values[first:last]
         result[first:last] = np.vecdot(matrix[first:last].astype(kind, copy=False), g.astype(kind, copy=False))
 
-    _each_block(len(matrix), matrix.shape[1] * matrix.itemsize, work)
+    each_block(len(matrix), _block_rows(matrix), work)
     return result
 
 
@@ -94,5 +106,5 @@ def equal_to_previous(matrix: NDArray[Any], wanted: NDArray[np.bool_]) -> NDArra
         if wanted[begin:last].any():
             np.logical_and.reduce(matrix[begin:last] == matrix[begin - 1 : last - 1], axis=1, out=result[begin:last])
 
-    _each_block(len(matrix), matrix.shape[1] * matrix.itemsize, work)
+    each_block(len(matrix), _block_rows(matrix), work)
     return result

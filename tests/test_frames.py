@@ -15,6 +15,7 @@ from test_engines import counts, log
 
 from fairaudit import InputError, Law, certify
 from fairaudit.columns import Tally, label_text
+from fairaudit.tables import coded
 from fairaudit.tables.engines import read_log
 from fairaudit.tables.frames import tally_frame
 
@@ -205,3 +206,45 @@ def test_every_way_to_count_a_frame_agrees(data: st.DataObject) -> None:
         tuple(None if v is None else label_text(v) for v in row) for row in zip(*(columns[name] for name in names), strict=True)
     )
     assert all(one == expected for one in found)
+
+
+TEXTS = st.one_of(
+    st.lists(st.sampled_from("fm"), min_size=1, max_size=30),
+    st.lists(st.sampled_from(["f", "m", None, "x"]), min_size=1, max_size=30),
+    st.lists(st.sampled_from(["f", "", "ff", "m"]), min_size=1, max_size=30),
+    st.lists(st.sampled_from(["young", "old", "\u00e4", "a\u0308", "\x00", None]), min_size=1, max_size=30),
+)
+
+
+@given(st.data())
+def test_texts_and_numbers_that_the_first_rows_do_not_have_are_counted(data: st.DataObject) -> None:
+    """Whatever the sample, the blocks and the threads; for slices and parts of frames, and for texts that are one object or many."""
+    import numpy as np
+    import pandas as pd
+
+    texts = data.draw(TEXTS)
+    numbers = data.draw(st.lists(st.sampled_from([0, 1, 5, 2**63 - 1]), min_size=len(texts), max_size=len(texts)))
+    kind = data.draw(st.sampled_from([np.int64, np.uint64, np.int8, np.bool_]))
+    whole = np.array(numbers, dtype=np.uint64).astype(kind)
+    first = data.draw(st.integers(0, len(texts) - 1))
+    shared = pd.DataFrame({"a": np.array(texts, dtype=object), "n": whole}).astype({"a": object})
+    parted = pd.DataFrame({"a": pd.array(texts, dtype="str"), "n": whole})
+    many = shared.assign(a=pd.Series([None if text is None else "".join([*text, " "])[:-1] for text in texts], dtype=object))
+    frames = [shared, many, parted, pd.concat([parted.iloc[: first + 1], parted.iloc[first + 1 :]]), parted.astype({"a": "category"})]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(coded, "SAMPLE", data.draw(st.sampled_from([1, 2, 100])))
+        patch.setattr(coded, "FEW", data.draw(st.sampled_from([1, 2, 100])))
+        patch.setattr(coded, "BLOCK_ROWS", data.draw(st.sampled_from([1, 2, 100])))
+        for frame in frames:
+            expected = Counter(zip(texts[first:], whole[first:].tolist(), strict=True))
+            assert counts(read_log(frame.iloc[first:], ["a", "n"])) == expected
+            assert counts(read_log(frame.iloc[first:], ["n"])) == Counter((n,) for n in whole[first:].tolist())
+
+
+def test_texts_of_other_lengths_are_not_taken_for_letters(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many bytes as rows do not make every text a letter."""
+    import pandas as pd
+
+    monkeypatch.setattr(coded, "SAMPLE", 1)
+    frame = pd.DataFrame({"a": pd.array(["f", "", "ff", "f"], dtype="str")})
+    assert counts(read_log(frame, ["a"])) == Counter({("f",): 2, ("",): 1, ("ff",): 1})

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from math import ceil
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fairaudit.columns import Tally, column
 from fairaudit.exact import InputError
-from fairaudit.tables.binning import Bins, apply_bins
+from fairaudit.tables.binning import Bins, apply_bins, merged
+from fairaudit.tables.coded import DENSE, Coded, UnknownValueError, coded_column, count_combinations
 from fairaudit.tables.sql import COUNT_COLUMN
 
 __all__ = ["is_frame", "tally_frame"]
@@ -21,8 +19,6 @@ LIBRARIES = frozenset(
     ("cudf", "dask", "dask_expr", "duckdb", "_duckdb", "ibis", "modin", "narwhals", "pandas", "polars", "pyarrow", "pyspark", "sqlframe")
 )
 WHOLE = frozenset(("string", "boolean", "integer", "floating", "date", "datetime", "decimal", "empty"))
-DENSE = 1 << 20
-BLOCK = 1 << 16
 
 
 def is_frame(table: Any) -> bool:
@@ -66,13 +62,10 @@ def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | N
     names = list(dict.fromkeys(columns))
     for name in names:
         column(dict.fromkeys(schema.names(), ()), name)
+    if not bins and (tally := _dense(frame, wrapped, names)) is not None:
+        return tally
     if wrapped.implementation.is_pandas_like() and not all(_one_type(frame[name]) for name in names):
         return None
-    if not bins and (parts := _coded(frame, wrapped, names)) is not None:
-        tally = Tally.of(type(frame).__name__, names, _dense_counts(parts))
-        if not len(tally):
-            raise InputError("the table has no rows")
-        return tally
     cut = {name for name in bins or {} if schema[name].is_numeric()}
     count = COUNT_COLUMN
     while count in names:
@@ -92,57 +85,34 @@ def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | N
     return apply_bins(tally, bins or {}, cut)
 
 
-def _coded(frame: Any, wrapped: Any, names: Sequence[str]) -> list[tuple[NDArray[Any], int, list[Any]]] | None:
-    """Columns of a frame in memory as small integers, the least of them, and what they stand for; None if that is not cheap."""
+def _dense(frame: Any, wrapped: Any, names: Sequence[str], *, sampled: bool = True) -> Tally | None:
+    """Count a frame in memory whose columns are, or become at little cost, small integers; None if it is not such a frame."""
     pandas = type(frame).__module__.startswith("pandas")
     if not pandas and not (wrapped.implementation.is_polars() and hasattr(frame, "rows")):
         return None
-    parts = []
+    if not len(frame):
+        return None
+    coded = []
     size = 1
     for name in names:
-        part = _pandas_codes(frame[name]) if pandas else _whole_codes(frame[name].to_numpy() if frame[name].dtype.is_integer() else None)
-        size *= len(part[2]) if part else 0
-        if part is None or size > DENSE:
+        if not pandas and not frame[name].dtype.is_integer():
             return None
-        parts.append(part)
-    return parts
+        part = coded_column(frame[name] if pandas else frame[name].to_numpy(), sampled=sampled)
+        if part is None and pandas and _one_type(frame[name]):
+            part = Coded.of(*_factorized(frame[name]))
+        if part is None or (size := size * len(part.values)) > DENSE:
+            return None
+        coded.append(part)
+    try:
+        tally = Tally.of(type(frame).__name__, names, count_combinations(coded))
+    except UnknownValueError:
+        return _dense(frame, wrapped, names, sampled=False)
+    return merged(tally) if any(len({*part.values}) < len(part.values) for part in coded) else tally
 
 
-def _pandas_codes(series: Any) -> tuple[NDArray[Any], int, list[Any]] | None:
-    if str(series.dtype) == "category":
-        return series.cat.codes.to_numpy(), -1, [None, *series.cat.categories.tolist()]
-    found = _whole_codes(series.to_numpy() if isinstance(series.dtype, np.dtype) else None)
-    if found is not None:
-        return found
+def _factorized(series: Any) -> tuple[Any, list[Any], int]:
     codes, values = series.factorize()
-    return codes, -1, [None, *values.tolist()]
-
-
-def _whole_codes(values: NDArray[Any] | None) -> tuple[NDArray[Any], int, list[Any]] | None:
-    """Whole numbers or truth values of a small range."""
-    if values is None or values.dtype.kind not in "iub" or not len(values):
-        return None
-    low, high = int(values.min()), int(values.max())
-    if high - low >= DENSE or high >= 2**62:
-        return None
-    return values, low, [bool(v) if values.dtype.kind == "b" else v for v in range(low, high + 1)]
-
-
-def _dense_counts(parts: Sequence[tuple[NDArray[Any], int, list[Any]]]) -> Iterator[tuple[Any, ...]]:
-    """Count combinations of small integers, a block of rows at a time, so that a block stays in the cache."""
-    shape = tuple(len(values) for _, _, values in parts)
-    counts = np.zeros(int(np.prod(shape)), dtype=np.int64)
-    rows = len(parts[0][0])
-    block = max(BLOCK, len(counts))
-    for start in range(0, rows, block):
-        key = np.zeros(min(block, rows - start), dtype=np.int64)
-        for codes, low, values in parts:
-            key *= len(values)
-            key += codes[start : start + block].astype(np.int64) - low
-        counts += np.bincount(key, minlength=len(counts))
-    cells = np.flatnonzero(counts)
-    for place, count in zip(zip(*np.unravel_index(cells, shape), strict=True), counts[cells].tolist(), strict=True):
-        yield (*(values[at] for (_, _, values), at in zip(parts, place, strict=True)), count)
+    return codes, [None, *values.tolist()], -1
 
 
 def _rows(grouped: Any) -> Iterable[Sequence[Any]]:

@@ -1,0 +1,247 @@
+"""Columns of frames in memory as small integers, counted a block of rows at a time on all cores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import prod
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.dense import each_block
+
+__all__ = ["DENSE", "Coded", "UnknownValueError", "coded_column", "count_combinations"]
+
+Codes = NDArray[Any]
+DENSE = 1 << 20
+BLOCK_ROWS = 1 << 17
+SAMPLE = 100_000
+FEW = 250
+SLOT_BITS = 16
+
+
+class UnknownValueError(Exception):
+    """A column has a value that its sample has not."""
+
+
+@dataclass(frozen=True)
+class Coded:
+    """A column as small integers.
+
+    Attributes
+    ----------
+    rows : int
+        Its length.
+    values : list
+        What the integers stand for; several may stand for the same.
+    codes : callable
+        The integers of the rows from one position to another.
+    low : int
+        The integer of the first value.
+    """
+
+    rows: int
+    values: list[Any]
+    codes: Callable[[int, int], Codes]
+    low: int = 0
+
+    @staticmethod
+    def of(codes: Codes, values: list[Any], low: int = 0) -> Coded:
+        """Wrap an array of integers."""
+        return Coded(len(codes), values, lambda first, last: codes[first:last], low)
+
+
+def coded_column(column: Any, *, sampled: bool = False) -> Coded | None:
+    """Write a column as small integers.
+
+    Parameters
+    ----------
+    column : pandas Series or ndarray
+        The column.
+    sampled : bool
+        Whether to look for values in the first rows only; counting raises `UnknownValueError` where they do not suffice.
+
+    Returns
+    -------
+    Coded or None
+        None if that is not cheap.
+
+    Examples
+    --------
+    >>> column = coded_column(np.array([4, 3, 4]))
+    >>> column.values, column.low, column.codes(0, 2).tolist()
+    ([3, 4], 3, [4, 3])
+    """
+    if isinstance(column, np.ndarray):
+        return _whole(column, sampled)
+    if str(column.dtype) == "category":
+        return Coded.of(column.cat.codes.to_numpy(), [None, *column.cat.categories.tolist()], -1)
+    if isinstance(column.dtype, np.dtype):
+        values = column.to_numpy()
+        found = _same_objects(values, sampled) if values.dtype == object else _whole(values, sampled)
+    else:
+        found = _arrow_texts(column.array, sampled)
+    return found
+
+
+def count_combinations(columns: Sequence[Coded]) -> Iterator[tuple[Any, ...]]:
+    """Count the combinations of values: a value for each column, and how many rows have them; equal values may come several times.
+
+    Raises
+    ------
+    UnknownValueError
+        If a column that was sampled has other values, too.
+
+    Examples
+    --------
+    >>> list(count_combinations([coded_column(np.array([4, 3, 4])), coded_column(np.array([True, True, True]))]))
+    [(3, True, 1), (4, True, 2)]
+    """
+    shape = tuple(len(column.values) for column in columns)
+    counts = np.zeros(prod(shape), dtype=np.int64)
+    adding = Lock()
+
+    # Modulo a power of two above the number of combinations: what wraps around on the way is right in the end.
+    kind: type[np.unsignedinteger[Any]] = np.uint16 if len(counts) < 1 << 16 else np.uint32
+    least = 0
+    for column in columns:
+        least = least * len(column.values) + column.low
+    offset = kind(least % (int(np.iinfo(kind).max) + 1))
+
+    def work(first: int, last: int) -> None:
+        key = columns[0].codes(first, last).astype(kind)
+        for column in columns[1:]:
+            key *= kind(len(column.values))
+            key += column.codes(first, last).astype(kind, copy=False)
+        key -= offset
+        found = np.bincount(key, minlength=len(counts))
+        with adding:
+            np.add(counts, found, out=counts)
+
+    each_block(columns[0].rows, max(BLOCK_ROWS, len(counts)), work)
+    cells = np.flatnonzero(counts)
+    for place, count in zip(zip(*np.unravel_index(cells, shape), strict=True), counts[cells].tolist(), strict=True):
+        yield (*(column.values[at] for column, at in zip(columns, place, strict=True)), count)
+
+
+def _whole(values: NDArray[Any], sampled: bool) -> Coded | None:
+    """Whole numbers or truth values of a small range."""
+    if values.dtype.kind not in "iub" or not len(values):
+        return None
+    seen = values[:SAMPLE] if sampled else values
+    low, high = int(seen.min()), int(seen.max())
+    if high - low >= DENSE:
+        return None
+
+    def codes(first: int, last: int) -> Codes:
+        block = values[first:last]
+        if sampled and (block.min() < low or block.max() > high):
+            raise UnknownValueError
+        return block
+
+    return Coded(len(values), [bool(v) if values.dtype.kind == "b" else v for v in range(low, high + 1)], codes, low)
+
+
+def _arrow_texts(held: Any, sampled: bool) -> Coded | None:
+    """Texts that Arrow holds, if they are few."""
+    if "Arrow" not in type(held).__name__:
+        return None
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    texts = held.__arrow_array__()
+    if not (pa.types.is_string(texts.type) or pa.types.is_large_string(texts.type)):
+        return None
+    known = pc.unique(texts.slice(0, SAMPLE) if sampled else texts).drop_null()
+    if not 0 < len(known) <= FEW:
+        return None
+    values = pa.array([None, *known.to_pylist()], type=texts.type)
+
+    def codes(first: int, last: int) -> Codes:
+        found = pc.index_in(texts.slice(first, last - first), value_set=values)
+        if found.null_count:
+            raise UnknownValueError
+        whole: Codes = found.to_numpy()
+        return whole
+
+    letters = _letters(texts, values.to_pylist())
+    return Coded(len(texts), values.to_pylist(), letters or codes)
+
+
+def _letters(texts: Any, values: list[Any]) -> Callable[[int, int], Codes] | None:
+    """Codes of texts that are single ASCII characters: their bytes follow each other, so that none has to be looked up."""
+    if texts.num_chunks != 1 or texts.null_count or not all(value is None or (len(value) == 1 and value.isascii()) for value in values):
+        return None
+    chunk = texts.chunk(0)
+    _, places, content = chunk.buffers()
+    starts: Codes = np.frombuffer(places, np.int64 if "large" in str(texts.type) else np.int32)[chunk.offset :]
+    letters = np.frombuffer(content, np.uint8)
+    table = np.zeros(256, dtype=np.uint8)
+    table[[ord(value) for value in values if value is not None]] = np.arange(1, len(values))
+
+    def codes(first: int, last: int) -> Codes:
+        ends = starts[first : last + 1]
+        found: Codes = table[letters[ends[0] : ends[-1]]]
+        if (np.diff(ends) != 1).any() or not found.all():
+            raise UnknownValueError
+        return found
+
+    return codes
+
+
+def _same_objects(values: NDArray[Any], sampled: bool) -> Coded | None:
+    """Texts of which few objects stand in many rows, as most readers of files make them: an object is known by its address."""
+    from pandas import isna
+
+    if not values.flags.c_contiguous or not len(values):
+        return None
+    at = np.frombuffer(values, dtype=np.uintp)
+    found = _first_places(at[:SAMPLE] if sampled else at)
+    objects = [] if found is None else [values[place] for place in found]
+    if not objects or not all(isinstance(value, str) or value is None or (isinstance(value, float) and isna(value)) for value in objects):
+        return None
+    addresses = at[found]
+    slots = _slots(addresses)
+    if slots is None:
+        return None
+    factor, table = slots
+    shift = np.uint64(64 - SLOT_BITS)
+
+    def codes(first: int, last: int) -> Codes:
+        block = at[first:last]
+        found: Codes = table[(block * factor) >> shift]
+        if (addresses[found] != block).any():
+            raise UnknownValueError
+        return found
+
+    return Coded(len(values), [value if isinstance(value, str) else None for value in objects], codes)
+
+
+def _first_places(at: NDArray[np.uintp]) -> list[int] | None:
+    """First place of each different number; None if they are many."""
+    places: dict[int, int] = {}
+    for first in range(0, len(at), BLOCK_ROWS):
+        numbers, firsts = np.unique(at[first : first + BLOCK_ROWS], return_index=True)
+        if len(numbers) > FEW:
+            return None
+        for number, place in zip(numbers.tolist(), firsts.tolist(), strict=True):
+            places.setdefault(number, first + place)
+        if len(places) > FEW:
+            return None
+    return list(places.values())
+
+
+def _slots(addresses: NDArray[np.uintp]) -> tuple[np.uint64, NDArray[np.uint8]] | None:
+    """A factor whose products with the addresses differ in their first bits, and the table from those bits to the addresses."""
+    generator = np.random.default_rng(0)
+    for _ in range(100):
+        factor = np.uint64(generator.integers(2**63, 2**64, dtype=np.uint64) | np.uint64(1))
+        slots = (addresses.astype(np.uint64) * factor) >> np.uint64(64 - SLOT_BITS)
+        if len(np.unique(slots)) == len(slots):
+            table = np.zeros(1 << SLOT_BITS, dtype=np.uint8)
+            table[slots] = np.arange(len(slots))
+            return factor, table
+    return None
