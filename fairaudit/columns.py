@@ -18,7 +18,20 @@ from numpy.typing import NDArray
 
 from fairaudit.exact import MAX_EXPONENT, InputError, common_denominator, nearest, rational, shown
 
-__all__ = ["CodedTable", "Tally", "column", "counted", "integers", "label_text", "locator", "names", "numbers", "plain", "read_columns"]
+__all__ = [
+    "CodedTable",
+    "Tally",
+    "column",
+    "counted",
+    "distinct",
+    "integers",
+    "label_text",
+    "locator",
+    "names",
+    "numbers",
+    "plain",
+    "read_columns",
+]
 
 Missing = Literal["error", "drop", "group"]
 Label = tuple[str, ...]
@@ -196,7 +209,7 @@ def read_columns(
         If a column is absent or used twice, columns differ in length, or a label is not usable.
     """
     labelled = (decision, *group, *context)
-    lists = _lists(table, labelled, [*others, *(name for name in unit if name not in labelled)])
+    lists = _lists(table, labelled, [*others, *(name for name in unit if name not in labelled)], unit)
     counts = counted(table, len(lists[decision]))
     where = locator(table)
     if missing not in ("error", "drop", "group"):
@@ -235,12 +248,14 @@ def read_columns(
     return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, tuple(notes), assumptions)
 
 
-def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[str, list[Any]]:
+def _lists(table: Any, labelled: Sequence[str], others: Sequence[str], unit: Sequence[str]) -> dict[str, Any]:
+    """Cells of the columns; of a `Tally` only the codes of those that are labels and nothing else."""
     used = [*labelled, *others]
+    coded = {name for name in labelled if name not in unit and name in table.codes} if isinstance(table, Tally) else set()
     for name in used:
         if used.count(name) > 1:
             raise InputError(f"the column {shown(name)} is used twice; each column has one role")
-    lists = {name: column(table, name) for name in used}
+    lists = {name: table.codes[name] if name in coded else column(table, name) for name in used}
     rows = len(lists[used[0]])
     for name, values in lists.items():
         if len(values) != rows:
@@ -270,9 +285,28 @@ def _missing_labels(
     return (np.where(absent, len(texts), codes), [*texts, MISSING_LABEL]), [note]
 
 
+def distinct(keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Different integers, rising, and the place of each one among them; without sorting where their range is small.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in distinct(np.array([7, 3, 7]))]
+    [[3, 7], [1, 0, 1]]
+    """
+    low, high = (int(keys.min()), int(keys.max())) if len(keys) else (0, 0)
+    if high - low > 4 * len(keys) + 1_000:
+        values, places = np.unique(keys, return_inverse=True)
+        return values, places
+    present = np.zeros(high - low + 1, dtype=np.bool_)
+    present[keys - low] = True
+    return np.flatnonzero(present) + low, (np.cumsum(present) - 1)[keys - low]
+
+
 def _in_order(keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], list[int]]:
     """Number keys in order of first appearance."""
-    values, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    values, inverse = distinct(keys)
+    first = np.empty(len(values), dtype=np.int64)
+    first[inverse[::-1]] = np.arange(len(keys) - 1, -1, -1)
     order = np.argsort(first)
     rank = np.empty(len(values), dtype=np.int64)
     rank[order] = np.arange(len(values))

@@ -25,6 +25,7 @@ from fairaudit.columns import (
     Missing,
     Tally,
     combine,
+    distinct,
     encode,
     exact_floats,
     integers,
@@ -506,7 +507,7 @@ def _read(
             at = int(np.flatnonzero(coded.counts > 1)[0])
             raise InputError(f"{coded.locate(at)} occurs {coded.counts[at]} times; each combination has one row")
         weights = integers([w * n for w, n in zip(weights.tolist(), coded.counts.tolist(), strict=True)])
-    cells, cell = np.unique(x * len(coded.groups) + a, return_inverse=True)
+    cells, cell = distinct(x * len(coded.groups) + a)
     shape = (len(cells), len(coded.decisions))
     if shape[0] * shape[1] > MAX_ENTRIES:
         raise InputError(
@@ -533,7 +534,7 @@ def _read(
             population="counts" if kind == "counts" else "equal" if mass is None else "weights",
             cell_context=cells[full] // len(coded.groups),
             cell_group=cells[full] % len(coded.groups),
-            weights=matrix[full],
+            weights=matrix if full.all() else matrix[full],
             scale=scale,
             mass=mass,
             notes=coded.notes,
@@ -552,7 +553,7 @@ def _units(coded: CodedTable, columns: tuple[str, ...], cell: NDArray[np.int64],
             raise InputError(f"column {shown(name)}, {coded.locate(at)}: the sampling unit has no label; every row belongs to a unit")
     codes, texts = combine(parts, len(cell))
     u, _, a = coded.codes
-    keys, pair = np.unique(cell * len(texts) + codes, return_inverse=True)
+    keys, pair = distinct(cell * len(texts) + codes)
     if len(keys) * len(coded.decisions) > MAX_ENTRIES:
         raise InputError(
             f"column {shown(name)}: {len(keys)} units in {cells} cells with {len(coded.decisions)} decisions are too many entries"

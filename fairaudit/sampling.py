@@ -105,6 +105,7 @@ GRID = 60
 MANY = 20
 TIGHT_CELLS = 500
 DECISIVE_CELLS = 100
+FOREMOST = 30
 NARROWED = 3
 
 DRAWS = (
@@ -1109,10 +1110,20 @@ def _extreme(comparison: Comparison, ends: Sequence[tuple[Any, Any]], *, upper: 
     bound = greatest_ratio if upper else least_ratio
     for b, block in enumerate(comparison.blocks):
         for i, j in _candidates(block, ends):
+            if _surely_less(block[i], block[j], ends, best, upper=upper):
+                continue
             value = bound(block[i], block[j], ends)
             if value > best or (where is None and value == best):
                 best, where = value, (b, i, j)
     return best, where
+
+
+def _surely_less(top: Form, bottom: Form, ends: Any, than: Any, *, upper: bool) -> bool:
+    """Whether floats, which are right to fifteen digits here, find a quotient of two cells well below a number."""
+    if len(top) > 1 or len(bottom) > 1 or top[0][0] == bottom[0][0] or top[0][1] != bottom[0][1]:
+        return False
+    above, below, least = (_rounded(v) for v in (ends[top[0][0]][upper], ends[bottom[0][0]][not upper], than))
+    return all(1e-100 < v < 1e100 for v in (above, below, least)) and above / below < least * (1 - 1e-9)
 
 
 def _candidates(block: tuple[Form, ...], ends: Sequence[tuple[Any, Any]]) -> Iterable[tuple[int, int]]:
@@ -1479,14 +1490,21 @@ def _float_uppers(n: Floats, k: Floats, binary: NDArray[np.bool_], level: float)
 
 
 def _wide_ends(cells: Sequence[Cell], level: Fraction) -> list[Ends]:
-    """Ends of cells in closed form, which the sharp tail excludes too: D ≥ 2n(z − μ)², and D ≥ n(z − μ)²/(2·max(z, μ))."""
-    z, cost = np.array([cell.share for cell in cells]), -log(float(level)) / np.array([float(cell.draws) for cell in cells])
-    square = np.sqrt(cost / 2)
-    low = np.maximum(z - square, z - np.sqrt(2 * z * cost)) * (1 - 1e-6) - 1e-9
-    high = np.minimum(z + square, z + cost + np.sqrt(2 * z * cost + cost * cost)) * (1 + 1e-6) + 1e-9
+    """Ends of cells in closed form, which the sharp tail excludes too."""
+    share, draws = np.array([cell.share for cell in cells]), np.array([float(cell.draws) for cell in cells])
+    below, above = _closed_ends(share, -log(float(level)) / draws)
+    low, high = below * (1 - 1e-6) - 1e-9, above * (1 + 1e-6) + 1e-9
     grid = (np.maximum(0, np.floor(low * 1e9)), np.minimum(1e9, np.ceil(high * 1e9)))
     listed = zip(cells, *(found.astype(np.int64).tolist() for found in grid), strict=True)
     return [(_between(cell, a), _between(cell, b)) for cell, a, b in listed]
+
+
+def _closed_ends(share: Floats, cost: Floats) -> tuple[Floats, Floats]:
+    """Where n·D reaches n·cost by bounds in closed form: D ≥ 2(z − μ)², and D ≥ (z − μ)²/(2·max(z, μ))."""
+    square = np.sqrt(cost / 2)
+    below = np.maximum(share - square, share - np.sqrt(2 * share * cost))
+    above = np.minimum(share + square, share + cost + np.sqrt(2 * share * cost + cost * cost))
+    return np.maximum(below, 0.0), np.minimum(above, 1.0)
 
 
 def _between(cell: Cell, billionths: int) -> Fraction:
@@ -1940,8 +1958,10 @@ def further_draws(
     goal = _float_limit(limit, unit)
     means = [float(cell.mean) for cell in cells]
 
+    expected = _expectation(comparison, means, level, 0.0)
+
     def decides(factor: float) -> Literal["within", "exceeds"] | None:
-        lower, upper = _expected(comparison, means, [max(cell.draws, ceil(cell.draws * factor)) for cell in cells], level, 0.0)
+        lower, upper = expected(lambda i: max(cells[i].draws, ceil(cells[i].draws * factor)))
         return "within" if upper <= goal else "exceeds" if lower > goal else None
 
     factor, found = _least(decides, greatest / max(cell.draws for cell in cells))
@@ -2021,8 +2041,10 @@ def plan(
         comparison = Comparison((Cell(1, low, None, low, high, binary),) * len(means), blocks)
     goal, shift = _float_limit(limit, unit), NormalDist().inv_cdf(power)
 
+    expected = _expectation(comparison, means, level, shift)
+
     def decides(draws: float) -> Literal["within", "exceeds"] | None:
-        lower, upper = _expected(comparison, means, [ceil(draws)] * len(means), level, shift)
+        lower, upper = expected(lambda _: ceil(draws))
         return "within" if upper <= goal else "exceeds" if lower > goal else None
 
     draws, found = _least(decides, greatest)
@@ -2055,28 +2077,51 @@ def _least(decides: Callable[[float], Any], greatest: float) -> tuple[float, Any
     return high, decides(high)
 
 
-def _expected(comparison: Comparison, means: Sequence[float], draws: Sequence[int], level: Fraction, shift: float) -> tuple[float, float]:
-    """The interval that the box is expected to give; with a shift, against a deviation of that many standard errors in each cell."""
-    used = set(comparison.used)
+def _expectation(
+    comparison: Comparison, means: Sequence[float], level: Fraction, shift: float
+) -> Callable[[Callable[[int], int]], tuple[float, float]]:
+    """The interval that the box is expected to give, by the draws of each cell; with a shift, against so many standard errors.
+
+    Of many blocks only those are looked at that ends in closed form put first.
+    """
+    cells, used = comparison.cells, set(comparison.used)
     levels = box_levels(len(used), comparison.span, 1 - level, independent=False)
-    sides = []
-    for upper, each in zip((True, False), map(float, levels), strict=True):
-        ends: list[tuple[float, float]] = []
-        for i, (cell, mean, n) in enumerate(zip(comparison.cells, means, draws, strict=True)):
-            low, width = float(cell.low), float(cell.high - cell.low)
-            if i not in used:
-                ends.append((low, low + width))
-                continue
-            p = (mean - low) / width
-            error = shift * sqrt(p * (1 - p) / n) if shift else 0.0
-            # Both ends of the ratio suffer when a numerator or denominator deviates towards its own end.
-            below, above = max(0.0, p - error), min(1.0, p + error)
-            ends.append(
-                (
-                    low + width * _float_end(n, n * below, each, cell.binary, "upper"),
-                    low + width * _float_end(n, n * above, each, cell.binary, "lower"),
-                )
-            )
-        value, _ = _extreme(comparison, ends, upper=upper)
-        sides.append(float(value))
-    return sides[1], sides[0]
+    many = len(used) > DECISIVE_CELLS and comparison.single
+    flat = np.array([form[0][0] for block in comparison.blocks for form in block]) if many else np.zeros(0, dtype=np.int64)
+    starts = np.cumsum([0, *map(len, comparison.blocks[:-1])])
+    low, high = (np.array([float(end) for end in ends])[flat] for ends in ([c.low for c in cells], [c.high for c in cells]))
+    share = (np.array(means)[flat] - low) / np.where(high > low, high - low, 1)
+
+    def foremost(draws: Callable[[int], int], each: float, *, upper: bool) -> tuple[tuple[Form, ...], ...]:
+        cost = -log(each) / np.array([float(draws(i)) for i in flat.tolist()])
+        below, above = (low + (high - low) * end for end in _closed_ends(share, cost))
+        top, bottom = (above, below) if upper else (below, above)
+        with np.errstate(all="ignore"):
+            promised = np.maximum.reduceat(top, starts) / np.minimum.reduceat(bottom, starts)
+        return tuple(comparison.blocks[b] for b in np.argsort(-np.nan_to_num(promised), kind="stable")[:FOREMOST].tolist())
+
+    def end(i: int, n: int, each: float) -> tuple[float, float]:
+        cell = cells[i]
+        least, width = float(cell.low), float(cell.high - cell.low)
+        if i not in used:
+            return least, least + width
+        p = (means[i] - least) / width
+        error = shift * sqrt(p * (1 - p) / n) if shift else 0.0
+        # Both ends of the ratio suffer when a numerator or denominator deviates towards its own end.
+        below, above = max(0.0, p - error), min(1.0, p + error)
+        return (
+            least + width * _float_end(n, n * below, each, cell.binary, "upper"),
+            least + width * _float_end(n, n * above, each, cell.binary, "lower"),
+        )
+
+    def expected(draws: Callable[[int], int]) -> tuple[float, float]:
+        sides = []
+        for upper, each in zip((True, False), map(float, levels), strict=True):
+            blocks = foremost(draws, each, upper=upper) if many else comparison.blocks
+            needed = {i for block in blocks for form in block for i, _ in form}
+            ends: Any = {i: end(i, draws(i), each) for i in needed}
+            value, _ = _extreme(replace(comparison, blocks=blocks), ends, upper=upper)
+            sides.append(float(value))
+        return sides[1], sides[0]
+
+    return expected

@@ -923,6 +923,20 @@ def test_names_against_the_placebo(data: Path) -> None:
     assert repetition_warnings(names, repetition="run", asked=asked, decision="recommend_interview") == ()
 
 
+@pytest.mark.parametrize("factor", [1, 100])
+def test_planning_for_many_cells_looks_at_those_that_decide(monkeypatch: pytest.MonkeyPatch, factor: int) -> None:
+    """The estimate is that of all cells."""
+    pick = np.random.default_rng(factor)
+    law = Law.from_array(pick.integers(30 * factor, 90 * factor, (60, 3, 2)), kind="counts")
+    comparison = local_comparison(law, Utility({"0": 1, "1": "0.25"}).on(law))
+    quick = further_draws(comparison, "2.2", "ratio")
+    monkeypatch.setattr(sampling, "DECISIVE_CELLS", 10**9)
+    full = further_draws(comparison, "2.2", "ratio")
+    assert quick.decides == full.decides is not None
+    assert full.draws is not None
+    assert quick.draws == pytest.approx(full.draws, rel=0.01)
+
+
 @pytest.mark.parametrize("unit", ["1e-400", "1e-30", "1e30", "1e400"])
 def test_many_cells_have_the_same_interval_in_every_unit_of_utility(unit: str) -> None:
     """Whether or not floats could hold the numbers."""

@@ -108,6 +108,8 @@ def apply_bins(tally: Tally, bins: Mapping[str, Bins], cut: Collection[str] = ()
     InputError
         If a value is not a number; the message says where it occurs.
     """
+    if not bins:
+        return tally
     levels = dict(tally.levels)
     for name, intervals in bins.items():
         found: list[Any] = []

@@ -96,8 +96,8 @@ def count_statement(
     exact_ties : iterable of str
         Binned columns that hold text (DuckDB only): where rounding to float64 could decide, the text itself travels back.
     enums : mapping of str to str, optional
-        Text columns to count as values of these types (DuckDB only). Each adds a column to the result: how many of the texts are not null,
-        which for a row without a value are those that the type does not have.
+        Text columns to count as values of these types (DuckDB only). Each adds a column to the result, ``text0``, ``text1``, …: how many of
+        the texts are not null, which for a row without a value are those that the type does not have.
     ordered : bool
         Whether the result is sorted.
 
@@ -123,8 +123,9 @@ def count_statement(
         if bins and name in bins:
             quoted = _case_of_text(quoted, bins[name]) if name in ties else _case(quoted, bins[name], dialect)
         elif enums and name in enums:
-            inner.append(f"{quoted} as {identifier(f'text{len(texts)}', dialect)}")
-            texts.append(f", count({identifier(f'text{len(texts)}', dialect)})")
+            text = identifier(f"text{len(texts)}", dialect)
+            inner.append(f"{quoted} as {text}")
+            texts.append(f", count({text}) as {text}")
             quoted = f"try_cast({quoted} as {enums[name]})"
         inner.append(f"{quoted} as {alias}")
     keys = ", ".join(f"{alias}{collated}" for alias in listed)

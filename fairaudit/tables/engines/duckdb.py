@@ -14,14 +14,15 @@ from pathlib import Path
 from typing import Any
 
 import duckdb
+import numpy as np
 
-from fairaudit.columns import Tally, column
+from fairaudit.columns import Tally, column, distinct
 from fairaudit.exact import InputError, shown
 from fairaudit.tables.binning import apply_bins, merged
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines import Request, attended, database_source
 from fairaudit.tables.engines.files import Form, read_text
-from fairaudit.tables.sql import count_statement, identifier
+from fairaudit.tables.sql import COUNT_COLUMN, count_statement, identifier
 
 __all__ = ["read_database", "read_files"]
 
@@ -30,6 +31,7 @@ SAMPLE = 100_000
 FEW = 1_000
 BLOCK = 1 << 24
 BOM = codecs.BOM_UTF8
+WHOLE = ("TINYINT", "SMALLINT", "INTEGER", "BIGINT", "UTINYINT", "USMALLINT", "UINTEGER", "BOOLEAN")
 NUMERIC = re.compile(r"U?(TINY|SMALL|BIG|HUGE)INT|U?INTEGER|FLOAT|DOUBLE|DECIMAL.*")
 
 
@@ -67,7 +69,10 @@ def _count(connection: Any, name: str, source: str, types: dict[str, str], reque
     parsed = {i: _Json(c) for i, c in enumerate(request.columns) if types[c] == "JSON"}
 
     def counted(enums: dict[str, str]) -> Tally:
-        cursor = connection.execute(count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied, enums=enums))
+        statement = count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied, enums=enums)
+        if all(c in enums or (types[c] in WHOLE and c not in bins) for c in request.columns):
+            return _columns(connection, statement, name, request.columns, enums)
+        cursor = connection.execute(statement)
         rows: Iterator[Sequence[Any]] = _decoded(_fetched(cursor), parsed) if parsed else _fetched(cursor)
         if enums:
             rows = _known(rows, len(request.columns), [request.columns.index(c) for c in enums])
@@ -101,6 +106,31 @@ def _enums(connection: Any, source: str, columns: Sequence[str]) -> dict[str, st
             connection.execute(f"create temporary type text{place} as enum (select distinct k from {sample} where k is not null)")  # noqa: S608
             found[name] = f"text{place}"
     return found
+
+
+def _columns(connection: Any, statement: str, name: str, columns: Sequence[str], enums: dict[str, str]) -> Tally:
+    """Count whole numbers, truth values and enumerated texts, and fetch them column by column."""
+    picked = [f"enum_code(k{i}) as k{i}" if c in enums else f"k{i}" for i, c in enumerate(columns)]
+    texts = [f"text{i}" for i in range(len(enums))]
+    query = f"select {', '.join([*picked, COUNT_COLUMN, *texts])} from ({statement}) as counted"  # noqa: S608
+    found = connection.execute(query).fetchnumpy()
+    codes, levels = {}, {}
+    for i, c in enumerate(columns):
+        part = found[f"k{i}"]
+        absent = np.ma.getmaskarray(part) if isinstance(part, np.ma.MaskedArray) else np.zeros(len(part), dtype=np.bool_)
+        if c in enums and found[texts[list(enums).index(c)]][absent].any():
+            raise _RareError
+        values, places = distinct(np.asarray(part, dtype=np.int64)[~absent])
+        codes[c] = np.full(len(part), len(values), dtype=np.int64)
+        codes[c][~absent] = places
+        listed: list[Any] = values.tolist()
+        if c in enums:
+            known = [text for (text,) in connection.execute(f"select unnest(enum_range(null::{enums[c]}))").fetchall()]
+            listed = [known[value] for value in listed]
+        elif part.dtype == np.bool_:
+            listed = [bool(value) for value in listed]
+        levels[c] = [*listed, None] if absent.any() else listed
+    return Tally(name, codes, levels, np.asarray(found[COUNT_COLUMN], dtype=np.int64))
 
 
 def _known(rows: Iterator[Sequence[Any]], width: int, places: Sequence[int]) -> Iterator[Sequence[Any]]:
