@@ -16,7 +16,7 @@ import numpy as np
 
 from fairaudit import __version__, bounds
 from fairaudit.bounds import Bound
-from fairaudit.certificate import FORMAT, Certificate, Table, columns, number, with_table
+from fairaudit.certificate import FORMAT, Certificate, Table, WrittenTable, column_names, number, with_table
 from fairaudit.columns import plain
 from fairaudit.exact import InputError, compare_log, nearest, rational, rational_text, shown
 from fairaudit.fairness import (
@@ -33,7 +33,7 @@ from fairaudit.fairness import (
     most_unequal_distances,
     most_unequal_ratios,
 )
-from fairaudit.law import Law
+from fairaudit.law import Columns, Law
 from fairaudit.mechanism import Mechanism
 from fairaudit.monitor.bounds import Arrivals, stream_interval
 from fairaudit.policy import Deployment
@@ -114,6 +114,28 @@ class Target:
 
 
 @dataclass(frozen=True, eq=False)
+class Passed:
+    """What is kept of contexts that were read in parts.
+
+    Attributes
+    ----------
+    columns : Columns
+        The columns of the log.
+    pairs : tuple of Ratio
+        The most unequal pairs within a context, most unequal first.
+    distances : tuple of Distance
+        The greatest total variation distances within a context.
+    table : WrittenTable
+        The table.
+    """
+
+    columns: Columns
+    pairs: tuple[Ratio, ...]
+    distances: tuple[Distance, ...]
+    table: WrittenTable
+
+
+@dataclass(frozen=True, eq=False)
 class Result:
     """What `certify` found. Ratios and distances are exact.
 
@@ -149,6 +171,8 @@ class Result:
         Constants that were declared instead of read off the table.
     intervals : dict
         Intervals of the ratios of the population behind counts, under ``"local"`` and ``"global"`` where there is one.
+    passed : Passed or None
+        If contexts were read in parts, what was kept of them; `law` is then the law over all contexts together.
     """
 
     law: Law
@@ -171,6 +195,7 @@ class Result:
     intervals: Mapping[Quantity, Interval] = field(default_factory=dict)
     comparisons: Mapping[Quantity, Comparison] = field(default_factory=dict, repr=False)
     embed: bool | None = field(default=None, repr=False)
+    passed: Passed | None = field(default=None, repr=False)
 
     @property
     def sentence(self) -> str:
@@ -220,13 +245,19 @@ class Result:
         """
         if count < 1:
             raise InputError(f"{count} most unequal pairs cannot be listed; ask for at least 1")
-        law, utility = self.law, self.utility
         return {
-            "local": most_unequal_ratios(law, utility, count, within_context=True),
-            "global": most_unequal_ratios(law, utility, count, within_context=False),
-            "equalized_odds": most_unequal_distances(law, count, within_context=True),
-            "demographic_parity": most_unequal_distances(law, count, within_context=False),
+            **self.most_unequal_pairs(count),
+            "equalized_odds": self.passed.distances[:count]
+            if self.passed
+            else most_unequal_distances(self.law, count, within_context=True),
+            "demographic_parity": most_unequal_distances(self.law, count, within_context=False),
         }
+
+    def most_unequal_pairs(self, count: int = 3) -> dict[str, tuple[Ratio, ...]]:
+        """Rank the most unequal pairs by ratio alone: ``local`` and ``global`` of `most_unequal`."""
+        law, utility = self.law, self.utility
+        local = self.passed.pairs[:count] if self.passed else most_unequal_ratios(law, utility, count, within_context=True)
+        return {"local": local, "global": most_unequal_ratios(law, utility, count, within_context=False)}
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate the cells: labels, weight (count or mass), exact expected utility, and the same as a float.
@@ -274,7 +305,7 @@ class Result:
             "format": FORMAT,
             "subject": {
                 "kind": "policy" if deployment else law.kind,
-                "columns": columns(law),
+                "columns": column_names(self.passed.columns if self.passed else law.columns),
                 "population": law.population,
                 "table": {},
                 "utility": {
@@ -319,7 +350,7 @@ class Result:
                 for quantity, interval in self.intervals.items()
             }
         if deployment is None:
-            return with_table(document, Table(law, self.utility), embed=self.embed)
+            return with_table(document, self.passed.table if self.passed else Table(law, self.utility), embed=self.embed)
         context = deployment.context_filter
         document["subject"]["privacy"] = {"group": _privacy(deployment.group_filter), "context": _privacy(context) if context else None}
         document["subject"]["declared"] = {name: number(value) for name, value in self.declared.items()}
@@ -398,13 +429,7 @@ def certify(
     >>> round(float(found.lower), 2), round(float(found.upper), 2)
     (1.25, 1.8)
     """
-    asked = [
-        _limit("local", "log", max_local),
-        _limit("local", "ratio", max_local_ratio),
-        _limit("global", "log", max_global),
-        _limit("global", "ratio", max_global_ratio),
-    ]
-    limits = [limit for limit in asked if limit is not None]
+    limits = _limits_of(max_local, max_local_ratio, max_global, max_global_ratio)
     deployment = subject if isinstance(subject, Deployment) else None
     law = subject.law if isinstance(subject, Deployment) else subject
     level = None if confidence is None else confidence_level(confidence)
@@ -437,7 +462,6 @@ def certify(
         else _judge_population(quantity, limit, unit, sampled, intervals.get(quantity), found, constants)
         for quantity, unit, limit in limits
     )
-    verdict: Verdict = max((t.verdict for t in targets), key=RANK.__getitem__, default="none")
     without = deployment.unfiltered if deployment else None
     return Result(
         law=law,
@@ -449,9 +473,9 @@ def certify(
         local_supremum=local_supremum(law),
         global_supremum=global_supremum(law),
         tau=tau,
-        not_compared=tuple(_not_compared(law)),
+        not_compared=tuple(not_compared(law)),
         targets=targets,
-        verdict=verdict,
+        verdict=_verdict(targets),
         notes=(*law.notes, *notes),
         deployment=deployment,
         unfiltered=None if without is None else _both(without, replace(table, law=without)),
@@ -461,6 +485,24 @@ def certify(
         comparisons=comparisons,
         embed=embed_table,
     )
+
+
+def judged(
+    measured: Mapping[Quantity, Ratio | None], limits: tuple[Any, Any, Any, Any], confidence: Any
+) -> tuple[tuple[Target, ...], Verdict]:
+    """Judge limits on L, R, L̄ and R̄ of a table of counts without intervals: exactly, or, at a confidence, not at all."""
+    level = None if confidence is None else confidence_level(confidence)
+    targets = tuple(
+        Target(quantity, limit, unit, _judge(measured[quantity], limit, unit))
+        if level is None
+        else _judge_population(quantity, limit, unit, level, None, (), {})
+        for quantity, unit, limit in _limits_of(*limits)
+    )
+    return targets, _verdict(targets)
+
+
+def _verdict(targets: tuple[Target, ...]) -> Verdict:
+    return max((target.verdict for target in targets), key=RANK.__getitem__, default="none")
 
 
 def measure_entry(measured: Ratio | Distance) -> dict[str, Any]:
@@ -534,6 +576,18 @@ def _exactly(value: Fraction | float) -> str:
     if not isinstance(value, Fraction) or max(value.numerator, value.denominator).bit_length() > 200:
         return ""
     return str(value)
+
+
+def _limits_of(
+    max_local: Any, max_local_ratio: Any, max_global: Any, max_global_ratio: Any
+) -> list[tuple[Quantity, Literal["log", "ratio"], Fraction]]:
+    asked = [
+        _limit("local", "log", max_local),
+        _limit("local", "ratio", max_local_ratio),
+        _limit("global", "log", max_global),
+        _limit("global", "ratio", max_global_ratio),
+    ]
+    return [limit for limit in asked if limit is not None]
 
 
 def _limit(quantity: Quantity, unit: Literal["log", "ratio"], value: Any) -> tuple[Quantity, Literal["log", "ratio"], Fraction] | None:
@@ -791,7 +845,7 @@ def _composition(deployment: Deployment, law: Law) -> Fraction | float:
     return worst
 
 
-def _not_compared(law: Law) -> list[dict[str, Any]]:
+def not_compared(law: Law) -> list[dict[str, Any]]:
     present: list[list[int]] = [[] for _ in law.contexts]
     for x, a in zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True):
         present[x].append(a)
@@ -862,7 +916,7 @@ def _claims(result: Result) -> list[Claim]:
             add(quantity, r, "T6")
             bound = Fraction(r - 1, r + 1) if isinstance(r, Fraction) else Fraction(1)
             add(distance, bound, "T7", relation="<=", evidence={"supremum": number(r)})
-    if result.local and result.global_ and law.independent:
+    if result.local and result.global_ and not result.passed and law.independent:
         add("global_ratio", result.local.ratio, "T5", relation="<=")
     for quantity, interval in result.intervals.items():
         by = next((method for method in interval.methods if method != "binomial"), "binomial")

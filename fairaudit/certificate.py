@@ -8,23 +8,24 @@ import json
 import os
 import secrets
 import tempfile
+import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from math import gcd
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
 from fairaudit.exact import InputError, integer_text, rational_text
-from fairaudit.law import Law
+from fairaudit.law import Columns, Law
 from fairaudit.mechanism import Factor, Mechanism
 from fairaudit.policy import Deployment
 from fairaudit.utility import UtilityTable
 
-__all__ = ["Certificate", "Table", "schema", "write_atomically"]
+__all__ = ["Certificate", "Table", "WrittenTable", "schema", "write_atomically"]
 
 FORMAT = "fairaudit-certificate/1"
 TABLE_FORMAT = "fairaudit-table/1"
@@ -61,7 +62,7 @@ class Table:
         head: dict[str, Any] = {
             "format": TABLE_FORMAT,
             "kind": "policy" if deployment else law.kind,
-            "columns": columns(law),
+            "columns": column_names(law.columns),
             "population": utility.law.population,
             "decisions": list(law.decisions),
             "groups": [list(group) for group in law.groups],
@@ -130,34 +131,55 @@ class Table:
             and law.weights.dtype == np.int64
             and self.utility.by_decision
         ):
-            yield from self._count_lines()
+            yield from count_lines(law)
             return
         for row in self.rows():
             yield canonical(row)
 
-    def _count_lines(self) -> Iterator[bytes]:
-        """Yield what `canonical` makes of rows of whole counts, many at a time."""
-        law = self.law
-        weights = ",".join(['"%d"'] * law.weights.shape[1])
-        line = f'{{"context":%d,"group":%d,"weights":[{weights}]}}\n'
-        step = max(1, NUMBERS // law.weights.shape[1])
-        for first in range(0, len(law.weights), step):
-            some = slice(first, first + step)
-            numbers = np.column_stack((law.cell_context[some], law.cell_group[some], law.weights[some]))
-            yield (line * len(numbers) % tuple(numbers.ravel().tolist())).encode("ascii")
-
     @cached_property
     def sha256(self) -> str:
         """Digest of the canonical text."""
-        digest = hashlib.sha256()
-        for part in self.parts():
-            digest.update(part)
-        return digest.hexdigest()
+        return _digest(self.parts())
 
     @property
     def cells(self) -> int:
         """Number of (x,a,u) entries."""
         return int(self.law.weights.size)
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenTable:
+    """The canonical text of a table whose rows were written to a file, some at a time.
+
+    Attributes
+    ----------
+    header : dict
+        First line of the canonical text.
+    file : binary file
+        The other lines.
+    cells : int
+        Number of (x,a,u) entries.
+    """
+
+    header: dict[str, Any]
+    file: IO[bytes]
+    cells: int
+
+    def __post_init__(self) -> None:
+        """Close the file when the table is no longer needed."""
+        weakref.finalize(self, self.file.close)
+
+    def parts(self) -> Iterator[bytes]:
+        """Yield the canonical text in parts."""
+        yield canonical(self.header)
+        self.file.seek(0)
+        while part := self.file.read(1 << 20):
+            yield part
+
+    @cached_property
+    def sha256(self) -> str:
+        """Digest of the canonical text."""
+        return _digest(self.parts())
 
 
 @dataclass(frozen=True)
@@ -168,12 +190,12 @@ class Certificate:
     ----------
     document : dict
         The JSON document of docs/certificate.md.
-    table : Table or None
+    table : Table, WrittenTable or None
         The table, when it is not embedded.
     """
 
     document: dict[str, Any]
-    table: Table | None = None
+    table: Table | WrittenTable | None = None
 
     @property
     def text(self) -> str:
@@ -212,25 +234,47 @@ class Certificate:
         return [target, *written]
 
 
-def with_table(document: dict[str, Any], table: Table, *, embed: bool | None = None) -> Certificate:
-    """Put a table into a document, or only its digest: when `embed` is false, or it has more than 100,000 entries."""
-    if embed is None:
-        embed = table.cells <= EMBED_LIMIT
-    elif not embed:
-        table = replace(table, salt=secrets.token_hex(16))
+def with_table(document: dict[str, Any], table: Table | WrittenTable, *, embed: bool | None = None) -> Certificate:
+    """Put a table into a document; only its digest when `embed` is false, it has more than 100,000 entries, or its rows are in a file."""
+    apart = isinstance(table, WrittenTable) or table.cells > EMBED_LIMIT if embed is None else not embed
+    if embed is False and isinstance(table, Table):
+        table = replace(table, salt=new_salt())
     entry: dict[str, Any] = {"sha256": table.sha256, "cells": table.cells}
-    if embed:
+    if not apart and isinstance(table, Table):
         entry |= {"header": table.header, "rows": list(table.rows())}
     for claim in document["claims"]:
         if "table" in claim["evidence"]:
             claim["evidence"]["table"] = table.sha256
     document["subject"]["table"] = entry
-    return Certificate(document, None if embed else table)
+    return Certificate(document, table if apart else None)
 
 
-def columns(law: Law) -> dict[str, Any]:
+def new_salt() -> str:
+    """Digits that keep the digest of a table that is not disclosed from being guessed."""
+    return secrets.token_hex(16)
+
+
+def _digest(parts: Iterator[bytes]) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part)
+    return digest.hexdigest()
+
+
+def column_names(columns: Columns) -> dict[str, Any]:
     """Column names of a law as a certificate stores them."""
-    return {"decision": law.columns.decision, "group": list(law.columns.group), "context": list(law.columns.context)}
+    return {"decision": columns.decision, "group": list(columns.group), "context": list(columns.context)}
+
+
+def count_lines(law: Law, contexts_before: int = 0) -> Iterator[bytes]:
+    """Yield what `canonical` makes of the rows of a law of whole counts, many at a time."""
+    weights = ",".join(['"%d"'] * law.weights.shape[1])
+    line = f'{{"context":%d,"group":%d,"weights":[{weights}]}}\n'
+    step = max(1, NUMBERS // law.weights.shape[1])
+    for first in range(0, len(law.weights), step):
+        some = slice(first, first + step)
+        numbers = np.column_stack((law.cell_context[some] + contexts_before, law.cell_group[some], law.weights[some]))
+        yield (line * len(numbers) % tuple(numbers.ravel().tolist())).encode("ascii")
 
 
 def _factors(mechanism: Mechanism) -> list[dict[str, Any]]:

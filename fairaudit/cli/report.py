@@ -85,11 +85,11 @@ def write_page(certificate: Certificate, path: str) -> Path:
     InputError
         If the page cannot be written.
     """
-    from fairaudit.certificate import write_atomically
+    from fairaudit.certificate import Table, write_atomically
     from fairaudit.cli.verify import checked
     from fairaudit.report import html
 
-    table = certificate.table.lines() if certificate.table is not None else None
+    table = certificate.table.lines() if isinstance(certificate.table, Table) else None
     wrong, said = checked(certificate.text.encode("ascii"), table, "the certificate")
     if wrong:
         raise RuntimeError(wrong)

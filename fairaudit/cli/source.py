@@ -118,6 +118,7 @@ def read(
     columns: Sequence[str],
     edges: dict[str, tuple[str, ...]],
     numeric: Sequence[str],
+    most: int | None = None,
 ) -> CsvTable | Tally:
     """Read the table that the options describe: the counted rows of a log, or a table of counts or probabilities as it is.
 
@@ -129,18 +130,21 @@ def read(
     from fairaudit.columns import column
     from fairaudit.exact import InputError
     from fairaudit.tables.csv import CsvTable, read_csv
+    from fairaudit.tables.engines import ManyRowsError
 
     try:
         if isinstance(table, CsvTable):
             found = table
         elif (arguments.count is None and arguments.probability is None) or isinstance(table, list) or not _is_csv(table):
-            return _counted(arguments, table, columns, edges, numeric)
+            return _counted(arguments, table, columns, edges, numeric, most)
         else:
             found = read_csv(table)
         if edges:
             raise InputError(f"intervals such as {next(iter(edges))}:{','.join(next(iter(edges.values())))} go with a log")
         if arguments.database_table is not None or arguments.query is not None:
             raise InputError("--table and --query go with a database")
+    except ManyRowsError:
+        raise
     except InputError as error:
         raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
     try:
@@ -152,7 +156,12 @@ def read(
 
 
 def _counted(
-    arguments: argparse.Namespace, table: Any, columns: Sequence[str], edges: dict[str, tuple[str, ...]], numeric: Sequence[str]
+    arguments: argparse.Namespace,
+    table: Any,
+    columns: Sequence[str],
+    edges: dict[str, tuple[str, ...]],
+    numeric: Sequence[str],
+    most: int | None,
 ) -> Tally:
     """Count the rows of a log, or of a table of counts that is no CSV file."""
     from fairaudit.tables.engines import read_log
@@ -168,6 +177,7 @@ def _counted(
             memory=arguments.memory,
             report=report,
             meanwhile=_warm,
+            most=most,
         )
     return _with_numbers(tally, numeric)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.audit import approximate, place, to_judge
 from fairaudit.columns import plain
 from fairaudit.exact import rational_text
-from fairaudit.fairness import Ratio, Witness, cell_expectation, most_unequal_ratios
+from fairaudit.fairness import Ratio, Witness, cell_expectation
 from fairaudit.mechanism import Mechanism
 from fairaudit.privacy import exp_epsilon
 
@@ -242,8 +242,8 @@ def _bounds(result: Result) -> str:
 
 def _pairs(result: Result, top: int) -> str:
     lines = []
-    for title, within in (("Most unequal within a context", True), ("Most unequal group means", False)):
-        measures = most_unequal_ratios(result.law, result.utility, top, within_context=within)
+    ranked = result.most_unequal_pairs(top)
+    for title, measures in (("Most unequal within a context", ranked["local"]), ("Most unequal group means", ranked["global"])):
         entries = [_pair(measured) for measured in measures if measured.ratio != 1]
         if entries:
             lines.append(title + "\n" + "\n".join(f"  {entry}" for entry in entries))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,11 +15,15 @@ from fairaudit.exact import InputError, nearest, shown
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.sql import table_name
 
-__all__ = ["ENGINES", "Request", "attended", "database_source", "read_log"]
+__all__ = ["ENGINES", "ManyRowsError", "Request", "attended", "database_source", "read_log", "read_parts"]
 
 ENGINES = ("auto", "duckdb", "python", "spark")
 Report = Callable[[float | None, int | None], None]
 T = TypeVar("T")
+
+
+class ManyRowsError(InputError):
+    """A log has more different rows than were asked for."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,8 @@ class Request:
         Told how far the work is: a share of it, or a number of rows.
     meanwhile : callable or None
         Run once beside the engine's work.
+    most : int or None
+        How many different rows may come back from DuckDB.
     """
 
     columns: tuple[str, ...]
@@ -49,6 +55,7 @@ class Request:
     memory: str | None = None
     report: Report | None = None
     meanwhile: Callable[[], Any] | None = None
+    most: int | None = None
 
 
 def read_log(
@@ -62,6 +69,7 @@ def read_log(
     memory: str | None = None,
     report: Report | None = None,
     meanwhile: Callable[[], Any] | None = None,
+    most: int | None = None,
 ) -> Tally:
     """Count the equal rows of a log, whatever holds it.
 
@@ -84,6 +92,8 @@ def read_log(
         What DuckDB may use before it spills to the directory for temporary files, such as ``"2GB"``.
     report, meanwhile : callable, optional
         Told how far the work is; run once beside it.
+    most : int, optional
+        How many different rows may come back from Parquet files or a table of a DuckDB database; more are for `read_parts`.
 
     Returns
     -------
@@ -94,6 +104,8 @@ def read_log(
     ------
     InputError
         If the source cannot be read, or a column is not there.
+    ManyRowsError
+        If there are more different rows than `most`.
 
     Examples
     --------
@@ -103,17 +115,7 @@ def read_log(
     >>> sorted(zip(tally["hired"], tally["age"]))
     [('no', '18 to under 65'), ('yes', '65 and over'), ('yes', 'under 18')]
     """
-    cut = {name: edges if isinstance(edges, Bins) else Bins.of(name, edges) for name, edges in (bins or {}).items()}
-    for name in cut:
-        if name not in columns:
-            raise InputError(f"intervals were given for column {shown(name)}, which is not among the columns; {nearest(name, columns)}")
-    if not columns:
-        raise InputError("no column was named; name at least one")
-    request = Request(tuple(dict.fromkeys(columns)), cut, table, query, memory, report, meanwhile)
-    if table is not None and query is not None:
-        raise InputError("both a table and a query were given; give one")
-    if memory is not None and not re.fullmatch(r"[0-9]{1,6}(\.[0-9]+)? ?[KMGT]i?B", memory, re.IGNORECASE):
-        raise InputError(f"the memory {shown(memory)} is not an amount such as 500MB or 2GB")
+    request = _request(columns, bins, table, query, memory, report, meanwhile, most)
     session = None if isinstance(engine, str) or engine is None else engine
     if session is None and engine not in (None, *ENGINES):
         raise InputError(f"the engine {shown(engine)} is not known; {nearest(str(engine), ENGINES)}")
@@ -124,10 +126,85 @@ def read_log(
     for name, given in (("table", table), ("query", query)):
         if given is not None:
             raise InputError(f"a {name} goes with a database, not with a frame")
-    found = tally_frame(source, request.columns, cut)
+    found = tally_frame(source, request.columns, request.bins)
     if found is None:
         raise InputError(f"a log cannot be read from a {type(source).__name__}; use a file, a database, or a frame")
     return found
+
+
+def read_parts(
+    source: Any,
+    columns: Sequence[str],
+    by: Sequence[str],
+    *,
+    bins: Mapping[str, Sequence[Any] | Bins] | None = None,
+    table: str | None = None,
+    memory: str | None = None,
+    report: Report | None = None,
+) -> Iterator[Tally]:
+    """Count the equal rows of a log that has too many different ones to hold them all: in Parquet files, or a table of a DuckDB database.
+
+    Parameters
+    ----------
+    source : path, sequence of paths, or str
+        Parquet files, or ``duckdb:FILE``.
+    columns : sequence of str
+        The columns that tell rows apart.
+    by : sequence of str
+        Those among them whose values are kept together: texts, whole numbers, or numbers cut into intervals.
+    bins, table, memory, report
+        As for `read_log`.
+
+    Yields
+    ------
+    Tally
+        First the counts without the columns `by`; then those with them, some values of `by` at a time, in the order of their texts.
+
+    Raises
+    ------
+    InputError
+        If the source cannot be read in parts, or a column is not there.
+    """
+    request = _request(columns, bins, table, None, memory, report, None, None)
+    from fairaudit.tables.engines import duckdb, files
+
+    sources = [os.fspath(part) for part in ([source] if _is_text(source) else source)]
+    if sources[0].startswith("duckdb:") and not Path(sources[0]).exists():
+        if len(sources) > 1:
+            raise InputError("a database is read on its own; name one")
+        database_source(request, "duckdb")
+        yield from duckdb.read_parts([sources[0].removeprefix("duckdb:")], request, by)
+        return
+    if table is not None:
+        raise InputError("a table goes with a database, such as duckdb:decisions.db")
+    paths = files.expand(sources)
+    for path in paths:
+        if files.form(path) != "parquet":
+            raise InputError(f"{path} is no Parquet file; a log is read in parts from Parquet files or a table of a DuckDB database")
+    yield from duckdb.read_parts(paths, request, by)
+
+
+def _request(
+    columns: Sequence[str],
+    bins: Mapping[str, Sequence[Any] | Bins] | None,
+    table: str | None,
+    query: str | None,
+    memory: str | None,
+    report: Report | None,
+    meanwhile: Callable[[], Any] | None,
+    most: int | None,
+) -> Request:
+    cut = {name: edges if isinstance(edges, Bins) else Bins.of(name, edges) for name, edges in (bins or {}).items()}
+    for name in cut:
+        if name not in columns:
+            raise InputError(f"intervals were given for column {shown(name)}, which is not among the columns; {nearest(name, columns)}")
+    if not columns:
+        raise InputError("no column was named; name at least one")
+    if table is not None and query is not None:
+        raise InputError("both a table and a query were given; give one")
+    if memory is not None and not re.fullmatch(r"[0-9]{1,6}(\.[0-9]+)? ?[KMGT]i?B", memory, re.IGNORECASE):
+        raise InputError(f"the memory {shown(memory)} is not an amount such as 500MB or 2GB")
+    return Request(tuple(dict.fromkeys(columns)), cut, table, query, memory, report, meanwhile, most)
 
 
 def _is_text(source: Any) -> bool:

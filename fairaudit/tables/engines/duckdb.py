@@ -9,7 +9,9 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from decimal import Decimal
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,17 +20,18 @@ import numpy as np
 
 from fairaudit.columns import Tally, column, distinct
 from fairaudit.exact import InputError, shown
-from fairaudit.tables.binning import apply_bins, merged
+from fairaudit.tables.binning import Bins, apply_bins, merged
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
-from fairaudit.tables.engines import Request, attended, database_source
+from fairaudit.tables.engines import ManyRowsError, Request, attended, database_source
 from fairaudit.tables.engines.files import Form, read_text
 from fairaudit.tables.sql import COUNT_COLUMN, count_statement, identifier
 
-__all__ = ["read_database", "read_files"]
+__all__ = ["read_database", "read_files", "read_parts"]
 
 BATCH = 50_000
 SAMPLE = 100_000
 FEW = 1_000
+PART = 2_000_000
 BLOCK = 1 << 24
 BOM = codecs.BOM_UTF8
 WHOLE = ("TINYINT", "SMALLINT", "INTEGER", "BIGINT", "UTINYINT", "USMALLINT", "UINTEGER", "BOOLEAN")
@@ -56,8 +59,115 @@ def read_database(path: str, request: Request) -> Tally:
         return _count(connection, Path(path).name, source, types, request, quick=request.query is None)
 
 
+@dataclass(frozen=True)
+class _Counted:
+    """A log as the temporary table ``counted``: a row for each of its different rows, with the columns k0, k1, … and row_count."""
+
+    name: str
+    columns: tuple[str, ...]
+    types: dict[str, str]
+    bins: dict[str, Bins]
+    cut: set[str]
+    tied: set[str]
+    enums: dict[str, str]
+
+    def key(self, column: str) -> str:
+        """Name a column has in the table."""
+        return f"k{self.columns.index(column)}"
+
+    def tally(self, connection: Any, columns: Sequence[str], source: str) -> Tally:
+        """Fetch rows of the table, or of a query with the same columns."""
+        if all(c in self.enums or (self.types[c] in WHOLE and c not in self.bins) for c in columns):
+            return self._by_column(connection, columns, source)
+        parsed = {i: _Json(c) for i, c in enumerate(columns) if self.types[c] == "JSON"}
+        cursor = connection.execute(f"select {', '.join([*map(self.key, columns), COUNT_COLUMN])} from {source}")  # noqa: S608
+        tally = Tally.of(self.name, columns, _decoded(_fetched(cursor), parsed) if parsed else _fetched(cursor))
+        return apply_bins(merged(tally) if parsed else tally, {c: self.bins[c] for c in columns if c in self.bins}, self.cut, self.tied)
+
+    def _by_column(self, connection: Any, columns: Sequence[str], source: str) -> Tally:
+        """Fetch whole numbers, truth values and enumerated texts column by column."""
+        picked = [f"enum_code({self.key(c)}) as {self.key(c)}" if c in self.enums else self.key(c) for c in columns]
+        found = connection.execute(f"select {', '.join([*picked, COUNT_COLUMN])} from {source}").fetchnumpy()  # noqa: S608
+        codes, levels = {}, {}
+        for c in columns:
+            part = found[self.key(c)]
+            absent = np.ma.getmaskarray(part) if isinstance(part, np.ma.MaskedArray) else np.zeros(len(part), dtype=np.bool_)
+            values, places = distinct(np.asarray(part, dtype=np.int64)[~absent])
+            codes[c] = np.full(len(part), len(values), dtype=np.int64)
+            codes[c][~absent] = places
+            listed: list[Any] = values.tolist()
+            if c in self.enums:
+                known = connection.execute(f"select unnest(enum_range(null::{self.enums[c]}))").fetchall()
+                listed = [known[value][0] for value in listed]
+            elif part.dtype == np.bool_:
+                listed = [bool(value) for value in listed]
+            levels[c] = [*listed, None] if absent.any() else listed
+        return Tally(self.name, codes, levels, np.asarray(found[COUNT_COLUMN], dtype=np.int64))
+
+
+def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Iterator[Tally]:
+    """Count Parquet files, or a table of a DuckDB database, and fetch the counts in parts.
+
+    First come the counts of the columns that are not in `by`; then those of all columns, some values of `by` at a time, in the order of
+    their texts, so that the rows of one value are in one part.
+    """
+    database = paths[0] if request.table is not None else ":memory:"
+    source = f"read_parquet({_texts(map(_literal_path, paths))})" if request.table is None else database_source(request, "duckdb")
+    with _connection(request, database) as connection, _said(request, paths[0]):
+        types = _types(connection, source, request.columns)
+        for name in by:
+            if types[name] not in (*WHOLE, "UBIGINT", "VARCHAR") and name not in request.bins:
+                raise InputError(
+                    f"column {shown(name)} holds {types[name]}; contexts that are read in parts are texts, whole numbers, or cut into "
+                    f"intervals, such as {name}:0,10"
+                )
+            if types[name] == "VARCHAR" and name in request.bins:
+                raise InputError(f"column {shown(name)} holds texts, which are not cut into intervals where contexts are read in parts")
+
+        def work() -> tuple[_Counted, list[int]]:
+            counted = _counted(connection, Path(paths[0]).name, source, types, request, quick=True)
+            keys, others = (", ".join(counted.key(c) for c in request.columns if (c in by) == inside) for inside in (True, False))
+            order = ", ".join(f"cast({counted.key(c)} as varchar)" for c in by)
+            same = " and ".join(f"a.{counted.key(c)} is not distinct from b.{counted.key(c)}" for c in by)
+            steps = {
+                "whole": f"select {others}, sum({COUNT_COLUMN})::bigint as {COUNT_COLUMN} from counted group by all",  # noqa: S608
+                "places": f"select {keys}, count(*) as size, row_number() over (order by {order}) as place from counted group by {keys}",  # noqa: S608
+                "placed": f"select a.*, b.place from counted a join places b on {same} order by b.place",  # noqa: S608
+            }
+            for made, statement in steps.items():
+                connection.execute(f"create temporary table {made} as {statement}")
+            connection.execute("drop table counted")
+            sizes = connection.execute("select size from places order by place").fetchnumpy()["size"]
+            share = np.cumsum(sizes) // PART
+            return counted, [0, *(np.flatnonzero(np.diff(share)) + 1).tolist(), len(sizes)]
+
+        counted, edges = attended(work, connection.interrupt, request, lambda: _share(connection))
+        yield counted.tally(connection, [c for c in request.columns if c not in by], "whole")
+        for done, (first, last) in enumerate(pairwise(edges)):
+            if request.report is not None:
+                request.report(done / (len(edges) - 1), None)
+            yield counted.tally(connection, request.columns, f"placed where place > {first} and place <= {last}")
+
+
 def _count(connection: Any, name: str, source: str, types: dict[str, str], request: Request, *, quick: bool = False) -> Tally:
-    """Run the statement and read what comes back; `quick` if a sample of the source costs little."""
+    """Count the log and read what comes back; `quick` if a sample of the source costs little."""
+
+    def work() -> Tally:
+        counted = _counted(connection, name, source, types, request, quick=quick)
+        if request.most is not None and quick:
+            ((rows,),) = connection.execute("select count(*) from counted").fetchall()
+            if rows > request.most:
+                raise ManyRowsError(f"the log has {rows} different rows, more than {request.most}")
+        return counted.tally(connection, request.columns, "counted")
+
+    tally = attended(work, connection.interrupt, request, lambda: _share(connection))
+    if not len(tally):
+        raise InputError("the table has no rows")
+    return tally
+
+
+def _counted(connection: Any, name: str, source: str, types: dict[str, str], request: Request, *, quick: bool) -> _Counted:
+    """Make the table ``counted``."""
     cut = {c for c in request.bins if NUMERIC.fullmatch(types[c])}
     tied = {c for c in request.bins if types[c] == "VARCHAR"}
     bins = {c: request.bins[c] for c in cut | tied}
@@ -65,34 +175,17 @@ def _count(connection: Any, name: str, source: str, types: dict[str, str], reque
     if single:  # compared with an edge they would round it to float32
         widened = ", ".join(f"cast({name} as double) as {name}" for name in single)
         source = f"(select * replace ({widened}) from {source}) as log"  # noqa: S608
-    texts = [c for c in request.columns if quick and types[c] == "VARCHAR" and c not in bins]
-    parsed = {i: _Json(c) for i, c in enumerate(request.columns) if types[c] == "JSON"}
 
-    def counted(enums: dict[str, str]) -> Tally:
+    def made(enums: dict[str, str]) -> _Counted:
         statement = count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied, enums=enums)
-        if all(c in enums or (types[c] in WHOLE and c not in bins) for c in request.columns):
-            return _columns(connection, statement, name, request.columns, enums)
-        cursor = connection.execute(statement)
-        rows: Iterator[Sequence[Any]] = _decoded(_fetched(cursor), parsed) if parsed else _fetched(cursor)
-        if enums:
-            rows = _known(rows, len(request.columns), [request.columns.index(c) for c in enums])
-        tally = Tally.of(name, request.columns, rows)
-        return merged(tally) if parsed else tally
+        connection.execute(f"create or replace temporary table counted as {statement}")
+        return _Counted(name, request.columns, types, dict(request.bins), cut, tied, enums)
 
-    def work() -> Tally:
-        try:
-            return counted(_enums(connection, source, texts))
-        except _RareError:
-            return counted({})
-
-    tally = attended(work, connection.interrupt, request, lambda: _share(connection))
-    if not len(tally):
-        raise InputError("the table has no rows")
-    return apply_bins(tally, request.bins, cut, tied)
-
-
-class _RareError(Exception):
-    """A text that a sample of its column did not have."""
+    found = made(_enums(connection, source, [c for c in request.columns if quick and types[c] == "VARCHAR" and c not in bins]))
+    lost = " or ".join(f"({found.key(c)} is null and text{i} > 0)" for i, c in enumerate(found.enums))
+    if lost and connection.execute(f"select 1 from counted where {lost} limit 1").fetchall():  # noqa: S608
+        return made({})  # a text that the sample did not have
+    return found
 
 
 def _enums(connection: Any, source: str, columns: Sequence[str]) -> dict[str, str]:
@@ -106,40 +199,6 @@ def _enums(connection: Any, source: str, columns: Sequence[str]) -> dict[str, st
             connection.execute(f"create temporary type text{place} as enum (select distinct k from {sample} where k is not null)")  # noqa: S608
             found[name] = f"text{place}"
     return found
-
-
-def _columns(connection: Any, statement: str, name: str, columns: Sequence[str], enums: dict[str, str]) -> Tally:
-    """Count whole numbers, truth values and enumerated texts, and fetch them column by column."""
-    picked = [f"enum_code(k{i}) as k{i}" if c in enums else f"k{i}" for i, c in enumerate(columns)]
-    texts = [f"text{i}" for i in range(len(enums))]
-    query = f"select {', '.join([*picked, COUNT_COLUMN, *texts])} from ({statement}) as counted"  # noqa: S608
-    found = connection.execute(query).fetchnumpy()
-    codes, levels = {}, {}
-    for i, c in enumerate(columns):
-        part = found[f"k{i}"]
-        absent = np.ma.getmaskarray(part) if isinstance(part, np.ma.MaskedArray) else np.zeros(len(part), dtype=np.bool_)
-        if c in enums and found[texts[list(enums).index(c)]][absent].any():
-            raise _RareError
-        values, places = distinct(np.asarray(part, dtype=np.int64)[~absent])
-        codes[c] = np.full(len(part), len(values), dtype=np.int64)
-        codes[c][~absent] = places
-        listed: list[Any] = values.tolist()
-        if c in enums:
-            known = [text for (text,) in connection.execute(f"select unnest(enum_range(null::{enums[c]}))").fetchall()]
-            listed = [known[value] for value in listed]
-        elif part.dtype == np.bool_:
-            listed = [bool(value) for value in listed]
-        levels[c] = [*listed, None] if absent.any() else listed
-    return Tally(name, codes, levels, np.asarray(found[COUNT_COLUMN], dtype=np.int64))
-
-
-def _known(rows: Iterator[Sequence[Any]], width: int, places: Sequence[int]) -> Iterator[Sequence[Any]]:
-    """Rows without the counts of their texts, all of which have a value."""
-    for row in rows:
-        for place, texts in zip(places, row[width + 1 :], strict=True):
-            if texts and row[place] is None:
-                raise _RareError
-        yield row[: width + 1]
 
 
 def _fetched(cursor: Any) -> Iterator[tuple[Any, ...]]:
