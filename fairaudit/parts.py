@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from typing import IO, Any, TypeVar
 
@@ -13,7 +13,7 @@ import numpy as np
 from fairaudit.audit import Passed, Quantity, Result, judged, not_compared
 from fairaudit.certificate import Table, WrittenTable, column_names, count_lines, new_salt
 from fairaudit.columns import Tally, distinct, names, read_columns
-from fairaudit.exact import InputError
+from fairaudit.exact import InputError, shown
 from fairaudit.fairness import (
     Distance,
     Ratio,
@@ -97,17 +97,22 @@ def certify_in_parts(
     """
     columns = Columns(decision, names(group), names(context))
     wanted = (decision, *columns.group, *columns.context)
-    parts = read_parts(source, wanted, columns.context, bins=bins, table=table, memory=memory, report=report)
-    whole = Law.from_log(next(parts), decision=decision, group=columns.group)
-    g = (utility if isinstance(utility, Utility) else Utility(utility)).on(whole)
-    if not g.by_decision:
-        raise InputError("the utility depends on more than the decision; contexts that are read in parts need one of the decision alone")
+    for name in wanted:
+        if wanted.count(name) > 1:
+            raise InputError(f"the column {shown(name)} is used twice; each column has one role")
     local: Ratio | None = None
     supremum: Ratio | None = None
     odds: tuple[Distance, ...] = ()
     pairs: tuple[Ratio, ...] = ()
     floors, left_out, contexts = [], [], list[tuple[str, ...]]()
-    with _written() as rows:
+    opened = read_parts(source, wanted, columns.context, bins=bins, table=table, memory=memory, report=report)
+    with closing(opened) as parts, _written() as rows:
+        whole = Law.from_log(next(parts), decision=decision, group=columns.group)
+        g = (utility if isinstance(utility, Utility) else Utility(utility)).on(whole)
+        if not g.by_decision:
+            raise InputError(
+                "the utility depends on more than the decision; contexts that are read in parts need one of the decision alone"
+            )
         cells = read = 0
         for tally in parts:
             law = _part(tally, columns, whole)
@@ -123,11 +128,11 @@ def certify_in_parts(
             contexts += law.contexts
             cells += law.weights.size
             read += int(law.weights.sum())
-    if read != int(whole.weights.sum()):
-        raise InputError("the log changed while it was read")
-    overall = global_fairness(whole, g)
-    if local is None and overall is None:
-        raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
+        if read != int(whole.weights.sum()):
+            raise InputError("the log changed while it was read")
+        overall = global_fairness(whole, g)
+        if local is None and overall is None:
+            raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
     targets, verdict = judged(measured, (max_local, max_local_ratio, max_global, max_global_ratio), confidence)
     left_out.sort(key=lambda entry: "groups" not in entry)
@@ -189,13 +194,14 @@ def _foremost(measures: Sequence[T], count: int, size: Callable[[T], Any]) -> tu
 
 @contextmanager
 def _written() -> Iterator[IO[bytes]]:
-    """A temporary file that has no name, so that nothing is left of it however the process ends."""
-    file = None
+    """A temporary file that has no name, so that nothing is left of it however the process ends; closed if the work fails."""
     try:
         file = tempfile.TemporaryFile()  # noqa: SIM115
-        yield file
-        file.flush()
-    except OSError as error:
-        if file is not None:
+        try:
+            yield file
+            file.flush()
+        except BaseException:
             file.close()
+            raise
+    except OSError as error:
         raise InputError(f"the table cannot be written to the directory for temporary files: {error.strerror or error}") from None

@@ -1,0 +1,216 @@
+"""Contexts that are read in parts: the certificate is that of the log in memory, byte for byte."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+import resource
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fairaudit import InputError, Law, certify, checker
+from fairaudit.certificate import Certificate
+from fairaudit.cli import main
+from fairaudit.parts import certify_in_parts
+from fairaudit.tables.engines import ManyRowsError, duckdb, read_log, read_parts
+
+TEXTS = ["b", "a", "B", "ä", "a b", "10", "9", "\U0001f600", "zz"]
+
+
+def write(path: Path, columns: dict[str, str], rows: list[tuple[Any, ...]]) -> str:
+    """Write a log as Parquet."""
+    import duckdb as library
+
+    connection = library.connect()
+    connection.execute(f"create table log ({', '.join(f'{name} {kind}' for name, kind in columns.items())})")
+    connection.executemany(f"insert into log values ({', '.join('?' * len(columns))})", rows)
+    connection.execute(f"copy log to '{path}' (format parquet)")
+    connection.close()
+    return str(path)
+
+
+def table_text(certificate: Certificate) -> bytes:
+    assert certificate.table is not None
+    return b"".join(certificate.table.parts())
+
+
+def without_t5(document: dict[str, Any]) -> dict[str, Any]:
+    """In parts nobody looks whether group and context are independent."""
+    return {**document, "claims": [claim for claim in document["claims"] if claim["by"] != "T5"]}
+
+
+@st.composite
+def logs(draw: st.DrawFn) -> tuple[dict[str, str], list[tuple[Any, ...]]]:
+    kinds = {"varchar": st.sampled_from(TEXTS), "integer": st.integers(-12, 12), "boolean": st.booleans()}
+    first, second = draw(st.sampled_from(sorted(kinds))), draw(st.sampled_from(sorted(kinds)))
+    row = st.tuples(st.sampled_from(["yes", "no", "maybe"]), st.sampled_from(["f", "m", "x"]), kinds[first], kinds[second])
+    rows = draw(st.lists(row, min_size=4, max_size=40))
+    some = draw(st.lists(st.sampled_from(rows), max_size=30))
+    return {"u": "varchar", "a": "varchar", "x": first, "y": second}, rows + some
+
+
+@settings(max_examples=60, deadline=None)
+@given(logs(), st.sampled_from([1, 3, 10**6]), st.booleans(), st.sampled_from([None, 0.95]))
+def test_the_certificate_is_that_of_the_log_in_memory(
+    tmp_path_factory: pytest.TempPathFactory, log: tuple[dict[str, str], list[tuple[Any, ...]]], size: int, both: bool, confidence: Any
+) -> None:
+    """Ties, missing groups, contexts with one group, labels in any order; the checker accepts it."""
+    path = write(tmp_path_factory.mktemp("parts") / "log.parquet", *log)
+    context = ["y", "x"] if both else ["x"]
+    utility = {"yes": 2, "maybe": "0.3"}
+    targets = {"max_local_ratio": "3/2", "max_global": "0.1"}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(duckdb, "PART", size)
+        try:
+            law = Law.from_log(read_log(path, ["u", "a", *context]), decision="u", group="a", context=context)
+            known = certify(law, utility, confidence=None, **targets)
+        except InputError as error:
+            with pytest.raises(InputError) as refused:
+                certify_in_parts(path, utility, decision="u", group="a", context=context)
+            assert str(refused.value) == str(error)
+            return
+        found = certify_in_parts(path, utility, decision="u", group="a", context=context, confidence=confidence, **targets)
+    assert found.most_unequal() == known.most_unequal()
+    assert (found.sentence, found.tau) == (known.sentence, known.tau)
+    written, memory = copy.deepcopy(found.certificate.document), copy.deepcopy(known.certificate.document)
+    table = memory["subject"]["table"]
+    lines = [table["header"], *table["rows"]]
+    canonical = "".join(json.dumps(line, ensure_ascii=True, sort_keys=True, separators=(",", ":")) + "\n" for line in lines)
+    assert table_text(found.certificate).decode("ascii") == canonical
+    memory["subject"]["table"] = {key: table[key] for key in ("sha256", "cells")}
+    if confidence is not None:
+        assert [target.pop("verdict") for target in written["targets"]] == ["inconclusive"] * 2 == [written.pop("verdict")] * 2
+        assert [target.pop("judged") for target in written["targets"]] == ["population at confidence 19/20"] * 2
+        for target in memory["targets"]:
+            del target["verdict"], target["judged"]
+        del memory["verdict"]
+    assert without_t5(written) == without_t5(memory)
+    report = checker.check(found.certificate.text.encode(), iter(table_text(found.certificate).splitlines(keepends=True)))
+    assert all(finding.true for finding in report.findings)
+
+
+@settings(max_examples=30, deadline=None)
+@given(logs(), st.sampled_from([1, 2, 5]))
+def test_parts_are_the_log(tmp_path_factory: pytest.TempPathFactory, log: tuple[dict[str, str], list[tuple[Any, ...]]], size: int) -> None:
+    """Every row is in exactly one part, and the rows of a context are together."""
+    path = write(tmp_path_factory.mktemp("parts") / "log.parquet", *log)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(duckdb, "PART", size)
+        whole, *parts = read_parts(path, ["u", "a", "x", "y"], ["x", "y"])
+    rows = [Counter(dict(zip(zip(*map(part.__getitem__, "uaxy"), strict=True), part.counts.tolist(), strict=True))) for part in parts]
+    assert sum(rows, Counter()) == Counter(log[1])
+    contexts = [{(x, y) for _, _, x, y in part} for part in rows]
+    assert sum(map(len, contexts)) == len(set.union(*contexts))
+    marginal = dict(zip(zip(whole["u"], whole["a"], strict=True), whole.counts.tolist(), strict=True))
+    assert marginal == Counter((u, a) for u, a, _, _ in log[1])
+
+
+ROWS = [(u, a, x) for x in range(40) for a in "fm" for u in ("yes", "no") for _ in range(1 + (x * 7 + (a == "f") * 3 + (u == "no")) % 5)]
+COLUMNS = ["--decision", "u", "--group", "a", "--context", "x", "--utility", "yes"]
+
+
+@pytest.fixture
+def parquet(tmp_path: Path) -> str:
+    return write(tmp_path / "log.parquet", {"u": "varchar", "a": "varchar", "x": "integer"}, ROWS)
+
+
+def test_the_command_line(parquet: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """By option, and by itself when there are many different rows; databases, intervals of numbers, and a table that is not disclosed."""
+    import duckdb as library
+
+    monkeypatch.setattr(duckdb, "PART", 30)
+    paths = {name: str(tmp_path / f"{name}.json") for name in ("memory", "parts", "many", "database", "salted")}
+    exact = ["--confidence", "none", "--max-local-ratio", "9"]
+    assert main(["certify", parquet, *COLUMNS, *exact, "-o", paths["memory"]]) == 0
+    assert main(["certify", parquet, *COLUMNS, *exact, "-o", paths["parts"], "--in-parts", "--memory", "100MB"]) == 0
+    with library.connect(str(tmp_path / "log.duckdb")) as connection:
+        connection.execute(f"create table log as from '{parquet}'")
+    database = [f"duckdb:{tmp_path / 'log.duckdb'}", "--table", "log"]
+    assert main(["certify", *database, *COLUMNS, *exact, "-o", paths["database"], "--in-parts"]) == 0
+    monkeypatch.setattr("fairaudit.cli.certify.MOST_ROWS", 100)
+    assert main(["certify", parquet, *COLUMNS, *exact, "-o", paths["many"]]) == 0
+    parts = Path(paths["parts"]).read_bytes()
+    assert parts == Path(paths["many"]).read_bytes() == Path(paths["database"]).read_bytes()
+    memory = json.loads(Path(paths["memory"]).read_text())
+    assert json.loads(parts)["subject"]["table"]["sha256"] == memory["subject"]["table"]["sha256"]
+    assert main(["certify", parquet, *COLUMNS, *exact, "--no-table", "-o", paths["salted"]]) == 0
+    for name in ("parts", "salted"):
+        assert main(["verify", paths[name], "--table", paths[name].replace(".json", ".table.jsonl"), "--require", "within"]) == 0
+    assert json.loads(Path(paths["salted"]).read_text())["subject"]["table"]["sha256"] != memory["subject"]["table"]["sha256"]
+    capsys.readouterr()
+    assert main(["certify", parquet, *COLUMNS, "--max-local-ratio", "9"]) == 3
+    out, err = capsys.readouterr()
+    assert "INCONCLUSIVE" in out
+    assert "no interval is claimed: contexts were read in parts" in err
+    assert main(["certify", parquet, *COLUMNS[:4], "--context", "x:10,20", "--utility", "yes", "--in-parts", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["certificate"]["subject"]["table"]["cells"] == 12
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--unit", "u"], "--in-parts does not go with --unit"),
+        (["--missing", "drop"], "--in-parts does not go with --missing"),
+        (["--engine", "python"], "--in-parts does not go with --engine python"),
+        (["--utility-range", "0,1"], "--in-parts does not go with --utility-range"),
+        (["--context", "y"], "column 'y' holds DOUBLE; contexts that are read in parts are texts, whole numbers, or cut into intervals"),
+        (["--context", "absent"], "there is no column 'absent'"),
+        (["--group", "x"], "the column 'x' is used twice"),
+        (["--group", "z"], "the label is missing"),
+        (["--context", "z"], "the label is missing"),
+        (["--utility", "perhaps"], "perhaps"),
+    ],
+)
+def test_what_is_not_read_in_parts(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str) -> None:
+    """One sentence, and no file."""
+    kinds = {"u": "varchar", "a": "varchar", "x": "integer", "y": "double", "z": "varchar"}
+    rows = [(u, a, x, x / 2, None if x == 3 else "z") for u, a, x in ROWS]
+    path = write(tmp_path / "log.parquet", kinds, rows)
+    target = tmp_path / "c.json"
+    assert main(["certify", path, *COLUMNS, "--in-parts", "-o", str(target), *words]) == 2
+    out, err = capsys.readouterr()
+    assert said in err and err.count("\n") == 1 and not out
+    assert [part.name for part in tmp_path.iterdir()] == ["log.parquet"]
+
+
+def test_logs_that_are_not_read_in_parts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log.csv").write_text("u,a,x\nyes,f,1\nno,m,1\n")
+    for source, said in (
+        (str(tmp_path / "log.csv"), "is no Parquet file"),
+        ("sqlite:log.db", "no such file"),
+        ("nowhere.parquet", "no such file"),
+    ):
+        assert main(["certify", source, *COLUMNS, "--in-parts"]) == 2
+        assert said in capsys.readouterr().err
+    assert main(["certify", str(tmp_path / "log.csv"), *COLUMNS[:4], "--utility", "yes", "--in-parts"]) == 2
+    assert "--in-parts does not go with a log without --context" in capsys.readouterr().err
+
+
+def test_more_rows_than_were_asked_for(parquet: str) -> None:
+    assert len(read_log(parquet, ["u", "a", "x"], most=160)) == 160
+    with pytest.raises(ManyRowsError, match="160 different rows, more than 159"):
+        read_log(parquet, ["u", "a", "x"], most=159)
+
+
+def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
+    """The table does not fit into the directory for temporary files."""
+    path = write(tmp_path / "log.parquet", {"u": "varchar", "a": "varchar", "x": "integer"}, [(u, a, x * 1000) for u, a, x in ROWS])
+    ended = subprocess.run(
+        [sys.executable, "-m", "fairaudit", "certify", path, *COLUMNS, "--in-parts", "-o", str(tmp_path / "c.json")],
+        capture_output=True,
+        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_024, 1_024)),
+        check=False,
+    )
+    assert ended.returncode == 2, ended.stderr
+    assert b"Traceback" not in ended.stderr
+    assert b"cannot be written" in ended.stderr
+    assert [part.name for part in tmp_path.iterdir()] == ["log.parquet"]
