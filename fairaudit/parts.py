@@ -129,7 +129,7 @@ def certify_in_parts(
             cells += law.weights.size
             read += int(law.weights.sum())
         if read != int(whole.weights.sum()):
-            raise InputError("the log changed while it was read")
+            raise InputError("the parts of the log do not add up to all of its rows")
         overall = global_fairness(whole, g)
         if local is None and overall is None:
             raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")

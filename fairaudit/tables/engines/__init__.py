@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -141,7 +141,7 @@ def read_parts(
     table: str | None = None,
     memory: str | None = None,
     report: Report | None = None,
-) -> Iterator[Tally]:
+) -> Generator[Tally, None, None]:
     """Count the equal rows of a log that has too many different ones to hold them all: in Parquet files, or a table of a DuckDB database.
 
     Parameters

@@ -7,7 +7,7 @@ import json
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
@@ -105,7 +105,7 @@ class _Counted:
         return Tally(self.name, codes, levels, np.asarray(found[COUNT_COLUMN], dtype=np.int64))
 
 
-def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Iterator[Tally]:
+def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Generator[Tally, None, None]:
     """Count Parquet files, or a table of a DuckDB database, and fetch the counts in parts.
 
     First come the counts of the columns that are not in `by`; then those of all columns, some values of `by` at a time, in the order of
