@@ -430,6 +430,25 @@ def _encoded(table: Any, values: list[Any], name: str, locate: Locate) -> tuple[
     return codes[at], texts
 
 
+def label_codes(table: Any, columns: Sequence[str], locate: Locate) -> list[tuple[NDArray[np.int64], list[str]]]:
+    """Codes of the labels in each column, -1 where one is missing, and the labels.
+
+    Raises
+    ------
+    InputError
+        If a column is not there, or holds no labels.
+
+    Examples
+    --------
+    >>> [(codes, labels)] = label_codes({"sex": ["f", "", "f"]}, ["sex"], str)
+    >>> codes.tolist(), labels
+    ([0, -1, 0], ['f'])
+    """
+    return [
+        _encoded(table, [] if isinstance(table, Tally) and name in table.codes else column(table, name), name, locate) for name in columns
+    ]
+
+
 def _plain(value: Any, name: str) -> Any:
     """One object for all missing numbers, and a message instead of a value that cannot be looked up."""
     if value is None or type(value).__name__ in ("NAType", "NaTType") or (isinstance(value, float) and value != value):

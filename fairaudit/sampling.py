@@ -24,7 +24,6 @@ all M ordered pairs, the error is at most 2b + (2K − 2)·b' + f + (M − 1)·f
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
@@ -40,7 +39,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.columns import Label, column, counted, label_text, locator, names
+from fairaudit.columns import Label, combine, counted, distinct, label_codes, locator, names
 from fairaudit.exact import (
     InputError,
     compare_log,
@@ -539,34 +538,54 @@ def repetition_warnings(table: Any, repetition: str | Sequence[str], asked: str 
     >>> print(*repetition_warnings(table, repetition="run", asked="cv", decision="u"))
     pseudo-replication: repetitions '1', '2' gave the same decisions on all 2 questions; if they are copies, they are one draw, not 2
     """
-    repeats = names(repetition)
-    lists = [column(table, name) for name in (*repeats, *names(asked), decision)]
     where = locator(table)
-    answers: dict[str, dict[tuple[str | None, ...], list[str | None]]] = {}
-    counts = counted(table, len(lists[0])).tolist()
-    for position, row in enumerate(zip(*lists, strict=True)):
-        parts = [label_text(value) for value in row[: len(repeats)]]
-        if None in parts:
-            raise InputError(f"column {shown(repeats[parts.index(None)])}, {where(position)}: the repetition has no label")
-        label, question = ", ".join(map(str, parts)), tuple(map(label_text, row[len(repeats) : -1]))
-        answers.setdefault(label, {}).setdefault(question, []).extend([label_text(row[-1])] * counts[position])
-    alike: dict[frozenset[Any], list[str]] = {}
-    for label, given in answers.items():
-        alike.setdefault(frozenset((key, tuple(sorted(map(str, listed)))) for key, listed in given.items()), []).append(label)
-    spread = Counter(text for given in answers.values() for listed in given.values() for text in listed)
-    agree = sum(n * n for n in spread.values()) / sum(spread.values()) ** 2
-    by_chance = sum(agree ** sum(map(len, given.values())) for given in answers.values()) * (len(answers) - 1)
-    copies = {vector: sorted(labels) for vector, labels in alike.items() if len(labels) > 1 and len(vector) > 1}
-    if by_chance >= MANY and sum(len(labels) * (len(labels) - 1) for labels in copies.values()) <= 2 * by_chance:
+    repeats = label_codes(table, names(repetition), where)
+    rows = len(repeats[0][0])
+    absent = np.flatnonzero(np.any([codes < 0 for codes, _ in repeats], axis=0))
+    if len(absent):
+        at = int(absent[0])
+        name = next(name for name, (codes, _) in zip(names(repetition), repeats, strict=True) if codes[at] < 0)
+        raise InputError(f"column {shown(name)}, {where(at)}: the repetition has no label")
+    who, labels = combine(repeats, rows)
+    # A missing answer, or part of a question, is one of its own: -1 becomes the first code.
+    what, questions = combine([(codes + 1, ["", *texts]) for codes, texts in label_codes(table, names(asked), where)], rows)
+    ((how, texts),) = label_codes(table, [decision], where)
+    counts = counted(table, rows)
+    answers = len(texts) + 1
+    given, place = distinct((who * len(questions) + what) * answers + how + 1)
+    times = np.zeros(len(given), dtype=np.int64)
+    np.add.at(times, place, counts)
+    repeat, answer = np.divmod(given, len(questions) * answers)
+    starts = np.flatnonzero(np.diff(repeat, prepend=-1))
+    different = np.add.reduceat(np.diff(answer // answers, prepend=-1) != 0, starts, dtype=np.int64)
+    spread = np.bincount(how + 1, weights=counts)
+    agree = float((spread**2).sum() / spread.sum() ** 2)
+    by_chance = float((agree ** np.add.reduceat(times, starts)).sum()) * (len(starts) - 1)
+    alike: dict[bytes, list[int]] = {}
+    for i in _perhaps_alike(answer, times, starts):
+        if different[i] > 1:
+            part = slice(starts[i], starts[i + 1] if i + 1 < len(starts) else None)
+            alike.setdefault(answer[part].tobytes() + times[part].tobytes(), []).append(i)
+    copies = [listed for listed in alike.values() if len(listed) > 1]
+    if by_chance >= MANY and sum(len(listed) * (len(listed) - 1) for listed in copies) <= 2 * by_chance:
         return ()
     found = []
-    for vector, labels in sorted(copies.items(), key=lambda item: item[1]):
-        listed = ", ".join(map(shown, labels[:10])) + (", …" if len(labels) > 10 else "")
+    for said, questions_asked in sorted((sorted(", ".join(labels[repeat[starts[i]]]) for i in one), different[one[0]]) for one in copies):
+        listed_labels = ", ".join(map(shown, said[:10])) + (", …" if len(said) > 10 else "")
         found.append(
-            f"pseudo-replication: repetitions {listed} gave the same decisions on all {len(vector)} questions; "
-            f"if they are copies, they are one draw, not {len(labels)}"
+            f"pseudo-replication: repetitions {listed_labels} gave the same decisions on all {questions_asked} questions; "
+            f"if they are copies, they are one draw, not {len(said)}"
         )
     return tuple(found)
+
+
+def _perhaps_alike(answer: NDArray[np.int64], times: NDArray[np.int64], starts: NDArray[np.int64]) -> list[int]:
+    """Runs of answers that another run may equal, by a sum of scrambled numbers over each."""
+    mixed = answer.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15) + times.astype(np.uint64) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0x94D049BB133111EB)
+    _, which, times_seen = np.unique(np.add.reduceat(mixed ^ (mixed >> np.uint64(31)), starts), return_inverse=True, return_counts=True)
+    found: list[int] = np.flatnonzero(times_seen[which] > 1).tolist()
+    return found
 
 
 def _counts(law: Law, cell: int) -> list[int]:

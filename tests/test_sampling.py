@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import time
+from collections import Counter
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise, permutations, product
@@ -20,6 +22,7 @@ from mpmath import iv, mp
 from scipy import stats
 
 from fairaudit import Law, Policy, Product, RandomizedResponse, Utility, read_csv, sampling
+from fairaudit.columns import Tally
 from fairaudit.exact import InputError
 from fairaudit.mechanism import Identity
 from fairaudit.sampling import (
@@ -921,6 +924,27 @@ def test_names_against_the_placebo(data: Path) -> None:
     assert not found.rises
     asked = [c for c in names.columns if c in ("model", "jd", "name")]
     assert repetition_warnings(names, repetition="run", asked=asked, decision="recommend_interview") == ()
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from("rstuvw"), st.sampled_from(["a", "b", ""]), st.sampled_from(["yes", "no", ""])), min_size=1, max_size=24
+    )
+)
+def test_repetitions_that_answered_alike(rows: list[tuple[str, str, str]]) -> None:
+    """Against the answers of each repetition, listed; too many coincidences by chance are left out."""
+    table = {name: [row[i] for row in rows] for i, name in enumerate(("run", "q", "u"))}
+    given = {run: Counter((q, u) for other, q, u in rows if other == run) for run in table["run"]}
+    alike: dict[frozenset[Any], list[str]] = {}
+    for run, answers in given.items():
+        if len({q for q, _ in answers}) > 1:
+            alike.setdefault(frozenset(answers.items()), []).append(run)
+    expected = {tuple(sorted(runs)) for runs in alike.values() if len(runs) > 1}
+    found = repetition_warnings(table, repetition="run", asked="q", decision="u")
+    named = {tuple(re.findall("'(.)'", warning.partition(" gave ")[0])) for warning in found}
+    assert named == expected or (not found and len(given) > 4)
+    tally = Tally.of("log", ["run", "q", "u"], [(*row, n) for row, n in Counter(rows).items()])
+    assert repetition_warnings(tally, repetition="run", asked="q", decision="u") == found
 
 
 @pytest.mark.parametrize("factor", [1, 100])
