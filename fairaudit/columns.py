@@ -153,6 +153,8 @@ class CodedTable:
         What the codes stand for: in order of first appearance, or sorted.
     values : dict of str to list
         Cells of the other columns that were asked for.
+    units : tuple of (ndarray of int64, list of str)
+        Codes of the columns of the sampling unit, -1 where a label is missing, and what they stand for.
     locate : callable
         Maps a row's position to words for a message.
     notes, assumptions : tuple of str
@@ -168,6 +170,7 @@ class CodedTable:
     locate: Locate
     notes: tuple[str, ...]
     assumptions: tuple[str, ...]
+    units: tuple[tuple[NDArray[np.int64], list[str]], ...] = ()
 
 
 def read_columns(
@@ -194,7 +197,7 @@ def read_columns(
     missing : {"error", "drop", "group"}
         What an empty label means.
     unit : sequence of str
-        Columns to fetch that may be among the label columns.
+        Columns of the sampling unit, which may be among the label columns.
     ordered : bool
         Whether labels are sorted (by code point) instead of listed as they appear.
 
@@ -209,7 +212,7 @@ def read_columns(
         If a column is absent or used twice, columns differ in length, or a label is not usable.
     """
     labelled = (decision, *group, *context)
-    lists = _lists(table, labelled, [*others, *(name for name in unit if name not in labelled)], unit)
+    lists = _lists(table, labelled, others)
     counts = counted(table, len(lists[decision]))
     where = locator(table)
     if missing not in ("error", "drop", "group"):
@@ -219,8 +222,14 @@ def read_columns(
     for name in labelled:
         coded[name], note = _missing_labels(*coded[name], name, missing, where, counts)
         notes += note
-    values = {name: lists[name] for name in (*others, *unit)}
+    values = {name: lists[name] for name in others}
     rows = len(lists[decision])
+    units = label_codes(table, unit, where)
+    for name, (codes, _) in zip(unit, units, strict=True):
+        if unit.count(name) > 1:
+            raise InputError(f"the column {shown(name)} is used twice; each column has one role")
+        if len(codes) != rows:
+            raise InputError(f"column {shown(name)} has {len(codes)} values and column {shown(decision)} {rows}; they must be equally long")
     keep = np.all([codes >= 0 for codes, _ in coded.values()], axis=0)
     assumptions: tuple[str, ...] = ()
     if not keep.all():
@@ -234,6 +243,7 @@ def read_columns(
         assumptions = (f"{said}; they are taken to be no different from the others",)
         coded = {name: _recode(codes[keep], texts) for name, (codes, texts) in coded.items()}
         values = {name: [cells[i] for i in kept] for name, cells in values.items()}
+        units = [_recode(codes[keep], texts) if (codes[keep] >= 0).all() else (codes[keep], texts) for codes, texts in units]
         everywhere = where
 
         def where(position: int) -> str:
@@ -245,13 +255,13 @@ def read_columns(
     a, groups = combine([coded[name] for name in group], rows)
     if ordered:
         (u, decisions), (x, contexts), (a, groups) = _sorted(u, decisions), _sorted(x, contexts), _sorted(a, groups)
-    return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, tuple(notes), assumptions)
+    return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, tuple(notes), assumptions, tuple(units))
 
 
-def _lists(table: Any, labelled: Sequence[str], others: Sequence[str], unit: Sequence[str]) -> dict[str, Any]:
+def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[str, Any]:
     """Cells of the columns; of a `Tally` only the codes of those that are labels and nothing else."""
     used = [*labelled, *others]
-    coded = {name for name in labelled if name not in unit and name in table.codes} if isinstance(table, Tally) else set()
+    coded = set(labelled) & set(table.codes) if isinstance(table, Tally) else set()
     for name in used:
         if used.count(name) > 1:
             raise InputError(f"the column {shown(name)} is used twice; each column has one role")

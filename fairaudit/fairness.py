@@ -562,13 +562,15 @@ def _rank(grid: _Grid, count: int) -> list[tuple[int, int, int]]:
         grid = replace(grid, lo=lo, hi=hi)
         candidates &= _candidates(grid, count)
     found: list[tuple[Pair, int, int, int, int]] = []
+    infinite = 0
     for block, column in np.argwhere(candidates).tolist():
         for ratio, high, low in _rank_block(grid, block, column, count):
             found.append((ratio, block, column, high, low))
+            infinite += ratio[1] == 0
+        if infinite >= count:  # nothing is greater, and of equal ratios the first count
+            break
         if len(found) > 64 * count:
             found = _best(found, count)
-        if count == 1 and found and found[0][0][1] == 0:
-            break
     found = _best(found, count)
     if found:
         return [(column, high, low) for _, _, column, high, low in found]

@@ -26,7 +26,6 @@ from fairaudit.columns import (
     Tally,
     combine,
     distinct,
-    encode,
     exact_floats,
     integers,
     label_text,
@@ -546,12 +545,11 @@ def _read(
 
 def _units(coded: CodedTable, columns: tuple[str, ...], cell: NDArray[np.int64], cells: int) -> Units:
     """Which rows belong to which sampling unit, as far as an interval needs it."""
-    parts = [encode(coded.values[name], name, coded.locate) for name in columns]
-    for name, (found, _) in zip(columns, parts, strict=True):
+    for name, (found, _) in zip(columns, coded.units, strict=True):
         if (found < 0).any():
             at = int(np.flatnonzero(found < 0)[0])
             raise InputError(f"column {shown(name)}, {coded.locate(at)}: the sampling unit has no label; every row belongs to a unit")
-    codes, texts = combine(parts, len(cell))
+    codes, texts = combine(coded.units, len(cell))
     u, _, a = coded.codes
     keys, pair = distinct(cell * len(texts) + codes)
     if len(keys) * len(coded.decisions) > MAX_ENTRIES:
