@@ -87,6 +87,7 @@ Region = Literal["box", "product"]
 Side = Literal["both", "lower", "upper"]
 Form = tuple[tuple[int, Fraction], ...]
 Ends = tuple[Fraction, Fraction]
+AllEnds = Sequence[tuple[Any, Any]] | Mapping[int, tuple[Any, Any]]  # by cell
 Extended = Fraction | float
 Floats = NDArray[np.float64]
 
@@ -416,14 +417,14 @@ def global_comparison(
             "an interval for the global ratio needs one row for each unit and group"
         )
     scope = _Range(utility, limits)
-    cells = scope.cells(np.ones(len(law.weights), dtype=np.bool_))
     if population is None:
         groups = law.global_groups
-        pooled = [_pool([cells[i] for i in np.flatnonzero(law.cell_group == a).tolist()], (law.groups[a],)) for a in groups]
+        pooled = scope.pooled(groups)
         labels = ((None, tuple(law.group_label(a) for a in groups)),)
         assumptions = (DRAWS, POOLED, scope.assumption, DECLARED, *law.assumptions)
         forms = (tuple(_unit_form(i) for i in range(len(pooled))),)
         return Comparison(tuple(pooled), forms, labels, bool(law.units), assumptions)
+    cells = scope.cells(np.ones(len(law.weights), dtype=np.bool_))
     place = {cell.label: i for i, cell in enumerate(cells)}
     weights: dict[Label, list[tuple[int, Fraction]]] = {a: [] for a in law.groups}
     for key, mass in _masses(population).items():
@@ -623,16 +624,31 @@ class _Range:
         at = np.flatnonzero(chosen)
         places = zip(law.cell_context[at].tolist(), law.cell_group[at].tolist(), strict=True)
         labels = [(law.contexts[x], law.groups[a]) for x, a in places]
-        values = self.common
-        if values and not (units and units.repeated) and _summable(law, values):
-            weights = law.weights[at]
-            sums = (weights @ np.array([[1, v, v * v] for v in values.whole])).tolist()
-            bottom, low, high, binary = values.bottom, values.low, values.high, values.binary
-            return [
-                Cell(n, Fraction(total, bottom), Fraction(squares, bottom * bottom), low, high, binary, label)
-                for (n, total, squares), label in zip(sums, labels, strict=True)
-            ]
+        if self.common and not (units and units.repeated) and _summable(law, self.common):
+            return self._summed(law.weights[at], labels)
         return [self._cell(i, label) for i, label in zip(at.tolist(), labels, strict=True)]
+
+    def pooled(self, groups: Sequence[int]) -> list[Cell]:
+        """A cell for each group, of its rows in all contexts."""
+        law = self.utility.law
+        labels = [(law.groups[a],) for a in groups]
+        if self.common and _summable(law, self.common, float(law.weights.sum(dtype=np.float64))):
+            sums = np.zeros((len(law.groups), law.weights.shape[1]), dtype=np.int64)
+            np.add.at(sums, law.cell_group, law.weights)
+            return self._summed(sums[list(groups)], labels)
+        cells = self.cells(np.ones(len(law.weights), dtype=np.bool_))
+        return [
+            _pool([cells[i] for i in np.flatnonzero(law.cell_group == a).tolist()], label) for a, label in zip(groups, labels, strict=True)
+        ]
+
+    def _summed(self, weights: NDArray[np.int64], labels: Sequence[tuple[Any, ...]]) -> list[Cell]:
+        values = self.common
+        assert values is not None  # noqa: S101
+        bottom, low, high, binary = values.bottom, values.low, values.high, values.binary
+        return [
+            Cell(n, Fraction(total, bottom), Fraction(squares, bottom * bottom), low, high, binary, label)
+            for (n, total, squares), label in zip((weights @ np.array([[1, v, v * v] for v in values.whole])).tolist(), labels, strict=True)
+        ]
 
     def _cell(self, index: int, label: tuple[Any, ...]) -> Cell:
         row = _counts(self.utility.law, index)
@@ -644,11 +660,11 @@ class _Range:
         return cell
 
 
-def _summable(law: Law, values: _Scaled) -> bool:
-    """Whether draws, sums and sums of squares of whole counts fit into 64 bits, and no value lies outside the range."""
+def _summable(law: Law, values: _Scaled, draws: float | None = None) -> bool:
+    """Whether draws (so many at the most), sums and sums of squares of whole counts fit into 64 bits, and no value is outside the range."""
     if law.kind != "counts" or law.scale != 1 or law.weights.dtype != np.int64 or values.outside:
         return False
-    most = int(law.weights.max()) * law.weights.shape[1]
+    most = int(law.weights.max()) * law.weights.shape[1] if draws is None else 2 * draws
     return bool(most <= MAX_DRAWS and most * max(1, max(values.whole) ** 2) < 2**63)
 
 
@@ -1079,7 +1095,7 @@ def _float_tail(n: float, k: float, p: float, binary: bool) -> float:
 # Quotients over a box
 
 
-def greatest_ratio(top: Form, bottom: Form, ends: Sequence[tuple[Any, Any]]) -> Any:
+def greatest_ratio(top: Form, bottom: Form, ends: AllEnds) -> Any:
     """Maximise Σ w·h / Σ v·h over a box of non-negative h, exactly.
 
     The maximum is at a threshold: h at its upper end where w/v is greater than the maximum, else at its lower end.
@@ -1116,13 +1132,13 @@ def greatest_ratio(top: Form, bottom: Form, ends: Sequence[tuple[Any, Any]]) -> 
     return best
 
 
-def least_ratio(top: Form, bottom: Form, ends: Sequence[tuple[Any, Any]]) -> Any:
+def least_ratio(top: Form, bottom: Form, ends: AllEnds) -> Any:
     """Minimise Σ w·h / Σ v·h over a box of non-negative h, exactly; see `greatest_ratio`."""
     value = greatest_ratio(bottom, top, ends)
     return 0 if value == inf else 1 / value if value else inf
 
 
-def _extreme(comparison: Comparison, ends: Sequence[tuple[Any, Any]], *, upper: bool) -> tuple[Any, tuple[int, int, int] | None]:
+def _extreme(comparison: Comparison, ends: AllEnds, *, upper: bool) -> tuple[Any, tuple[int, int, int] | None]:
     """Greatest maximum (or minimum) of a quotient over all compared pairs, clipped at 1, and where: block, higher, lower."""
     best: Any = Fraction(1)
     where = None
@@ -1145,7 +1161,7 @@ def _surely_less(top: Form, bottom: Form, ends: Any, than: Any, *, upper: bool) 
     return all(1e-100 < v < 1e100 for v in (above, below, least)) and above / below < least * (1 - 1e-9)
 
 
-def _candidates(block: tuple[Form, ...], ends: Sequence[tuple[Any, Any]]) -> Iterable[tuple[int, int]]:
+def _candidates(block: tuple[Form, ...], ends: AllEnds) -> Iterable[tuple[int, int]]:
     """Ordered pairs that can be extreme: all of them, unless every form is a cell of its own."""
     if len(block) < 3 or any(len(form) > 1 for form in block) or len({form[0][0] for form in block}) < len(block):
         return permutations(range(len(block)), 2)
@@ -1330,21 +1346,39 @@ def ratio_interval(
     lower, upper, evidence = found
     kinds = {"binomial" if comparison.cells[i].binary else method for i in used}
     assumptions = (*comparison.assumptions, *((CELLS,) if independent else ()))
-    estimate = None
-    if all(cell.draws or cell.low == cell.high for cell in comparison.cells):
-        means = [(cell.mean, cell.mean) if cell.draws else (cell.low, cell.low) for cell in comparison.cells]
-        estimate, _ = _extreme(comparison, means, upper=True)
     evidence = {
         "confidence": _text(level),
         "side": side,
         "region": region,
         "independent": independent,
         "method": method,
-        "cells": [_cell_entry(cell) for cell in comparison.cells],
+        "cells": _cell_entries(comparison.cells),
         "blocks": [[[[i, _text(w)] for i, w in form] for form in block] for block in comparison.blocks],
         **evidence,
     }
-    return Interval(lower, upper, estimate, level, region, tuple(sorted(kinds)), assumptions, evidence)
+    return Interval(lower, upper, _estimate(comparison), level, region, tuple(sorted(kinds)), assumptions, evidence)
+
+
+def _estimate(comparison: Comparison) -> Extended | None:
+    """The ratio of the table itself; None if a cell has no draws."""
+    cells, blocks = comparison.cells, comparison.blocks
+    if not all(cell.draws or cell.low == cell.high for cell in cells):
+        return None
+    if len(cells) > DECISIVE_CELLS and comparison.single and _moderate(comparison):
+        rounded = [cell.total.numerator / (cell.total.denominator * cell.draws) if cell.draws else float(cell.low) for cell in cells]
+        promises = []
+        for block in blocks:
+            of_block = [rounded[form[0][0]] for form in block]
+            top, low = max(of_block), min(of_block)
+            promises.append(top / low if low else inf if top else 1.0)
+        best = max(promises)
+        if best == inf:
+            return inf
+        blocks = tuple(block for block, promise in zip(blocks, promises, strict=True) if promise > best * (1 - 1e-9))
+    means = {i: (cells[i].mean if cells[i].draws else cells[i].low,) * 2 for block in blocks for form in block for i, _ in form}
+    estimate: Extended
+    estimate, _ = _extreme(replace(comparison, blocks=blocks), means, upper=True)
+    return estimate
 
 
 def default_region(comparison: Comparison, method: Method = "hoeffding-kl", *, independent: bool) -> Region:
@@ -1542,14 +1576,16 @@ def _pair(value: Extended) -> tuple[int, int]:
     return (1, 0) if isinstance(value, float) else (value.numerator, value.denominator)
 
 
-def _cell_entry(cell: Cell) -> dict[str, Any]:
-    return {
-        "draws": cell.draws,
-        "sum": _text(cell.total),
-        "squares": None if cell.squares is None else _text(cell.squares),
-        "range": [_text(cell.low), _text(cell.high)],
-        "binary": cell.binary,
-    }
+def _cell_entries(cells: Sequence[Cell]) -> list[dict[str, Any]]:
+    texts: dict[tuple[int, int], list[str]] = {}  # most cells share their ends
+    entries = []
+    for cell in cells:
+        ends = texts.get((id(cell.low), id(cell.high))) or texts.setdefault(
+            (id(cell.low), id(cell.high)), [_text(cell.low), _text(cell.high)]
+        )
+        squares = None if cell.squares is None else _text(cell.squares)
+        entries.append({"draws": cell.draws, "sum": _text(cell.total), "squares": squares, "range": [*ends], "binary": cell.binary})
+    return entries
 
 
 # The product region
@@ -1790,7 +1826,7 @@ def sampled_population_interval(
     evidence = {
         "confidence": _text(level),
         "method": method,
-        "cells": [_cell_entry(cell) for cell in comparison.cells],
+        "cells": _cell_entries(comparison.cells),
         "blocks": [[[[i, _text(w)] for i, w in form] for form in block] for block in comparison.blocks],
         "counts": [list(row) for row in counts],
         "level": _text(end),
@@ -2138,7 +2174,7 @@ def _expectation(
         for upper, each in zip((True, False), map(float, levels), strict=True):
             blocks = foremost(draws, each, upper=upper) if many else comparison.blocks
             needed = {i for block in blocks for form in block for i, _ in form}
-            ends: Any = {i: end(i, draws(i), each) for i in needed}
+            ends = {i: end(i, draws(i), each) for i in needed}
             value, _ = _extreme(replace(comparison, blocks=blocks), ends, upper=upper)
             sides.append(float(value))
         return sides[1], sides[0]
