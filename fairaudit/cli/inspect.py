@@ -6,12 +6,14 @@ import argparse
 import re
 import shlex
 import sys
-from collections import Counter
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import source
+
 if TYPE_CHECKING:
-    from fairaudit.tables.csv import CsvTable
+    from fairaudit.tables.engines.survey import Seen
 
 HINTS = {
     "count": r"n|freq(uency)?|counts?|num(ber)?|total|cases|size",
@@ -29,9 +31,11 @@ class _Column:
     """What a column looks like."""
 
     name: str
-    levels: Counter[str]
+    levels: dict[str, int]
+    different: int
     missing: int
     numeric: bool
+    fault: str
 
     def is_a(self, role: str) -> bool:
         """Whether the name suggests the role."""
@@ -43,59 +47,74 @@ def add(commands: Any) -> None:
     parser = commands.add_parser(
         "inspect",
         help="list the columns of a table and suggest a certify command",
-        description="List columns, levels and missing values of a table, and print a certify command to try.",
+        description="List columns, levels and missing values of a table, and print a certify command to try. The table may be all that "
+        "certify reads as a log; whatever holds it counts, and of a column with more than 10,000 different values only the 10,000 most "
+        "common are looked at.",
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("table", metavar="TABLE", help="CSV file with a header line")
+    parser.add_argument(
+        "table",
+        metavar="TABLE",
+        nargs="+",
+        help="files (CSV, Parquet, JSON lines) or a database (sqlite:FILE, duckdb:FILE, postgresql://…)",
+    )
+    source.add_options(parser.add_argument_group("input"))
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
     from fairaudit.cli.text import plain
-    from fairaudit.tables.csv import read_csv
+    from fairaudit.exact import InputError
+    from fairaudit.tables.engines import survey_log
 
-    table = read_csv(arguments.table)
-    for note in table.notes:
+    given = arguments.table if len(arguments.table) > 1 else arguments.table[0]
+    where = {"engine": arguments.engine, "table": arguments.database_table, "query": arguments.query, "memory": arguments.memory}
+    try:
+        with source.progress() as report:
+            survey = survey_log(given, **where, report=report)
+    except InputError as error:
+        raise InputError(source.PASSWORD.sub(r"\1:…", str(error))) from None
+    for note in survey.notes:
         print(f"note: {plain(note)}", file=sys.stderr)
-    found = [_look(table, name) for name in table.columns]
+    comma = any("separated by" in note for note in survey.notes)
+    found = [_look(seen, decimal_comma=comma) for seen in survey.columns]
     width = max(len(plain(column.name)) for column in found)
-    print(f"{len(table)} rows, {len(found)} columns\n")
+    print(f"{survey.rows} rows, {len(found)} columns\n")
     for column in found:
         print(f"  {plain(column.name).ljust(width)}  {_describe(column)}")
         for warning in _warnings(column):
             print(f"  {' ' * width}  ! {warning}")
     print("\nA command to try (check which column is which):\n")
-    print(f"  {plain(_suggest(arguments.table, found))}")
+    print(f"  {plain(_suggest(arguments, found))}")
     return 0
 
 
-def _look(table: CsvTable, name: str) -> _Column:
+def _look(seen: Seen, *, decimal_comma: bool) -> _Column:
     from fairaudit.exact import InputError, parse_rational
-
-    cells = table[name]
-    levels = Counter(cell for cell in cells if cell.strip())
 
     def number(text: str) -> bool:
         try:
-            parse_rational(text.replace(",", ".", 1) if table.delimiter != "," else text)
+            parse_rational(text.replace(",", ".", 1) if decimal_comma else text)
         except InputError:
             return False
         return True
 
-    return _Column(name, levels, len(cells) - levels.total(), bool(levels) and all(map(number, levels)))
+    return _Column(seen.name, seen.levels, seen.different, seen.missing, bool(seen.levels) and all(map(number, seen.levels)), seen.fault)
 
 
 def _describe(column: _Column) -> str:
     from fairaudit.cli.text import plain
 
+    if column.fault:
+        return plain(f"no labels: {column.fault}")
     absent = f"; {column.missing} missing" if column.missing else ""
     if not column.levels:
         return f"empty{absent}"
-    if column.numeric and len(column.levels) > 12:
-        return f"numbers, {len(column.levels)} different{absent}"
-    shown = ", ".join(f"{plain(label)[:40]} ({count})" for label, count in column.levels.most_common(8))
-    more = f", … ({len(column.levels)} levels)" if len(column.levels) > 8 else ""
+    if column.numeric and column.different > 12:
+        return f"numbers, {column.different} different{absent}"
+    shown = ", ".join(f"{plain(label)[:40]} ({count})" for label, count in islice(column.levels.items(), 8))
+    more = f", … ({column.different} levels)" if column.different > 8 else ""
     return f"{shown}{more}{absent}"
 
 
@@ -114,7 +133,7 @@ def _warnings(column: _Column) -> list[str]:
     return warnings[:5]
 
 
-def _suggest(path: str, found: list[_Column]) -> str:
+def _suggest(arguments: argparse.Namespace, found: list[_Column]) -> str:
     left = list(found)
 
     def take(role: str, numeric: bool) -> _Column | None:
@@ -127,18 +146,23 @@ def _suggest(path: str, found: list[_Column]) -> str:
     count = take("count", numeric=True)
     probability = None if count else take("probability", numeric=True)
     weight = take("weight", numeric=True) if probability else None
-    groups = [column for column in left if column.is_a("group") and 2 <= len(column.levels) <= 10 * MANY]
+    groups = [column for column in left if column.is_a("group") and 2 <= column.different <= 10 * MANY]
     for column in groups:
         left.remove(column)
-    usable = [column for column in left if 2 <= len(column.levels) <= MANY and not (column.numeric and len(column.levels) > 12)]
+    usable = [column for column in left if 2 <= column.different <= MANY and not (column.numeric and column.different > 12)]
     decision = next((column for column in usable if column.is_a("decision")), None) or next(
-        (column for column in sorted(usable, key=lambda c: len(c.levels))), None
+        (column for column in sorted(usable, key=lambda c: c.different)), None
     )
     usable = [column for column in usable if column is not decision and not column.numeric]
     if not groups and usable:
         groups = [usable.pop(0)]
-    words = ["fairaudit", "certify", f"./{path}" if path.startswith("-") else path]
+    paths = [source.PASSWORD.sub(r"\1", path) for path in arguments.table]
+    words = ["fairaudit", "certify", *(f"./{path}" if path.startswith("-") else path for path in paths)]
     for option, value in (
+        ("--engine", "" if arguments.engine == "auto" else arguments.engine),
+        ("--table", arguments.database_table or ""),
+        ("--query", arguments.query or ""),
+        ("--memory", arguments.memory or ""),
         ("--decision", decision.name if decision else "COL"),
         ("--group", ",".join(_quoted(column.name) for column in groups) or "COL"),
         ("--context", ",".join(_quoted(column.name) for column in usable)),

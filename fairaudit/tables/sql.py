@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fairaudit.exact import InputError, nearest, shown
 from fairaudit.tables.binning import RAW, Bins
 
-__all__ = ["COUNT_COLUMN", "DIALECTS", "count_statement", "identifier", "table_name"]
+__all__ = ["COUNT_COLUMN", "DIALECTS", "common_statement", "count_statement", "identifier", "table_name"]
 
 QUOTES = {
     "bigquery": "`",
@@ -132,6 +132,30 @@ def count_statement(
     counted = f"(select {', '.join(inner)} from {source}) as counted"  # noqa: S608
     text = f"select {', '.join(listed)}, count(*) as {identifier(COUNT_COLUMN, dialect)}{''.join(texts)}\nfrom {counted}\ngroup by {keys}"
     return f"{text}\norder by {', '.join(listed)}" if ordered else text
+
+
+def common_statement(name: str, source: str, dialect: str, most: int) -> str:
+    """Write the statement that fetches the most common values of a column, those that may be missing labels before all others.
+
+    Each row of the result has a value, how often it occurs, how many different values there are, and how many rows.
+
+    Examples
+    --------
+    >>> print(common_statement("sex", '"log"', "sqlite", 8))
+    select "k0", "row_count", count(*) over () as "different", sum("row_count") over () as "total"
+    from (select "k0", count(*) as "row_count"
+    from (select "sex" as "k0" from "log") as counted
+    group by "k0" collate binary) as common
+    order by case when "k0" is null or trim(cast("k0" as varchar)) in ('', '""', 'null') then 0 else 1 end, "row_count" desc, "k0"
+    limit 8
+    """
+    value, count, different, total = (identifier(word, dialect) for word in ("k0", COUNT_COLUMN, "different", "total"))
+    text = "string" if dialect in ("bigquery", "spark") else "varchar"
+    first = f"case when {value} is null or trim(cast({value} as {text})) in ('', '\"\"', 'null') then 0 else 1 end"
+    return (
+        f"select {value}, {count}, count(*) over () as {different}, sum({count}) over () as {total}\n"
+        f"from ({count_statement([name], source, dialect)}) as common\norder by {first}, {count} desc, {value}\nlimit {most}"
+    )
 
 
 def _case(quoted: str, bins: Bins, dialect: str) -> str:

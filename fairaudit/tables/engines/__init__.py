@@ -8,17 +8,21 @@ import threading
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from fairaudit.columns import Tally
 from fairaudit.exact import InputError, nearest, shown
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.sql import table_name
 
-__all__ = ["ENGINES", "ManyRowsError", "Request", "attended", "database_source", "read_log", "read_parts"]
+if TYPE_CHECKING:
+    from fairaudit.tables.engines.survey import Survey
+
+__all__ = ["ENGINES", "ManyRowsError", "Request", "attended", "database_source", "read_log", "read_parts", "survey_log"]
 
 ENGINES = ("auto", "duckdb", "python", "spark")
 Report = Callable[[float | None, int | None], None]
+Task = Literal["read", "survey"]
 T = TypeVar("T")
 
 
@@ -116,11 +120,10 @@ def read_log(
     [('no', '18 to under 65'), ('yes', '65 and over'), ('yes', 'under 18')]
     """
     request = _request(columns, bins, table, query, memory, report, meanwhile, most)
-    session = None if isinstance(engine, str) or engine is None else engine
-    if session is None and engine not in (None, *ENGINES):
-        raise InputError(f"the engine {shown(engine)} is not known; {nearest(str(engine), ENGINES)}")
+    _check(request, engine)
     if _is_text(source) or _is_paths(source):
-        return _from_text(source, request, session if session is not None else engine or "auto")
+        tally: Tally = _from_text(source, request, engine or "auto", "read")
+        return tally
     from fairaudit.tables.frames import tally_frame
 
     for name, given in (("table", table), ("query", query)):
@@ -166,6 +169,7 @@ def read_parts(
         If the source cannot be read in parts, or a column is not there.
     """
     request = _request(columns, bins, table, None, memory, report, None, None)
+    _check(request, "duckdb")
     from fairaudit.tables.engines import duckdb, files
 
     sources = [os.fspath(part) for part in ([source] if _is_text(source) else source)]
@@ -200,11 +204,64 @@ def _request(
             raise InputError(f"intervals were given for column {shown(name)}, which is not among the columns; {nearest(name, columns)}")
     if not columns:
         raise InputError("no column was named; name at least one")
-    if table is not None and query is not None:
-        raise InputError("both a table and a query were given; give one")
-    if memory is not None and not re.fullmatch(r"[0-9]{1,6}(\.[0-9]+)? ?[KMGT]i?B", memory, re.IGNORECASE):
-        raise InputError(f"the memory {shown(memory)} is not an amount such as 500MB or 2GB")
     return Request(tuple(dict.fromkeys(columns)), cut, table, query, memory, report, meanwhile, most)
+
+
+def survey_log(
+    source: Any,
+    *,
+    engine: Any = "auto",
+    table: str | None = None,
+    query: str | None = None,
+    memory: str | None = None,
+    report: Report | None = None,
+) -> Survey:
+    r"""Look at every column of a log: its most common labels, how many different values there are, and how many labels are missing.
+
+    Parameters
+    ----------
+    source : path, sequence of paths, or URL
+        What `read_log` reads, frames excepted.
+    engine, table, query, memory, report
+        As for `read_log`.
+
+    Returns
+    -------
+    Survey
+        The columns.
+
+    Raises
+    ------
+    InputError
+        If the source cannot be read, or has no rows.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "log.csv"
+    ...     _ = path.write_text("hired,sex\nyes,f\nno,f\nyes,\n")
+    ...     found = survey_log(path)
+    >>> found.rows, [(seen.name, seen.levels, seen.missing) for seen in found.columns]
+    (3, [('hired', {'yes': 2, 'no': 1}, 0), ('sex', {'f': 2}, 1)])
+    """
+    request = Request((), {}, table, query, memory, report)
+    _check(request, engine)
+    found: Survey = _from_text(source, request, engine, "survey")
+    if not found.rows:
+        name = source if _is_text(source) else source[0]
+        raise InputError(f"{name}: {next((seen.fault for seen in found.columns if seen.fault), 'the table has no rows')}")
+    return found
+
+
+def _check(request: Request, engine: Any) -> None:
+    """Refuse what no engine takes."""
+    if request.table is not None and request.query is not None:
+        raise InputError("both a table and a query were given; give one")
+    if request.memory is not None and not re.fullmatch(r"[0-9]{1,6}(\.[0-9]+)? ?[KMGT]i?B", request.memory, re.IGNORECASE):
+        raise InputError(f"the memory {shown(request.memory)} is not an amount such as 500MB or 2GB")
+    if isinstance(engine, str) and engine not in ENGINES:
+        raise InputError(f"the engine {shown(engine)} is not known; {nearest(engine, ENGINES)}")
 
 
 def _is_text(source: Any) -> bool:
@@ -215,7 +272,7 @@ def _is_paths(source: Any) -> bool:
     return isinstance(source, (list, tuple)) and bool(source) and all(map(_is_text, source))
 
 
-def _from_text(source: Any, request: Request, engine: Any) -> Tally:
+def _from_text(source: Any, request: Request, engine: Any, task: Task) -> Any:
     sources = [os.fspath(part) for part in ([source] if _is_text(source) else source)]
     scheme = re.match(r"([a-z][a-z0-9+.-]*):", sources[0])
     kind = scheme.group(1) if scheme and not Path(sources[0]).exists() else ""
@@ -225,32 +282,32 @@ def _from_text(source: Any, request: Request, engine: Any) -> Tally:
             raise InputError("a database is read on its own; name one")
         if engine != "auto":
             raise InputError("an engine is chosen for files; a database is its own engine")
-        return _database(kind, sources[0], request)
+        return _database(kind, sources[0], request, task)
     if not isinstance(engine, str) or engine == "spark":
         from fairaudit.tables.engines import spark
 
-        return spark.read(sources, request, None if isinstance(engine, str) else engine)
+        return getattr(spark, task)(sources, request, None if isinstance(engine, str) else engine)
     from fairaudit.tables.engines import files
 
-    return files.read(sources, request, engine)
+    return getattr(files, task)(sources, request, engine)
 
 
-def _database(kind: str, url: str, request: Request) -> Tally:
+def _database(kind: str, url: str, request: Request, task: Task) -> Any:
     if kind == "sqlite":
         from fairaudit.tables.engines import sqlite
 
-        return sqlite.read(url.removeprefix("sqlite:"), request)
+        return getattr(sqlite, task)(url.removeprefix("sqlite:"), request)
     if kind == "duckdb":
-        from fairaudit.tables.engines import duckdb
+        from fairaudit.tables.engines import duckdb, survey
 
-        return duckdb.read_database(url.removeprefix("duckdb:"), request)
+        return (duckdb.read_database if task == "read" else survey.of_database)(url.removeprefix("duckdb:"), request)
     if kind in ("postgres", "postgresql"):
         from fairaudit.tables.engines import postgres
 
-        return postgres.read(url, request)
+        return getattr(postgres, task)(url, request)
     from fairaudit.tables.engines import warehouse
 
-    return warehouse.read(url, request)
+    return getattr(warehouse, task)(url, request)
 
 
 def database_source(request: Request, dialect: str) -> str:

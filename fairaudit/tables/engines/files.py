@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from fairaudit.columns import Tally
 from fairaudit.exact import InputError, shown
@@ -19,7 +19,10 @@ from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.csv import count_csv
 from fairaudit.tables.engines import Request
 
-__all__ = ["Form", "expand", "form", "read"]
+if TYPE_CHECKING:
+    from fairaudit.tables.engines.survey import Survey
+
+__all__ = ["Form", "expand", "form", "read", "survey"]
 
 Form = Literal["csv", "json", "parquet", "sqlite", "duckdb"]
 SMALL = 4_000_000
@@ -28,6 +31,25 @@ JSON_NAME = re.compile(r".*\.(jsonl|ndjson|json)(\.(gz|zst))?", re.IGNORECASE)
 
 def read(sources: Sequence[str], request: Request, engine: str) -> Tally:
     """Count the rows of files."""
+    with _files(sources, request, engine) as (paths, kind, own):
+        if own:
+            return read_text(paths, request)
+        from fairaudit.tables.engines import duckdb
+
+        return duckdb.read_files(paths, kind, request)
+
+
+def survey(sources: Sequence[str], request: Request, engine: str) -> Survey:
+    """Look at every column of files."""
+    from fairaudit.tables.engines import survey as of
+
+    with _files(sources, request, engine) as (paths, kind, own):
+        return of.of_text(paths, request) if own else of.of_files(paths, kind, request)
+
+
+@contextmanager
+def _files(sources: Sequence[str], request: Request, engine: str) -> Iterator[tuple[list[str], Form, bool]]:
+    """Find the files and what they hold, and say whether our own reader reads them."""
     with _regular(expand(sources)) as paths:
         kinds = {path: form(path) for path in paths}
         kind = kinds[paths[0]]
@@ -42,11 +64,7 @@ def read(sources: Sequence[str], request: Request, engine: str) -> Tally:
         small = kind == "csv" and sum(Path(path).stat().st_size for path in paths) <= SMALL
         if engine == "python" and kind != "csv":
             raise InputError(f"the engine 'python' reads delimited text; {paths[0]} is {kind}")
-        if engine == "python" or (engine == "auto" and small):
-            return read_text(paths, request)
-        from fairaudit.tables.engines import duckdb
-
-        return duckdb.read_files(paths, kind, request)
+        yield paths, kind, engine == "python" or (engine == "auto" and small)
 
 
 def read_text(paths: Sequence[str], request: Request) -> Tally:

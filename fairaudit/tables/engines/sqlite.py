@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from urllib.parse import quote
 
@@ -11,35 +12,52 @@ from fairaudit.columns import Tally, column
 from fairaudit.exact import InputError
 from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.engines import Request, attended, database_source
-from fairaudit.tables.sql import count_statement, identifier
+from fairaudit.tables.engines.survey import MOST, Survey
+from fairaudit.tables.sql import common_statement, count_statement, identifier
 
-__all__ = ["read"]
+__all__ = ["read", "survey"]
 
 
 def read(path: str, request: Request) -> Tally:
     """Count the rows of a table, or of the result of a query, of an SQLite file."""
+    with _opened(path, request) as (connection, source, known):
+        # A name that is no column would silently be a text, so names are looked up first.
+        for name in request.columns:
+            column(dict.fromkeys(known, ()), name)
+        cut = {name for name in request.bins if _numeric(connection, source, name)}
+        statement = count_statement(request.columns, source, "sqlite", bins={name: request.bins[name] for name in cut})
+
+        def work() -> Tally:
+            return Tally.of(Path(path).name, request.columns, connection.execute(statement))
+
+        tally = attended(work, connection.interrupt, request)
+    if not len(tally):
+        raise InputError(f"{path.removeprefix('//')}: the table has no rows")
+    return apply_bins(tally, request.bins, cut)
+
+
+def survey(path: str, request: Request) -> Survey:
+    """Look at every column of a table, or of the result of a query, of an SQLite file."""
+    with _opened(path, request) as (connection, source, known):
+
+        def work() -> Survey:
+            return Survey.of(known, lambda name: connection.execute(common_statement(name, source, "sqlite", MOST)))
+
+        return attended(work, connection.interrupt, request)
+
+
+@contextmanager
+def _opened(path: str, request: Request) -> Iterator[tuple[sqlite3.Connection, str, list[str]]]:
+    """Open a file for reading, and say what is counted and which columns it has."""
     path = path.removeprefix("//")
     if not Path(path).is_file():
         raise InputError(f"{path}: there is no such file")
     source = database_source(request, "sqlite")
     try:
         with closing(sqlite3.connect(f"file:{quote(path)}?mode=ro", uri=True, check_same_thread=False)) as connection:
-            # A name that is no column would silently be a text, so names are looked up first.
-            known = [entry[0] for entry in connection.execute(f"select * from {source} limit 0").description]  # noqa: S608
-            for name in request.columns:
-                column(dict.fromkeys(known, ()), name)
-            cut = {name for name in request.bins if _numeric(connection, source, name)}
-            statement = count_statement(request.columns, source, "sqlite", bins={name: request.bins[name] for name in cut})
-
-            def work() -> Tally:
-                return Tally.of(Path(path).name, request.columns, connection.execute(statement))
-
-            tally = attended(work, connection.interrupt, request)
+            yield connection, source, [entry[0] for entry in connection.execute(f"select * from {source} limit 0").description]  # noqa: S608
     except sqlite3.Error as error:
         raise InputError(f"{path}: SQLite cannot read it: {error}") from None
-    if not len(tally):
-        raise InputError(f"{path}: the table has no rows")
-    return apply_bins(tally, request.bins, cut)
 
 
 def _numeric(connection: sqlite3.Connection, source: str, name: str) -> bool:

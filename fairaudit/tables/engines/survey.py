@@ -1,0 +1,189 @@
+"""What is in a log: for every column its most common labels, counted where the log is held; however many rows, few values travel back."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fairaudit.columns import label_text
+from fairaudit.exact import InputError
+from fairaudit.tables.csv import Layout, count_csv, layout, same_layout
+from fairaudit.tables.sql import common_statement
+
+if TYPE_CHECKING:
+    from fairaudit.tables.engines import Request
+    from fairaudit.tables.engines.files import Form
+
+__all__ = ["MOST", "Seen", "Survey", "of_database", "of_files", "of_text"]
+
+MOST = 10_000
+LINES = re.compile(r"\.(jsonl|ndjson)(\.\w+)?$", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a column holds.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    levels : dict of str to int
+        Its labels with their counts, the most common first; of many different values the `MOST` most common.
+    different : int
+        How many different values there are that are not missing.
+    missing : int
+        How many rows have no label in it.
+    fault : str
+        Why it cannot serve as labels; empty if it can.
+    """
+
+    name: str
+    levels: dict[str, int]
+    different: int
+    missing: int
+    fault: str = ""
+
+
+@dataclass(frozen=True)
+class Survey:
+    """The columns of a log, its rows, and what was noticed while reading.
+
+    Examples
+    --------
+    >>> found = Survey.of(["sex"], lambda name: [("f", 3, 3, 9), (None, 4, 3, 9), (" ", 2, 3, 9)])
+    >>> found.rows, found.columns[0].levels, found.columns[0].different, found.columns[0].missing
+    (9, {'f': 3}, 1, 6)
+    """
+
+    rows: int
+    columns: tuple[Seen, ...]
+    notes: tuple[str, ...] = ()
+
+    @staticmethod
+    def of(names: Sequence[str], common: Callable[[str], Iterable[Sequence[Any]]], notes: tuple[str, ...] = ()) -> Survey:
+        """Collect what `common` says of each column: rows as `common_statement` gives them."""
+        rows, columns = 0, []
+        for name in names:
+            levels: dict[str, int] = {}
+            missing = absent = fetched = different = 0
+            try:
+                for value, count, different, total in common(name):  # noqa: B007
+                    rows, fetched, text = int(total), fetched + 1, label_text(value)
+                    if text is None:
+                        missing, absent = missing + int(count), absent + 1
+                    else:
+                        levels[text] = levels.get(text, 0) + int(count)
+            except InputError as error:
+                columns.append(Seen(name, {}, 0, 0, str(error)))
+                continue
+            ranked = dict(sorted(levels.items(), key=lambda item: (-item[1], item[0])))
+            columns.append(Seen(name, ranked, len(ranked) if fetched == different else int(different) - absent, missing))
+        return Survey(rows, tuple(columns), notes)
+
+
+def of_text(paths: Sequence[str], request: Request) -> Survey:
+    """Look at delimited text, read line by line."""
+    try:
+        names = layout(paths[0]).columns
+    except InputError as error:
+        raise InputError(f"{paths[0]}: {error}") from None
+    told = request.report
+    tally = count_csv(paths, names, None if told is None else lambda rows: told(None, rows))
+
+    def common(name: str) -> list[tuple[Any, int, int, int]]:
+        counts = np.bincount(tally.codes[name], weights=tally.counts).astype(np.int64).tolist()
+        return [(value, count, len(counts), tally.rows) for value, count in zip(tally.levels[name], counts, strict=True)]
+
+    return Survey.of(names, common, tally.notes)
+
+
+def of_files(paths: Sequence[str], kind: Form, request: Request) -> Survey:
+    """Look at files by DuckDB."""
+    from fairaudit.tables.engines import duckdb as engine
+
+    if kind == "csv":
+        return _of_csv(paths, request)
+    listed = engine._texts(map(engine._literal_path, paths))
+    if kind == "parquet":
+        with engine._connection(request) as connection, engine._said(request, paths[0]):
+            return _of_source(connection, f"read_parquet({listed})", request)
+    lines = all(LINES.search(path) for path in paths)
+    form = f"{listed}, format='{'newline_delimited' if lines else 'auto'}', maximum_object_size=67108864"
+    with engine._connection(request) as connection:
+        try:
+            with engine._said(request, paths[0]):
+                names = _names(connection, f"read_json({form}, sample_size=-1, maximum_depth=1, map_inference_threshold=-1)")
+                held = ", ".join(f"{engine._text(name)}: 'JSON'" for name in names)
+                return _of_source(connection, f"read_json({form}, columns={{{held}}})", request, decoded=True)
+        except InputError as error:
+            raise InputError((engine._bad_json(paths) if lines else None) or str(error)) from None
+
+
+def of_database(path: str, request: Request) -> Survey:
+    """Look at a table, or the result of a query, of a DuckDB database file."""
+    from fairaudit.tables.engines import database_source
+    from fairaudit.tables.engines import duckdb as engine
+
+    if not Path(path).is_file():
+        raise InputError(f"{path}: there is no such file")
+    source = database_source(request, "duckdb")
+    with engine._connection(request, path) as connection, engine._said(request, path):
+        return _of_source(connection, source, request)
+
+
+def _of_csv(paths: Sequence[str], request: Request) -> Survey:
+    """Look at delimited text by DuckDB where it reads the text as the CSV reader does, else by that."""
+    from fairaudit.tables.engines import duckdb as engine
+
+    found: Layout | None = None
+    quoted, delimiters = False, 0
+    for path in paths:
+        try:
+            found = same_layout(found, layout(path))
+            scan = engine._scan(path, found.delimiter)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        if scan is None or len(found.columns) < 2:
+            return of_text(paths, request)
+        quoted, delimiters = quoted or scan[0], delimiters + scan[1]
+    if found is None:
+        return of_text(paths, request)
+    places = [f"c{i}" for i in range(len(found.columns))]  # DuckDB takes names that differ in case for one
+    held = ", ".join(f"{place}: 'VARCHAR'" for place in places)
+    quote = "'\"'" if quoted else "''"
+    source = (
+        f"read_csv({engine._texts(map(engine._literal_path, paths))}, columns={{{held}}}, auto_detect=false, header=true, "
+        f"delim={engine._text(found.delimiter)}, quote={quote}, escape={quote}, nullstr='', strict_mode=true, null_padding=false)"
+    )
+    try:
+        with engine._connection(request) as connection, engine._said(request, paths[0]):
+            seen = _of_source(connection, source, request)
+    except InputError:
+        return of_text(paths, request)  # which says on which line something is wrong
+    if not quoted and delimiters != (len(places) - 1) * (seen.rows + len(paths)):
+        return of_text(paths, request)  # rows with empty cells too many, which DuckDB passes over
+    named = (replace(column, name=name) for column, name in zip(seen.columns, found.columns, strict=True))
+    return Survey(seen.rows, tuple(named), found.notes)
+
+
+def _of_source(connection: Any, source: str, request: Request, *, decoded: bool = False) -> Survey:
+    """Look at what stands after ``from`` in DuckDB; `decoded` if values are JSON texts."""
+    from fairaudit.tables.engines import attended
+    from fairaudit.tables.engines import duckdb as engine
+
+    def common(name: str) -> Iterable[Sequence[Any]]:
+        found: Iterator[Any] = engine._fetched(connection.execute(common_statement(name, source, "duckdb", MOST)))
+        return engine._decoded(found, {0: engine._Json(name)}) if decoded else found
+
+    names = _names(connection, source)
+    return attended(lambda: Survey.of(names, common), connection.interrupt, request, lambda: engine._share(connection))
+
+
+def _names(connection: Any, source: str) -> list[str]:
+    return [name for name, *_ in connection.execute(f"describe select * from {source}").fetchall()]  # noqa: S608

@@ -1,0 +1,158 @@
+"""What `fairaudit inspect` says of a log does not depend on what holds it."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+from test_engines import files, log  # noqa: F401 (a fixture)
+
+from fairaudit.cli import main
+from fairaudit.tables.engines import survey_log
+from fairaudit.tables.engines.survey import MOST
+
+SOURCES = ("log.csv", "log.csv.gz", "log.csv.bz2", "log.csv.xz", "log.jsonl", "log.jsonl.gz", "log.parquet", "part*.csv", "p?.parquet")
+DATABASES = (("sqlite:log.db", "decisions"), ("duckdb:log.duckdb", '"Log of ""all"""'))
+
+
+def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[list[str], str]:
+    """What inspect prints above its suggestion, and the suggestion."""
+    assert main(["inspect", *words]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    *lines, _, _, _, command = out.splitlines()
+    return lines, command
+
+
+@pytest.mark.parametrize("engine", ["auto", "duckdb"])
+def test_every_file_shows_the_same(files: dict[str, str], capsys: pytest.CaptureFixture[str], engine: str) -> None:  # noqa: F811
+    expected, _ = said(capsys, files["log.csv"])
+    assert expected[0] == "400 rows, 5 columns"
+    for name in SOURCES:
+        lines, command = said(capsys, files[name], "--engine", engine)
+        assert lines == expected, name
+        assert main(shlex.split(command)[1:]) in (0, 3)
+        capsys.readouterr()
+
+
+def test_several_files_are_one_log(files: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:  # noqa: F811
+    expected, _ = said(capsys, files["log.csv"])
+    parts = [files["part*.csv"].replace("*", number) for number in "01"]
+    lines, command = said(capsys, *parts)
+    assert lines == expected
+    assert shlex.split(command)[2:4] == parts
+
+
+@pytest.mark.parametrize(("url", "table"), DATABASES)
+def test_databases_show_the_same(
+    files: dict[str, str],  # noqa: F811
+    capsys: pytest.CaptureFixture[str],
+    url: str,
+    table: str,
+) -> None:
+    expected, _ = said(capsys, files["log.csv"])
+    kind, _, name = url.partition(":")
+    for options in (["--table", table], ["--query", f"select * from {table}"]):
+        lines, command = said(capsys, f"{kind}:{files[name]}", *options)
+        assert lines == expected
+        assert options[1] in shlex.split(command)
+        assert main(shlex.split(command)[1:]) in (0, 3)
+        capsys.readouterr()
+
+
+@pytest.mark.parametrize("engine", ["python", "duckdb"])
+def test_blanks_are_missing_and_case_is_warned_about(tmp_path: Path, capsys: pytest.CaptureFixture[str], engine: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("answer;sex;score\nyes;f;1,5\nYes;;2,5\nno; ;3\nn/a;m;4\n")
+    assert main(["inspect", str(path), "--engine", engine]) == 0
+    out, err = capsys.readouterr()
+    assert err == "note: the columns are separated by semicolons\n"
+    assert "sex     f (1), m (1); 2 missing" in out
+    assert "! 'yes' and 'Yes' differ only in case or blanks" in out
+    assert "! 'n/a' counts as a level" in out
+    assert survey_log(path, engine=engine).columns[2].levels == {"1,5": 1, "2,5": 1, "3": 1, "4": 1}
+
+
+def test_values_are_counted_where_they_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a column with more different values than are fetched, what is missing and how many there are is exact all the same."""
+    import duckdb
+
+    rows = 3 * MOST
+    path = tmp_path / "log.parquet"
+    duckdb.sql(
+        "copy (select if(i % 2 = 0, 'yes', 'no') as answer, if(i % 3 = 0, 'f', 'm') as sex, if(i = 7, ' ', 'run' || (i // 2)) as run, "
+        f"i * 0.25 as score, if(i % 10 = 0, null, i) as id from range({rows}) t(i)) to '{path}'"
+    )
+    found = survey_log(path)
+    run, score, number = found.columns[2:]
+    assert (found.rows, run.different, run.missing, len(run.levels)) == (rows, rows // 2, 1, MOST - 1)
+    assert (score.different, score.missing, len(score.levels)) == (rows, 0, MOST)
+    assert (number.different, number.missing) == (rows * 9 // 10, rows // 10)
+    lines, command = said(capsys, str(path))
+    assert f"  score   numbers, {rows} different" in lines
+    assert f"  id      numbers, {rows * 9 // 10} different; {rows // 10} missing" in lines
+    assert main(shlex.split(command)[1:]) in (0, 3)
+
+
+def test_what_is_no_label_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import duckdb
+
+    path = tmp_path / "log.jsonl"
+    path.write_text("".join(json.dumps({"answer": u, "sex": "f", "tags": [u], "by": {"who": u}}) + "\n" for u in ("yes", "no", "yes")))
+    duckdb.sql(f"copy (select * from read_json('{path}')) to '{tmp_path}/log.parquet'")
+    for name in ("log.jsonl", "log.parquet"):
+        lines, _ = said(capsys, str(tmp_path / name))
+        assert lines[2] == "  answer  yes (2), no (1)"
+        assert [line.split()[:3] for line in lines[4:6]] == [["tags", "no", "labels:"], ["by", "no", "labels:"]]
+
+
+def test_json_is_taken_as_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "log.jsonl"
+    values = ['"1"', "true", "1.50", "null", '""', "1.5", '"2026-01-31"', '"\\u00fc"', '"ü"']
+    path.write_text("".join(f'{{"v": {value}, "Answer": "yes"}}\n' for value in values) + '{"Answer": "no"}\n')
+    seen = survey_log(path).columns[0]
+    assert (seen.levels, seen.different, seen.missing) == ({"1.5": 2, "ü": 2, "1": 1, "2026-01-31": 1, "True": 1}, 5, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "options", "words"),
+    [
+        ("none.parquet", None, (), "none.parquet: there is no such file"),
+        ("log.jsonl", b'{"a": 1}\n{"a": \n', (), "line 2 is not JSON"),
+        ("log.jsonl", b"", (), "log.jsonl"),
+        ("log.parquet", b"PAR1 but no more", (), "DuckDB cannot read it"),
+        ("log.csv", b"a,b\n1\n", (), "line 2 has 1 cell where the header has 2"),
+        ("log.csv", b"a,b\n1\n", ("--engine", "duckdb"), "line 2 has 1 cell where the header has 2"),
+        ("log.csv", b"a,b\n1,2,\n", ("--engine", "duckdb"), "line 2 has 3 cells where the header has 2"),
+        ("log.csv", b"a,b\n", (), "no rows"),
+        ("log.csv", b"a,b\n1,2\n", ("--table", "t"), "a table goes with a database"),
+        ("log.csv", b"a,b\n1,2\n", ("--memory", "much"), "'much' is not an amount"),
+        ("log.jsonl", b'{"a": 1}\n', ("--engine", "python"), "the engine 'python' reads delimited text"),
+        ("log.db", b"SQLite format 3\x00", (), "name it as sqlite:"),
+    ],
+)
+def test_refusals(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, content: bytes | None, options: tuple[str, ...], words: str
+) -> None:
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    assert main(["inspect", str(path), *options]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1 and words in err
+
+
+def test_refusals_of_databases(files: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:  # noqa: F811
+    for words, expected in (
+        ([f"sqlite:{files['log.db']}"], "name one with table (--table), or give a query (--query)"),
+        ([f"sqlite:{files['log.db']}", "--table", "other"], "SQLite cannot read it: no such table: other"),
+        ([f"duckdb:{files['log.duckdb']}", "--table", "other"], "DuckDB cannot read it"),
+        ([f"sqlite:{files['log.db']}", "--query", "select * from decisions where age < 0"], "the table has no rows"),
+        (["duckdb:none.duckdb", "--table", "t"], "none.duckdb: there is no such file"),
+        (["postgresql://me:secret@127.0.0.1:1/db", "--table", "t"], "PostgreSQL says"),
+    ):
+        assert main(["inspect", *words]) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and err.count("\n") == 1 and expected in err and "secret" not in err
