@@ -12,7 +12,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from fairaudit.columns import column, label_text, locator, names
+import numpy as np
+
+from fairaudit.columns import Locate, column, counted, encode, label_text, locator, names
 from fairaudit.exact import InputError, shown
 from fairaudit.law import Law
 
@@ -56,12 +58,12 @@ class Allocation:
 def read_allocation(
     table: Any, *, slots: str | Sequence[str], winner: str, context: str | Sequence[str] | None = None, separator: str | None = None
 ) -> Allocation:
-    """Read a table with one choice per row.
+    """Read a table with one choice per row. The order of its rows changes nothing.
 
     Parameters
     ----------
-    table : DataFrame, mapping of str to sequence, or CsvTable
-        The table.
+    table : DataFrame, mapping of str to sequence, CsvTable, or Tally
+        The table; `read_log` gives the Tally of files of any size and of databases.
     slots : str or sequence of str
         One column for each slot, in order, holding the profile in it; or a single column that lists the profiles in order.
     winner : str
@@ -93,34 +95,37 @@ def read_allocation(
     if not slot_columns:
         raise InputError("no slot column was named; name one for each slot, or one that lists the candidates in order")
     lists = {name: column(table, name) for name in (*slot_columns, winner, *contexts)}
-    rows = len(lists[winner])
-    if rows == 0:
+    counts = counted(table, len(lists[winner])).tolist()
+    if not counts:
         raise InputError("the table has no rows")
+    labels = [_labels(lists[name], name, where) for name in contexts]
     position: Counter[tuple[Any, ...]] = Counter()
     profile: Counter[tuple[Any, ...]] = Counter()
     by_position: Counter[tuple[Any, ...]] = Counter()
     stood: Counter[tuple[str, int]] = Counter()
     size = 0
-    for i in range(rows):
+    for i, count in enumerate(counts):
         order = _order([lists[name][i] for name in slot_columns], separator, f"column {shown(slot_columns[0])}, {where(i)}")
         size = size or len(order)
         if len(order) != size:
             raise InputError(
-                f"{where(i)}: {len(order)} candidates are listed where the first row has {size}; every choice has the same number"
+                f"{where(i)}: {len(order)} candidates are listed where another row has {size}; every choice has the same number"
             )
         chosen = _order([lists[winner][i]], separator, f"column {shown(winner)}, {where(i)}", least=1)[0]
         if chosen not in order:
             raise InputError(
                 f"column {shown(winner)}, {where(i)}: {shown(chosen)} was chosen but is not among the candidates {shown(order)}"
             )
-        x = tuple(lists[name][i] for name in contexts)
+        x = tuple(texts[i] for texts in labels)
         for slot, person in enumerate(order, 1):
             decision = CHOSEN if person == chosen else NOT_CHOSEN
-            position[(*x, str(slot), decision)] += 1
-            profile[(*x, person, decision)] += 1
-            by_position[(*x, str(slot), person, decision)] += 1
-            stood[person, slot] += 1
-    appearances = Counter(person for person, slot in stood.elements())
+            position[(*x, slot, decision)] += count
+            profile[(*x, person, decision)] += count
+            by_position[(*x, slot, person, decision)] += count
+            stood[person, slot] += count
+    appearances: Counter[str] = Counter()
+    for (person, _), count in stood.items():
+        appearances[person] += count
     imbalance = max(
         abs(Fraction(stood[person, slot], appearances[person]) - Fraction(1, size)) for person in appearances for slot in range(1, size + 1)
     )
@@ -128,11 +133,19 @@ def read_allocation(
         position=_law(position, "slot", contexts),
         profile=_law(profile, "profile", contexts),
         profile_by_position=_law(by_position, "profile", (*contexts, "slot")),
-        runs=rows,
+        runs=sum(counts),
         slots=size,
         imbalance=imbalance,
         warnings=tuple(_warnings(stood, appearances, size, imbalance)),
     )
+
+
+def _labels(values: list[Any], name: str, where: Locate) -> list[str]:
+    """Labels of a context column, none of which is missing."""
+    codes, texts = encode(values, name, where)
+    if len(absent := np.flatnonzero(codes < 0)):
+        raise InputError(f"column {shown(name)}, {where(int(absent[0]))}: the label is missing; fill it in, or leave the row out")
+    return [texts[code] for code in codes.tolist()]
 
 
 def _order(cells: list[Any], separator: str | None, where: str, least: int = 2) -> list[str]:
@@ -150,8 +163,8 @@ def _order(cells: list[Any], separator: str | None, where: str, least: int = 2) 
 
 
 def _law(counts: Counter[tuple[Any, ...]], group: str, contexts: tuple[str, ...]) -> Law:
-    keys = list(counts)
-    columns: dict[str, list[Any]] = {name: [key[i] for key in keys] for i, name in enumerate((*contexts, group, "decision"))}
+    keys = sorted(counts)  # slots are numbers here, so that the second comes before the tenth
+    columns: dict[str, list[Any]] = {name: [str(key[i]) for key in keys] for i, name in enumerate((*contexts, group, "decision"))}
     columns["count"] = [counts[key] for key in keys]
     if len(columns) != len(contexts) + 3:
         raise InputError(f"a context column is named {group}, decision or count, which the effects use themselves; rename it")

@@ -117,3 +117,77 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         assert main([*command, *extra]) == 2
         assert word in capsys.readouterr().err
     assert main(["certify", str(path), "--winner", "won"]) == 2
+
+
+def choices(folder: Path, rows: int = 4000) -> list[dict[str, str]]:
+    """Runs of eleven candidates, so that the second slot comes before the tenth; written as CSV, Parquet, JSON lines and databases."""
+    import sqlite3
+
+    import duckdb
+
+    rng = random.Random(3)
+    orders = [rng.sample([f"p{i}" for i in range(11)], 11) for _ in range(40)]
+    drawn = [(orders[rng.randrange(40)], rng.choice("xü"), rng.randrange(15, 80)) for _ in range(rows)]
+    listed = [{"shown": " ".join(order), "won": order[rng.randrange(4)], "job": job, "age": str(age)} for order, job, age in drawn]
+    (folder / "runs.csv").write_text("\n".join(["shown,won,job,age", *(",".join(row.values()) for row in listed)]) + "\n")
+    (folder / "runs.jsonl").write_text("".join(json.dumps(row) + "\n" for row in listed))
+    shuffled = rng.sample(listed, rows)
+    (folder / "shuffled.csv").write_text("\n".join(["shown,won,job,age", *(",".join(row.values()) for row in shuffled)]) + "\n")
+    held = f"select * from read_csv('{folder}/runs.csv', all_varchar=true)"
+    duckdb.sql(f"copy ({held}) to '{folder}/runs.parquet'")
+    with duckdb.connect(str(folder / "runs.duckdb")) as connection:
+        connection.execute(f"create table runs as {held}")
+    database = sqlite3.connect(folder / "runs.db")
+    database.execute("create table runs (shown, won, job, age)")
+    database.executemany("insert into runs values (:shown, :won, :job, :age)", listed)
+    database.commit()
+    database.close()
+    return listed
+
+
+def test_every_holder_of_the_choices_gives_the_same_certificates(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    listed = choices(tmp_path)
+    command = ["--slots", "shown", "--winner", "won", "--context", "job,age:30,65", "--max-local-ratio", "3/2"]
+    found = set()
+    for words in (
+        [tmp_path / "runs.csv"],
+        [tmp_path / "runs.csv", "--engine", "duckdb"],
+        [tmp_path / "shuffled.csv"],
+        [tmp_path / "runs.jsonl"],
+        [tmp_path / "runs.parquet"],
+        [tmp_path / "run*.parquet"],
+        [f"sqlite:{tmp_path / 'runs.db'}", "--table", "runs"],
+        [f"duckdb:{tmp_path / 'runs.duckdb'}", "--query", "select * from runs"],
+    ):
+        code = main(["certify", *map(str, words), *command, "-o", str(tmp_path / "c.json")])
+        printed = capsys.readouterr()
+        assert printed.err == ""
+        found.add((code, printed.out, *(path.read_text() for path in sorted(tmp_path.glob("c.*json*")))))
+    assert len(found) == 1
+    assert main(["verify", str(tmp_path / "c.json")]) == 0
+    frame = {name: [row[name] for row in listed] for name in ("shown", "won", "job")}
+    law = read_allocation(frame, slots="shown", winner="won", context="job").position
+    assert [group for (group,) in law.groups] == [str(slot) for slot in range(1, 12)]
+    assert law.contexts == (("x",), ("ü",))
+
+
+def test_bad_choices_are_named_wherever_they_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = [f'{{"shown": "a b", "won": "{won}", "job": {job}}}' for won, job in (("a", '"x"'), ("b", '"y"'), ("c", '"x"'))]
+    (tmp_path / "runs.jsonl").write_text("\n".join(lines) + "\n")
+    (tmp_path / "runs.csv").write_text("shown,won,job\na b,a,x\na b,c,x\n")
+    (tmp_path / "blank.csv").write_text("shown,won,job\na b,a,x\na b,b,\n")
+    for words, said in (
+        (["runs.jsonl"], "'c' was chosen but is not among the candidates"),
+        (["runs.csv", "--engine", "duckdb"], "column 'won', line 3: 'c' was chosen"),
+        (["blank.csv"], "column 'job', line 3: the label is missing"),
+        (["blank.csv", "--missing", "drop"], "--missing does not go with --slots"),
+        (["runs.csv", "--context", "what"], "there is no column 'what'"),
+        (["runs.csv", "--table", "t"], "a table goes with a database"),
+        (["none.parquet"], "there is no such file"),
+        (["sqlite:none.db", "--table", "t"], "there is no such file"),
+    ):
+        name = words[0] if ":" in words[0] else str(tmp_path / words[0])
+        given = ["--context", "job"] if "--context" not in words else []
+        assert main(["certify", name, *words[1:], "--slots", "shown", "--winner", "won", *given]) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and err.count("\n") == 1 and said in err

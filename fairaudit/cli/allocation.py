@@ -23,11 +23,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
     from fairaudit.allocation import CHOSEN, read_allocation
     from fairaudit.audit import certify
+    from fairaudit.cli import source
     from fairaudit.cli.certify import TARGETS, check_output, column_list
     from fairaudit.cli.population import confidence_option
     from fairaudit.cli.text import plain, put
     from fairaudit.exact import InputError
-    from fairaudit.tables.csv import read_csv
 
     for name in FOREIGN:
         if getattr(arguments, name):
@@ -35,15 +35,18 @@ def run(arguments: argparse.Namespace) -> int:
     for name in NOT_HERE:
         if getattr(arguments, name):
             raise InputError(f"--{name.replace('_', '-')} does not go with --slots; each row is one draw, with one winner")
+    if arguments.missing != "error":
+        raise InputError("--missing does not go with --slots; a choice whose labels are missing is refused")
     if arguments.table is None or arguments.winner is None:
         raise InputError("--slots needs a table and --winner COL, the column that says who was chosen")
     bound = _bound(arguments.profile_exp_epsilon)
-    table = read_csv(arguments.table)
+    slots, context = column_list(arguments.slots), source.column_roles(arguments.context)
+    table = source.read(arguments, arguments.table, (*slots, arguments.winner, *context.names), context.edges, [])
     check_output(arguments)
     targets = {name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None}
     judged, embed = confidence_option(arguments.confidence), False if arguments.no_table else None
     try:
-        found = read_allocation(table, slots=column_list(arguments.slots), winner=arguments.winner, context=column_list(arguments.context))
+        found = read_allocation(table, slots=slots, winner=arguments.winner, context=context.names)
         profile = certify(found.profile, {CHOSEN: 1}, **targets, confidence=judged, embed_table=embed)
         position = certify(found.position, {CHOSEN: 1}, confidence=judged, embed_table=embed)
         within = certify(found.profile_by_position, {CHOSEN: 1}, confidence=None)
