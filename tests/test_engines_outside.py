@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import gzip
+import json
 import os
 import pty
+import re
 import resource
 import shutil
 import signal
@@ -21,9 +24,10 @@ from typing import NoReturn
 import pytest
 from test_engines import COLUMNS, as_csv, certificate, counts, log
 
-from fairaudit import InputError
+from fairaudit import InputError, Law, certify
 from fairaudit.cli import main
-from fairaudit.tables.engines import read_log
+from fairaudit.columns import Tally
+from fairaudit.tables.engines import read_log, survey_log
 
 COMMAND = ("--decision", "answer", "--group", "sex", "--context", "dept", "--utility", "yes")
 ENDLESS = {
@@ -120,6 +124,26 @@ def test_postgres_gives_the_certificate_of_the_rows(postgres: str) -> None:
         assert counts(found) == expected
 
 
+def test_inspect_of_postgres(postgres: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import psycopg
+
+    (tmp_path / "log.csv").write_text(as_csv(log()))
+    assert main(["inspect", str(tmp_path / "log.csv")]) == 0
+    expected = capsys.readouterr().out.splitlines()
+    query = 'select answer, sex, dept, age, run from logs."Decisions"'
+    assert main(["inspect", postgres, "--query", query]) == 0
+    *lines, command = capsys.readouterr().out.splitlines()
+    assert lines == expected[:-1]
+    assert "secret" not in command and "postgresql://auditor@127.0.0.1" in command
+    with psycopg.connect(postgres) as connection:
+        connection.execute("create table logs.mixed as select answer, '{}'::json as kept, array[1] as listed from logs.\"Decisions\"")
+    assert main(["inspect", postgres, "--table", "logs.mixed"]) == 0
+    out = capsys.readouterr().out
+    assert "400 rows, 3 columns" in out and out.count("no labels: ") == 2
+    assert main(["inspect", postgres, "--table", "logs.nothing"]) == 2
+    assert "does not exist" in capsys.readouterr().err
+
+
 def test_postgres_says_what_is_wrong_and_keeps_the_password(postgres: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     closed = postgres.rpartition(":")[0] + ":1/postgres"
     for url, words, said in (
@@ -149,6 +173,7 @@ def spark() -> Iterator[object]:
     pyspark = pytest.importorskip("pyspark.sql", reason="PySpark is not installed")
     if shutil.which("java") is None:
         _absent("Spark needs Java, and there is none on this machine")
+    os.environ.setdefault("PYSPARK_PYTHON", sys.executable)
     builder = (
         pyspark.SparkSession.builder.master("local[2]").config("spark.ui.enabled", "false").config("spark.sql.shuffle.partitions", "2")
     )
@@ -174,8 +199,6 @@ def test_spark_gives_the_certificate_of_duckdb(spark: object, tmp_path: Path) ->
             texts.add(certificate(tally, age=True, unit="run"))
         assert len(texts) == 1, name
     frame = spark.read.parquet(str(tmp_path / "log.parquet"))  # type: ignore[attr-defined]
-    from fairaudit import Law, certify
-
     columns = {"decision": "answer", "group": "sex", "context": ["dept", "age"], "unit": "run"}
     laws = [Law.from_log(table, **columns) for table in (frame, read_log(tmp_path / "log.parquet", (*COLUMNS, "age", "run")))]
     assert len({certify(law, {"yes": 1}).certificate.text for law in laws}) == 1
@@ -189,24 +212,112 @@ def test_spark_gives_the_certificate_of_duckdb(spark: object, tmp_path: Path) ->
         read_log(tmp_path / "log.csv", ("answer", "gender"), engine=spark)
 
 
+@pytest.mark.filterwarnings("ignore")
+def test_spark_takes_json_as_duckdb_does(spark: object, tmp_path: Path) -> None:
+    """No type is guessed: a number, a text that looks like one, a truth value, and numbers whose texts differ though they are equal."""
+    rows = [{**row, "score": row["age"] / 4, "old": row["age"] > 40, "code": str(row["age"])} for row in log(900)]
+    lines = [json.dumps(row, ensure_ascii=bool(i % 2)) for i, row in enumerate(rows)]
+    (tmp_path / "log.jsonl").write_text("\n\n".join(lines) + "\r\n")
+    (tmp_path / "log.jsonl.gz").write_bytes(gzip.compress("\n".join(lines).encode()))
+    half = len(lines) // 2
+    for number, part in enumerate((lines[:half], lines[half:])):
+        (tmp_path / f"part{number}.ndjson").write_text("\n".join(part) + "\n")
+    for name in ("log.jsonl", "log.jsonl.gz", "part*.ndjson"):
+        texts, seen = set(), []
+        for engine in (spark, "duckdb"):
+            held = (*COLUMNS, "age", "run", "score", "old", "code")
+            tally = read_log(tmp_path / name, held, bins={"age": [18, 30], "score": ["7.5"]}, engine=engine)
+            law = Law.from_log(tally, decision="answer", group=["sex", "old", "code"], context=["dept", "age", "score"], unit="run")
+            texts.add(certify(law, {"yes": 1}).certificate.text)
+            seen.append(survey_log(tmp_path / name, engine=engine))
+        assert len(texts) == 1, name
+        assert seen[0] == seen[1], name
+    values = ["1.50", "1.5", "1e2", "0.1000000000000000055", "1e400", "-0.0", "123456789012345678901234567890", '"\\u00fc"', '"ü"']
+    values += ["true", "null", '""', '"a\\\\b"', '"true "']
+    (tmp_path / "values.jsonl").write_text("".join(f'{{"v": {value}, "w": 1}}\n' for value in values) + '{"w": 1}\n', "utf-8")
+    found = [dict(zip(map(repr, t["v"]), t.counts.tolist(), strict=True)) for t in read_both(spark, tmp_path / "values.jsonl", "v")]
+    assert found[0] == found[1] and len(found[0]) > 8
+    for value in ("1", '"1"', "true", '"True"'):
+        (tmp_path / "one.jsonl").write_text(f'{{"v": {value}}}\n')
+        (first,), (second,) = (t.levels["v"] for t in read_both(spark, tmp_path / "one.jsonl", "v"))
+        assert first == second and type(first) is type(second)
+    for two in (("1", '"1"'), ("true", '"True"')):
+        (tmp_path / "two.jsonl").write_text("".join(f'{{"answer": "yes", "sex": {value}}}\n' for value in two))
+        for engine in (spark, "duckdb"):
+            with pytest.raises(InputError, match="different values with the same text"):
+                Law.from_log(read_log(tmp_path / "two.jsonl", ("answer", "sex"), engine=engine), decision="answer", group="sex")
+
+
+def read_both(spark: object, path: Path, *columns: str) -> list[Tally]:
+    return [read_log(path, columns, engine=engine) for engine in (spark, "duckdb")]
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b'{"v": 1}\n{"v": \n', "line 2 is not JSON"),
+        (b'{"v": 1}\n\n[1]\n', "line 3 is not a JSON object"),
+        (b'{"v": 1} {"v": 2}\n', "line 1 is not JSON"),
+        (b'{"v": 1}\n{"v": "\xff"}\n', "line 2 is not UTF-8"),
+        (b'{"v": [1, 2]}\n', "a label is a text, a number or a truth value"),
+        (b'{"v": NaN}\n', "'NaN', which is not a JSON value"),
+        (b'{"w": 1}\n', "there is no column 'v'; known: 'w'"),
+        (b"", "no rows"),
+    ],
+)
+def test_spark_refuses_the_json_lines_that_duckdb_refuses(spark: object, tmp_path: Path, content: bytes, said: str) -> None:
+    (tmp_path / "log.jsonl").write_bytes(content)
+    messages = []
+    for engine in (spark, "duckdb"):
+        with pytest.raises(InputError, match=re.escape(said)) as error:
+            read_log(tmp_path / "log.jsonl", ["v"], engine=engine)
+        messages.append(str(error.value))
+    assert messages[0] == messages[1] and "\n" not in messages[0]
+    (tmp_path / "twice.jsonl").write_text('{"v": 1, "v": 2}\n')
+    with pytest.raises(InputError, match="has a key twice"):
+        read_log(tmp_path / "twice.jsonl", ["v"], engine=spark)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_inspect_of_spark_and_duckdb(spark: object, tmp_path: Path) -> None:
+    import duckdb
+
+    (tmp_path / "log.csv").write_text(as_csv(log(900)))
+    duckdb.sql(f"copy (from '{tmp_path}/log.csv') to '{tmp_path}/log.parquet'")
+    for name in ("log.csv", "log.parquet"):
+        assert survey_log(tmp_path / name, engine=spark) == survey_log(tmp_path / name, engine="duckdb")
+    (tmp_path / "bad.jsonl").write_text('{"v": 1}\n{"v": \n')
+    with pytest.raises(InputError, match="line 2 is not JSON"):
+        survey_log(tmp_path / "bad.jsonl", engine=spark)
+
+
 def test_spark_from_the_command_line(tmp_path: Path) -> None:
     pytest.importorskip("pyspark", reason="PySpark is not installed")
     if shutil.which("java") is None:
         _absent("Spark needs Java, and there is none on this machine")
     (tmp_path / "log.csv").write_text(as_csv(log()))
+    (tmp_path / "log.jsonl").write_text("".join(json.dumps(row) + "\n" for row in log()))
+    (tmp_path / "bad.jsonl").write_text('{"answer": "yes", "sex": "f", "dept": "x"}\n{"answer"\n')
     scratch = tmp_path / "scratch"
     scratch.mkdir()
-    texts = []
-    for engine in ("spark", "duckdb"):
-        out = tmp_path / f"{engine}.json"
-        words = [sys.executable, "-m", "fairaudit", "certify", str(tmp_path / "log.csv"), *COMMAND, "--engine", engine, "-o", str(out)]
-        environment = {**os.environ, "TMPDIR": str(scratch), "FAIRAUDIT_SPARK_MASTER": "local[2]"}
+    environment = {name: value for name, value in os.environ.items() if name != "PYSPARK_PYTHON"}
+    environment |= {"TMPDIR": str(scratch), "FAIRAUDIT_SPARK_MASTER": "local[2]", "PATH": f"{os.defpath}:/bin:/usr/bin"}
+    texts = set()
+    for name, engine in (("log.csv", "spark"), ("log.csv", "duckdb"), ("log.jsonl", "spark"), ("log.jsonl", "duckdb")):
+        out = tmp_path / "c.json"
+        words = [sys.executable, "-m", "fairaudit", "certify", str(tmp_path / name), *COMMAND, "--engine", engine, "-o", str(out)]
         done = subprocess.run(words, capture_output=True, text=True, env=environment, cwd=tmp_path)
         assert (done.returncode, done.stderr) == (0, "")
-        texts.append(out.read_text())
-    assert texts[0] == texts[1]
+        texts.add(out.read_text())
+    assert len(texts) == 1
+    words[4] = str(tmp_path / "bad.jsonl")
+    words[words.index("duckdb")] = "spark"
+    done = subprocess.run(words, capture_output=True, text=True, env=environment, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"fairaudit: {words[4]}: line 2 is not JSON") and done.stderr.count("\n") == 1
     assert [path.name for path in scratch.iterdir() if path.name.startswith("fairaudit")] == []
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["duckdb.json", "log.csv", "scratch", "spark.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.jsonl", "c.json", "log.csv", "log.jsonl", "scratch"]
 
 
 def endless(name: str, folder: Path, url: str = "") -> list[str]:

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
+import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fairaudit.columns import Tally, column
 from fairaudit.exact import InputError
-from fairaudit.tables.binning import apply_bins
+from fairaudit.tables.binning import apply_bins, merged
 from fairaudit.tables.csv import layout, same_layout
 from fairaudit.tables.engines import Request, attended, database_source
-from fairaudit.tables.engines.files import expand, form
-from fairaudit.tables.sql import count_statement, identifier
+from fairaudit.tables.engines.duckdb import _bad_json, _decoded, _Json
+from fairaudit.tables.engines.files import JSON_NAME, expand, form
+from fairaudit.tables.engines.survey import MOST, Survey
+from fairaudit.tables.sql import common_statement, count_statement, identifier
 
-__all__ = ["read"]
+__all__ = ["read", "survey"]
 
 NUMERIC = ("tinyint", "smallint", "int", "bigint", "float", "double", "decimal")
 VIEW = "fairaudit_log"
@@ -27,64 +32,118 @@ REPLACED = "\ufffd"
 
 def read(sources: Sequence[str], request: Request, session: Any = None) -> Tally:
     """Count the rows of files, or of a table of Spark's catalogue, in the given session or one of this machine."""
+    with _opened(sources, request, session) as log:
+        types = dict(log.spark.sql(f"select * from {log.source} limit 0").dtypes)  # noqa: S608
+        for name in request.columns:
+            column(dict.fromkeys(types, ()), name)
+        cut = {name for name in request.bins if types[name].startswith(NUMERIC)}
+        bins = {name: request.bins[name] for name in cut}
+        statement = count_statement(request.columns, log.source, "spark", bins=bins)
+        parsed = {i: _Json(name) for i, name in enumerate(request.columns)} if log.kind == "json" else {}
+
+        def work() -> Tally:
+            rows = log.spark.sql(statement).toLocalIterator()
+            if parsed:
+                return merged(Tally.of(log.name, request.columns, _decoded(rows, parsed)))
+            return Tally.of(log.name, request.columns, rows)
+
+        tally = attended(work, lambda: log.spark.sparkContext.cancelAllJobs(), request)
+        for name in request.columns:
+            if log.kind == "json" and tally.levels[name] == [None]:
+                column(dict.fromkeys(_keys(log.spark, log.paths), ()), name)
+    if not len(tally):
+        raise InputError("the table has no rows")
+    if log.kind in ("csv", "json") and any(isinstance(v, str) and REPLACED in v for levels in tally.levels.values() for v in levels):
+        raise InputError(_replaced(log))
+    return apply_bins(tally, request.bins, cut)
+
+
+def survey(sources: Sequence[str], request: Request, session: Any = None) -> Survey:
+    """Look at every column of files, or of a table of Spark's catalogue."""
+    with _opened(sources, request, session) as log:
+        types = dict(log.spark.sql(f"select * from {log.source} limit 0").dtypes)  # noqa: S608
+
+        def common(name: str) -> Iterable[Sequence[Any]]:
+            if types[name].startswith(("map", "variant")):
+                raise InputError("a value of such a type equals no other; a label is a text, a number or a truth value")
+            rows = log.spark.sql(common_statement(name, log.source, "spark", MOST)).toLocalIterator()
+            return _decoded(rows, {0: _Json(name)}) if log.kind == "json" else rows
+
+        found = attended(lambda: Survey.of(list(types), common), lambda: log.spark.sparkContext.cancelAllJobs(), request)
+    if log.kind in ("csv", "json") and any(REPLACED in text for seen in found.columns for text in seen.levels):
+        raise InputError(_replaced(log))
+    return found
+
+
+@dataclass(frozen=True)
+class _Log:
+    """A log that Spark can count: what stands after ``from``, and the files and their kind, if it is held by files."""
+
+    spark: Any
+    name: str
+    source: str
+    paths: list[str]
+    kind: str
+
+
+@contextmanager
+def _opened(sources: Sequence[str], request: Request, session: Any) -> Iterator[_Log]:
+    """Find the log, and make one sentence of what Spark complains about."""
     try:
         from pyspark.errors import PySparkException
     except ImportError:
         raise InputError("Spark needs PySpark and Java; install fairaudit-certify[spark]") from None
     with _session(session) as spark:
+        paths, kind = _files(sources, request) if sources else ([], "")
         try:
-            text = _view(spark, sources, request) if sources else False
-            source = VIEW if sources else database_source(request, "spark")
-            types = dict(spark.sql(f"select * from {source} limit 0").dtypes)  # noqa: S608
-            for name in request.columns:
-                column(dict.fromkeys(types, ()), name)
-            cut = {name for name in request.bins if types[name].startswith(NUMERIC)}
-            bins = {name: request.bins[name] for name in cut}
-            statement = count_statement(request.columns, source, "spark", bins=bins)
+            if sources:
+                _view(spark, paths, kind, request)
             name = Path(sources[0]).name if sources else str(request.table or "query")
-
-            def work() -> Tally:
-                return Tally.of(name, request.columns, spark.sql(statement).toLocalIterator())
-
-            tally = attended(work, lambda: spark.sparkContext.cancelAllJobs(), request)
-        except PySparkException as error:
-            raise InputError(f"{sources[0] if sources else request.table}: Spark cannot read it: {_said(error)}") from None
+            yield _Log(spark, name, VIEW if sources else database_source(request, "spark"), paths, kind)
         except Exception as error:
-            if type(error).__module__.partition(".")[0] not in ("py4j", "pyspark"):
+            if not isinstance(error, PySparkException) and type(error).__module__.partition(".")[0] not in ("py4j", "pyspark"):
                 raise
-            raise InputError(f"{sources[0] if sources else request.table}: Spark cannot read it: {_said(error)}") from None
-    if not len(tally):
-        raise InputError("the table has no rows")
-    if text and any(isinstance(value, str) and REPLACED in value for levels in tally.levels.values() for value in levels):
-        raise InputError(
-            f"{sources[0]}: a label has the character U+FFFD, which Spark puts for bytes that are not UTF-8; read it with DuckDB"
-        )
-    return apply_bins(tally, request.bins, cut)
+            bad = (_bad_json(paths) if _local(paths) else None) if kind == "json" else None
+            raise InputError(bad or f"{sources[0] if sources else request.table}: Spark cannot read it: {_said(error)}") from None
 
 
-def _view(spark: Any, sources: Sequence[str], request: Request) -> bool:
-    """Name files so that a statement can count them; say whether they are text."""
+def _files(sources: Sequence[str], request: Request) -> tuple[list[str], str]:
+    """List the files and say what they hold."""
     if request.table is not None or request.query is not None:
         raise InputError("a table or a query is of Spark's catalogue, not of a file; give one of the two")
-    remote = [source for source in sources if "://" in source]
-    if remote:
-        paths, kind = list(sources), "csv" if remote[0].lower().endswith((".csv", ".csv.gz")) else "parquet"
-        header = None
-    else:
-        paths = expand(sources)
-        found = {form(path) for path in paths}
-        kind = found.pop()
-        if found or kind not in ("csv", "parquet"):
-            raise InputError(f"{paths[0]}: Spark reads CSV and Parquet files of one kind here; leave --engine out for others")
-        header = None
-        for path in paths if kind == "csv" else ():
-            try:
-                header = same_layout(header, layout(path))
-            except InputError as error:
-                raise InputError(f"{path}: {error}") from None
+    if not _local(sources):
+        name = next(source for source in sources if "://" in source).lower()
+        return list(sources), "csv" if name.endswith((".csv", ".csv.gz")) else "json" if JSON_NAME.fullmatch(name) else "parquet"
+    paths = expand(sources)
+    found = {form(path) for path in paths}
+    kind = found.pop()
+    if found or kind not in ("csv", "json", "parquet"):
+        raise InputError(f"{paths[0]}: Spark reads CSV, Parquet and JSON lines of one kind here; leave --engine out for others")
+    return paths, kind
+
+
+def _local(sources: Sequence[str]) -> bool:
+    return not any("://" in source for source in sources)
+
+
+def _view(spark: Any, paths: Sequence[str], kind: str, request: Request) -> None:
+    """Name files so that a statement can count them."""
     if kind == "parquet":
         spark.read.parquet(*map(_uri, paths)).createOrReplaceTempView(VIEW)
-        return False
+        return
+    if kind == "json":
+        from pyspark.sql import functions
+
+        names = request.columns or _keys(spark, paths)
+        held = _lines(spark, paths).select(_parsed(names).alias("held"))
+        held.select(*(functions.col("held")[i].alias(name) for i, name in enumerate(names))).createOrReplaceTempView(VIEW)
+        return
+    header = None
+    for path in paths if _local(paths) else ():
+        try:
+            header = same_layout(header, layout(path))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
     spark.conf.set("spark.sql.csv.parser.columnPruning.enabled", "false")  # so that every row is checked whole
     schema = None if header is None else ", ".join(f"{identifier(name, 'spark')} string" for name in header.columns)
     reader = spark.read.options(
@@ -92,7 +151,76 @@ def _view(spark: Any, sources: Sequence[str], request: Request) -> bool:
     )
     frame = (reader.schema(schema) if schema else reader).csv(list(map(_uri, paths)))
     frame.createOrReplaceTempView(VIEW)
-    return True
+
+
+def _lines(spark: Any, paths: Sequence[str]) -> Any:
+    """Lines that are not blank."""
+    from pyspark.sql import functions
+
+    return spark.read.text(list(map(_uri, paths)), lineSep="\n").where(functions.col("value").rlike(r"\S"))
+
+
+def _keys(spark: Any, paths: Sequence[str]) -> list[str]:
+    """Keys of all objects, in order of first appearance."""
+    from pyspark.sql import functions
+
+    keys = functions.posexplode(_parsed(None)).alias("place", "key")
+    found = _lines(spark, paths).select(functions.monotonically_increasing_id().alias("line"), keys)
+    first = found.groupBy("key").agg(functions.min(functions.struct("line", "place")).alias("first"))
+    return [row["key"] for row in first.orderBy("first").collect()]
+
+
+def _parsed(columns: Sequence[str] | None) -> Any:
+    """What `_parser` makes of lines, as a column of arrays."""
+    from pyspark.sql import functions
+
+    return functions.udf(_parser(columns), "array<string>", useArrow=False)(functions.col("value"))
+
+
+def _parser(columns: Sequence[str] | None) -> Callable[[str], list[str | None]]:
+    """Make a function that reads a line: the values of columns as JSON texts that say what DuckDB reads, or the keys.
+
+    It is sent to Spark's workers, which need not have this package.
+    """
+
+    def parse(line: str) -> list[str | None]:
+        import json
+
+        def real(text: str) -> tuple[str, str]:
+            value = float(text)
+            return "number", repr(value) if abs(value) < float("inf") else text
+
+        def whole(text: str) -> tuple[str, str]:
+            return "number", text
+
+        def written(name: str) -> str | None:
+            value = held.get(name)
+            if isinstance(value, tuple) and value[0] == "number":
+                return str(value[1])
+            if isinstance(value, (tuple, list)):
+                return json.dumps(json.loads(line)[name], separators=(",", ":"))
+            return None if value is None else json.dumps(value)
+
+        try:
+            found = json.loads(
+                line, parse_float=real, parse_int=whole, parse_constant=whole, object_pairs_hook=lambda pairs: ("object", pairs)
+            )
+        except (ValueError, RecursionError):
+            found = None
+        if not isinstance(found, tuple) or found[0] != "object":
+            raise ValueError(f"fairaudit: the line {line[:60]!r} is not a JSON object")
+        held = dict(found[1])
+        if len(held) != len(found[1]):
+            raise ValueError(f"fairaudit: the line {line[:60]!r} has a key twice")
+        return list(held) if columns is None else [written(name) for name in columns]
+
+    return parse
+
+
+def _replaced(log: _Log) -> str:
+    """Say that bytes were no UTF-8."""
+    bad = _bad_json(log.paths) if log.kind == "json" and _local(log.paths) else None
+    return bad or (f"{log.paths[0]}: a label has the character U+FFFD, which Spark puts for bytes that are not UTF-8; read it with DuckDB")
 
 
 def _uri(path: str) -> str:
@@ -120,7 +248,7 @@ def _session(given: Any) -> Iterator[Any]:
         builder = builder.config("spark.sql.warehouse.dir", scratch).config("spark.ui.showConsoleProgress", "false")
         if not any(name in os.environ for name in ("SPARK_MASTER", "MASTER", "SPARK_REMOTE")):
             builder = builder.master(os.environ.get("FAIRAUDIT_SPARK_MASTER", "local[*]"))
-        with _quiet():
+        with _quiet(), _same_python():
             try:
                 spark = builder.getOrCreate()
             except Exception as error:
@@ -132,6 +260,18 @@ def _session(given: Any) -> Iterator[Any]:
             with _quiet():
                 spark.stop()
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+@contextmanager
+def _same_python() -> Iterator[None]:
+    """Let Spark's workers run this Python unless the environment names one."""
+    given = "PYSPARK_PYTHON" in os.environ
+    os.environ.setdefault("PYSPARK_PYTHON", sys.executable)
+    try:
+        yield
+    finally:
+        if not given:
+            del os.environ["PYSPARK_PYTHON"]
 
 
 @contextmanager
@@ -148,4 +288,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _said(error: Exception) -> str:
+    own = re.search(r"ValueError: fairaudit: (.*)", str(error))
+    if own:
+        return own.group(1)
     return " ".join(str(error).split("\n")[0].split())[:300] or type(error).__name__
