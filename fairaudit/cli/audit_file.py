@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.cli.population import METHODS
+from fairaudit.cli.sections import check_keys, read_section
 from fairaudit.columns import Label, Tally, names
 from fairaudit.exact import InputError, nearest, shown
 from fairaudit.law import Law
@@ -68,15 +69,15 @@ def read_policy(path: str) -> tuple[Policy, Utility, Any]:
     document = _document(path)
     folder = Path(path).parent
     try:
-        _known(document, SECTIONS, "the file")
+        check_keys(document, SECTIONS, "the file")
         if "policy" not in document:
             raise InputError("a section [policy] is needed")
-        source = _section(document, "policy")
-        _known(source, TABLE_KEYS, "[policy]")
+        source = read_section(document, "policy")
+        check_keys(source, TABLE_KEYS, "[policy]")
         table = _table(source, "policy", folder)
         law = _law(source, "policy", table)
-        utility = _utility(_section(document, "utility"), table, law, folder)
-        return Policy(law), utility, _population(_section(document, "population"), law, folder)
+        utility = _utility(read_section(document, "utility"), table, law, folder)
+        return Policy(law), utility, _population(read_section(document, "population"), law, folder)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -94,19 +95,19 @@ def _document(path: str) -> dict[str, Any]:
 
 
 def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
-    _known(document, SECTIONS, "the file")
-    sections = {name: _section(document, name) for name in SECTIONS}
+    check_keys(document, SECTIONS, "the file")
+    sections = {name: read_section(document, name) for name in SECTIONS}
     if ("law" in document) == ("policy" in document):
         raise InputError("exactly one of the sections [law] and [policy] is needed")
     about = "law" if "law" in document else "policy"
     source = sections[about]
-    _known(source, LAW_KEYS if about == "law" else TABLE_KEYS, f"[{about}]")
+    check_keys(source, LAW_KEYS if about == "law" else TABLE_KEYS, f"[{about}]")
     table = _table(source, about, folder, _columns(sections["utility"], "column", "utility"))
     law = _law(source, about, table)
     subject: Law | Deployment = law
     if about == "policy":
         filters = sections["filter"]
-        _known(filters, ("group", "context"), "[filter]")
+        check_keys(filters, ("group", "context"), "[filter]")
         if "group" not in filters:
             raise InputError('a policy needs a section [filter.group]; kind = "identity" if there is no filter')
         group = _filter(filters["group"], "filter.group", law.columns.group, law.groups, folder)
@@ -117,17 +118,17 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
             if sections[name]:
                 raise InputError(f"[{name}] goes with [policy]; [law] is the law after any filter")
     wanted = sections["utility"]
-    _known(wanted, UTILITY_KEYS, "[utility]")
+    check_keys(wanted, UTILITY_KEYS, "[utility]")
     utility = _utility(wanted, table, law, folder)
     declared: dict[str, Any] = {name: wanted[name] for name in ("gamma", "m", "tau", "lipschitz") if name in wanted}
     targets = sections["targets"]
-    _known(targets, TARGET_KEYS, "[targets]")
+    check_keys(targets, TARGET_KEYS, "[targets]")
     return Audit(subject, utility, declared, dict(targets), _sampling(sections["confidence"]))
 
 
 def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
     """What [confidence] says of the population behind counts."""
-    _known(section, ("level", "interval", "independent_cells"), "[confidence]")
+    check_keys(section, ("level", "interval", "independent_cells"), "[confidence]")
     found: dict[str, Any] = {"confidence": section["level"]} if "level" in section else {}
     if "interval" in section:
         if section["interval"] not in METHODS:
@@ -138,19 +139,6 @@ def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
             raise InputError(f"[confidence] independent_cells is {shown(section['independent_cells'])}; true or false is accepted")
         found["independent"] = section["independent_cells"]
     return found
-
-
-def _section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
-    section = document.get(name, {})
-    if not isinstance(section, dict):
-        raise InputError(f"{name} must be a section [{name}], not {shown(section)}")
-    return section
-
-
-def _known(section: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
-    for key in section:
-        if key not in keys:
-            raise InputError(f"{where} has the unknown key {shown(key)}; {nearest(key, keys)}")
 
 
 def _text(section: Mapping[str, Any], key: str, where: str) -> str:
@@ -209,13 +197,13 @@ def _filter(section: Any, where: str, columns: tuple[str, ...], labels: tuple[La
     if kind not in KINDS:
         raise InputError(f"[{where}] kind is {shown(kind)}; {nearest(kind, KINDS)}")
     if kind == "product":
-        _known(section, ("kind", *columns), f"[{where}]")
+        check_keys(section, ("kind", *columns), f"[{where}]")
         lost = [name for name in columns if name not in section]
         if lost:
             raise InputError(f"[{where}] needs a section [{where}.{lost[0]}], one for each column")
         alphabets = {name: tuple((text,) for text in dict.fromkeys(label[i] for label in labels)) for i, name in enumerate(columns)}
         return Product({name: _filter(section[name], f"{where}.{name}", (name,), alphabets[name], folder) for name in columns})
-    _known(section, FILTER_KEYS, f"[{where}]")
+    check_keys(section, FILTER_KEYS, f"[{where}]")
     values = _values(section["values"], where) if "values" in section else list(labels)
     try:
         return _simple_filter(kind, section, where, values, folder)
@@ -246,7 +234,7 @@ def _simple_filter(kind: str, section: Mapping[str, Any], where: str, values: li
 def _population(section: Mapping[str, Any], law: Law, folder: Path) -> dict[tuple[Label, Label], Any] | None:
     if not section:
         return None
-    _known(section, ("table", "group", "context", "weight"), "[population]")
+    check_keys(section, ("table", "group", "context", "weight"), "[population]")
     table = read_csv(folder / _text(section, "table", "population"))
     weight = _text(section, "weight", "population")
     table = table.with_numbers([weight])

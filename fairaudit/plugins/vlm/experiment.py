@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import fairaudit as fa
+from fairaudit.cli.sections import check_keys, read_section
 from fairaudit.exact import InputError, nearest, rational, shown
 from fairaudit.plugins.vlm.images import read_images
 
@@ -285,15 +286,15 @@ def read_experiment(given: str, *, trials: int | None = None) -> Experiment:
 
 
 def _experiment(path: Path, data: bytes, document: Mapping[str, Any], trials: int | None) -> Experiment:
-    _known(document, SECTIONS, "the file")
-    part = {name: _section(document, name) for name in SECTIONS if name not in ("title", "source", "model")}
-    _known(part["answer"], ("options", "values", "kind"), "[answer]")
-    _known(part["context"], ("column", "values"), "[context]")
-    _known(part["prompt"], ("system", "user"), "[prompt]")
-    _known(part["sampling"], ("trials", "design", "order"), "[sampling]")
-    _known(part["filter"], ("keep_probability", "context_keep_probability"), "[filter]")
-    _known(part["utility"], ("name", "chosen", "other"), "[utility]")
-    _known(part["targets"], ("max_local", "max_global", "max_local_ratio", "max_global_ratio"), "[targets]")
+    check_keys(document, SECTIONS, "the file")
+    part = {name: read_section(document, name) for name in SECTIONS if name not in ("title", "source", "model")}
+    check_keys(part["answer"], ("options", "values", "kind"), "[answer]")
+    check_keys(part["context"], ("column", "values"), "[context]")
+    check_keys(part["prompt"], ("system", "user"), "[prompt]")
+    check_keys(part["sampling"], ("trials", "design", "order"), "[sampling]")
+    check_keys(part["filter"], ("keep_probability", "context_keep_probability"), "[filter]")
+    check_keys(part["utility"], ("name", "chosen", "other"), "[utility]")
+    check_keys(part["targets"], ("max_local", "max_global", "max_local_ratio", "max_global_ratio"), "[targets]")
     options = _labels(part["answer"].get("options"), "[answer] options")
     attributes = {name: _labels(values, f"[attributes] {name}", least=1) for name, values in part["attributes"].items()}
     if not attributes:
@@ -375,7 +376,7 @@ def _response(values: Sequence[str], keep: Fraction) -> fa.Mechanism:
 def _model(given: Any) -> Model:
     if not isinstance(given, dict):
         raise InputError("models are sections [[model]]")
-    _known(given, MODEL_KEYS, "[[model]]")
+    check_keys(given, MODEL_KEYS, "[[model]]")
     values = dict(given)
     for name in ("price_input", "price_output", "requests_per_minute", "tokens_per_minute", "timeout"):
         if name in values:
@@ -414,19 +415,6 @@ def _json_numbers(value: Any) -> Any:
     return value
 
 
-def _section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
-    section = document.get(name, {})
-    if not isinstance(section, dict):
-        raise InputError(f"{name} must be a section [{name}], not {shown(section)}")
-    return section
-
-
-def _known(section: Mapping[str, Any], keys: Sequence[str], where: str) -> None:
-    for key in section:
-        if key not in keys:
-            raise InputError(f"{where} has the unknown key {shown(key)}; {nearest(key, keys)}")
-
-
 def _text(section: Mapping[str, Any], key: str, where: str, default: str | None = None) -> str:
     value = section.get(key, default)
     if not isinstance(value, str):
@@ -452,7 +440,7 @@ def _labels(given: Any, where: str, least: int = 2) -> tuple[str, ...]:
 def _profile(name: str, given: Any, attributes: Mapping[str, tuple[str, ...]]) -> Profile:
     if not isinstance(given, dict):
         raise InputError(f"[people] {name} must be a section [people.{name}] with a value for each attribute")
-    _known(given, tuple(attributes), f"[people.{name}]")
+    check_keys(given, tuple(attributes), f"[people.{name}]")
     for attribute, values in attributes.items():
         if given.get(attribute) not in values:
             raise InputError(f"[people.{name}] {attribute} is {shown(given.get(attribute))}; {nearest(str(given.get(attribute)), values)}")
