@@ -517,6 +517,25 @@ def test_the_command_refuses_bad_input_in_one_sentence(tmp_path: Path, capsys: p
         assert not said.out and said.err.startswith("fairaudit: ") and said.err.count("\n") == 1, arguments
 
 
+def test_intervals_are_refused_and_quoted_names_are_not(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    named = [{**e, "age:18": e["job"]} for e in events(300)]
+    log = write(tmp_path / "log.jsonl", named)
+    given = ["--decision", "answer", "--utility", "yes"]
+    for options, said in (
+        (["--group", "sex", "--context", "job,age:18,30"], "--context 'age:18,30' cuts numbers into intervals"),
+        (["--group", "sex,age:18"], "--group 'age:18' cuts numbers into intervals"),
+    ):
+        assert main(["monitor", str(log), *given, *options, "--state", str(tmp_path / "watch.db")]) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and err.count("\n") == 1 and said in err and "'\"age:18\"'" in err
+        assert not (tmp_path / "watch.db").exists()
+    lines = []
+    for context in ("job", '"age:18"'):
+        assert main(["monitor", str(log), *given, "--group", "sex", "--context", context, "--format", "json"]) == 0
+        lines.append(json.loads(capsys.readouterr().out.splitlines()[-1])["ratio"])
+    assert lines[0] == lines[1]
+
+
 def test_a_baseline_says_whether_the_ratio_changed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rng = random.Random(2)
 

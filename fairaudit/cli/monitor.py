@@ -198,6 +198,21 @@ def certify_state(arguments: argparse.Namespace) -> int:
     return report(arguments, result, [], notes)
 
 
+def _labels(option: str, given: list[str] | None) -> tuple[str, ...]:
+    """Names of label columns; intervals, which `certify` cuts, are refused."""
+    from fairaudit.cli.source import column_roles
+    from fairaudit.exact import InputError, shown
+
+    roles = column_roles(given)
+    for name, edges in roles.edges.items():
+        cut = f"{name}:{','.join(edges)}"
+        raise InputError(
+            f"{option} {shown(cut)} cuts numbers into intervals, which a monitor does not do; write the interval into the log as a column "
+            f"of its own, or quote the name if it is one, as in '\"{name}:{edges[0]}\"'"
+        )
+    return roles.names
+
+
 def _settings(arguments: argparse.Namespace) -> Settings:
     from fairaudit.cli.certify import column_list, utility_spec
     from fairaudit.exact import InputError
@@ -217,8 +232,8 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         if not comma:
             raise InputError("--utility-range is of the form LOW,HIGH, such as 0,1")
     return Settings(
-        group=column_list(arguments.group),
-        context=column_list(arguments.context),
+        group=_labels("--group", arguments.group),
+        context=_labels("--context", arguments.context),
         decision=arguments.decision or arguments.utility_column,
         utility=utility,
         low=low.strip(),
