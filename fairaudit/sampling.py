@@ -632,7 +632,7 @@ class _Range:
         """A cell for each group, of its rows in all contexts."""
         law = self.utility.law
         labels = [(law.groups[a],) for a in groups]
-        if self.common and _summable(law, self.common, float(law.weights.sum(dtype=np.float64))):
+        if self.common and _summable(law, self.common, over_contexts=True):
             sums = np.zeros((len(law.groups), law.weights.shape[1]), dtype=np.int64)
             np.add.at(sums, law.cell_group, law.weights)
             return self._summed(sums[list(groups)], labels)
@@ -660,11 +660,11 @@ class _Range:
         return cell
 
 
-def _summable(law: Law, values: _Scaled, draws: float | None = None) -> bool:
-    """Whether draws (so many at the most), sums and sums of squares of whole counts fit into 64 bits, and no value is outside the range."""
+def _summable(law: Law, values: _Scaled, *, over_contexts: bool = False) -> bool:
+    """Whether draws, sums and sums of squares of whole counts in a cell, or over all, fit into 64 bits, and no value is outside the range."""
     if law.kind != "counts" or law.scale != 1 or law.weights.dtype != np.int64 or values.outside:
         return False
-    most = int(law.weights.max()) * law.weights.shape[1] if draws is None else 2 * draws
+    most = 2 * float(law.weights.sum(dtype=np.float64)) if over_contexts else int(law.weights.max()) * law.weights.shape[1]
     return bool(most <= MAX_DRAWS and most * max(1, max(values.whole) ** 2) < 2**63)
 
 
