@@ -661,7 +661,7 @@ class _Range:
 
 
 def _summable(law: Law, values: _Scaled, *, over_contexts: bool = False) -> bool:
-    """Whether draws, sums and sums of squares of whole counts in a cell, or over all, fit into 64 bits, and no value is outside the range."""
+    """Whether sums over the draws of a cell, or of all, fit into 64 bits with their squares, and no value is outside the range."""
     if law.kind != "counts" or law.scale != 1 or law.weights.dtype != np.int64 or values.outside:
         return False
     most = 2 * float(law.weights.sum(dtype=np.float64)) if over_contexts else int(law.weights.max()) * law.weights.shape[1]
