@@ -35,7 +35,7 @@ from functools import cached_property, lru_cache
 from itertools import chain, combinations, pairwise, permutations, product, zip_longest
 from math import comb, gcd, isqrt, lcm, prod
 from operator import add, mul
-from typing import TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 CERTIFICATE_FORMAT = "fairaudit-certificate/1"
 TABLE_FORMAT = "fairaudit-table/1"
@@ -179,8 +179,11 @@ def _decoded(raw: bytes, where: str) -> object:
         raise _malformed(where, f"is not acceptable: {error}") from None
 
 
+_ENCODER = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", ":"))
+
+
 def _canonical(value: object) -> bytes:
-    return json.dumps(value, ensure_ascii=True, sort_keys=True, separators=(",", ":")).encode("ascii") + b"\n"
+    return _ENCODER.encode(value).encode("ascii") + b"\n"
 
 
 def _described(value: object) -> str:
@@ -303,8 +306,18 @@ def _extended(value: object, where: str) -> Rational:
     return INFINITY if value == "inf" else _rational(value, where)
 
 
+@lru_cache(maxsize=1 << 14)
+def _short(text: str) -> Rational:
+    """Read a rational that is not negative and has few digits: tables repeat those."""
+    return _rational(text, "", nonnegative=True)
+
+
 def _rationals(value: object, where: str, length: int) -> list[Rational]:
-    return [_rational(item, f"{where}[{i}]", nonnegative=True) for i, item in enumerate(_list(value, where, length))]
+    items = _list(value, where, length)
+    try:
+        return [_short(item) if isinstance(item, str) and len(item) <= 40 else _rational(item, "", nonnegative=True) for item in items]
+    except FormatError:  # to be said again with its place
+        return [_rational(item, f"{where}[{i}]", nonnegative=True) for i, item in enumerate(items)]
 
 
 def _reduced(numerator: int, denominator: int) -> Rational:
@@ -323,6 +336,8 @@ def _at_most(left: Rational, right: Rational) -> bool:
 
 def _over_common_denominator(values: Sequence[Rational]) -> tuple[list[int], int]:
     common = lcm(*(denominator for _, denominator in values))
+    if common == 1:
+        return [numerator for numerator, _ in values], 1
     return [numerator * (common // denominator) for numerator, denominator in values], common
 
 
@@ -346,13 +361,37 @@ def _maximum(values: Sequence[Rational]) -> Rational:
 Vector = tuple[list[int], int]  # numerators over one denominator
 
 
-def _sum_of_vectors(terms: Iterable[Vector]) -> Vector:
-    """Add vectors of rationals in pairs, so that long denominators occur in the last few additions only."""
-    level = list(terms)
-    while len(level) > 1:
-        added = [_sum_of_two(level[i], level[i + 1]) for i in range(0, len(level) - 1, 2)]
-        level = added + level[2 * len(added) :]
-    return level[0]
+class _Total:
+    """A running sum of vectors of rationals, in which long denominators occur in few additions only.
+
+    Each part is the sum of 2^rank terms, but for those that were added where the denominator was the same already.  The
+    ranks of the parts decrease, as the digits of a binary counter do: two parts of one rank become one of the next.
+    """
+
+    def __init__(self) -> None:
+        self.parts: list[tuple[int, Vector]] = []
+
+    def add(self, numerators: list[int], denominator: int) -> None:
+        """Add a vector."""
+        parts = self.parts
+        if parts and parts[-1][1][1] == denominator:
+            own = parts[-1][1][0]
+            own[:] = map(add, own, numerators)
+            return
+        rank, term = 0, (numerators, denominator)
+        while parts and parts[-1][0] == rank:
+            term = _sum_of_two(parts.pop()[1], term)
+            rank += 1
+        parts.append((rank, term))
+
+    def value(self) -> Vector:
+        """The sum of what was added, at least one vector."""
+        rank, term = self.parts.pop()
+        while self.parts:
+            rank, part = self.parts.pop()
+            term = _sum_of_two(part, term)
+        self.parts.append((rank, term))
+        return term
 
 
 def _sum_of_two(left: Vector, right: Vector) -> Vector:
@@ -362,7 +401,10 @@ def _sum_of_two(left: Vector, right: Vector) -> Vector:
 
 
 def _sum(values: Iterable[Rational]) -> Rational:
-    (numerator,), denominator = _sum_of_vectors(([n], d) for n, d in values)
+    total = _Total()
+    for n, d in values:
+        total.add([n], d)
+    (numerator,), denominator = total.value()
     return _reduced(numerator, denominator)
 
 
@@ -483,8 +525,7 @@ class Header:
     context_filter: "Filter | None" = None
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
+class Cell(NamedTuple):
     """What is known of (x,a): P(u|x,a) is ``law``, M(x,a) is ``mass`` and E(x,a) is ``expectation``."""
 
     context: int
@@ -497,16 +538,25 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A decision table, the number of its rows and the digest of its canonical text.
+    """A decision table, the number of its rows, the digest of its canonical text, and the figures of its cells.
 
-    The table of a policy is that of the law which the policy and its filters induce.
+    The cells themselves are there if they were kept.  The table of a policy is that of the law which the policy and
+    its filters induce.
     """
 
     header: Header
-    cells: tuple[Cell, ...]
+    kept: tuple[Cell, ...] | None
     rows: int
     digest: str
+    figures: "Figures"
     policy: "Policy | None" = None
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells, which have to be there."""
+        if self.kept is None:
+            raise AssertionError
+        return self.kept
 
     def by_context(self) -> list[list[Cell]]:
         """List the cells of each context."""
@@ -521,10 +571,6 @@ class Table:
         for cell in self.cells:
             lists[cell.group].append(cell)
         return lists
-
-    def complete(self) -> bool:
-        """Say whether every group has a cell in every context (no cell occurs twice)."""
-        return len(self.cells) == len(self.header.contexts) * len(self.header.groups)
 
 
 def _read_columns(value: object, where: str) -> Columns:
@@ -655,12 +701,6 @@ def _given_with_cells(header: Header) -> list[str]:
     return ["mass"] * (header.subject.population == "weights") + ["utility"] * (header.utility is None)
 
 
-def _read_cell(value: object, where: str, header: Header) -> Cell:
-    members, (context, group), law, total = _read_row(value, where, header, _given_with_cells(header))
-    mass, utility = _read_given(members, where, header, law[0])
-    return Cell(context, group, law, total if header.subject.kind == "counts" else mass, _expectation(law, utility), utility)
-
-
 def _read_given(
     members: Mapping[str, object], where: str, header: Header, weights: Sequence[int]
 ) -> tuple[Rational, Sequence[Rational | None]]:
@@ -680,19 +720,29 @@ def _read_utility(value: object, where: str, weights: Sequence[int]) -> tuple[Ra
     return tuple(entries)
 
 
+def _gains(utility: Sequence[Rational | None]) -> Vector:
+    return _over_common_denominator([ZERO if entry is None else entry for entry in utility])
+
+
+def _mean(weights: Sequence[int], total: int, gains: Vector) -> Rational:
+    return _reduced(sum(map(mul, weights, gains[0])), total * gains[1])
+
+
 def _expectation(law: Law, utility: Sequence[Rational | None]) -> Rational:
-    gains, denominator = _over_common_denominator([ZERO if entry is None else entry for entry in utility])
-    return _reduced(sum(w * g for w, g in zip(law[0], gains, strict=True)), law[1] * denominator)
+    return _mean(*law, _gains(utility))
 
 
-def _read_table(lines: Iterable[tuple[str, object, bytes | None]]) -> Table:
-    """Read a table from (where, value, bytes in the file or None if embedded), the header first."""
+def _read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = True) -> Table:
+    """Read a table from (where, value, bytes in the file or None if embedded), the header first.
+
+    What is read is not kept when only the figures of the table are needed.
+    """
     digest = hashlib.sha256()
     reader: _Rows | None = None
     for where, value, raw in lines:
         if reader is None:
             header = _read_header(value, where)
-            reader = _Rows(header) if header.group_filter is None else _PolicyRows(header, header.group_filter)
+            reader = _Rows(header, keep) if header.group_filter is None else _PolicyRows(header, header.group_filter)
         else:
             reader.add(value, where)
         text = _canonical(value)
@@ -707,15 +757,25 @@ def _read_table(lines: Iterable[tuple[str, object, bytes | None]]) -> Table:
 class _Rows:
     """The lines of a table after its header, as they are read."""
 
-    def __init__(self, header: Header) -> None:
+    def __init__(self, header: Header, keep: bool = True) -> None:
         self.header = header
-        self.cells: list[Cell] = []
+        self.figures = Figures(header)
+        self.kept: list[Cell] | None = [] if keep else None
+        self.keys = _given_with_cells(header)
+        self.gains = None if header.utility is None else _gains(header.utility)
         self.last = (-1, -1)
 
     def add(self, value: object, where: str) -> None:
         """Read one more line."""
-        self.cells.append(_read_cell(value, where, self.header))
-        self.follow((self.cells[-1].context, self.cells[-1].group), where)
+        members, place, law, total = _read_row(value, where, self.header, self.keys)
+        mass, utility = _read_given(members, where, self.header, law[0]) if self.keys else (ONE, self.header.utility or ())
+        if self.header.subject.kind == "counts":
+            mass = total
+        self.follow(place, where)
+        cell = Cell(*place, law, mass, _mean(*law, self.gains or _gains(utility)), utility)
+        self.figures.add(cell)
+        if self.kept is not None:
+            self.kept.append(cell)
 
     def follow(self, place: tuple[int, int], where: str) -> None:
         """Make sure that the lines are sorted."""
@@ -725,10 +785,11 @@ class _Rows:
 
     def table(self, digest: str) -> Table:
         """Put the lines together."""
-        if self.header.utility is None and not self.cells:
+        figures = self.figures.of_all()
+        if self.header.utility is None and not figures.cells:
             raise _malformed("the table", "gives no utility at all")
-        _check_masses(self.header, [cell.mass for cell in self.cells])
-        return Table(self.header, tuple(self.cells), len(self.cells), digest)
+        _check_masses(self.header, figures.masses())
+        return Table(self.header, None if self.kept is None else tuple(self.kept), figures.cells, digest, figures)
 
 
 def _check_masses(header: Header, masses: Sequence[Rational]) -> None:
@@ -1027,7 +1088,10 @@ class _PolicyRows(_Rows):
             Cell(*divmod(i, len(self.true.groups)), law, mass, _expectation(law, utility), utility)
             for i, (law, (mass, utility)) in enumerate(zip(laws, given, strict=True))
         )
-        return Table(self.true, cells, len(self.laws), digest, policy)
+        figures = Figures(self.true, expectations_only=policy is None)
+        for cell in cells:
+            figures.add(cell)
+        return Table(self.true, cells, len(self.laws), digest, figures.of_all(), policy)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -1148,148 +1212,259 @@ class _Screen:
 T = TypeVar("T")
 
 
-def _greatest(
-    header: Header,
-    compared: Iterable[tuple[Setting, Sequence[T]]],
-    widest: Callable[[Sequence[T]], tuple[Rational, int, int]],
-    details: Callable[[T, T], dict[str, object]],
-) -> Maximum | None:
-    """Find the greatest value over all settings; the first one that attains it is kept."""
-    best: tuple[Rational, Setting, int, int, Sequence[T]] | None = None
-    for setting, values in compared:
-        value, higher, lower = widest(values)
-        if best is None or not _at_most(value, best[0]):
-            best = value, setting, higher, lower, values
-    if best is None:
-        return None
-    value, setting, higher, lower, values = best
-    witness = setting.witness(header, higher, lower) | details(values[higher], values[lower])
-    return Maximum(_reduced(*value), witness, (setting.context, setting.groups[higher], setting.groups[lower]))
+class _Greatest(Generic[T]):
+    """The greatest value of a metric over the settings so far; the first one that attains it is kept."""
+
+    def __init__(self, widest: Callable[[Sequence[T]], tuple[Rational, int, int]], details: Callable[[T, T], dict[str, object]]) -> None:
+        self.widest, self.details = widest, details
+        self.value: Rational = ZERO  # of nothing; no metric is less
+        self.found: tuple[Setting, int, int, T, T] | None = None
+
+    def offer(self, values: Sequence[T], groups: Sequence[int], context: int | None, decision: int | None = None) -> None:
+        """Compare the values of some groups."""
+        value, higher, lower = self.widest(values)
+        if self.found is None or not _at_most(value, self.value):
+            self.value = value
+            self.found = Setting(groups, context, decision), higher, lower, values[higher], values[lower]
+
+    def maximum(self, header: Header) -> Maximum | None:
+        """The value and its witness, if anything was compared."""
+        if self.found is None:
+            return None
+        setting, higher, lower, one, other = self.found
+        witness = setting.witness(header, higher, lower) | self.details(one, other)
+        return Maximum(_reduced(*self.value), witness, (setting.context, setting.groups[higher], setting.groups[lower]))
 
 
-def _group_law(cells: Sequence[Cell]) -> tuple[Law, Rational]:
-    """Compute P(.|a) and the mean of E(.,a) of a group of positive mass from its cells."""
-    terms: list[Vector] = []
-    for cell in cells:
-        weights, total = cell.law
-        n, d = _reduced(cell.mass[0], cell.mass[1] * total)
-        terms.append(([n * weight for weight in weights], d))
-    summed, denominator = _sum_of_vectors(terms)
-    total = sum(summed)  # the mass of the group is total / denominator
-    n, d = _sum((cell.mass[0] * cell.expectation[0], cell.mass[1] * cell.expectation[1]) for cell in cells)
-    return (tuple(summed), total), _reduced(n * denominator, d * total)
+class _Compared:
+    """The three metrics that compare groups, be it in each context or once."""
+
+    def __init__(self, header: Header, expectations_only: bool) -> None:
+        def raised(left: Law, right: Law) -> dict[str, object]:
+            (p, m), (q, n) = left, right
+            return {"decisions": [u for u, a, b in zip(header.decisions, p, q, strict=True) if a * n > b * m]}
+
+        def both(name: str) -> Callable[[Rational, Rational], dict[str, object]]:
+            return lambda left, right: {name: [_reduced(*left), _reduced(*right)]}
+
+        self.header, self.expectations_only = header, expectations_only
+        self.means = _Greatest[Rational](_widest_ratio, both("expectations"))
+        self.laws = _Greatest[Law](_widest_distance, raised)
+        self.single = _Greatest[Rational](_widest_ratio, both("probabilities"))
+
+    def add(self, groups: Sequence[int], laws: Sequence[Law], means: Sequence[Rational], context: int | None = None) -> None:
+        """Compare at least two groups."""
+        self.means.offer(means, groups, context)
+        if self.expectations_only:
+            return
+        self.laws.offer(laws, groups, context)
+        for u in range(len(self.header.decisions)):
+            self.single.offer([(weights[u], total) for weights, total in laws], groups, context, u)
+
+    def maxima(self, ratio: str, distance: str, supremum: str) -> dict[str, Maximum | None]:
+        """The metrics by these names."""
+        metrics = {ratio: self.means.maximum(self.header)}
+        if not self.expectations_only:
+            metrics |= {distance: self.laws.maximum(self.header), supremum: self.single.maximum(self.header)}
+        return metrics
 
 
-def _populated(table: Table) -> list[int]:
-    return [a for a, cells in enumerate(table.by_group()) if any(cell.mass[0] for cell in cells)]
+class Figures:
+    """What the cells of a table add up to, while they pass by in their order.
+
+    Only the cells of one context are held at a time.  What stays grows with the labels of the header: a number for
+    each context, and a vector for each group.  Besides, ``rarer`` holds for each context that has cells of some groups
+    but not of all either those groups or the others, whichever are fewer: no more than what ``not_compared`` has to name.
+    """
+
+    def __init__(self, header: Header, expectations_only: bool = False) -> None:
+        n = len(header.groups)
+        self.header, self.cells = header, 0
+        self.local = _Compared(header, expectations_only)
+        self.sizes = [0] * len(header.contexts)  # the number of cells
+        self.rarer: dict[int, tuple[int, ...]] = {}
+        self.with_cells = [False] * n
+        self.laws = [_Total() for _ in range(n)]  # the sum of M(x,a) P(.|x,a) over the cells of positive mass, by group
+        self.gains = None if header.utility is None else _gains(header.utility)
+        self.means = [_Total() for _ in range(n)] if self.gains is None else []  # likewise, of M(x,a) E(x,a)
+        self.reference: list[Rational] | None = None  # the masses of the first complete context in which one is positive
+        self.proportional = True  # the masses of complete contexts, to the reference
+        self.tau: Rational | None = None
+        self.ends: tuple[Rational, Rational] | None = None  # of the utilities that stand with the cells
+        self.spread = ZERO
+        self.held: list[Cell] = []
+
+    def add(self, cell: Cell) -> None:
+        """Take in the next cell."""
+        if self.held and self.held[0].context != cell.context:
+            self._take()
+        self.held.append(cell)
+
+    def of_all(self) -> "Figures":
+        """Take in what is held: no cell follows."""
+        if self.held:
+            self._take()
+        return self
+
+    def _take(self) -> None:
+        """Take in the cells of a context, all of which are held."""
+        cells, self.held = self.held, []
+        context, groups = cells[0].context, [cell.group for cell in cells]
+        self.cells += len(cells)
+        self.sizes[context] = len(cells)
+        self._add_up(cells)
+        if self.gains is None:
+            self._take_utilities(cells)
+        if len(cells) == len(self.header.groups):
+            self._take_masses([cell.mass for cell in cells])
+        elif 2 * len(cells) <= len(self.header.groups):
+            self.rarer[context] = tuple(groups)
+        else:
+            self.rarer[context] = _others(groups, len(self.header.groups))
+        if len(cells) > 1:
+            means = [cell.expectation for cell in cells]
+            least = means[_ends(means)[1]]
+            if self.tau is None or not _at_most(self.tau, least):
+                self.tau = least
+            self.local.add(groups, [cell.law for cell in cells], means, context)
+
+    def _add_up(self, cells: Sequence[Cell]) -> None:
+        for _, group, (weights, total), mass, expectation, _ in cells:
+            self.with_cells[group] = True
+            if mass[0]:
+                n, d = _reduced(mass[0], mass[1] * total)
+                self.laws[group].add([n * weight for weight in weights], d)
+                if self.gains is None:
+                    self.means[group].add([mass[0] * expectation[0]], mass[1] * expectation[1])
+
+    def _take_utilities(self, cells: Sequence[Cell]) -> None:
+        """Compare the entries of utilities that stand with the cells: in all, and of each decision in this context."""
+        utilities = {cell.utility for cell in cells}
+        given = [*{g for utility in utilities for g in utility if g is not None}, *(self.ends or ())]
+        top, low = _ends(given)
+        self.ends = given[top], given[low]
+        if len(utilities) == 1:
+            return
+        for column in zip(*utilities, strict=True):
+            entries = [g for g in set(column) if g is not None]
+            if len(entries) > 1:
+                i, j = _ends(entries)
+                (n, d), (p, q) = entries[i], entries[j]
+                if not _at_most((n * q - p * d, d * q), self.spread):
+                    self.spread = _reduced(n * q - p * d, d * q)
+
+    def _take_masses(self, masses: list[Rational]) -> None:
+        """Compare the masses of a complete context with the reference.
+
+        With r the reference and r_p > 0, the masses m are a multiple of r exactly if m_a r_p = m_p r_a for all a.
+        """
+        if self.reference is None:
+            if any(n for n, _ in masses):
+                self.reference = masses
+        elif self.proportional:
+            p = next(i for i, (n, _) in enumerate(self.reference) if n)
+            (n, d), (k, e) = self.reference[p], masses[p]
+            above, below = n * e, k * d  # r_p and m_p over one denominator
+            self.proportional = all(m[0] * above * r[1] == r[0] * below * m[1] for m, r in zip(masses, self.reference, strict=True))
+
+    def complete(self) -> bool:
+        """Say whether every group has a cell in every context (no cell occurs twice)."""
+        return self.cells == len(self.header.contexts) * len(self.header.groups)
+
+    def independent(self) -> bool:
+        """Decide whether context and group are independent: M(x,a) M = M(x,.) M(.,a) for all x and a.
+
+        Let there be a cell for each x and a.  If all masses are 0, this holds, and there is no reference.  Else let
+        r_a = M(z,a) be the reference, R > 0 the sum of r, and M > 0.  If it holds, then M(.,a) = r_a M / R because of z, and
+        M(x,a) = (M(x,.) / R) r_a: the masses of each context are a multiple of r.  If they are, M(x,a) = c_x r_a with
+        c_x = 0 where all masses are 0 (as in the contexts before z), and with C the sum of c both sides are c_x r_a C R.
+        """
+        return self.complete() and self.proportional
+
+    def missing(self, context: int) -> Sequence[int]:
+        """List the groups without a cell in a context."""
+        size, n = self.sizes[context], len(self.header.groups)
+        if size in (0, n):
+            return range(0 if size else n)
+        return _others(self.rarer[context], n) if 2 * size <= n else self.rarer[context]
+
+    def populated(self) -> list[int]:
+        """List the groups of positive mass."""
+        return [a for a, law in enumerate(self.laws) if law.parts]
+
+    def masses(self) -> list[Rational]:
+        """List the masses of the groups of positive mass."""
+        sums = (self.laws[a].value() for a in self.populated())
+        return [_reduced(sum(numerators), denominator) for numerators, denominator in sums]
+
+    def of_group(self, group: int) -> tuple[Law, Rational]:
+        """Compute P(.|a) and the mean of E(.,a) of a group of positive mass."""
+        summed, denominator = self.laws[group].value()
+        total = sum(summed)  # the mass of the group is total / denominator
+        law = tuple(summed), total
+        if self.gains is not None:  # g(u): the mean is that of the law
+            return law, _mean(*law, self.gains)
+        (n,), d = self.means[group].value()
+        return law, _reduced(n * denominator, d * total)
+
+
+def _others(numbers: Iterable[int], below: int) -> tuple[int, ...]:
+    known = set(numbers)
+    return tuple(i for i in range(below) if i not in known)
 
 
 def _lacks_population(table: Table) -> bool:
-    return table.header.subject.population == "equal" and not table.complete()
+    return table.header.subject.population == "equal" and not table.figures.complete()
 
 
 def _globally_compared(table: Table) -> list[int]:
-    groups = [] if _lacks_population(table) else _populated(table)
+    groups = [] if _lacks_population(table) else table.figures.populated()
     return groups if len(groups) > 1 else []
 
 
-def measure(table: Table, expectations_only: bool = False) -> dict[str, Maximum | None]:
-    """Compute the six metrics of a table, or those two of them that compare expectations."""
-    header = table.header
+def measure(table: Table) -> dict[str, Maximum | None]:
+    """Compute the six metrics of a table, or if only these were asked for the two of them that compare expectations."""
+    local = table.figures.local
+    overall = _Compared(table.header, local.expectations_only)
     groups = _globally_compared(table)
-    by_group = table.by_group()
-    globally = [_group_law(by_group[a]) for a in groups]
-    # The places where groups are compared, with their laws and their expectations.
-    everywhere = [(Setting(groups), [law for law, _ in globally], [mean for _, mean in globally])] if globally else []
-    contexts = [
-        (Setting([c.group for c in cells], x), [c.law for c in cells], [c.expectation for c in cells])
-        for x, cells in enumerate(table.by_context())
-        if len(cells) > 1
-    ]
-
-    def raised(left: Law, right: Law) -> dict[str, object]:
-        (p, m), (q, n) = left, right
-        return {"decisions": [u for u, a, b in zip(header.decisions, p, q, strict=True) if a * n > b * m]}
-
-    def both(name: str) -> Callable[[Rational, Rational], dict[str, object]]:
-        return lambda left, right: {name: [_reduced(*left), _reduced(*right)]}
-
-    metrics: dict[str, Maximum | None] = {}
-    for scope, distance, places in (
-        ("local", "equalized_odds", contexts),
-        ("global", "demographic_parity", everywhere),
-    ):
-        metrics[scope] = _greatest(header, ((s, means) for s, _, means in places), _widest_ratio, both("expectations"))
-        if expectations_only:
-            continue
-        metrics[distance] = _greatest(header, ((s, laws) for s, laws, _ in places), _widest_distance, raised)
-        single = (
-            (replace(s, decision=u), [(weights[u], total) for weights, total in laws])
-            for s, laws, _ in places
-            for u in range(len(header.decisions))
-        )
-        metrics[f"{scope}_supremum"] = _greatest(header, single, _widest_ratio, both("probabilities"))
-    return metrics
+    if groups:
+        laws, means = zip(*map(table.figures.of_group, groups), strict=True)
+        overall.add(groups, laws, means)
+    metrics = local.maxima("local", "equalized_odds", "local_supremum")
+    return metrics | overall.maxima("global", "demographic_parity", "global_supremum")
 
 
 def constants(table: Table) -> dict[str, Rational | bool | None]:
     """Compute the constants of the utility g."""
-    given = list(dict.fromkeys(table.header.utility or (g for c in table.cells for g in c.utility if g is not None)))
+    figures = table.figures
+    given = table.header.utility or figures.ends or ()
     top, low = _ends(given)
-    contexts = [cells for cells in table.by_context() if len(cells) > 1]
-    expectations = [cell.expectation for cells in contexts for cell in cells]
-    spreads = [ZERO]
-    if table.header.utility is None:
-        for cells in contexts:
-            for column in zip(*(cell.utility for cell in cells), strict=True):
-                entries = [g for g in set(column) if g is not None]
-                if len(entries) > 1:
-                    i, j = _ends(entries)
-                    (n, d), (p, q) = entries[i], entries[j]
-                    spreads.append((n * q - p * d, d * q))
-    lipschitz = _reduced(*spreads[_ends(spreads)[0]])
     return {
         "gamma": given[top],
         "m": given[low],
-        "tau": expectations[_ends(expectations)[1]] if expectations else None,
-        "lipschitz": lipschitz,
-        "depends_on_group": lipschitz != ZERO,
+        "tau": figures.tau,
+        "lipschitz": figures.spread,
+        "depends_on_group": figures.spread != ZERO,
     }
 
 
 def not_compared(table: Table) -> Iterator[dict[str, object]]:
     """List what the metrics leave out, and why."""
-    header, contexts = table.header, table.by_context()
-    for label, cells in zip(header.contexts, contexts, strict=True):
-        present = {cell.group for cell in cells}
-        missing = [list(group) for a, group in enumerate(header.groups) if a not in present]
-        if missing:
+    header, figures = table.header, table.figures
+    for x, label in enumerate(header.contexts):
+        if missing := [list(header.groups[a]) for a in figures.missing(x)]:
             yield {"context": list(label), "groups": missing, "reason": "no decisions recorded"}
-    for label, cells in zip(header.contexts, contexts, strict=True):
-        if len(cells) < 2:
+    for label, size in zip(header.contexts, figures.sizes, strict=True):
+        if size < 2:
             yield {"context": list(label), "reason": "fewer than two groups"}
-    populated = set(_populated(table))
-    empty = [list(header.groups[a]) for a, cells in enumerate(table.by_group()) if cells and a not in populated]
+    populated = set(figures.populated())
+    empty = [list(group) for a, group in enumerate(header.groups) if figures.with_cells[a] and a not in populated]
     if empty:
         yield {"groups": empty, "reason": "no population"}
     if _lacks_population(table):
         yield {"quantity": "global", "reason": "a group is missing in a context and no population was given"}
     elif len(populated) < 2:
         yield {"quantity": "global", "reason": "fewer than two groups"}
-
-
-def independent(table: Table) -> bool:
-    """Decide whether context and group are independent: M(x,a) M = M(x,.) M(.,a) for all x and a."""
-    if not table.complete():
-        return False
-    of_context = [_sum(cell.mass for cell in cells) for cells in table.by_context()]
-    of_group = [_sum(cell.mass for cell in cells) for cells in table.by_group()]
-    whole = _sum(of_context)
-    for cell in table.cells:
-        x, a, m = of_context[cell.context], of_group[cell.group], cell.mass
-        if m[0] * whole[0] * x[1] * a[1] != x[0] * a[0] * m[1] * whole[1]:
-            return False
-    return True
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -1389,7 +1564,7 @@ class Facts:
     def holds(self, condition: str) -> bool:
         """Decide one of the CONDITIONS."""
         if condition == "independent":
-            return independent(self.table)
+            return self.table.figures.independent()
         if condition == "a-free":  # the constant of the table is no greater
             return self.constants["lipschitz"] == 0
         if condition == "g(u)":
@@ -2053,7 +2228,7 @@ def _below_floor(program: Program, metric: Maximum | None) -> str:
     context, higher, lower = metric.place
     for group in program.groups_with_floor(-1 if context is None else context, higher, lower):
         if context is None:
-            _, mean = _group_law(program.by_group[group])
+            _, mean = table.figures.of_group(group)
         else:
             mean = next(cell.expectation for cell in program.by_context[context] if cell.group == group)
         if not _at_most(tau, mean):
@@ -3296,7 +3471,7 @@ def _check_unfiltered(stated: Certificate, policy: Policy) -> Iterator[Finding]:
     if stated.unfiltered is None or policy.unfiltered is None:
         yield _compared("metrics.unfiltered", stated.unfiltered, "comparable" if policy.unfiltered else None)
     else:
-        yield from _check_metrics(stated.unfiltered, measure(policy.unfiltered, expectations_only=True), "metrics.unfiltered")
+        yield from _check_metrics(stated.unfiltered, measure(policy.unfiltered), "metrics.unfiltered")
 
 
 def _check_not_compared(stated: Certificate, table: Table) -> Finding:
@@ -3419,16 +3594,17 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     """
     stated = _read_certificate(certificate)
     findings: list[Finding] = []
+    keep = stated.utilities is not None or bool(stated.intervals)  # else the figures of a plain table are all that is needed of it
     if stated.embedded is not None:
-        names = ("subject.table.header", *(f"subject.table.rows[{i}]" for i in range(len(stated.embedded) - 1)))
-        law = _read_table((name, value, None) for name, value in zip(names, stated.embedded, strict=True))
+        names = chain(["subject.table.header"], (f"subject.table.rows[{i}]" for i in range(len(stated.embedded) - 1)))
+        law = _read_table(((name, value, None) for name, value in zip(names, stated.embedded, strict=True)), keep)
         if table is not None:
             digest = hashlib.sha256()
             for line in table:
                 digest.update(line)
             findings.append(_compared("the digest of the table file", digest.hexdigest(), law.digest))
     elif table is not None:
-        law = _read_table(_lines_of_file(table))
+        law = _read_table(_lines_of_file(table), keep)
     else:
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
     program = None if stated.utilities is None else Program(stated.utilities, law)
