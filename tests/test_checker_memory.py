@@ -113,6 +113,7 @@ def test_independence_is_that_of_the_definition(certificate: dict[str, Any]) -> 
         ([[0, 0], [1, 2], [0, 0], [2, 4]], "given", True),  # contexts without mass, the first of them before all others
         ([[0, 0], [1, 2], [2, 1]], "given", False),
         ([[1, 0, 2], [2, 0, 4]], "given", True),  # a group without mass
+        ([[0, 1, 2], [0, 2, 1]], "given", False),  # likewise, and the others depend on the context
         ([[0, 1, 2], [1, 2, 4]], "given", False),  # the group has mass in one context only
         ([[1, 2, 1], [0, 0, 1]], "given", False),  # no mass where the first context has some
     ],
