@@ -14,7 +14,7 @@ from mkdocs.structure.files import File, Files
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = (
     "law", "mechanism", "utility", "policy", "allocation", "fairness", "privacy", "bounds", "sampling", "worst_utility", "utility_class",
-    "calibration", "filter_design", "audit", "certificate", "compare", "report", "metrics", "plots", "testing", "pytest_plugin",
+    "calibration", "filter_design", "audit", "parts", "certificate", "compare", "report", "metrics", "plots", "testing", "pytest_plugin",
 )  # fmt: skip
 
 
