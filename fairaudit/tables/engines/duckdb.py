@@ -26,7 +26,25 @@ from fairaudit.tables.engines import ManyRowsError, Request, attended, database_
 from fairaudit.tables.engines.files import Form, read_text
 from fairaudit.tables.sql import COUNT_COLUMN, count_statement, identifier
 
-__all__ = ["read_database", "read_files", "read_parts"]
+__all__ = [
+    "DelimitedText",
+    "JsonTexts",
+    "bad_json",
+    "connected",
+    "decoded_rows",
+    "delimited_text",
+    "fetched_rows",
+    "json_form",
+    "json_texts",
+    "literal",
+    "literal_path",
+    "literals",
+    "progress",
+    "read_database",
+    "read_files",
+    "read_parts",
+    "told",
+]
 
 BATCH = 50_000
 SAMPLE = 100_000
@@ -44,8 +62,8 @@ def read_files(paths: Sequence[str], kind: Form, request: Request) -> Tally:
         return _read_csv(paths, request)
     if kind == "json":
         return _read_json(paths, request)
-    source = f"read_parquet({_texts(map(_literal_path, paths))})"
-    with _connection(request) as connection, _said(request, paths[0]):
+    source = f"read_parquet({literals(map(literal_path, paths))})"
+    with connected(request) as connection, told(request, paths[0]):
         return _count(connection, Path(paths[0]).name, source, _types(connection, source, request.columns), request, quick=True)
 
 
@@ -54,7 +72,7 @@ def read_database(path: str, request: Request) -> Tally:
     if not Path(path).is_file():
         raise InputError(f"{path}: there is no such file")
     source = database_source(request, "duckdb")
-    with _connection(request, path) as connection, _said(request, path):
+    with connected(request, path) as connection, told(request, path):
         types = _types(connection, source, request.columns)
         return _count(connection, Path(path).name, source, types, request, quick=request.query is None)
 
@@ -79,9 +97,9 @@ class _Counted:
         """Fetch rows of the table, or of a query with the same columns."""
         if all(c in self.enums or (self.types[c] in WHOLE and c not in self.bins) for c in columns):
             return self._by_column(connection, columns, source)
-        parsed = {i: _Json(c) for i, c in enumerate(columns) if self.types[c] == "JSON"}
+        parsed = {i: JsonTexts(c) for i, c in enumerate(columns) if self.types[c] == "JSON"}
         cursor = connection.execute(f"select {', '.join([*map(self.key, columns), COUNT_COLUMN])} from {source}")  # noqa: S608
-        tally = Tally.of(self.name, columns, _decoded(_fetched(cursor), parsed) if parsed else _fetched(cursor))
+        tally = Tally.of(self.name, columns, decoded_rows(fetched_rows(cursor), parsed) if parsed else fetched_rows(cursor))
         return apply_bins(merged(tally) if parsed else tally, {c: self.bins[c] for c in columns if c in self.bins}, self.cut, self.tied)
 
     def _by_column(self, connection: Any, columns: Sequence[str], source: str) -> Tally:
@@ -112,8 +130,8 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
     their texts, so that the rows of one value are in one part.
     """
     database = paths[0] if request.table is not None else ":memory:"
-    source = f"read_parquet({_texts(map(_literal_path, paths))})" if request.table is None else database_source(request, "duckdb")
-    with _connection(request, database) as connection, _said(request, paths[0]):
+    source = f"read_parquet({literals(map(literal_path, paths))})" if request.table is None else database_source(request, "duckdb")
+    with connected(request, database) as connection, told(request, paths[0]):
         types = _types(connection, source, request.columns)
         for name in by:
             if types[name] not in (*WHOLE, "UBIGINT", "VARCHAR") and name not in request.bins:
@@ -141,7 +159,7 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
             share = np.cumsum(sizes) // PART
             return counted, [0, *(np.flatnonzero(np.diff(share)) + 1).tolist(), len(sizes)]
 
-        counted, edges = attended(work, connection.interrupt, request, lambda: _share(connection))
+        counted, edges = attended(work, connection.interrupt, request, lambda: progress(connection))
         yield counted.tally(connection, [c for c in request.columns if c not in by], "whole")
         for done, (first, last) in enumerate(pairwise(edges)):
             if request.report is not None:
@@ -160,7 +178,7 @@ def _count(connection: Any, name: str, source: str, types: dict[str, str], reque
                 raise ManyRowsError(f"the log has {rows} different rows, more than {request.most}")
         return counted.tally(connection, request.columns, "counted")
 
-    tally = attended(work, connection.interrupt, request, lambda: _share(connection))
+    tally = attended(work, connection.interrupt, request, lambda: progress(connection))
     if not len(tally):
         raise InputError("the table has no rows")
     return tally
@@ -201,29 +219,40 @@ def _enums(connection: Any, source: str, columns: Sequence[str]) -> dict[str, st
     return found
 
 
-def _fetched(cursor: Any) -> Iterator[tuple[Any, ...]]:
+def fetched_rows(cursor: Any) -> Iterator[tuple[Any, ...]]:
+    """Rows of a result, fetched many at a time."""
     while batch := cursor.fetchmany(BATCH):
         yield from batch
 
 
 def _read_json(paths: Sequence[str], request: Request) -> Tally:
     """Count the rows of JSON lines. Each value is taken as the JSON that it is, so that no type is guessed from the first rows."""
-    lines = all(re.search(r"\.(jsonl|ndjson)(\.\w+)?$", path, re.IGNORECASE) for path in paths)
-    form = f"{_texts(map(_literal_path, paths))}, format='{'newline_delimited' if lines else 'auto'}', maximum_object_size=67108864"
-    held = ", ".join(f"{_text(name)}: 'JSON'" for name in request.columns)
-    with _connection(request) as connection:
+    form, lines = json_form(paths)
+    with connected(request) as connection:
         try:
-            with _said(request, paths[0]):
-                source = f"read_json({form}, columns={{{held}}})"
+            with told(request, paths[0]):
+                source = json_texts(form, request.columns)
                 tally = _count(connection, Path(paths[0]).name, source, dict.fromkeys(request.columns, "JSON"), request)
                 if any(values == [None] for values in tally.levels.values()):
                     _types(connection, f"read_json({form}, sample_size=-1)", request.columns)
         except InputError as error:
-            raise InputError((_bad_json(paths) if lines else None) or str(error)) from None
+            raise InputError((bad_json(paths) if lines else None) or str(error)) from None
     return tally
 
 
-def _bad_json(paths: Sequence[str]) -> str | None:
+def json_form(paths: Sequence[str]) -> tuple[str, bool]:
+    """Arguments of ``read_json`` for files, and whether each line of theirs is an object."""
+    lines = all(re.search(r"\.(jsonl|ndjson)(\.\w+)?$", path, re.IGNORECASE) for path in paths)
+    return f"{literals(map(literal_path, paths))}, format='{'newline_delimited' if lines else 'auto'}', maximum_object_size=67108864", lines
+
+
+def json_texts(form: str, columns: Sequence[str]) -> str:
+    """What stands after ``from`` for columns of JSON, each value as the text that it is."""
+    held = ", ".join(f"{literal(name)}: 'JSON'" for name in columns)
+    return f"read_json({form}, columns={{{held}}})"
+
+
+def bad_json(paths: Sequence[str]) -> str | None:
     """Name the first line that holds no JSON object, if there is one; the engine's own count of lines may be off by one."""
     for path in paths:
         try:
@@ -239,13 +268,14 @@ def _bad_json(paths: Sequence[str]) -> str | None:
     return None
 
 
-class _Json(dict[str, Any]):
+class JsonTexts(dict[str, Any]):
     """JSON texts of a column and the values that they stand for."""
 
     def __init__(self, column: str) -> None:
         self.column = column
 
     def __missing__(self, text: str) -> Any:
+        """Read a text that is met for the first time."""
         try:
             value = json.loads(text, parse_float=Decimal, parse_constant=_refuse)
         except (ValueError, RecursionError):
@@ -260,7 +290,7 @@ def _refuse(text: str) -> Any:
     raise ValueError(text)
 
 
-def _decoded(rows: Iterator[tuple[Any, ...]], parsed: dict[int, _Json]) -> Iterator[list[Any]]:
+def decoded_rows(rows: Iterator[tuple[Any, ...]], parsed: dict[int, JsonTexts]) -> Iterator[list[Any]]:
     """Rows with values for JSON texts; rows whose texts stand for equal values are added up later."""
     for row in rows:
         listed = list(row)
@@ -272,29 +302,12 @@ def _decoded(rows: Iterator[tuple[Any, ...]], parsed: dict[int, _Json]) -> Itera
 
 def _read_csv(paths: Sequence[str], request: Request) -> Tally:
     """Count the rows of delimited text: by DuckDB where it reads the text as the CSV reader does, else by that."""
-    found: Layout | None = None
-    quoted = False
-    delimiters = 0
-    for path in paths:
-        try:
-            found = same_layout(found, layout(path))
-            scan = _scan(path, found.delimiter)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
-        if scan is None:
-            return read_text(paths, request)
-        quoted, delimiters = quoted or scan[0], delimiters + scan[1]
-    if found is None or len(found.columns) < 2:
+    text = delimited_text(paths)
+    if text is None:
         return read_text(paths, request)
     for name in request.columns:
-        column(dict.fromkeys(found.columns, ()), name)
-    places = {name: f"c{i}" for i, name in enumerate(found.columns)}
-    held = ", ".join(f"{place}: 'VARCHAR'" for place in places.values())
-    quote = "'\"'" if quoted else "''"
-    source = (
-        f"read_csv({_texts(map(_literal_path, paths))}, columns={{{held}}}, auto_detect=false, header=true, "
-        f"delim={_text(found.delimiter)}, quote={quote}, escape={quote}, nullstr='', strict_mode=true, null_padding=false)"
-    )
+        column(dict.fromkeys(text.layout.columns, ()), name)
+    places = {name: f"c{i}" for i, name in enumerate(text.layout.columns)}
     inner = ", ".join(f"{places[name]} as k{i}" for i, name in enumerate(request.columns))
     renamed = Request(
         tuple(f"k{i}" for i in range(len(request.columns))),
@@ -304,28 +317,84 @@ def _read_csv(paths: Sequence[str], request: Request) -> Tally:
         meanwhile=request.meanwhile,
     )
     try:
-        with _connection(request) as connection, _said(request, paths[0]):
+        with connected(request) as connection, told(request, paths[0]):
             types = dict.fromkeys(renamed.columns, "VARCHAR")
-            held = f"(select {inner} from {source}) as log"  # noqa: S608
+            held = f"(select {inner} from {text.source}) as log"  # noqa: S608
             counted = _count(connection, Path(paths[0]).name, held, types, renamed)
     except InputError:
         # Whatever is wrong, the CSV reader says on which line; and if nothing is wrong, it reads the file.
         return read_text(paths, request)
-    if not quoted and delimiters != (len(found.columns) - 1) * (counted.rows + len(paths)):
-        return read_text(paths, request)  # rows with empty cells too many, which DuckDB passes over
+    if not text.complete(counted.rows):
+        return read_text(paths, request)
     back = dict(zip(renamed.columns, request.columns, strict=True))
 
     def find(tally: Tally, position: int) -> str:
-        return _first_line(paths, found.columns, tally, position)
+        return _first_line(paths, text.layout.columns, tally, position)
 
     return Tally(
         counted.name,
         {back[key]: codes for key, codes in counted.codes.items()},
         {back[key]: values for key, values in counted.levels.items()},
         counted.counts,
-        found.notes,
+        text.layout.notes,
         None if request.bins else find,
     )
+
+
+@dataclass(frozen=True)
+class DelimitedText:
+    """Files of delimited text that DuckDB reads as the CSV reader does.
+
+    Attributes
+    ----------
+    source : str
+        What stands for them after ``from``; the columns are called c0, c1, …, because DuckDB takes names that differ in case for one.
+    layout : Layout
+        Their delimiter and columns.
+    files : int
+        How many files there are.
+    delimiters : int or None
+        How many delimiters there are; None if some may stand within quotes.
+    """
+
+    source: str
+    layout: Layout
+    files: int
+    delimiters: int | None
+
+    def complete(self, rows: int) -> bool:
+        """Whether so many rows have all the cells that there are; DuckDB passes over empty cells too many at the end of a row."""
+        return self.delimiters is None or self.delimiters == (len(self.layout.columns) - 1) * (rows + self.files)
+
+
+def delimited_text(paths: Sequence[str]) -> DelimitedText | None:
+    """Look at files of delimited text; None if they are for the CSV reader.
+
+    Raises
+    ------
+    InputError
+        If one cannot be read, or they do not belong together.
+    """
+    found: Layout | None = None
+    quoted, delimiters = False, 0
+    for path in paths:
+        try:
+            found = same_layout(found, layout(path))
+            scan = _scan(path, found.delimiter)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        if scan is None:
+            return None
+        quoted, delimiters = quoted or scan[0], delimiters + scan[1]
+    if found is None or len(found.columns) < 2:
+        return None
+    held = ", ".join(f"c{i}: 'VARCHAR'" for i in range(len(found.columns)))
+    quote = "'\"'" if quoted else "''"
+    source = (
+        f"read_csv({literals(map(literal_path, paths))}, columns={{{held}}}, auto_detect=false, header=true, "
+        f"delim={literal(found.delimiter)}, quote={quote}, escape={quote}, nullstr='', strict_mode=true, null_padding=false)"
+    )
+    return DelimitedText(source, found, len(paths), None if quoted else delimiters)
 
 
 def _first_line(paths: Sequence[str], columns: Sequence[str], tally: Tally, position: int) -> str:
@@ -377,13 +446,14 @@ def _types(connection: Any, source: str, columns: Sequence[str]) -> dict[str, st
     return {name: known[name] for name in columns}
 
 
-def _share(connection: Any) -> float | None:
+def progress(connection: Any) -> float | None:
+    """Share of a running query that is done, if DuckDB knows."""
     done = float(connection.query_progress())
     return done / 100 if 0 <= done <= 100 else None
 
 
 @contextmanager
-def _connection(request: Request, path: str = ":memory:") -> Iterator[Any]:
+def connected(request: Request, path: str = ":memory:") -> Iterator[Any]:
     """A connection that loads nothing from elsewhere, and spills into a directory of its own."""
     spill = tempfile.mkdtemp(prefix="fairaudit-spill-")
     config: dict[str, Any] = {
@@ -409,7 +479,7 @@ def _connection(request: Request, path: str = ":memory:") -> Iterator[Any]:
 
 
 @contextmanager
-def _said(request: Request, path: str) -> Iterator[None]:
+def told(request: Request, path: str) -> Iterator[None]:
     """Make one sentence of what the engine complains about."""
     try:
         yield
@@ -427,14 +497,16 @@ def _sentence(error: Exception, request: Request) -> str:
     return f"DuckDB cannot read it: {text[:400]}"
 
 
-def _literal_path(path: str) -> str:
+def literal_path(path: str) -> str:
     """Write a path so that none of its characters is a pattern."""
     return re.sub(r"([*?\[])", r"[\1]", path)
 
 
-def _text(text: str) -> str:
+def literal(text: str) -> str:
+    """Write a text as it stands in a statement."""
     return "'" + text.replace("'", "''") + "'"
 
 
-def _texts(texts: Any) -> str:
-    return "[" + ", ".join(_text(text) for text in texts) + "]"
+def literals(texts: Any) -> str:
+    """Write a list of texts."""
+    return "[" + ", ".join(map(literal, texts)) + "]"

@@ -18,7 +18,7 @@ from fairaudit.exact import InputError
 from fairaudit.tables.binning import apply_bins, merged
 from fairaudit.tables.csv import layout, same_layout
 from fairaudit.tables.engines import Request, attended, database_source
-from fairaudit.tables.engines.duckdb import _bad_json, _decoded, _Json
+from fairaudit.tables.engines.duckdb import JsonTexts, bad_json, decoded_rows
 from fairaudit.tables.engines.files import JSON_NAME, expand, form
 from fairaudit.tables.engines.survey import MOST, Survey
 from fairaudit.tables.sql import common_statement, count_statement, identifier
@@ -39,12 +39,12 @@ def read(sources: Sequence[str], request: Request, session: Any = None) -> Tally
         cut = {name for name in request.bins if types[name].startswith(NUMERIC)}
         bins = {name: request.bins[name] for name in cut}
         statement = count_statement(request.columns, log.source, "spark", bins=bins)
-        parsed = {i: _Json(name) for i, name in enumerate(request.columns)} if log.kind == "json" else {}
+        parsed = {i: JsonTexts(name) for i, name in enumerate(request.columns)} if log.kind == "json" else {}
 
         def work() -> Tally:
             rows = log.spark.sql(statement).toLocalIterator()
             if parsed:
-                return merged(Tally.of(log.name, request.columns, _decoded(rows, parsed)))
+                return merged(Tally.of(log.name, request.columns, decoded_rows(rows, parsed)))
             return Tally.of(log.name, request.columns, rows)
 
         tally = attended(work, lambda: log.spark.sparkContext.cancelAllJobs(), request)
@@ -67,7 +67,7 @@ def survey(sources: Sequence[str], request: Request, session: Any = None) -> Sur
             if types[name].startswith(("map", "variant")):
                 raise InputError("a value of such a type equals no other; a label is a text, a number or a truth value")
             rows = log.spark.sql(common_statement(name, log.source, "spark", MOST)).toLocalIterator()
-            return _decoded(rows, {0: _Json(name)}) if log.kind == "json" else rows
+            return decoded_rows(rows, {0: JsonTexts(name)}) if log.kind == "json" else rows
 
         found = attended(lambda: Survey.of(list(types), common), lambda: log.spark.sparkContext.cancelAllJobs(), request)
     if log.kind in ("csv", "json") and any(REPLACED in text for seen in found.columns for text in seen.levels):
@@ -103,7 +103,7 @@ def _opened(sources: Sequence[str], request: Request, session: Any) -> Iterator[
         except Exception as error:
             if not isinstance(error, PySparkException) and type(error).__module__.partition(".")[0] not in ("py4j", "pyspark"):
                 raise
-            bad = (_bad_json(paths) if _local(paths) else None) if kind == "json" else None
+            bad = (bad_json(paths) if _local(paths) else None) if kind == "json" else None
             raise InputError(bad or f"{sources[0] if sources else request.table}: Spark cannot read it: {_said(error)}") from None
 
 
@@ -219,7 +219,7 @@ def _parser(columns: Sequence[str] | None) -> Callable[[str], list[str | None]]:
 
 def _replaced(log: _Log) -> str:
     """Say that bytes were no UTF-8."""
-    bad = _bad_json(log.paths) if log.kind == "json" and _local(log.paths) else None
+    bad = bad_json(log.paths) if log.kind == "json" and _local(log.paths) else None
     return bad or (f"{log.paths[0]}: a label has the character U+FFFD, which Spark puts for bytes that are not UTF-8; read it with DuckDB")
 
 

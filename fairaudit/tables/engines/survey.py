@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 
 from fairaudit.columns import label_text
 from fairaudit.exact import InputError
-from fairaudit.tables.csv import Layout, count_csv, layout, same_layout
+from fairaudit.tables.csv import count_csv, layout
 from fairaudit.tables.sql import common_statement
 
 if TYPE_CHECKING:
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["MOST", "Seen", "Survey", "of_database", "of_files", "of_text"]
 
 MOST = 10_000
-LINES = re.compile(r"\.(jsonl|ndjson)(\.\w+)?$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -109,20 +107,17 @@ def of_files(paths: Sequence[str], kind: Form, request: Request) -> Survey:
 
     if kind == "csv":
         return _of_csv(paths, request)
-    listed = engine._texts(map(engine._literal_path, paths))
     if kind == "parquet":
-        with engine._connection(request) as connection, engine._said(request, paths[0]):
-            return _of_source(connection, f"read_parquet({listed})", request)
-    lines = all(LINES.search(path) for path in paths)
-    form = f"{listed}, format='{'newline_delimited' if lines else 'auto'}', maximum_object_size=67108864"
-    with engine._connection(request) as connection:
+        with engine.connected(request) as connection, engine.told(request, paths[0]):
+            return _of_source(connection, f"read_parquet({engine.literals(map(engine.literal_path, paths))})", request)
+    form, lines = engine.json_form(paths)
+    with engine.connected(request) as connection:
         try:
-            with engine._said(request, paths[0]):
+            with engine.told(request, paths[0]):
                 names = _names(connection, f"read_json({form}, sample_size=-1, maximum_depth=1, map_inference_threshold=-1)")
-                held = ", ".join(f"{engine._text(name)}: 'JSON'" for name in names)
-                return _of_source(connection, f"read_json({form}, columns={{{held}}})", request, decoded=True)
+                return _of_source(connection, engine.json_texts(form, names), request, decoded=True)
         except InputError as error:
-            raise InputError((engine._bad_json(paths) if lines else None) or str(error)) from None
+            raise InputError((engine.bad_json(paths) if lines else None) or str(error)) from None
 
 
 def of_database(path: str, request: Request) -> Survey:
@@ -133,7 +128,7 @@ def of_database(path: str, request: Request) -> Survey:
     if not Path(path).is_file():
         raise InputError(f"{path}: there is no such file")
     source = database_source(request, "duckdb")
-    with engine._connection(request, path) as connection, engine._said(request, path):
+    with engine.connected(request, path) as connection, engine.told(request, path):
         return _of_source(connection, source, request)
 
 
@@ -141,35 +136,18 @@ def _of_csv(paths: Sequence[str], request: Request) -> Survey:
     """Look at delimited text by DuckDB where it reads the text as the CSV reader does, else by that."""
     from fairaudit.tables.engines import duckdb as engine
 
-    found: Layout | None = None
-    quoted, delimiters = False, 0
-    for path in paths:
-        try:
-            found = same_layout(found, layout(path))
-            scan = engine._scan(path, found.delimiter)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
-        if scan is None or len(found.columns) < 2:
-            return of_text(paths, request)
-        quoted, delimiters = quoted or scan[0], delimiters + scan[1]
-    if found is None:
+    text = engine.delimited_text(paths)
+    if text is None:
         return of_text(paths, request)
-    places = [f"c{i}" for i in range(len(found.columns))]  # DuckDB takes names that differ in case for one
-    held = ", ".join(f"{place}: 'VARCHAR'" for place in places)
-    quote = "'\"'" if quoted else "''"
-    source = (
-        f"read_csv({engine._texts(map(engine._literal_path, paths))}, columns={{{held}}}, auto_detect=false, header=true, "
-        f"delim={engine._text(found.delimiter)}, quote={quote}, escape={quote}, nullstr='', strict_mode=true, null_padding=false)"
-    )
     try:
-        with engine._connection(request) as connection, engine._said(request, paths[0]):
-            seen = _of_source(connection, source, request)
+        with engine.connected(request) as connection, engine.told(request, paths[0]):
+            seen = _of_source(connection, text.source, request)
     except InputError:
         return of_text(paths, request)  # which says on which line something is wrong
-    if not quoted and delimiters != (len(places) - 1) * (seen.rows + len(paths)):
-        return of_text(paths, request)  # rows with empty cells too many, which DuckDB passes over
-    named = (replace(column, name=name) for column, name in zip(seen.columns, found.columns, strict=True))
-    return Survey(seen.rows, tuple(named), found.notes)
+    if not text.complete(seen.rows):
+        return of_text(paths, request)
+    named = (replace(column, name=name) for column, name in zip(seen.columns, text.layout.columns, strict=True))
+    return Survey(seen.rows, tuple(named), text.layout.notes)
 
 
 def _of_source(connection: Any, source: str, request: Request, *, decoded: bool = False) -> Survey:
@@ -178,11 +156,11 @@ def _of_source(connection: Any, source: str, request: Request, *, decoded: bool 
     from fairaudit.tables.engines import duckdb as engine
 
     def common(name: str) -> Iterable[Sequence[Any]]:
-        found: Iterator[Any] = engine._fetched(connection.execute(common_statement(name, source, "duckdb", MOST)))
-        return engine._decoded(found, {0: engine._Json(name)}) if decoded else found
+        found: Iterator[Any] = engine.fetched_rows(connection.execute(common_statement(name, source, "duckdb", MOST)))
+        return engine.decoded_rows(found, {0: engine.JsonTexts(name)}) if decoded else found
 
     names = _names(connection, source)
-    return attended(lambda: Survey.of(names, common), connection.interrupt, request, lambda: engine._share(connection))
+    return attended(lambda: Survey.of(names, common), connection.interrupt, request, lambda: engine.progress(connection))
 
 
 def _names(connection: Any, source: str) -> list[str]:
