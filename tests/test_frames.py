@@ -228,7 +228,7 @@ def test_texts_and_numbers_that_the_first_rows_do_not_have_are_counted(data: st.
     whole = np.array(numbers, dtype=np.uint64).astype(kind)
     first = data.draw(st.integers(0, len(texts) - 1))
     shared = pd.DataFrame({"a": np.array(texts, dtype=object), "n": whole}).astype({"a": object})
-    parted = pd.DataFrame({"a": pd.array(texts, dtype="str"), "n": whole})
+    parted = pd.DataFrame({"a": pd.array(texts, dtype=pd.StringDtype("pyarrow")), "n": whole})
     many = shared.assign(a=pd.Series([None if text is None else "".join([*text, " "])[:-1] for text in texts], dtype=object))
     frames = [shared, many, parted, pd.concat([parted.iloc[: first + 1], parted.iloc[first + 1 :]]), parted.astype({"a": "category"})]
     with pytest.MonkeyPatch.context() as patch:
@@ -246,5 +246,5 @@ def test_texts_of_other_lengths_are_not_taken_for_letters(monkeypatch: pytest.Mo
     import pandas as pd
 
     monkeypatch.setattr(coded, "SAMPLE", 1)
-    frame = pd.DataFrame({"a": pd.array(["f", "", "ff", "f"], dtype="str")})
+    frame = pd.DataFrame({"a": pd.array(["f", "", "ff", "f"], dtype=pd.StringDtype("pyarrow"))})
     assert counts(read_log(frame, ["a"])) == Counter({("f",): 2, ("",): 1, ("ff",): 1})

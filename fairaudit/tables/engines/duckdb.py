@@ -214,7 +214,10 @@ def _enums(connection: Any, source: str, columns: Sequence[str]) -> dict[str, st
         sample = f"(select {quoted} as k from {source} limit {SAMPLE})"  # noqa: S608
         ((different,),) = connection.execute(f"select count(distinct k) from {sample}").fetchall()  # noqa: S608
         if 0 < different <= FEW:
-            connection.execute(f"create temporary type text{place} as enum (select distinct k from {sample} where k is not null)")  # noqa: S608
+            try:
+                connection.execute(f"create temporary type text{place} as enum (select distinct k from {sample} where k is not null)")  # noqa: S608
+            except duckdb.ParserException:
+                return {}  # an older DuckDB, in which types are not temporary
             found[name] = f"text{place}"
     return found
 
