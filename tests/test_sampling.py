@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from mpmath import iv, mp
 from scipy import stats
 
-from fairaudit import Law, Policy, Product, RandomizedResponse, Utility, read_csv, sampling
+from fairaudit import Law, Policy, Product, RandomizedResponse, Utility, certify, checker, read_csv, sampling
 from fairaudit.columns import Tally
 from fairaudit.exact import InputError
 from fairaudit.mechanism import Identity
@@ -988,3 +988,19 @@ def test_many_cells_have_the_interval_of_all_of_them(seed: int, binary: bool) ->
     every, decisive = found
     assert decisive.upper == every.upper
     assert every.lower * F(999_999, 1_000_000) <= max(decisive.lower, F(1)) <= every.lower
+
+
+@given(st.integers(0, 10**6), st.sampled_from(["binary", "many", "declared", "zero"]))
+@settings(max_examples=12, deadline=None)
+def test_certificates_of_many_cells_are_accepted(seed: int, kind: str) -> None:
+    """Ends in closed form, sums over groups and the estimate, checked from the certificate alone."""
+    pick = np.random.default_rng(seed)
+    counts = pick.integers(0, 10 ** pick.integers(1, 6), (pick.integers(30, 60), 4, 3)) + (pick.random((1, 1, 3)) < 0.7)
+    law = Law.from_array(counts + (counts.sum(axis=2, keepdims=True) == 0), kind="counts")
+    utility = {"binary": {"0": 1}, "many": {"0": 3, "1": "0.7"}, "declared": {"0": "1.5", "1": 1, "2": "0.5"}, "zero": {"2": "1e-30"}}[kind]
+    declared = {"gamma": 2, "m": "0.25"} if kind == "declared" else {}
+    result = certify(law, utility, max_local_ratio=3, max_global="0.1", declared=declared)
+    report = checker.check(result.certificate.text.encode())
+    assert all(finding.true for finding in report.findings), [finding for finding in report.findings if not finding.true]
+    assert result.intervals["local"].estimate == (result.local.ratio if result.local else None)
+    assert result.intervals["global"].estimate == (result.global_.ratio if result.global_ else None)

@@ -1,6 +1,7 @@
 """What an audit of a log costs beside the engine's own query, and beside other auditing tools. Not a test: nothing passes or fails on time.
 
 Run: python tests/benchmarks/engines.py --rows 100000000 --folder /tmp/bench
+     python tests/benchmarks/engines.py --cells 100000 --rows 20000000 --decisions 2      (very many contexts; --units likewise)
      python tests/benchmarks/engines.py --peers --rows 10000000        (needs aequitas and fairlearn)
 
 Each pair of things that are compared runs by turns, five times; the medians are printed. CPU is that of the process and its threads, which
@@ -34,17 +35,9 @@ LOGS = {
 
 
 def generated(folder: Path, name: str, rows: int) -> Path:
-    """A log of 50 contexts and 10 decisions as Parquet; made once."""
-    import duckdb
-
-    path = folder / f"{'int' if 'integers' in name else 'text'}-{rows}.parquet"
-    if not path.exists():
-        connection = duckdb.connect()
-        connection.execute("set preserve_insertion_order = false")
-        columns = f"(hash(i) % 50)::utinyint as x, {LOGS[name]}, (hash(i * 3 + 7) % 10)::utinyint as u"
-        connection.execute(f"copy (select {columns} from range({rows}) t(i)) to '{path}.part' (format parquet)")
-        Path(f"{path}.part").rename(path)
-    return path
+    """A log of 50 contexts and 10 decisions as Parquet."""
+    columns = f"(hash(i) % 50)::utinyint as x, {LOGS[name]}, (hash(i * 3 + 7) % 10)::utinyint as u"
+    return made(folder / f"{'int' if 'integers' in name else 'text'}-{rows}.parquet", columns, rows)
 
 
 def run(*words: str) -> tuple[float, float, float]:
@@ -80,6 +73,49 @@ def processes(folder: Path, rows: int, repeats: int) -> None:
         for label, measured in found.items():
             wall, cpu, memory = medians(measured)
             print(f"  {label:<28} {wall:7.2f} s ({wall - base[0]:+.2f})  CPU {cpu:6.2f} s ({cpu - base[1]:+.2f})  {memory:.2f} GB")
+
+
+def cells(folder: Path, rows: int, contexts: int, decisions: int, repeats: int) -> None:
+    """Very many contexts: exact, with intervals (of at most 100,000 contexts), and in parts; and what it costs to check each."""
+    path = made(
+        folder / f"wide-{contexts}-{decisions}-{rows}.parquet",
+        f"(hash(i) % {contexts})::integer as x, (hash(i * 7 + 1) % 8)::utinyint as a, (hash(i * 3 + 7) % {decisions})::utinyint as u",
+        rows,
+    )
+    columns = ("--decision", "u", "--group", "a", "--context", "x", "--utility", "1")
+    written, table = str(folder / "w.json"), str(folder / "w.table.jsonl")
+    ways = {"in parts, --memory 2GB": ("--confidence", "none", "--in-parts", "--memory", "2GB")}
+    if contexts <= 1_000_000:
+        ways["exact"] = ("--confidence", "none")
+    if contexts <= 100_000:
+        ways["with intervals"] = ()
+    print(f"\n{rows:.0e} rows, {contexts} contexts, 8 groups, {decisions} decisions")
+    for name, more in ways.items():
+        wall, cpu, memory = medians([run("-m", "fairaudit", "certify", str(path), *columns, *more, "-o", written) for _ in range(repeats)])
+        print(f"  {name:<24} certify {wall:7.2f} s  CPU {cpu:7.2f} s  {memory:.2f} GB", flush=True)
+        wall, cpu, memory = run("-m", "fairaudit", "verify", written, "--table", table)
+        print(f"  {'':<24} verify  {wall:7.2f} s  CPU {cpu:7.2f} s  {memory:.2f} GB", flush=True)
+
+
+def units(folder: Path, rows: int, repeats: int) -> None:
+    """Sampling units with three rows each."""
+    columns = "'user-' || (i // 3) as unit, (hash(i // 3) % 50)::integer as x, (hash((i // 3) * 7 + 1) % 8)::utinyint as a"
+    path = made(folder / f"units-{rows}.parquet", f"{columns}, (hash(i * 3 + 7) % 2)::utinyint as u", rows)
+    words = ("--decision", "u", "--group", "a", "--context", "x", "--utility", "1", "--unit", "unit")
+    wall, cpu, memory = medians([run("-m", "fairaudit", "certify", str(path), *words) for _ in range(repeats)])
+    print(f"\n{rows // 3} units of three rows: certify {wall:.2f} s  CPU {cpu:.2f} s  {memory:.2f} GB")
+
+
+def made(path: Path, columns: str, rows: int) -> Path:
+    """A log as Parquet; made once."""
+    import duckdb
+
+    if not path.exists():
+        connection = duckdb.connect()
+        connection.execute("set preserve_insertion_order = false")
+        connection.execute(f"copy (select {columns} from range({rows}) t(i)) to '{path}.part' (format parquet)")
+        Path(f"{path}.part").rename(path)
+    return path
 
 
 def growth(folder: Path, rows: int, repeats: int) -> None:
@@ -188,11 +224,20 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--peers", action="store_true", help="compare with aequitas and fairlearn instead")
     parser.add_argument("--fairlearn-rows", type=lambda text: int(float(text)), default=1_000_000, help="0 leaves it out")
+    parser.add_argument("--cells", type=lambda text: int(float(text)), metavar="CONTEXTS", help="a log of so many contexts instead")
+    parser.add_argument("--decisions", type=int, default=2, help="with --cells")
+    parser.add_argument("--units", action="store_true", help="a log of sampling units instead")
     chosen = parser.parse_args()
     if chosen.peers:
         peers(chosen.rows, chosen.repeats, chosen.fairlearn_rows)
         return
     chosen.folder.mkdir(parents=True, exist_ok=True)
+    if chosen.cells:
+        cells(chosen.folder, chosen.rows, chosen.cells, chosen.decisions, chosen.repeats)
+        return
+    if chosen.units:
+        units(chosen.folder, chosen.rows, chosen.repeats)
+        return
     processes(chosen.folder, chosen.rows, chosen.repeats)
     growth(chosen.folder, chosen.rows, chosen.repeats)
 
