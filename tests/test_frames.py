@@ -230,7 +230,15 @@ def test_texts_and_numbers_that_the_first_rows_do_not_have_are_counted(data: st.
     shared = pd.DataFrame({"a": np.array(texts, dtype=object), "n": whole}).astype({"a": object})
     parted = pd.DataFrame({"a": pd.array(texts, dtype=pd.StringDtype("pyarrow")), "n": whole})
     many = shared.assign(a=pd.Series([None if text is None else "".join([*text, " "])[:-1] for text in texts], dtype=object))
-    frames = [shared, many, parted, pd.concat([parted.iloc[: first + 1], parted.iloc[first + 1 :]]), parted.astype({"a": "category"})]
+    python = shared.astype({"a": pd.StringDtype("python")})
+    frames = [
+        shared,
+        many,
+        python,
+        parted,
+        pd.concat([parted.iloc[: first + 1], parted.iloc[first + 1 :]]),
+        parted.astype({"a": "category"}),
+    ]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(coded, "SAMPLE", data.draw(st.sampled_from([1, 2, 100])))
         patch.setattr(coded, "FEW", data.draw(st.sampled_from([1, 2, 100])))

@@ -77,13 +77,17 @@ def coded_column(column: Any, *, sampled: bool = False) -> Coded | None:
     """
     if isinstance(column, np.ndarray):
         return _whole(column, sampled)
+    from pandas import StringDtype
+
     if str(column.dtype) == "category":
         return Coded.of(column.cat.codes.to_numpy(), [None, *column.cat.categories.tolist()], -1)
     if isinstance(column.dtype, np.dtype):
         values = column.to_numpy()
         found = _same_objects(values, sampled) if values.dtype == object else _whole(values, sampled)
-    else:
+    elif "Arrow" in type(column.array).__name__:
         found = _arrow_texts(column.array, sampled)
+    else:
+        found = _same_objects(np.asarray(column.array), sampled) if isinstance(column.dtype, StringDtype) else None
     return found
 
 
@@ -147,8 +151,6 @@ def _whole(values: NDArray[Any], sampled: bool) -> Coded | None:
 
 def _arrow_texts(held: Any, sampled: bool) -> Coded | None:
     """Texts that Arrow holds, if they are few."""
-    if "Arrow" not in type(held).__name__:
-        return None
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -194,14 +196,16 @@ def _letters(texts: Any, values: list[Any]) -> Callable[[int, int], Codes] | Non
 
 def _same_objects(values: NDArray[Any], sampled: bool) -> Coded | None:
     """Texts of which few objects stand in many rows, as most readers of files make them: an object is known by its address."""
-    from pandas import isna
+    from pandas import NA, isna
 
-    if not values.flags.c_contiguous or not len(values):
+    if values.dtype != object or not values.flags.c_contiguous or not len(values):
         return None
     at = np.frombuffer(values, dtype=np.uintp)
     found = _first_places(at[:SAMPLE] if sampled else at)
-    objects = [] if found is None else [values[place] for place in found]
-    if not objects or not all(isinstance(value, str) or value is None or (isinstance(value, float) and isna(value)) for value in objects):
+    if found is None:
+        return None
+    objects = [values[place] for place in found]
+    if not all(isinstance(value, str) or value is None or value is NA or (isinstance(value, float) and isna(value)) for value in objects):
         return None
     addresses = at[found]
     slots = _slots(addresses)
