@@ -464,6 +464,16 @@ def test_names_and_labels_are_no_sql(names: list[str], label: str) -> None:
     assert found == [(*[value] * len(names), 1)]
 
 
+@pytest.mark.parametrize("content", [b"\xef", b"\xef\xbb"])
+@pytest.mark.parametrize("command", [["inspect"], ["certify", "--decision", "a", "--group", "b", "--utility", "1"]])
+def test_a_cut_byte_order_mark_is_not_utf8(tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes, command: list[str]) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(content)
+    for more in ([], ["--engine", "duckdb"], ["--count", "c"] if len(command) > 1 else []):
+        assert main([command[0], str(path), *command[1:], *more]) == 2
+        assert capsys.readouterr().err == f"fairaudit: {path}: line 1 is not UTF-8 (byte 0xef); save the file as UTF-8\n"
+
+
 @pytest.mark.parametrize("text", ["", ".", "a.", "a b; drop", 'a"b', '"a'])
 def test_names_of_tables(text: str) -> None:
     if text == "a b; drop":

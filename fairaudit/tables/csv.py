@@ -321,8 +321,15 @@ def text_lines(path: Path) -> Iterator[str]:
             pass
         else:
             reader.detach()
-            return
+            if line or not _is_cut_mark(path):
+                return
     raise InputError(_not_utf8(*_first_bad_byte(path)))
+
+
+def _is_cut_mark(path: Path) -> bool:
+    """Whether a file is the beginning of a byte order mark and nothing else, which the decoder takes for no text at all."""
+    with opened(path) as file:
+        return file.read(3) in (b"\xef", b"\xef\xbb")
 
 
 def _first_bad_byte(path: Path) -> tuple[int, int]:
