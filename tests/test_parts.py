@@ -190,6 +190,10 @@ def test_logs_that_are_not_read_in_parts(tmp_path: Path, capsys: pytest.CaptureF
     ):
         assert main(["certify", source, *COLUMNS, "--in-parts"]) == 2
         assert said in capsys.readouterr().err
+    assert main(["certify", str(tmp_path / "log.csv"), "--slots", "a", "--winner", "u", "--in-parts"]) == 2
+    assert "--in-parts does not go with --slots" in capsys.readouterr().err
+    assert main(["certify", "--from-monitor", str(tmp_path / "state.db"), "--in-parts"]) == 2
+    assert "--in-parts was settled" in capsys.readouterr().err
     assert main(["certify", str(tmp_path / "log.csv"), *COLUMNS[:4], "--utility", "yes", "--in-parts"]) == 2
     assert "--in-parts does not go with a log without --context" in capsys.readouterr().err
 

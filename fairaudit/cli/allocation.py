@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fairaudit.sampling import Interval
 
 FOREIGN = ("decision", "group", "count", "probability", "weight", "utility", "utility_column")
-NOT_HERE = ("unit", "interval", "independent_cells", "utility_range", "placebo", "placebo_group", "claimed_exp_epsilon")
+NOT_HERE = ("in_parts", "unit", "interval", "independent_cells", "utility_range", "placebo", "placebo_group", "claimed_exp_epsilon")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -172,7 +172,17 @@ def certify_state(arguments: argparse.Namespace) -> int:
         "utility",
         "utility_column",
     )
-    foreign += ("confidence", "unit", "interval", "utility_range", "independent_cells", "placebo", "claimed_exp_epsilon", "no_table")
+    foreign += (
+        "confidence",
+        "unit",
+        "interval",
+        "utility_range",
+        "independent_cells",
+        "placebo",
+        "claimed_exp_epsilon",
+        "no_table",
+        "in_parts",
+    )
     for name in (*foreign, *OPTIONS):
         if getattr(arguments, name):
             raise InputError(f"--{name.replace('_', '-')} was settled when the monitor began; {arguments.from_monitor} remembers it")
