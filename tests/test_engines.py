@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+import contextlib
 import gzip
 import json
 import lzma
@@ -22,7 +23,7 @@ from fairaudit import InputError, Law, Utility, certify
 from fairaudit.cli import main
 from fairaudit.columns import Tally
 from fairaudit.tables.binning import Bins
-from fairaudit.tables.engines import read_log
+from fairaudit.tables.engines import read_log, survey_log
 from fairaudit.tables.sql import DIALECTS, count_statement, identifier, table_name
 
 COLUMNS = ("dept", "sex", "answer")
@@ -462,6 +463,22 @@ def test_names_and_labels_are_no_sql(names: list[str], label: str) -> None:
         found = database.execute(count_statement(names, table, "sqlite")).fetchall()
     database.close()
     assert found == [(*[value] * len(names), 1)]
+
+
+def test_a_schema_that_is_not_utf8(tmp_path: Path) -> None:
+    """SQLite's own message quotes the bytes."""
+    path = tmp_path / "log.db"
+    with sqlite3.connect(path) as connection:
+        connection.execute("create table t (answer, sex)")
+        connection.execute("insert into t values ('yes', 'f')")
+    connection.close()
+    whole = path.read_bytes()
+    for text in (b"(answer, sex)", b"TABLE t", b"create", b"answer"):
+        for name in (b"t", text):
+            path.write_bytes(whole.replace(name, b"\xf2" + name[1:]))
+            for look in (lambda: read_log(f"sqlite:{path}", ["sex"], table="t"), lambda: survey_log(f"sqlite:{path}", table="t")):
+                with contextlib.suppress(InputError):
+                    look()
 
 
 @pytest.mark.parametrize("content", [b"\xef", b"\xef\xbb"])

@@ -58,6 +58,8 @@ def _opened(path: str, request: Request) -> Iterator[tuple[sqlite3.Connection, s
             yield connection, source, [entry[0] for entry in connection.execute(f"select * from {source} limit 0").description]  # noqa: S608
     except sqlite3.Error as error:
         raise InputError(f"{path}: SQLite cannot read it: {error}") from None
+    except UnicodeDecodeError:  # a damaged schema, of which SQLite's own message quotes bytes
+        raise InputError(f"{path}: SQLite cannot read it: names in it are not UTF-8") from None
 
 
 def _numeric(connection: sqlite3.Connection, source: str, name: str) -> bool:
