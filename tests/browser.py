@@ -93,9 +93,10 @@ class Browser:
         return list(self.driver.get_log("browser"))
 
     def requests(self) -> list[str]:
-        """Addresses that were asked for since the page was opened."""
+        """Addresses that were asked for since the page was opened, but for those of the browser's own tab before it, which may come late."""
         messages = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
-        return [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+        asked = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+        return [address for address in asked if not address.startswith("chrome://")]
 
     def picture(self, height: int) -> bytes:
         """The page from its top, as PNG, in a font that does not depend on the machine's choice."""
