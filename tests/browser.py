@@ -93,7 +93,7 @@ class Browser:
         return list(self.driver.get_log("browser"))
 
     def requests(self) -> list[str]:
-        """Addresses that were asked for since the page was opened, but for those of the browser's own tab before it, which may come late."""
+        """Addresses that the page asked for; those of the browser's own empty tab before it may come late, and are left out."""
         messages = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
         asked = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
         return [address for address in asked if not address.startswith("chrome://")]
