@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
@@ -61,6 +61,7 @@ __all__ = ["Claim", "Result", "Target", "certify"]
 
 Verdict = Literal["none", "within", "exceeds", "inconclusive"]
 Quantity = Literal["local", "global"]
+Limit = tuple[Quantity, Literal["log", "ratio"], Fraction]
 ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that releases these contexts"
 CONFIRMED = (
     bounds.GROUP_FREE,
@@ -429,7 +430,7 @@ def certify(
     >>> round(float(found.lower), 2), round(float(found.upper), 2)
     (1.25, 1.8)
     """
-    limits = _limits_of(max_local, max_local_ratio, max_global, max_global_ratio)
+    limits = limits_of(max_local, max_local_ratio, max_global, max_global_ratio)
     deployment = subject if isinstance(subject, Deployment) else None
     law = subject.law if isinstance(subject, Deployment) else subject
     level = None if confidence is None else confidence_level(confidence)
@@ -456,12 +457,7 @@ def certify(
         region = default_region(comparison, interval, independent=independent)
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, method=interval, region=region, independent=independent)
     sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
-    targets = tuple(
-        Target(quantity, limit, unit, _judge(measured[quantity], limit, unit))
-        if sampled is None
-        else _judge_population(quantity, limit, unit, sampled, intervals.get(quantity), found, constants)
-        for quantity, unit, limit in limits
-    )
+    targets, verdict = judged(measured, limits, sampled, intervals, found, constants)
     without = deployment.unfiltered if deployment else None
     return Result(
         law=law,
@@ -475,7 +471,7 @@ def certify(
         tau=tau,
         not_compared=tuple(not_compared(law)),
         targets=targets,
-        verdict=_verdict(targets),
+        verdict=verdict,
         notes=(*law.notes, *notes),
         deployment=deployment,
         unfiltered=None if without is None else _both(without, replace(table, law=without)),
@@ -488,21 +484,21 @@ def certify(
 
 
 def judged(
-    measured: Mapping[Quantity, Ratio | None], limits: tuple[Any, Any, Any, Any], confidence: Any
+    measured: Mapping[Quantity, Ratio | None],
+    limits: Sequence[Limit],
+    confidence: Fraction | None,
+    intervals: Mapping[Quantity, Interval],
+    found: tuple[Bound, ...] = (),
+    declared: Mapping[str, Fraction] | None = None,
 ) -> tuple[tuple[Target, ...], Verdict]:
-    """Judge limits on L, R, L̄ and R̄ of a table of counts without intervals: exactly, or, at a confidence, not at all."""
-    level = None if confidence is None else confidence_level(confidence)
+    """Judge limits: of the table itself exactly, or, at a confidence, of the population by its intervals and bounds."""
     targets = tuple(
         Target(quantity, limit, unit, _judge(measured[quantity], limit, unit))
-        if level is None
-        else _judge_population(quantity, limit, unit, level, None, (), {})
-        for quantity, unit, limit in _limits_of(*limits)
+        if confidence is None
+        else _judge_population(quantity, limit, unit, confidence, intervals.get(quantity), found, declared or {})
+        for quantity, unit, limit in limits
     )
-    return targets, _verdict(targets)
-
-
-def _verdict(targets: tuple[Target, ...]) -> Verdict:
-    return max((target.verdict for target in targets), key=RANK.__getitem__, default="none")
+    return targets, max((target.verdict for target in targets), key=RANK.__getitem__, default="none")
 
 
 def measure_entry(measured: Ratio | Distance) -> dict[str, Any]:
@@ -578,9 +574,8 @@ def _exactly(value: Fraction | float) -> str:
     return str(value)
 
 
-def _limits_of(
-    max_local: Any, max_local_ratio: Any, max_global: Any, max_global_ratio: Any
-) -> list[tuple[Quantity, Literal["log", "ratio"], Fraction]]:
+def limits_of(max_local: Any, max_local_ratio: Any, max_global: Any, max_global_ratio: Any) -> list[Limit]:
+    """Limits that were asked for, on L, R, L̄ and R̄, as exact rationals."""
     asked = [
         _limit("local", "log", max_local),
         _limit("local", "ratio", max_local_ratio),
@@ -590,7 +585,7 @@ def _limits_of(
     return [limit for limit in asked if limit is not None]
 
 
-def _limit(quantity: Quantity, unit: Literal["log", "ratio"], value: Any) -> tuple[Quantity, Literal["log", "ratio"], Fraction] | None:
+def _limit(quantity: Quantity, unit: Literal["log", "ratio"], value: Any) -> Limit | None:
     if value is None:
         return None
     name = f"max_{quantity}" + ("_ratio" if unit == "ratio" else "")

@@ -22,9 +22,11 @@ __all__ = [
     "CodedTable",
     "Tally",
     "column",
+    "combine",
     "counted",
     "distinct",
     "integers",
+    "label_codes",
     "label_text",
     "locator",
     "names",
@@ -454,9 +456,8 @@ def label_codes(table: Any, columns: Sequence[str], locate: Locate) -> list[tupl
     >>> codes.tolist(), labels
     ([0, -1, 0], ['f'])
     """
-    return [
-        _encoded(table, [] if isinstance(table, Tally) and name in table.codes else column(table, name), name, locate) for name in columns
-    ]
+    held = table.codes if isinstance(table, Tally) else {}
+    return [_encoded(table, [] if name in held else column(table, name), name, locate) for name in columns]
 
 
 def _plain(value: Any, name: str) -> Any:

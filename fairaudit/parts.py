@@ -10,7 +10,7 @@ from typing import IO, Any, TypeVar
 
 import numpy as np
 
-from fairaudit.audit import Passed, Quantity, Result, judged, not_compared
+from fairaudit.audit import Passed, Quantity, Result, judged, limits_of, not_compared
 from fairaudit.certificate import Table, WrittenTable, column_names, count_lines, new_salt
 from fairaudit.columns import Tally, distinct, names, read_columns
 from fairaudit.exact import InputError, shown
@@ -21,12 +21,12 @@ from fairaudit.fairness import (
     global_fairness,
     global_supremum,
     least_expectation,
-    local_fairness,
     local_supremum,
     most_unequal_distances,
     most_unequal_ratios,
 )
 from fairaudit.law import Columns, Law
+from fairaudit.sampling import confidence_level
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.engines import Report, read_parts
 from fairaudit.utility import Utility
@@ -100,7 +100,10 @@ def certify_in_parts(
     for name in wanted:
         if wanted.count(name) > 1:
             raise InputError(f"the column {shown(name)} is used twice; each column has one role")
-    local: Ratio | None = None
+    if top < 1:
+        raise InputError(f"{top} most unequal pairs cannot be kept; ask for at least 1")
+    limits = limits_of(max_local, max_local_ratio, max_global, max_global_ratio)
+    level = None if confidence is None else confidence_level(confidence)
     supremum: Ratio | None = None
     odds: tuple[Distance, ...] = ()
     pairs: tuple[Ratio, ...] = ()
@@ -119,7 +122,8 @@ def certify_in_parts(
             if contexts and contexts[-1] >= law.contexts[0]:
                 raise InputError(f"the contexts {contexts[-1]} and {law.contexts[0]} do not come in the order of their texts")
             table_of = replace(g, law=law)
-            local, supremum = _greater(local, local_fairness(law, table_of)), _greater(supremum, local_supremum(law))
+            found = local_supremum(law)
+            supremum = found if supremum is None or (found is not None and found.ratio > supremum.ratio) else supremum
             pairs = _foremost((*pairs, *most_unequal_ratios(law, table_of, top, within_context=True)), top, lambda ratio: ratio.ratio - 1)
             odds = _foremost((*odds, *most_unequal_distances(law, top, within_context=True)), top, lambda distance: distance.value)
             floors.append(least_expectation(law, table_of))
@@ -130,11 +134,11 @@ def certify_in_parts(
             read += int(law.weights.sum())
         if read != int(whole.weights.sum()):
             raise InputError("the parts of the log do not add up to all of its rows")
-        overall = global_fairness(whole, g)
+        local, overall = pairs[0] if pairs else None, global_fairness(whole, g)
         if local is None and overall is None:
             raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
-    targets, verdict = judged(measured, (max_local, max_local_ratio, max_global, max_global_ratio), confidence)
+    targets, verdict = judged(measured, limits, level, {})
     left_out.sort(key=lambda entry: "groups" not in entry)
     header = {**Table(whole, g).header, "columns": column_names(columns), "contexts": [list(label) for label in contexts]}
     if embed_table is False:
@@ -179,11 +183,6 @@ def _part(tally: Tally, columns: Columns, whole: Law) -> Law:
         cell_group=cells % len(whole.groups),
         weights=weights,
     )
-
-
-def _greater(old: Ratio | None, new: Ratio | None) -> Ratio | None:
-    """The greater of two ratios, the first of equal ones."""
-    return new if old is None or (new is not None and new.ratio > old.ratio) else old
 
 
 def _foremost(measures: Sequence[T], count: int, size: Callable[[T], Any]) -> tuple[T, ...]:

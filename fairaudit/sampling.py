@@ -1580,9 +1580,8 @@ def _cell_entries(cells: Sequence[Cell]) -> list[dict[str, Any]]:
     texts: dict[tuple[int, int], list[str]] = {}  # most cells share their ends
     entries = []
     for cell in cells:
-        ends = texts.get((id(cell.low), id(cell.high))) or texts.setdefault(
-            (id(cell.low), id(cell.high)), [_text(cell.low), _text(cell.high)]
-        )
+        key = id(cell.low), id(cell.high)
+        ends = texts.get(key) or texts.setdefault(key, [_text(cell.low), _text(cell.high)])
         squares = None if cell.squares is None else _text(cell.squares)
         entries.append({"draws": cell.draws, "sum": _text(cell.total), "squares": squares, "range": [*ends], "binary": cell.binary})
     return entries

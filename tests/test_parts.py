@@ -167,6 +167,7 @@ def test_the_command_line(parquet: str, tmp_path: Path, capsys: pytest.CaptureFi
         (["--group", "z"], "the label is missing"),
         (["--context", "z"], "the label is missing"),
         (["--utility", "perhaps"], "perhaps"),
+        (["--max-local-ratio", "0.5"], "it must be at least 1"),
     ],
 )
 def test_what_is_not_read_in_parts(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str) -> None:
@@ -196,6 +197,12 @@ def test_logs_that_are_not_read_in_parts(tmp_path: Path, capsys: pytest.CaptureF
     assert "--in-parts was settled" in capsys.readouterr().err
     assert main(["certify", str(tmp_path / "log.csv"), *COLUMNS[:4], "--utility", "yes", "--in-parts"]) == 2
     assert "--in-parts does not go with a log without --context" in capsys.readouterr().err
+
+
+def test_at_least_one_pair_is_kept(parquet: str) -> None:
+    """The figures themselves are the first of what is kept."""
+    with pytest.raises(InputError, match="at least 1"):
+        certify_in_parts(parquet, {"yes": 1}, decision="u", group="a", context="x", top=0)
 
 
 def test_more_rows_than_were_asked_for(parquet: str) -> None:
