@@ -199,6 +199,17 @@ def test_logs_that_are_not_read_in_parts(tmp_path: Path, capsys: pytest.CaptureF
     assert "--in-parts does not go with a log without --context" in capsys.readouterr().err
 
 
+def test_many_rows_that_have_no_parts_are_read_all_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Dates have no order of texts that DuckDB and labels are known to share, so they come into memory however many they are."""
+    rows = [(u, a, f"2026-01-{1 + x % 28:02}") for u, a, x in ROWS]
+    path = write(tmp_path / "log.parquet", {"u": "varchar", "a": "varchar", "x": "date"}, rows)
+    monkeypatch.setattr("fairaudit.cli.certify.MOST_ROWS", 10)
+    assert main(["certify", path, *COLUMNS]) == 0
+    assert "In the population" in capsys.readouterr().out
+
+
 def test_at_least_one_pair_is_kept(parquet: str) -> None:
     """The figures themselves are the first of what is kept."""
     with pytest.raises(InputError, match="at least 1"):

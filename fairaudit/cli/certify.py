@@ -458,7 +458,7 @@ def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility
         raise InputError("--weight goes with --probability; counts and logs carry their own population")
     valued = [] if arguments.utility_column is None else [arguments.utility_column]
     wanted = (decision, *groups, *contexts, *unit, *numeric, *valued)
-    table = source.read(arguments, arguments.table, wanted, {**group.edges, **context.edges}, [*numeric, *valued], most)
+    table = source.read(arguments, arguments.table, wanted, {**group.edges, **context.edges}, [*numeric, *valued], most, contexts)
     from fairaudit.sampling import repetition_warnings
     from fairaudit.utility import Utility
 

@@ -119,6 +119,7 @@ def read(
     edges: dict[str, tuple[str, ...]],
     numeric: Sequence[str],
     most: int | None = None,
+    by: Sequence[str] = (),
 ) -> CsvTable | Tally:
     """Read the table that the options describe: the counted rows of a log, or a table of counts or probabilities as it is.
 
@@ -136,7 +137,7 @@ def read(
         if isinstance(table, CsvTable):
             found = table
         elif (arguments.count is None and arguments.probability is None) or isinstance(table, list) or not _is_csv(table):
-            return _counted(arguments, table, columns, edges, numeric, most)
+            return _counted(arguments, table, columns, edges, numeric, most, by)
         else:
             found = read_csv(table)
         if edges:
@@ -162,6 +163,7 @@ def _counted(
     edges: dict[str, tuple[str, ...]],
     numeric: Sequence[str],
     most: int | None,
+    by: Sequence[str],
 ) -> Tally:
     """Count the rows of a log, or of a table of counts that is no CSV file."""
     from fairaudit.tables.engines import read_log
@@ -178,6 +180,7 @@ def _counted(
             report=report,
             meanwhile=_warm,
             most=most,
+            by=by,
         )
     return _with_numbers(tally, numeric)
 

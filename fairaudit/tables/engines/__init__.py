@@ -6,7 +6,7 @@ import os
 import re
 import threading
 from collections.abc import Callable, Generator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -49,7 +49,9 @@ class Request:
     meanwhile : callable or None
         Run once beside the engine's work.
     most : int or None
-        How many different rows may come back from DuckDB.
+        How many different rows may come back from DuckDB, where more can be read in parts.
+    by : tuple of str
+        The columns whose values those parts would keep together.
     """
 
     columns: tuple[str, ...]
@@ -60,6 +62,7 @@ class Request:
     report: Report | None = None
     meanwhile: Callable[[], Any] | None = None
     most: int | None = None
+    by: tuple[str, ...] = ()
 
 
 def read_log(
@@ -74,6 +77,7 @@ def read_log(
     report: Report | None = None,
     meanwhile: Callable[[], Any] | None = None,
     most: int | None = None,
+    by: Sequence[str] = (),
 ) -> Tally:
     """Count the equal rows of a log, whatever holds it.
 
@@ -98,6 +102,8 @@ def read_log(
         Told how far the work is; run once beside it.
     most : int, optional
         How many different rows may come back from Parquet files or a table of a DuckDB database; more are for `read_parts`.
+    by : sequence of str, optional
+        The columns for `read_parts` to keep together; if it cannot, all rows come back however many they are.
 
     Returns
     -------
@@ -119,7 +125,7 @@ def read_log(
     >>> sorted(zip(tally["hired"], tally["age"]))
     [('no', '18 to under 65'), ('yes', '65 and over'), ('yes', 'under 18')]
     """
-    request = _request(columns, bins, table, query, memory, report, meanwhile, most)
+    request = replace(_request(columns, bins, table, query, memory, report), meanwhile=meanwhile, most=most, by=tuple(by))
     _check(request, engine)
     if _is_text(source) or _is_paths(source):
         tally: Tally = _from_text(source, request, engine or "auto", "read")
@@ -168,7 +174,7 @@ def read_parts(
     InputError
         If the source cannot be read in parts, or a column is not there.
     """
-    request = _request(columns, bins, table, None, memory, report, None, None)
+    request = _request(columns, bins, table, None, memory, report)
     _check(request, "duckdb")
     from fairaudit.tables.engines import duckdb, files
 
@@ -195,8 +201,6 @@ def _request(
     query: str | None,
     memory: str | None,
     report: Report | None,
-    meanwhile: Callable[[], Any] | None,
-    most: int | None,
 ) -> Request:
     cut = {name: edges if isinstance(edges, Bins) else Bins.of(name, edges) for name, edges in (bins or {}).items()}
     for name in cut:
@@ -204,7 +208,7 @@ def _request(
             raise InputError(f"intervals were given for column {shown(name)}, which is not among the columns; {nearest(name, columns)}")
     if not columns:
         raise InputError("no column was named; name at least one")
-    return Request(tuple(dict.fromkeys(columns)), cut, table, query, memory, report, meanwhile, most)
+    return Request(tuple(dict.fromkeys(columns)), cut, table, query, memory, report)
 
 
 def survey_log(

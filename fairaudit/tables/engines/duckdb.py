@@ -7,7 +7,7 @@ import json
 import re
 import shutil
 import tempfile
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
@@ -133,14 +133,8 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
     source = f"read_parquet({literals(map(literal_path, paths))})" if request.table is None else database_source(request, "duckdb")
     with connected(request, database) as connection, told(request, paths[0]):
         types = _types(connection, source, request.columns)
-        for name in by:
-            if types[name] not in (*WHOLE, "UBIGINT", "VARCHAR") and name not in request.bins:
-                raise InputError(
-                    f"column {shown(name)} holds {types[name]}; contexts that are read in parts are texts, whole numbers, or cut into "
-                    f"intervals, such as {name}:0,10"
-                )
-            if types[name] == "VARCHAR" and name in request.bins:
-                raise InputError(f"column {shown(name)} holds texts, which are not cut into intervals where contexts are read in parts")
+        if unfit := _unfit(types, request.bins, by):
+            raise InputError(unfit)
 
         def work() -> tuple[_Counted, list[int]]:
             counted = _counted(connection, Path(paths[0]).name, source, types, request, quick=True)
@@ -167,12 +161,25 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
             yield counted.tally(connection, request.columns, f"placed where place > {first} and place <= {last}")
 
 
+def _unfit(types: dict[str, str], bins: Mapping[str, Bins], by: Sequence[str]) -> str:
+    """Why the values of some columns cannot be read in parts, in the order of their texts; empty if they can."""
+    for name in by:
+        if types[name] not in (*WHOLE, "UBIGINT", "VARCHAR") and name not in bins:
+            return (
+                f"column {shown(name)} holds {types[name]}; contexts that are read in parts are texts, whole numbers, or cut into "
+                f"intervals, such as {name}:0,10"
+            )
+        if types[name] == "VARCHAR" and name in bins:
+            return f"column {shown(name)} holds texts, which are not cut into intervals where contexts are read in parts"
+    return ""
+
+
 def _count(connection: Any, name: str, source: str, types: dict[str, str], request: Request, *, quick: bool = False) -> Tally:
     """Count the log and read what comes back; `quick` if a sample of the source costs little."""
 
     def work() -> Tally:
         counted = _counted(connection, name, source, types, request, quick=quick)
-        if request.most is not None and quick:
+        if request.most is not None and quick and not _unfit(types, request.bins, request.by):
             ((rows,),) = connection.execute("select count(*) from counted").fetchall()
             if rows > request.most:
                 raise ManyRowsError(f"the log has {rows} different rows, more than {request.most}")
