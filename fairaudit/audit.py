@@ -70,6 +70,7 @@ CONFIRMED = (
     "the group filter multiplies",
     "the utilities of two groups differ",
 )
+PARITY_WITHIN = "parity within contexts (the paper's equalized odds)"
 RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
 
 
@@ -149,7 +150,7 @@ class Result:
     local, global_ : Ratio or None
         Local and global g-fairness with witness; None where nothing can be compared.
     demographic_parity, equalized_odds : Distance or None
-        Greatest total variation distances with witness.
+        Greatest total variation distances with witness: between groups overall, and, the paper's equalized odds, within a context.
     local_supremum, global_supremum : Ratio or None
         Suprema over utilities that do not depend on the group (T6).
     tau : Fraction or None
@@ -203,6 +204,13 @@ class Result:
         """Who is favoured over whom, where, and by what factor, in one sentence. Labels in it are as in the input, unescaped."""
         return sentence(self.local, self.global_)
 
+    @property
+    def distances(self) -> dict[str, Distance | None]:
+        """Total variation distances by what they are called; without context columns there is nothing within a context."""
+        columns = self.passed.columns if self.passed else self.law.columns
+        within = {PARITY_WITHIN: self.equalized_odds} if columns.context else {}
+        return {**within, "demographic parity": self.demographic_parity}
+
     def _repr_html_(self) -> str:
         """What a notebook shows: verdict, sentence and figures."""
         rows = []
@@ -211,7 +219,7 @@ class Result:
                 rows.append(f"<tr><td>{name}</td><td>not compared</td><td></td></tr>")
             else:
                 rows.append(f"<tr><td>{name}</td><td>{approximate(measured.ratio)}</td><td>{_exactly(measured.ratio)}</td></tr>")
-        for name, distance in (("equalized odds", self.equalized_odds), ("demographic parity", self.demographic_parity)):
+        for name, distance in self.distances.items():
             if distance is not None:
                 rows.append(f"<tr><td>{name}</td><td>{approximate(distance.value)}</td><td>{_exactly(distance.value)}</td></tr>")
         for quantity, interval in self.intervals.items():

@@ -94,7 +94,7 @@ class Comparison:
     @property
     def risen(self) -> bool:
         """Whether a ratio or distance of the table rose, however little."""
-        return any(change.direction == "worse" for change in self.metrics[:4])
+        return any(change.direction == "worse" for change in self.metrics if change.what in METRICS[:4])
 
 
 def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
@@ -135,7 +135,9 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
         return Comparison(
             _verdict("verdict", old["verdict"], new["verdict"]),
             tuple(_targets(old, new)),
-            tuple(_metrics(old["metrics"], new["metrics"])),
+            tuple(
+                c for c in _metrics(old["metrics"], new["metrics"]) if c.what != "equalized_odds" or old["subject"]["columns"]["context"]
+            ),
             tuple(_intervals(old, new)),
             tuple(_bounds(old, new)),
             tuple(_cells(*subjects)),

@@ -25,7 +25,7 @@ SHOW_EXACT = 40
 NAMES = {
     "local": "local ratio",
     "global": "global ratio",
-    "equalized_odds": "equalized odds",
+    "equalized_odds": "parity within contexts (the paper's equalized odds)",
     "demographic_parity": "demographic parity",
     "local_supremum": "worst local ratio over group-blind utilities",
     "global_supremum": "worst global ratio over group-blind utilities",

@@ -170,7 +170,7 @@ def _figures(result: Result) -> str:
             else:
                 rows.append((title, "-", "-", "the policy lacks a true context or group"))
     rows.append(("", "distance", "", ""))
-    for name, distance in (("equalized odds (within a context)", result.equalized_odds), ("demographic parity", result.demographic_parity)):
+    for name, distance in result.distances.items():
         if distance:
             rows.append((name, approximate(distance.value), "", _exact(distance.value)))
         else:

@@ -176,7 +176,7 @@ class Content:
 
     @cached_property
     def figures(self) -> list[Figure]:
-        """The four measures that people ask for."""
+        """The measures that people ask for; without context columns there is no parity within contexts."""
         metrics, intervals = self.document["metrics"], self.document.get("intervals", {})
         listed = []
         for key, name, question in (
@@ -194,11 +194,13 @@ class Content:
         for key, name, question in (
             (
                 "equalized_odds",
-                "Equalized odds",
+                "Parity within contexts (the paper's equalized odds)",
                 "How far apart are the decisions of two groups in the same context? 0 is alike, 1 disjoint.",
             ),
             ("demographic_parity", "Demographic parity", "The same for the groups over all contexts."),
         ):
+            if key == "equalized_odds" and not self.document["subject"]["columns"]["context"]:
+                continue
             entry = metrics[key]
             who = "" if entry is None else _who(entry["witness"].get("context"), entry["witness"]["higher"], entry["witness"]["lower"])
             listed.append(Figure(key, name, question, None if entry is None else Value(number(entry["value"])), "", who))

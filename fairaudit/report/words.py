@@ -9,7 +9,7 @@ from functools import cached_property
 from math import inf
 from typing import Any, Literal
 
-from fairaudit.audit import approximate, place
+from fairaudit.audit import PARITY_WITHIN, approximate, place
 from fairaudit.certificate_reader import number
 from fairaudit.columns import plain
 from fairaudit.exact import log_enclosure
@@ -24,7 +24,7 @@ QUANTITIES = {
     "global_ratio": "global ratio",
     "local_ratio_supremum": "worst local ratio over utilities that ignore the group",
     "global_ratio_supremum": "worst global ratio over utilities that ignore the group",
-    "equalized_odds": "equalized odds",
+    "equalized_odds": PARITY_WITHIN,
     "demographic_parity": "demographic parity",
 }
 THEOREMS = {
