@@ -23,6 +23,7 @@ _HOME = {
     "Product": "fairaudit.mechanism",
     "RandomizedResponse": "fairaudit.mechanism",
     "Ratio": "fairaudit.fairness",
+    "ReleaseStore": "fairaudit.release_store",
     "Result": "fairaudit.audit",
     "Target": "fairaudit.audit",
     "Utility": "fairaudit.utility",
@@ -81,6 +82,7 @@ if TYPE_CHECKING:
     from fairaudit.privacy import delta as delta
     from fairaudit.privacy import pure_dp as pure_dp
     from fairaudit.privacy import trade_off as trade_off
+    from fairaudit.release_store import ReleaseStore as ReleaseStore
     from fairaudit.tables.csv import read_csv as read_csv
     from fairaudit.tables.engines import read_log as read_log
     from fairaudit.tables.examples import example as example

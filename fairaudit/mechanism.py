@@ -6,24 +6,33 @@ which covers randomized response, the identity and a constant) or an arbitrary s
 
 from __future__ import annotations
 
+import hashlib
+import json
 import secrets
 from bisect import bisect_right
-from collections.abc import Hashable, Iterable, Mapping, MutableMapping, Sequence
+from collections.abc import Container, Iterable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import accumulate, product
 from math import gcd, prod
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from fairaudit.columns import Label, column, label_text, locator, names, numbers
 from fairaudit.exact import InputError, at_least, common_denominator, exp_enclosure, nearest, rational, shown
 
-__all__ = ["Constant", "Factor", "Identity", "Mechanism", "Product", "RandomizedResponse"]
+__all__ = ["Constant", "Factor", "Identity", "Mechanism", "Product", "RandomizedResponse", "Store"]
 
 KEEP_BITS = 60
+
+
+class Store(Protocol):
+    """Where sticky releases are kept: a dict, a `ReleaseStore`, or anything with this one operation."""
+
+    def setdefault(self, key: tuple[str, str, str], default: Any, /) -> Any:
+        """Keep the default under the key unless something is kept there, and return what is kept: one atomic operation."""
 
 
 @dataclass(frozen=True)
@@ -210,21 +219,24 @@ class Mechanism:
         rows = zip(self.factors, self._locate(value), self._locate(released, outputs=True), strict=True)
         return prod((Fraction(f.rows[i][j], f.denominator) for f, i, j in rows), start=Fraction(1))
 
-    def release(self, value: Any, *, subject: Hashable | None = None, store: MutableMapping[Any, Any] | None = None) -> Any:
+    def release(self, value: Any, *, subject: str | int | None = None, attribute: str | None = None, store: Store | None = None) -> Any:
         """Draw a released value, exactly by its probability, from the operating system's randomness.
 
         A fresh draw for the same person spends ε again. With a `subject` the draw is *sticky*: the first one is kept in `store` and
-        returned from then on, whatever value is passed. The store holds releases, never true values, and lives as long as you keep it
-        (a dict: until the process ends).
+        returned from then on, whatever value is passed. The store holds releases, never true values, under the filter, the attribute
+        and the subject (`release_key`); another filter, or another attribute, is a draw of its own.
 
         Parameters
         ----------
         value : str, number or tuple
             The true value; a tuple for several columns.
-        subject : hashable, optional
-            Who the value belongs to.
-        store : mutable mapping, optional
-            Where sticky draws are kept; needed with `subject`.
+        subject : str or int, optional
+            Who the value belongs to; 17 and "17" are one subject.
+        attribute : str, optional
+            What is released, such as "sex"; needed with `subject`, except that the columns of a `Product` name it.
+        store : Store, optional
+            Where sticky draws are kept; needed with `subject`. A dict serves the threads of one process until it ends, a
+            `ReleaseStore` many processes and for good. Of any other store, `setdefault` must be one atomic operation.
 
         Returns
         -------
@@ -234,25 +246,76 @@ class Mechanism:
         Raises
         ------
         InputError
-            If the value is not in the alphabet (it is never passed through), or a subject comes without a store.
+            If the value is not in the alphabet (it is never passed through), a subject comes without a store or an attribute, the store
+            has no atomic operation, or it has a release for the subject alone, as earlier versions kept it.
 
         Examples
         --------
         >>> coin = RandomizedResponse(["heads", "tails"], keep_probability="0.7")
         >>> kept = {}
-        >>> coin.release("heads", subject="Ada", store=kept) == coin.release("heads", subject="Ada", store=kept)
+        >>> first = coin.release("heads", subject="Ada", attribute="toss", store=kept)
+        >>> coin.release("tails", subject="Ada", attribute="toss", store=kept) == first
         True
         """
         places = self._locate(value)
         if subject is None:
+            if attribute is not None or store is not None:
+                raise InputError("an attribute and a store belong to a sticky release; say whose it is with subject=")
             return self._draw(places, secrets.randbelow)
         if store is None:
-            raise InputError("a sticky release needs a store; pass store={} or another mapping that you keep")
-        known = store.get(subject)
-        if known is None:
-            known = store.setdefault(subject, self._draw(places, secrets.randbelow))
-        self._locate(known, outputs=True)
-        return known
+            raise InputError("a sticky release needs a store; pass a dict, or a ReleaseStore for several processes")
+        key = self.release_key(subject, attribute)
+        _check_store(store, key[2])
+        kept = store.setdefault(key, self._draw(places, secrets.randbelow))
+        self._locate(kept, outputs=True)
+        return kept
+
+    def release_key(self, subject: str | int, attribute: str | None = None) -> tuple[str, str, str]:
+        """The key of a sticky release: the digest of the filter, the attribute, and the subject.
+
+        Parameters
+        ----------
+        subject, attribute
+            As in `release`.
+
+        Returns
+        -------
+        tuple of str
+            The digest does not depend on the order in which labels are listed, nor on how fractions are written.
+
+        Raises
+        ------
+        InputError
+            If the attribute is not named, or a part is not a text that can be stored.
+
+        Examples
+        --------
+        >>> coin = RandomizedResponse(["heads", "tails"], keep_probability="0.7")
+        >>> coin.release_key(17, "toss")[1:]
+        ('toss', '17')
+        """
+        if attribute is None:
+            if not self.columns:
+                raise InputError("a sticky release needs to know what it releases; name it, as in attribute='sex'")
+            attribute = self.columns[0] if len(self.columns) == 1 else json.dumps(self.columns)
+        return self.digest, _key_part("attribute", attribute), _key_part("subject", subject)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the exact table of probabilities, with its labels.
+
+        Examples
+        --------
+        >>> RandomizedResponse("ab", keep_probability="0.7").digest == RandomizedResponse("ba", keep_probability="7/10").digest
+        True
+        """
+        tables = []
+        for f in self.factors:
+            common = gcd(f.denominator, *(entry for row in f.rows for entry in row))
+            order = sorted(range(len(f.outputs)), key=f.outputs.__getitem__)
+            rows = sorted((a, [row[j] // common for j in order]) for a, row in zip(f.inputs, f.rows, strict=True))
+            tables.append([[f.outputs[j] for j in order], rows, f.denominator // common])
+        return hashlib.sha256(json.dumps(tables, separators=(",", ":")).encode("ascii")).hexdigest()
 
     def release_all(self, values: Iterable[Any]) -> list[Any]:
         """Draw a fresh released value for each of several true values, as `release` does."""
@@ -297,6 +360,36 @@ class Mechanism:
         if start != len(texts):
             raise InputError(f"the value {shown(value)} has {len(texts)} parts; the filter takes {start}")
         return places
+
+
+def _key_part(name: str, value: Any) -> str:
+    """A part of the key of a sticky release, as text."""
+    if isinstance(value, bool) or not isinstance(value, (str, int)):
+        raise InputError(f"the {name} {shown(value)} is of type {type(value).__name__}; a text or a whole number is accepted")
+    text = str(value)
+    if not text.strip():
+        raise InputError(f"the {name} is empty; a name that nothing else has is accepted")
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError:
+        raise InputError(f"the {name} {shown(text)} is not valid Unicode") from None
+    return text
+
+
+def _check_store(store: Store, subject: str) -> None:
+    """Refuse a store on which two draws could race, and one that has releases whose filter is not known."""
+    operation = getattr(type(store), "setdefault", None)
+    if operation is None or operation is MutableMapping.setdefault:
+        raise InputError(
+            f"a store of type {type(store).__name__} has no atomic operation, so that two draws for one subject could race; pass a dict "
+            "(threads of one process), a ReleaseStore (many processes), or an object whose own setdefault(key, value) is atomic"
+        )
+    alone = (subject, int(subject)) if subject.isdecimal() and len(subject) < 20 else (subject,)
+    if isinstance(store, Container) and any(old in store for old in alone):
+        raise InputError(
+            f"the store has a release for {shown(subject)} alone, as earlier versions kept it, and does not say of which filter and "
+            "attribute; move it with store[filter.release_key(subject, attribute)] = store.pop(subject)"
+        )
 
 
 def RandomizedResponse(  # noqa: N802

@@ -74,7 +74,7 @@ def test_sticky_and_fresh_releases_mixed() -> None:
     people = draws // 5
     for n in range(draws):
         subject = n % people
-        released = mechanism.release("a", subject=subject, store=store)
+        released = mechanism.release("a", subject=subject, attribute="letter", store=store)
         assert first.setdefault(subject, released) == released
         fresh[mechanism.release("a")] += 1
     assert len(store) == people
@@ -84,9 +84,9 @@ def test_sticky_and_fresh_releases_mixed() -> None:
 
 def test_a_sticky_release_stays_when_the_value_changes() -> None:
     mechanism, store = RandomizedResponse(range(1000), keep_probability="0.001"), {}
-    kept = mechanism.release(3, subject="Ada", store=store)
-    assert {mechanism.release(n, subject="Ada", store=store) for n in range(100)} == {kept}
-    assert store == {"Ada": kept}
+    kept = mechanism.release(3, subject="Ada", attribute="place", store=store)
+    assert {mechanism.release(n, subject="Ada", attribute="place", store=store) for n in range(100)} == {kept}
+    assert store == {mechanism.release_key("Ada", "place"): kept}
 
 
 def test_sticky_release_errors() -> None:
@@ -94,9 +94,16 @@ def test_sticky_release_errors() -> None:
     with pytest.raises(InputError, match="needs a store"):
         mechanism.release("a", subject=1)
     with pytest.raises(InputError, match="does not know the value 'z'"):
-        mechanism.release("z", subject=1, store={1: "a"})
+        mechanism.release("z", subject=1, attribute="letter", store={})
     with pytest.raises(InputError, match="does not know the value 'z'"):
-        mechanism.release("a", subject=1, store={1: "z"})
+        mechanism.release("a", subject=1, attribute="letter", store={mechanism.release_key(1, "letter"): "z"})
+    with pytest.raises(InputError, match="needs to know what it releases"):
+        mechanism.release("a", subject=1, store={})
+    with pytest.raises(InputError, match="belong to a sticky release"):
+        mechanism.release("a", store={})
+    for subject in (True, 1.5, None, ("Ada", "B"), "", " ", "\ud800"):
+        with pytest.raises(InputError, match=r"accepted|empty|Unicode|belong"):
+            mechanism.release("a", subject=subject, attribute="letter", store={})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("value", ["z", "", None, 1, ("a", "b"), ("a",) * 3, (), float("nan")])
@@ -277,10 +284,10 @@ def test_outputs_may_have_another_number_of_columns() -> None:
     mechanism = Mechanism.from_table(table, input=("name", "age"), output="out", probability="p")
     assert mechanism.probability(("y", "1"), "s") == 1
     assert mechanism.release(("x", "2")) == "r"
-    assert mechanism.release(("x", "2"), subject=1, store={1: "s"}) == "s"
+    assert mechanism.release(("x", "2"), subject=1, attribute="pair", store={mechanism.release_key(1, "pair"): "s"}) == "s"
     reverse = Mechanism.from_array([[1, 0], ["1/2", "1/2"]], "ab", [("p", "q"), ("p", "r")])
     assert reverse.probability("b", ("p", "r")) == F(1, 2)
-    assert reverse.release("a", subject=1, store={1: ("p", "r")}) == ("p", "r")
+    assert reverse.release("a", subject=1, attribute="b", store={reverse.release_key(1, "b"): ("p", "r")}) == ("p", "r")
 
 
 @given(st.lists(st.lists(st.integers(0, 5), min_size=3, max_size=3).filter(any), min_size=3, max_size=3))
