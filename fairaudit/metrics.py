@@ -7,6 +7,7 @@ groups that attains the number, an interval for the population behind them, and 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from math import inf
 from typing import Any
@@ -21,7 +22,14 @@ from fairaudit.fairness import equalized_odds as _equalized_odds
 from fairaudit.law import Law
 from fairaudit.utility import Utility
 
-__all__ = ["demographic_parity", "equalized_odds", "global_g_fairness", "local_g_fairness"]
+__all__ = [
+    "demographic_parity",
+    "equal_opportunity",
+    "equalized_odds",
+    "global_g_fairness",
+    "local_g_fairness",
+    "parity_within_contexts",
+]
 
 
 def local_g_fairness(
@@ -38,7 +46,7 @@ def local_g_fairness(
     Parameters
     ----------
     y_true : array_like or None
-        Not used: fairness compares decisions. To compare within true labels, pass them as a control feature.
+        Not used: fairness compares decisions. To compare within true labels, pass them as a control feature, or see `equalized_odds`.
     y_pred : array_like, shape (samples,)
         The decisions.
     sensitive_features : array_like, mapping or DataFrame
@@ -149,7 +157,7 @@ def demographic_parity(
     return float(found.value)
 
 
-def equalized_odds(
+def parity_within_contexts(
     y_true: Any,
     y_pred: Any,
     *,
@@ -158,10 +166,9 @@ def equalized_odds(
     utility: Mapping[Any, Any] | None = None,
     sample_weight: Any = None,
 ) -> float:
-    """Equalized odds, conditioned on the control features: the greatest total variation distance between two groups within a context.
+    """Parity within contexts: the greatest total variation distance between two groups with the same control features.
 
-    The name usually means conditioning on the true label. Here it conditions on whatever the control features are; pass ``y_true`` as a
-    control feature to condition on it, and the number is then the greatest difference of true or false positive rates for two decisions.
+    The paper behind this library calls it equalized odds. It does not look at the true label; `equalized_odds` does.
 
     Parameters
     ----------
@@ -182,8 +189,7 @@ def equalized_odds(
 
     Examples
     --------
-    >>> truth = [1, 1, 0, 1, 1, 0]
-    >>> equalized_odds(truth, [1, 0, 0, 1, 1, 0], sensitive_features=list("aaabbb"), control_features=truth)
+    >>> parity_within_contexts(None, [1, 0, 0, 1, 1, 0], sensitive_features=list("aaabbb"), control_features=list("xxyxxy"))
     0.5
     """
     found = _equalized_odds(_law(y_pred, sensitive_features, control_features, sample_weight))
@@ -192,11 +198,122 @@ def equalized_odds(
     return float(found.value)
 
 
-def _law(y_pred: Any, sensitive_features: Any, control_features: Any, sample_weight: Any) -> Law:
+def equalized_odds(
+    y_true: Any,
+    y_pred: Any,
+    *,
+    sensitive_features: Any,
+    control_features: Any = None,
+    utility: Mapping[Any, Any] | None = None,
+    sample_weight: Any = None,
+) -> float:
+    """Equalized odds: the greatest total variation distance between two groups with the same true label and control features.
+
+    For two labels and two decisions it is the greater of the greatest difference of true positive rates and that of false positive rates.
+
+    Parameters
+    ----------
+    y_true : array_like
+        The true labels; two or more different ones.
+    y_pred, sensitive_features, sample_weight
+        As in `local_g_fairness`.
+    control_features : array_like, mapping or DataFrame, optional
+        The contexts within which groups are compared, beside the true label.
+    utility
+        Accepted, so that all metrics can be called alike; it makes no difference.
+
+    Returns
+    -------
+    float
+        Between 0 (alike) and 1. A group without a sample of a true label (in a context) has no rate there and is passed over there.
+
+    Raises
+    ------
+    InputError
+        As `local_g_fairness`, and if for some true label no two groups are compared anywhere, so that nothing is known of its rate.
+
+    Examples
+    --------
+    >>> equalized_odds([1, 1, 0, 1, 1, 0], [1, 0, 0, 1, 1, 0], sensitive_features=list("aaabbb"))
+    0.5
+    """
+    law = _law(y_pred, sensitive_features, control_features, sample_weight, _truth(y_true))
+    labels = [law.contexts[x][-1] for x in law.cell_context.tolist()]
+    compared = {label for label, together in zip(labels, law.compared.tolist(), strict=True) if together}
+    for label in labels:
+        if label not in compared:
+            raise _no_rate(label)
+    found = _equalized_odds(law)
+    if found is None:
+        raise _nobody()
+    return float(found.value)
+
+
+def equal_opportunity(
+    y_true: Any,
+    y_pred: Any,
+    *,
+    sensitive_features: Any,
+    control_features: Any = None,
+    utility: Mapping[Any, Any] | None = None,
+    sample_weight: Any = None,
+    pos_label: Any = 1,
+) -> float:
+    """Equal opportunity: `equalized_odds` among the samples of one true label only.
+
+    For two decisions it is the greatest difference of true positive rates.
+
+    Parameters
+    ----------
+    y_true, y_pred, sensitive_features, control_features, utility, sample_weight
+        As in `equalized_odds`.
+    pos_label : label
+        The true label that is positive.
+
+    Returns
+    -------
+    float
+        Between 0 (alike) and 1, with the conventions of `equalized_odds`.
+
+    Raises
+    ------
+    InputError
+        As `local_g_fairness`, and if no two groups with the same control features have samples of that true label.
+
+    Examples
+    --------
+    >>> equal_opportunity([1, 1, 0, 1, 1, 0], [1, 0, 0, 1, 1, 1], sensitive_features=list("aaabbb"))
+    0.5
+    """
+    law = _law(y_pred, sensitive_features, control_features, sample_weight, _truth(y_true))
+    wanted = _worth(label_text(pos_label) or "")
+    kept = [cell for cell, x in enumerate(law.cell_context.tolist()) if _worth(law.contexts[x][-1]) == wanted]
+    positive = replace(law, cell_context=law.cell_context[kept], cell_group=law.cell_group[kept], weights=law.weights[kept])
+    found = _equalized_odds(positive) if positive.compared.any() else None
+    if found is None:
+        raise _no_rate(pos_label)
+    return float(found.value)
+
+
+def _no_rate(label: Any) -> InputError:
+    return InputError(
+        f"no two groups with the same control features have samples whose true label is {shown(label)}, so that nobody is compared there"
+    )
+
+
+def _truth(y_true: Any) -> list[Any]:
+    if y_true is None:
+        raise InputError("y_true is None; give the true label of every sample, or use parity_within_contexts, which needs none")
+    return _flat(y_true, "y_true")
+
+
+def _law(y_pred: Any, sensitive_features: Any, control_features: Any, sample_weight: Any, truth: list[Any] | None = None) -> Law:
     groups = _features(sensitive_features, "sensitive feature")
     if not groups:
         raise InputError("sensitive_features is None; give the group of every sample")
     contexts = _features(control_features, "control feature")
+    if truth is not None:
+        contexts["true label"] = truth
     table = {"decision": _flat(y_pred, "y_pred"), **groups, **contexts}
     if sample_weight is None:
         return Law.from_log(table, decision="decision", group=list(groups), context=list(contexts))

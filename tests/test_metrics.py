@@ -12,10 +12,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from fairaudit import InputError, metrics
 
-METRICS = [metrics.local_g_fairness, metrics.global_g_fairness, metrics.demographic_parity, metrics.equalized_odds]
+WITHIN = [metrics.parity_within_contexts, metrics.equalized_odds, metrics.equal_opportunity]
+METRICS = [metrics.local_g_fairness, metrics.global_g_fairness, metrics.demographic_parity, *WITHIN]
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +61,54 @@ def test_fairlearn_agrees(berkeley: pd.DataFrame, names: pd.DataFrame) -> None:
         assert metrics.demographic_parity(None, y, sensitive_features=groups) == pytest.approx(difference, rel=1e-12)
         truth = (context == context.iloc[0]).astype(int)
         odds = equalized_odds_difference(truth, y, sensitive_features=groups)
-        assert metrics.equalized_odds(truth, y, sensitive_features=groups, control_features=truth) == pytest.approx(odds, rel=1e-12)
+        assert metrics.equalized_odds(truth, y, sensitive_features=groups) == pytest.approx(odds, rel=1e-12)
+
+
+SAMPLES = st.lists(st.tuples(st.integers(0, 1), st.integers(0, 1), st.sampled_from("abc"), st.sampled_from("xy")), min_size=4, max_size=60)
+
+
+@given(samples=SAMPLES, weights=st.lists(st.integers(1, 5), min_size=60, max_size=60), weighted=st.booleans())
+def test_fairlearn_agrees_given_the_true_label(samples: list[tuple[int, int, str, str]], weights: list[int], *, weighted: bool) -> None:
+    """Wherever every group has samples of both true labels; elsewhere Fairlearn takes 0 for a rate that does not exist."""
+    from fairlearn.metrics import equal_opportunity_difference, equalized_odds_difference, equalized_odds_ratio
+
+    truth, predicted, groups, levels = map(list, zip(*samples, strict=True))
+    assume(len(set(groups)) > 1 and len(set(zip(truth, groups, strict=True))) == 2 * len(set(groups)))
+    more = {"sample_weight": weights[: len(samples)]} if weighted else {}
+    given_ = {"sensitive_features": groups, **more}
+    found = metrics.equalized_odds(truth, predicted, **given_)
+    assert found == pytest.approx(equalized_odds_difference(truth, predicted, **given_), abs=1e-12)
+    chance = metrics.equal_opportunity(truth, predicted, **given_)
+    assert chance == pytest.approx(equal_opportunity_difference(truth, predicted, **given_), abs=1e-12)
+    ratio = equalized_odds_ratio(truth, predicted, **given_)
+    if not math.isnan(ratio) and all(any(u for t, u, *_ in samples if t == label) for label in (0, 1)):
+        assert math.exp(-metrics.local_g_fairness(None, predicted, **given_, control_features=truth)) == pytest.approx(ratio, abs=1e-12)
+    each = []
+    for level in set(levels):
+        part = [i for i, found_level in enumerate(levels) if found_level == level]
+        some = [truth[i] for i in part], [predicted[i] for i in part]
+        among = {name: [column[i] for i in part] for name, column in given_.items()}
+        if len(set(zip(some[0], among["sensitive_features"], strict=True))) != 2 * len(set(groups)):
+            return
+        each.append(equalized_odds_difference(*some, **among))
+    assert metrics.equalized_odds(truth, predicted, **given_, control_features=levels) == pytest.approx(max(each), abs=1e-12)
+
+
+def test_a_rate_that_nobody_has_is_not_called_equal() -> None:
+    """Fairlearn takes 0 for the true positive rate of a group without a true positive."""
+    from fairlearn.metrics import equalized_odds_difference
+
+    truth, predicted, groups = [1, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 1], list("aaabbb")
+    assert equalized_odds_difference(truth, predicted, sensitive_features=groups) == pytest.approx(2 / 3)
+    assert equalized_odds_difference(truth, [0, 0, 1, 1, 1, 1], sensitive_features=groups) == 0
+    for answers in (predicted, [0, 0, 1, 1, 1, 1]):
+        with pytest.raises(InputError, match="true label is '1'"):
+            metrics.equalized_odds(truth, answers, sensitive_features=groups)
+        with pytest.raises(InputError, match="true label is 1"):
+            metrics.equal_opportunity(truth, answers, sensitive_features=groups)
+    among_two = metrics.equalized_odds([*truth, 1, 0], [*predicted, 1, 1], sensitive_features=[*groups, "c", "c"])
+    assert among_two == 1
+    assert metrics.equal_opportunity([2, 2, 3, 2], ["u", "v", "w", "v"], sensitive_features=list("aabb"), pos_label=2.0) == 0.5
 
 
 def test_fairlearn_agrees_on_weighted_samples(berkeley: pd.DataFrame) -> None:
@@ -153,7 +203,7 @@ def test_several_features_make_intersections() -> None:
         for features in (frame, columns, columns.tolist(), {"sex": sex, "age": age}, [f"{s}{o}" for s, o in zip(sex, age, strict=True)])
     }
     assert numbers == {1.0}
-    assert metrics.equalized_odds(None, y, sensitive_features=sex, control_features=frame[["age"]]) == 0.5
+    assert metrics.parity_within_contexts(None, y, sensitive_features=sex, control_features=frame[["age"]]) == 0.5
 
 
 def test_utilities() -> None:
@@ -198,22 +248,28 @@ def test_a_masked_decision_is_missing() -> None:
         ({"sensitive_features": ["a", "b"]}, "equally long"),
         ({"sensitive_features": ["a", None, "b", "b"]}, "missing"),
         ({"control_features": [1, 2, 3, 4]}, "nobody is compared"),
+        ({"y_true": None}, "y_true is None"),
+        ({"y_true": [1, 1]}, "equally long"),
+        ({"y_true": [0, 0, 1, 0]}, "whose true label is '?1"),
         ({"sample_weight": [1, 1, -1, 1]}, "-1"),
         ({"y_pred": [[1, 2], [1, 2], [1, 2], [1, 2]]}, "shape"),
         ({"y_pred": ["yes", "no", "yes", "no"]}, "give utility="),
     ],
 )
 def test_bad_input(metric: Any, changes: dict[str, Any], message: str) -> None:
-    call = {"y_pred": [1, 0, 1, 0], "sensitive_features": ["a", "a", "b", "b"]} | changes
-    parity = metric in (metrics.demographic_parity, metrics.equalized_odds)
+    call = {"y_true": [1, 1, 1, 1], "y_pred": [1, 0, 1, 0], "sensitive_features": ["a", "a", "b", "b"]} | changes
+    parity = metric in (metrics.demographic_parity, *WITHIN)
+    if "y_true" in changes and metric not in (metrics.equalized_odds, metrics.equal_opportunity):
+        assert metric(**call) == 0
+        return
     if message == "give utility=" and parity:
-        assert metric(None, **call) == 0
+        assert metric(**call) == 0
         return
     if message == "nobody is compared" and metric in (metrics.demographic_parity, metrics.global_g_fairness):
-        assert metric(None, **call) == 0
+        assert metric(**call) == 0
         return
     with pytest.raises(InputError, match=message):
-        metric(None, **call)
+        metric(**call)
 
 
 def test_a_log_of_many_rows_is_read_as_it_stands(data: Path) -> None:
