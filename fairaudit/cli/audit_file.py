@@ -158,7 +158,7 @@ def _columns(section: Mapping[str, Any], key: str, where: str) -> tuple[str, ...
 
 def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...] = ()) -> CsvTable | Tally:
     path = folder / _text(section, "table", where)
-    if path.is_file() and form(str(path)) != "csv":
+    if (path.is_file() or path.is_dir()) and form(str(path)) != "csv":
         keys = ("decision", "group", "context", "unit", "count", "probability", "weight")
         return read_log(path, [*(name for key in keys for name in _columns(section, key, where)), *valued])
     table = read_csv(path)

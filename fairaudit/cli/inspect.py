@@ -57,7 +57,7 @@ def add(commands: Any) -> None:
         "table",
         metavar="TABLE",
         nargs="+",
-        help="files (CSV, Parquet, JSON lines) or a database (sqlite:FILE, duckdb:FILE, postgresql://…)",
+        help="files (CSV, Parquet, JSON lines) or a database (sqlite:FILE, duckdb:FILE, delta:FOLDER, postgresql://…)",
     )
     source.add_options(parser.add_argument_group("input"))
 

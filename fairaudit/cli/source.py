@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 TOKEN = re.compile(r'[ \t]*(?:"((?:[^"]|"")*)"[ \t]*|([^,\r\n]*))(,|\Z)')
 NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 PASSWORD = re.compile(r"(?<=://)([^/@:]*):[^/@]*(?=@)")
-DATABASE = re.compile(r"(sqlite|duckdb):|[a-z][a-z0-9+.-]*://")
+DATABASE = re.compile(r"(sqlite|duckdb|delta):|[a-z][a-z0-9+.-]*://")
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 from fairaudit.columns import Tally
 from fairaudit.exact import InputError, nearest, shown
 from fairaudit.tables.binning import Bins
+from fairaudit.tables.engines.folders import table_format
 from fairaudit.tables.sql import table_name
 
 if TYPE_CHECKING:
@@ -85,8 +86,8 @@ def read_log(
     ----------
     source : path, sequence of paths, URL or frame
         Files (CSV, Parquet, JSON lines; compressed; patterns such as ``logs/*.parquet``); ``sqlite:FILE``, ``duckdb:FILE``,
-        ``postgresql://…``, or a URL that ibis knows (``bigquery://…``, ``snowflake://…``, ``trino://…``); a frame, lazy frame or relation
-        of pandas, polars, pyarrow, DuckDB or PySpark.
+        ``delta:FOLDER``, ``postgresql://…``, or a URL that ibis knows (``bigquery://…``, ``snowflake://…``, ``trino://…``); a frame, lazy
+        frame or relation of pandas, polars, pyarrow, DuckDB or PySpark.
     columns : sequence of str
         The columns that tell rows apart: decision, groups, contexts, and, where wanted, unit and utility.
     bins : mapping of str to sequence of number, optional
@@ -287,6 +288,10 @@ def _from_text(source: Any, request: Request, engine: Any, task: Task) -> Any:
         if engine != "auto":
             raise InputError("an engine is chosen for files; a database is its own engine")
         return _database(kind, sources[0], request, task)
+    if kind == "delta":
+        sources[0] = sources[0].removeprefix("delta:")
+        if table_format(Path(sources[0])) != "Delta":
+            raise InputError(f"{sources[0]}: this is no Delta table; the folder of one holds a folder _delta_log")
     if not isinstance(engine, str) or engine == "spark":
         from fairaudit.tables.engines import spark
 

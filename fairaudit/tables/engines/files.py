@@ -18,13 +18,14 @@ from fairaudit.exact import InputError, shown
 from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.csv import count_csv
 from fairaudit.tables.engines import Request
+from fairaudit.tables.engines.folders import refuse_table_formats, table_format
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Survey
 
 __all__ = ["Form", "expand", "form", "read", "survey"]
 
-Form = Literal["csv", "json", "parquet", "sqlite", "duckdb"]
+Form = Literal["csv", "json", "parquet", "sqlite", "duckdb", "delta"]
 SMALL = 4_000_000
 JSON_NAME = re.compile(r".*\.(jsonl|ndjson|json)(\.(gz|zst))?", re.IGNORECASE)
 
@@ -32,6 +33,10 @@ JSON_NAME = re.compile(r".*\.(jsonl|ndjson|json)(\.(gz|zst))?", re.IGNORECASE)
 def read(sources: Sequence[str], request: Request, engine: str) -> Tally:
     """Count the rows of files."""
     with _files(sources, request, engine) as (paths, kind, own):
+        if kind == "delta":
+            from fairaudit.tables.engines import delta
+
+            return delta.read(paths[0], request)
         if own:
             return read_text(paths, request)
         from fairaudit.tables.engines import duckdb
@@ -44,6 +49,10 @@ def survey(sources: Sequence[str], request: Request, engine: str) -> Survey:
     from fairaudit.tables.engines import survey as of
 
     with _files(sources, request, engine) as (paths, kind, own):
+        if kind == "delta":
+            from fairaudit.tables.engines import delta
+
+            return delta.survey(paths[0], request)
         return of.of_text(paths, request) if own else of.of_files(paths, kind, request)
 
 
@@ -56,6 +65,13 @@ def _files(sources: Sequence[str], request: Request, engine: str) -> Iterator[tu
         for path, other in kinds.items():
             if other != kind:
                 raise InputError(f"{path} is {other} and {paths[0]} is {kind}; files that are read together have one format")
+        if kind == "delta":
+            if len(paths) > 1 or engine != "auto":
+                raise InputError(
+                    f"{paths[0]} is a Delta table, which is read on its own and by its library; name it alone, without --engine"
+                )
+            yield paths, kind, False
+            return
         if kind in ("sqlite", "duckdb"):
             raise InputError(f"{paths[0]} is a database; name it as {kind}:{paths[0]}, with a table")
         for name in ("table", "query"):
@@ -102,6 +118,7 @@ def expand(sources: Sequence[str]) -> list[str]:
         if path in known:
             raise InputError(f"{path} is named twice; each file is read once")
         known.add(path)
+    refuse_table_formats(path for path in paths if not Path(path).is_dir())
     return paths
 
 
@@ -119,8 +136,7 @@ def form(path: str) -> Form:
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except IsADirectoryError:
-        pattern = shown(str(Path(path) / "*.parquet"))
-        raise InputError(f"{path}: this is a directory; name a file, or a pattern such as {pattern}") from None
+        return _form_of_folder(Path(path))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if start.startswith(b"PAR1") or path.lower().endswith((".parquet", ".parq", ".pq")):
@@ -130,6 +146,16 @@ def form(path: str) -> Form:
     if start[8:12] == b"DUCK":
         return "duckdb"
     return "json" if JSON_NAME.fullmatch(path) else "csv"
+
+
+def _form_of_folder(folder: Path) -> Form:
+    """A Delta table is a folder; other folders are refused, with a pattern for what they hold."""
+    if table_format(folder) == "Delta":
+        return "delta"
+    refuse_table_formats([str(folder)])
+    nested = next(folder.glob("*.parquet"), None) is None and next(folder.glob("*/**/*.parquet"), None) is not None
+    pattern = shown(str(folder / ("**/*.parquet" if nested else "*.parquet")), 300)
+    raise InputError(f"{folder}: this is a directory; name a file, or a pattern such as {pattern}")
 
 
 @contextmanager
