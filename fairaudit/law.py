@@ -35,6 +35,7 @@ from fairaudit.columns import (
 )
 from fairaudit.dense import least_and_sums
 from fairaudit.exact import InputError, common_denominator, rational, shown
+from fairaudit.replication import copies_note
 from fairaudit.tables.frames import tally_frame
 
 __all__ = ["Columns", "Law", "Units"]
@@ -523,6 +524,7 @@ def _read(
     matrix = entries.reshape(shape)
     mass = None if weight is None else _cell_mass(coded.values[weight], weight, cell, len(cells), coded.locate)
     full = matrix.sum(axis=1) > 0 if kind == "counts" else np.ones(len(cells), dtype=bool)
+    units = _units(coded, names(unit), cell, len(cells)) if unit else None
     return _finish(
         Law(
             columns=columns,
@@ -536,9 +538,9 @@ def _read(
             weights=matrix if full.all() else matrix[full],
             scale=scale,
             mass=mass,
-            notes=coded.notes,
+            notes=(*coded.notes, *_copies(coded, names(unit))) if unit else coded.notes,
             assumptions=coded.assumptions,
-            units=_units(coded, names(unit), cell, len(cells)) if unit else None,
+            units=units,
         )
     )
 
@@ -565,6 +567,13 @@ def _units(coded: CodedTable, columns: tuple[str, ...], cell: NDArray[np.int64],
     _, per_unit = np.unique(keys % len(texts), return_counts=True)
     once = len(np.unique(a * len(texts) + codes)) == coded.counts.sum()
     return Units(columns, len(texts), int((per_unit > 1).sum()), once, tuple(map(tuple, profiles)))
+
+
+def _copies(coded: CodedTable, columns: tuple[str, ...]) -> tuple[str, ...]:
+    """A note, if units answered alike more often than their answers explain."""
+    u, x, a = coded.codes
+    note = copies_note(columns, combine(coded.units, len(u)), x, a, u, coded.counts)
+    return (note,) if note else ()
 
 
 def _finish(law: Law) -> Law:

@@ -39,7 +39,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.columns import Label, combine, counted, distinct, label_codes, locator, names
+from fairaudit.columns import Label, names
 from fairaudit.exact import (
     InputError,
     compare_log,
@@ -75,7 +75,6 @@ __all__ = [
     "plan",
     "policy_comparison",
     "ratio_interval",
-    "repetition_warnings",
     "sampled_population_interval",
     "tail_bound",
     "test_filter",
@@ -102,7 +101,6 @@ GUARD = Fraction(4, 5)
 SLACK = 0.02
 MAX_KNOTS = 400
 GRID = 60
-MANY = 20
 TIGHT_CELLS = 500
 DECISIVE_CELLS = 100
 FOREMOST = 30
@@ -511,82 +509,6 @@ def policy_comparison(
     labels = ((None, tuple(label for label, _ in means)),)
     block = tuple(form for _, form in means)
     return Comparison(tuple(made), (block,), labels, shared, (*assumptions, POPULATION))
-
-
-def repetition_warnings(table: Any, repetition: str | Sequence[str], asked: str | Sequence[str], decision: str) -> tuple[str, ...]:
-    """Look for repetitions that answered everything alike.
-
-    Parameters
-    ----------
-    table : DataFrame or mapping of str to sequence
-        One row per decision.
-    repetition : str or sequence of str
-        Columns that name the repetitions.
-    asked : str or sequence of str
-        Columns that say what was asked: all that the answer may depend on.
-    decision : str
-        Column of the decision.
-
-    Returns
-    -------
-    tuple of str
-        A warning for each set of repetitions with the same answers to the same questions, if there are at least two questions. There
-        is none where independent answers would give many such coincidences, and there are not more than twice as many.
-
-    Examples
-    --------
-    >>> table = {"run": [1, 1, 2, 2], "cv": ["a", "b", "a", "b"], "u": ["yes", "no", "yes", "no"]}
-    >>> print(*repetition_warnings(table, repetition="run", asked="cv", decision="u"))
-    pseudo-replication: repetitions '1', '2' gave the same decisions on all 2 questions; if they are copies, they are one draw, not 2
-    """
-    where = locator(table)
-    repeats = label_codes(table, names(repetition), where)
-    rows = len(repeats[0][0])
-    absent = np.flatnonzero(np.any([codes < 0 for codes, _ in repeats], axis=0))
-    if len(absent):
-        at = int(absent[0])
-        name = next(name for name, (codes, _) in zip(names(repetition), repeats, strict=True) if codes[at] < 0)
-        raise InputError(f"column {shown(name)}, {where(at)}: the repetition has no label")
-    who, labels = combine(repeats, rows)
-    # A missing answer, or part of a question, is one of its own: -1 becomes the first code.
-    what, questions = combine([(codes + 1, ["", *texts]) for codes, texts in label_codes(table, names(asked), where)], rows)
-    ((how, texts),) = label_codes(table, [decision], where)
-    counts = counted(table, rows)
-    answers = len(texts) + 1
-    given, place = distinct((who * len(questions) + what) * answers + how + 1)
-    times = np.zeros(len(given), dtype=np.int64)
-    np.add.at(times, place, counts)
-    repeat, answer = np.divmod(given, len(questions) * answers)
-    starts = np.flatnonzero(np.diff(repeat, prepend=-1))
-    different = np.add.reduceat(np.diff(answer // answers, prepend=-1) != 0, starts, dtype=np.int64)
-    spread = np.bincount(how + 1, weights=counts)
-    agree = float((spread**2).sum() / spread.sum() ** 2)
-    by_chance = float((agree ** np.add.reduceat(times, starts)).sum()) * (len(starts) - 1)
-    alike: dict[bytes, list[int]] = {}
-    for i in _perhaps_alike(answer, times, starts):
-        if different[i] > 1:
-            part = slice(starts[i], starts[i + 1] if i + 1 < len(starts) else None)
-            alike.setdefault(answer[part].tobytes() + times[part].tobytes(), []).append(i)
-    copies = [listed for listed in alike.values() if len(listed) > 1]
-    if by_chance >= MANY and sum(len(listed) * (len(listed) - 1) for listed in copies) <= 2 * by_chance:
-        return ()
-    found = []
-    for said, questions_asked in sorted((sorted(", ".join(labels[repeat[starts[i]]]) for i in one), different[one[0]]) for one in copies):
-        listed_labels = ", ".join(map(shown, said[:10])) + (", …" if len(said) > 10 else "")
-        found.append(
-            f"pseudo-replication: repetitions {listed_labels} gave the same decisions on all {questions_asked} questions; "
-            f"if they are copies, they are one draw, not {len(said)}"
-        )
-    return tuple(found)
-
-
-def _perhaps_alike(answer: NDArray[np.int64], times: NDArray[np.int64], starts: NDArray[np.int64]) -> list[int]:
-    """Runs of answers that another run may equal, by a sum of scrambled numbers over each."""
-    mixed = answer.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15) + times.astype(np.uint64) * np.uint64(0xBF58476D1CE4E5B9)
-    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0x94D049BB133111EB)
-    _, which, times_seen = np.unique(np.add.reduceat(mixed ^ (mixed >> np.uint64(31)), starts), return_inverse=True, return_counts=True)
-    found: list[int] = np.flatnonzero(times_seen[which] > 1).tolist()
-    return found
 
 
 def _counts(law: Law, cell: int) -> list[int]:

@@ -200,15 +200,6 @@ def test_runs_that_rank_one_candidate_of_each_group() -> None:
         fa.certify(fa.Law.from_log(rows, decision="u", group="a", unit="run"), {"first": 1}, independent=True)
 
 
-def test_copies_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "log.csv"
-    answers = ["yes", "no", "no", "yes", "yes", "no", "yes", "no"]
-    lines = [f"{u},{'fm'[q % 2]},q{q // 2},{run}" for run in (1, 2, 3) for q, u in enumerate(answers)]
-    path.write_text("u,a,x,run\n" + "\n".join(lines) + "\n")
-    assert main(["certify", str(path), "--decision", "u", "--group", "a", "--context", "x", "--utility", "yes", "--unit", "run"]) == 0
-    assert "pseudo-replication: repetitions '1', '2', '3' gave the same decisions on all 8 questions" in capsys.readouterr().err
-
-
 # Policies that were sampled
 
 

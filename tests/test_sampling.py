@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import re
 import time
-from collections import Counter
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise, permutations, product
@@ -22,7 +20,6 @@ from mpmath import iv, mp
 from scipy import stats
 
 from fairaudit import Law, Policy, Product, RandomizedResponse, Utility, certify, checker, read_csv, sampling
-from fairaudit.columns import Tally
 from fairaudit.exact import InputError
 from fairaudit.mechanism import Identity
 from fairaudit.sampling import (
@@ -41,7 +38,6 @@ from fairaudit.sampling import (
     plan,
     policy_comparison,
     ratio_interval,
-    repetition_warnings,
     sampled_population_interval,
     tail_bound,
     test_filter,
@@ -723,16 +719,6 @@ def test_units_that_span_cells_are_not_independent() -> None:
         by_unit(rows, Utility({"yes": 1}), decision="u", group="a")
 
 
-def test_copies_are_noticed() -> None:
-    table = {"run": [1, 1, 2, 2, 3, 3], "q": ["a", "b"] * 3, "u": ["y", "n", "y", "n", "n", "n"]}
-    (warning,) = repetition_warnings(table, repetition="run", asked="q", decision="u")
-    assert "pseudo-replication: repetitions '1', '2'" in warning
-    table["u"][0] = "n"
-    assert "'1', '3'" in repetition_warnings(table, repetition="run", asked=["q"], decision="u")[0]
-    table["u"][5] = "y"
-    assert repetition_warnings(table, repetition="run", asked="q", decision="u") == ()
-
-
 # What follows
 
 
@@ -922,29 +908,6 @@ def test_names_against_the_placebo(data: Path) -> None:
     found = noise_floor(effect, placebo)
     assert found.effect.estimate == F(3, 2)
     assert not found.rises
-    asked = [c for c in names.columns if c in ("model", "jd", "name")]
-    assert repetition_warnings(names, repetition="run", asked=asked, decision="recommend_interview") == ()
-
-
-@given(
-    st.lists(
-        st.tuples(st.sampled_from("rstuvw"), st.sampled_from(["a", "b", ""]), st.sampled_from(["yes", "no", ""])), min_size=1, max_size=24
-    )
-)
-def test_repetitions_that_answered_alike(rows: list[tuple[str, str, str]]) -> None:
-    """Against the answers of each repetition, listed; too many coincidences by chance are left out."""
-    table = {name: [row[i] for row in rows] for i, name in enumerate(("run", "q", "u"))}
-    given = {run: Counter((q, u) for other, q, u in rows if other == run) for run in table["run"]}
-    alike: dict[frozenset[Any], list[str]] = {}
-    for run, answers in given.items():
-        if len({q for q, _ in answers}) > 1:
-            alike.setdefault(frozenset(answers.items()), []).append(run)
-    expected = {tuple(sorted(runs)) for runs in alike.values() if len(runs) > 1}
-    found = repetition_warnings(table, repetition="run", asked="q", decision="u")
-    named = {tuple(re.findall("'(.)'", warning.partition(" gave ")[0])) for warning in found}
-    assert named == expected or (not found and len(given) > 4)
-    tally = Tally.of("log", ["run", "q", "u"], [(*row, n) for row, n in Counter(rows).items()])
-    assert repetition_warnings(tally, repetition="run", asked="q", decision="u") == found
 
 
 @pytest.mark.parametrize("factor", [1, 100])

@@ -15,7 +15,6 @@ from fairaudit.exact import InputError, nearest, shown
 from fairaudit.law import Law
 from fairaudit.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
 from fairaudit.policy import Deployment, Policy
-from fairaudit.sampling import repetition_warnings
 from fairaudit.tables.csv import CsvTable, read_csv
 from fairaudit.tables.engines import read_log
 from fairaudit.tables.engines.files import form
@@ -183,11 +182,7 @@ def _law(section: Mapping[str, Any], where: str, table: CsvTable | Tally) -> Law
     if "probability" in section:
         weight = _text(section, "weight", where) if "weight" in section else None
         return Law.from_probabilities(table, **columns, probability=_text(section, "probability", where), weight=weight)
-    law = Law.from_log(table, **columns, unit=unit)
-    if not unit:
-        return law
-    asked = (*columns["context"], *columns["group"])
-    return replace(law, notes=(*law.notes, *repetition_warnings(table, unit, asked, columns["decision"])))
+    return Law.from_log(table, **columns, unit=unit)
 
 
 def _filter(section: Any, where: str, columns: tuple[str, ...], labels: tuple[Label, ...], folder: Path) -> Mechanism:

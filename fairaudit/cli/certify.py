@@ -434,7 +434,6 @@ def _take_example(arguments: argparse.Namespace) -> None:
 
 
 def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility]:
-    from dataclasses import replace
 
     from fairaudit.exact import InputError, shown
 
@@ -459,7 +458,6 @@ def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility
     valued = [] if arguments.utility_column is None else [arguments.utility_column]
     wanted = (decision, *groups, *contexts, *unit, *numeric, *valued)
     table = source.read(arguments, arguments.table, wanted, {**group.edges, **context.edges}, [*numeric, *valued], most, contexts)
-    from fairaudit.sampling import repetition_warnings
     from fairaudit.utility import Utility
 
     try:
@@ -471,8 +469,6 @@ def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility
                 table, utility=arguments.utility_column, decision=decision, group=groups, context=contexts, missing=arguments.missing
             )
         utility.on(law)
-        if arguments.unit:
-            law = replace(law, notes=(*law.notes, *repetition_warnings(table, unit, (*contexts, *groups), decision)))
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
     return law, utility
