@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property, cmp_to_key
+from itertools import pairwise
 from math import gcd
 from typing import Any
 
@@ -29,6 +30,7 @@ __all__ = [
     "DistanceWitness",
     "Ratio",
     "Witness",
+    "compared_expectations",
     "demographic_parity",
     "equalized_odds",
     "global_fairness",
@@ -292,6 +294,20 @@ def most_unequal_distances(law: Law, count: int, *, within_context: bool) -> tup
         context = law.context_label(int(law.cell_context[cells[i]])) if within_context else None
         results.append(Distance(value, DistanceWitness(context, law.group_label(owner[i]), law.group_label(owner[j]), chosen)))
     return tuple(results)
+
+
+def compared_expectations(law: Law, utility: UtilityTable, *, within_context: bool) -> list[list[Fraction]]:
+    """Expected utilities that are compared, exactly: by context, or all groups' means in one block.
+
+    Examples
+    --------
+    >>> from fairaudit.utility import Utility
+    >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> compared_expectations(law, Utility({"yes": 1}).on(law), within_context=True)
+    [[Fraction(3, 4), Fraction(1, 2)]]
+    """
+    grid = _expectation_grid(law, utility) if within_context else _mean_grid(law, utility)
+    return [[Fraction(*grid.exact(i, 0)) for i in range(a, b)] for a, b in pairwise(grid.starts.tolist())]
 
 
 def cell_expectation(law: Law, utility: UtilityTable, cell: int) -> Pair:

@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit import InputError, bounds
@@ -152,6 +154,128 @@ def test_a_known_policy_is_calibrated_on_its_own_ratio() -> None:
     assert calibrate_policy(policy, {"hire": 1}, target_local_ratio=5).keep_probabilities == (1,)
 
 
+def test_a_ratio_that_falls_before_it_rises() -> None:
+    """Behind a filter that hides the group, f has half of m; at a keep probability of 3/4 they are equal."""
+    policy = fa.Policy.from_array([[[1, 0], [0, 1]]], decisions=["yes", "no"], groups=["f", "m"])
+    worth = fa.Utility.from_function(lambda u, _, a: (1 if a == ("f",) else 3) if u == "yes" else 0, policy.law)
+    found = calibrate_policy(policy, worth, target_local_ratio="1.000001")
+    # E(f) = p and E(m) = 3·(1 − p) are equal at 3/4; their ratio is at the target a little above.
+    assert found.feasible and F(3, 4) <= found.keep_probabilities[0] < F(3, 4) + F(1, 10**6)
+    assert found.achieved is not None and 1 <= found.achieved <= F("1.000001")
+    missed = calibrate_policy(policy, {"yes": 1}, target_local_ratio="1.000001")
+    assert missed.feasible and missed.keep_probabilities[0] > F(1, 2)
+
+
+Rates = st.lists(st.integers(0, 4), min_size=12, max_size=12)
+
+
+@given(
+    k=st.sampled_from([2, 3]), contexts=st.sampled_from([1, 2]), rates=Rates, worth=Rates, excess=st.integers(1, 12), whole=st.booleans()
+)
+@settings(max_examples=200, deadline=None)
+def test_one_attribute_is_settled_whatever_the_utility(
+    k: int, contexts: int, rates: list[int], worth: list[int], excess: int, whole: bool
+) -> None:
+    """Against all keep probabilities n/360 and all at which a pair of groups meets the target exactly, worked out by hand."""
+    target = 1 + F(excess, 6)
+    quantity = "global" if whole else "local"
+    groups, places = "abc"[:k], "xy"[:contexts]
+    yes = {(x, a): F(rates[3 * i + j], 4) for i, x in enumerate(places) for j, a in enumerate(groups)}
+    value = {(x, a): worth[3 * i + j] for i, x in enumerate(places) for j, a in enumerate(groups)}
+    policy = fa.Policy.from_array(
+        [[[yes[x, a], 1 - yes[x, a]] for a in groups] for x in places], decisions=["yes", "no"], groups=list(groups), contexts=list(places)
+    )
+    utility = fa.Utility.from_function(lambda u, x, a: value[x[0] if x else "x", a[0]] if u == "yes" else 0, policy.law)
+
+    def blocks(keep: F) -> list[list[F]]:
+        lie = (1 - keep) / (k - 1)
+        found = [[value[x, a] * sum((keep if a == b else lie) * yes[x, b] for b in groups) for a in groups] for x in places]
+        return [[sum(column) / contexts for column in zip(*found, strict=True)]] if whole else found
+
+    def holds(keep: F) -> bool:
+        return all(max(block) <= target * min(block) for block in blocks(keep))
+
+    crossings = []
+    at = [blocks(F(n)) for n in (0, 1)]
+    for first, last in zip(*at, strict=True):
+        for i, j in product(range(k), repeat=2):
+            start, slope = first[i] - target * first[j], (last[i] - first[i]) - target * (last[j] - first[j])
+            crossings += [-start / slope] if slope else []
+    tried = [p for p in (*(F(n, 360) for n in range(361)), *crossings) if F(1, k) <= p <= 1]
+    best = max(filter(holds, tried), default=None)
+    try:
+        found = calibrate_policy(policy, utility, **{f"target_{quantity}_ratio": target})  # type: ignore[arg-type]
+    except InputError as error:
+        assert "always 0" in str(error) and not any(worth[3 * i + j] for i in range(contexts) for j in range(k))
+        return
+    assert found.settled
+    assert found.feasible == (best is not None)
+    if best is not None:
+        assert holds(found.keep_probabilities[0])
+        assert found.keep_probabilities[0] == best or best - F(1, 10**12) < found.keep_probabilities[0] < best
+
+
+@given(rates=Rates, worth=Rates, excess=st.integers(1, 12), split=st.sampled_from(SPLITS))
+@settings(max_examples=40, deadline=None)
+def test_several_attributes_are_searched_along_their_line(rates: list[int], worth: list[int], excess: int, split: Any) -> None:
+    """No step of a fine grid that meets the target lies above what is found, and infeasible is said of nothing that is feasible."""
+    target = 1 + F(excess, 6)
+    pairs = list(product("fm", "abc"))
+    yes = {pair: F(rate, 4) for pair, rate in zip(pairs, rates, strict=False)}
+    value = dict(zip(pairs, worth, strict=False))
+    if not any(value.values()):
+        return
+    policy = fa.Policy.from_probabilities(
+        {
+            "sex": [s for s, _ in pairs for _ in "yn"],
+            "age": [a for _, a in pairs for _ in "yn"],
+            "answer": ["yes", "no"] * 6,
+            "p": [str(p) for pair in pairs for p in (yes[pair], 1 - yes[pair])],
+        },
+        decision="answer",
+        group=("sex", "age"),
+        probability="p",
+    )
+    utility = fa.Utility.from_function(lambda u, _, a: value[a] if u == "yes" else 0, policy.law)
+
+    def ratio(keeps: tuple[F, ...]) -> Any:
+        chance = [lambda t, r, p=keeps[0]: p if t == r else 1 - p, lambda t, r, p=keeps[1]: p if t == r else (1 - p) / 2]
+        means = [value[a] * sum(chance[0](a[0], b[0]) * chance[1](a[1], b[1]) * yes[b] for b in pairs) for a in pairs]
+        return 1 if max(means) == min(means) else inf if min(means) == 0 else max(means) / min(means)
+
+    def line(n: int) -> tuple[F, ...]:
+        s = F(n, 200)
+        if split == "equal-epsilon":
+            return tuple((1 + s) / ((1 + s) + (k - 1) * (1 - s)) for k in (2, 3))
+        return tuple(max(F(1, k), s) for k in (2, 3))
+
+    found = calibrate_policy(policy, utility, target_local_ratio=target, split=split)
+    best = max((n for n in range(201) if ratio(line(n)) <= target), default=None)
+    if not found.feasible:
+        assert best is None
+        if found.settled:
+            assert all(ratio((F(n, 20), F(m, 20))) > target for n in range(10, 21) for m in range(7, 21))
+        return
+    assert ratio(found.keep_probabilities) == found.achieved <= target
+    if best is not None and split != "most-truth":
+        assert all(keep > least - F(2, 10**12) for keep, least in zip(found.keep_probabilities, line(best), strict=True))
+
+
+def test_a_least_utility_is_a_floor_for_every_policy() -> None:
+    """T4 with the least utility as the floor: no floor is declared, and every policy is covered."""
+    for bound in ("mechanism", "tight", "sharp", "paper"):
+        found = calibrate(target_local_ratio="3/2", groups=2, gamma=4, g_min=1, bound=bound)  # type: ignore[arg-type]
+        assert found.scope == bounds.ANY_POLICY
+        assert not any("declared" in text for text in found.assumptions)
+        assert "no utility is below 1" in found.assumptions or bound == "mechanism"
+    exact = calibrate(target_local_ratio="3/2", groups=2, gamma=4, g_min=1)
+    # (1 + 3p)/(1 + 3(1 − p)) = 3/2 at p = 2/3; some policy that never pays less than 1 attains it.
+    assert F(2, 3) - F(2, 10**12) < exact.keep_probabilities[0] <= F(2, 3)
+    declared = calibrate(target_local_ratio="3/2", groups=2, gamma=4, g_min=1, tau=2)
+    assert declared.scope == bounds.FLOORED
+    assert any("declared" in text for text in declared.assumptions)
+
+
 def test_a_global_target_names_independence() -> None:
     found = calibrate(target_global="0.2", groups=3, tau="0.3")
     assert bounds.INDEPENDENT in found.assumptions
@@ -182,6 +306,9 @@ def test_a_least_utility_serves_every_policy() -> None:
         ({"target_local": 1, "groups": 2, "tau": -1}, "at least 0"),
         ({"target_local": 1, "groups": 2, "bound": "contraction"}, "raw_ratio"),
         ({"target_local": 1, "groups": 2, "raw_ratio": 2}, "contraction"),
+        ({"target_local": 1, "groups": 2, "tau": "0.1", "delta": "0.01"}, "the very filter, whose delta is 0"),
+        ({"target_local": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "tau": "0.1"}, "needs no floor"),
+        ({"target_local": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "g_min": "0.1"}, "both given"),
         ({"target_local": 1, "groups": 2, "bound": "sharpe"}, "did you mean 'sharp'"),
         ({"target_local": 1, "groups": 2, "split": "equal"}, "split"),
         ({"target_local": 1, "groups": 2, "bound": "sharp", "lipschitz": 1}, "does not depend"),
@@ -206,6 +333,7 @@ def test_refusals(options: dict[str, Any], word: str) -> None:
         (["--target", "0.1", "--groups", "1"], 2, "at least two"),
         (["--target", "0.1"], 2, "--groups is missing"),
         (["--target", "0.1", "--bound", "policy"], 2, "needs an audit file"),
+        (["--target", "0.1", "--groups", "2", "--tau", "0.2", "--delta", "0.01"], 2, "whose delta is 0"),
         (["--target", "0.1", "--groups", "2", "nothing.toml"], 2, "no such file|goes without"),
         (["--target", "0.1", "--groups", "2", "--tau", "2"], 2, "above gamma"),
         (["--groups", "2"], 2, "--target"),

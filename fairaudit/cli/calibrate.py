@@ -14,7 +14,7 @@ Find the randomized response that tells the truth as often as possible and still
 behind it that keeps a floor, for a policy whose own ratio is known, or for the known policy of an audit file."""
 
 EPILOG = """\
-exit codes: 0 found; 1 infeasible (the reason says what would be feasible); 2 bad input
+exit codes: 0 found; 1 infeasible (the reason says what would be feasible); 2 bad input; 3 none was found, but none was ruled out
 
 examples:
   fairaudit calibrate --target 0.2 --groups 16 --tau 0.3
@@ -46,12 +46,12 @@ def add(commands: Any) -> None:
     parser.add_argument("--bound", choices=BOUNDS, default=None, help="which guarantee (mechanism; policy with an audit file)")
     parser.add_argument("--split", choices=("equal-epsilon", "equal-keep", "most-truth"), default="equal-epsilon")
     numbers = parser.add_argument_group("what is known about the utility and the policy (exact numbers)")
-    numbers.add_argument("--gamma", metavar="G", default="1", help="greatest utility (1)")
-    numbers.add_argument("--tau", metavar="T", default="0", help="declared floor of every group's expected utility (0: none)")
-    numbers.add_argument("--g-min", metavar="M", default="0", help="least utility (0)")
-    numbers.add_argument("--delta", metavar="D", default="0", help="delta of the privacy asked for (0)")
-    numbers.add_argument("--lipschitz", metavar="L", default="0", help="L_A of the utility (0: it does not depend on the group)")
-    numbers.add_argument("--diameter", metavar="D", default="1", help="diameter of the metric on groups (1)")
+    numbers.add_argument("--gamma", metavar="G", help="greatest utility (1)")
+    numbers.add_argument("--tau", metavar="T", help="declared floor of every group's expected utility (0: none)")
+    numbers.add_argument("--g-min", metavar="M", help="least utility (0)")
+    numbers.add_argument("--delta", metavar="D", help="delta of the privacy asked for, for sharp, tight and paper (0)")
+    numbers.add_argument("--lipschitz", metavar="L", help="L_A of the utility (0: it does not depend on the group)")
+    numbers.add_argument("--diameter", metavar="D", help="diameter of the metric on groups (1)")
     numbers.add_argument("--raw-ratio", metavar="Q", help="the policy's own worst ratio without the filter, for --bound contraction")
     parser.add_argument("--plot", metavar="FILE", help="draw keep probability, epsilon and guarantee over the targets (PNG, SVG or PDF)")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
@@ -77,7 +77,8 @@ def run(arguments: argparse.Namespace) -> int:
         put(json.dumps([_entry(c) for c in found] if len(found) > 1 else _entry(found[0]), ensure_ascii=True, indent=1))
     else:
         put(_table(found) if len(found) > 1 else _text(found[0]))
-    return 0 if all(c.feasible for c in found) else 1
+    missed = [c for c in found if not c.feasible]
+    return (1 if any(c.settled for c in missed) else 3) if missed else 0
 
 
 def groups_option(text: str) -> int | dict[str, int]:
@@ -118,7 +119,7 @@ def _solver(arguments: argparse.Namespace) -> Any:
     from fairaudit.calibration import alphabets, calibrate
     from fairaudit.exact import InputError
 
-    options: dict[str, Any] = {name: getattr(arguments, name) for name in NUMBERS}
+    options: dict[str, Any] = {name: getattr(arguments, name) for name in NUMBERS if getattr(arguments, name) is not None}
     groups: Any = None if arguments.groups is None else groups_option(arguments.groups)
     raw = arguments.raw_ratio
     if arguments.audit is not None:
@@ -141,6 +142,11 @@ def _policy_solver(arguments: argparse.Namespace) -> Any:
         raise InputError("--bound policy needs an audit file with [policy] and [utility]")
     if arguments.groups is not None:
         raise InputError("--groups goes without an audit file; the policy has its own groups")
+    for name in (*NUMBERS, "raw_ratio"):
+        if getattr(arguments, name) is not None:
+            raise InputError(
+                f"--{name.replace('_', '-')} does not go with --bound policy, which measures the policy of the audit file itself"
+            )
     policy, utility, population = _policy(arguments.audit)
     return lambda target: calibrate_policy(policy, utility, **target, population=population, split=arguments.split)
 
@@ -175,7 +181,8 @@ def _text(found: Calibration) -> str:
 
     goal = f"{found.quantity} fairness R at most {approximate(found.target)}"
     if not found.feasible:
-        return f"INFEASIBLE   {goal}, by the rule {found.rule}\n\n{found.reason[0].upper()}{found.reason[1:]}."
+        headline = "INFEASIBLE" if found.settled else "NOT FOUND "
+        return f"{headline}   {goal}, by the rule {found.rule}\n\n{found.reason[0].upper()}{found.reason[1:]}."
     lines = [f"FOUND        {goal}, by the rule {found.rule}", ""]
     if found.reason:
         lines.append(f"{found.reason[0].upper()}{found.reason[1:]}.")
@@ -202,7 +209,7 @@ def _table(found: list[Calibration]) -> str:
     rows = [("target R", "epsilon", "keep probability", "guaranteed R", "paper keeps")]
     for c in found:
         if not c.feasible:
-            rows.append((approximate(c.target), "-", "infeasible", "-", "-"))
+            rows.append((approximate(c.target), "-", "infeasible" if c.settled else "not found", "-", "-"))
             continue
         low, _ = c.epsilon
         epsilon = "none needed" if low.is_infinite() else f"{float(low):.6g}"
@@ -222,6 +229,7 @@ def _entry(found: Calibration) -> dict[str, Any]:
         "target_ratio": number(found.target),
         "rule": found.rule,
         "feasible": found.feasible,
+        "settled": found.settled,
         "keep_probabilities": [number(p) for p in found.keep_probabilities],
         "attributes": list(_names(found)),
         "exp_epsilon": number(found.exp_epsilon) if found.feasible else None,
