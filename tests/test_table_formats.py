@@ -87,7 +87,7 @@ def test_spark_refuses_them_too(delta: Path, capsys: pytest.CaptureFixture[str])
     pytest.importorskip("pyspark")
     if not any((Path(folder) / "java").exists() for folder in os.get_exec_path()):
         pytest.skip("Spark needs Java")
-    for source in (delta / "*.parquet", f"file://{delta}", f"file://{delta}/*.parquet"):
+    for source in (delta / "*.parquet", delta / "**" / "*.parquet"):
         assert run("certify", source, *COMMAND, "--engine", "spark") == 2
         out, err = capsys.readouterr()
         assert out == "" and err.count("\n") == 1 and "a Delta table" in err, err

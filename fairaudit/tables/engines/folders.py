@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fairaudit.exact import InputError, shown
 
-__all__ = ["MARKS", "refusal", "refuse_table_formats", "table_format"]
+__all__ = ["refuse_table_formats", "table_format"]
 
 MARKS = {"_delta_log": "Delta", ".hoodie": "Hudi", "metadata/*.metadata.json*": "Iceberg"}
 EXPORT = "or write its rows to Parquet files in another folder"
@@ -54,12 +54,8 @@ def refuse_table_formats(paths: Iterable[str]) -> None:
                     break
                 known.add(folder)
                 if found := table_format(folder):
-                    raise InputError(refusal(path, str(folder), found))
-
-
-def refusal(path: str, folder: str, found: str) -> str:
-    """Say to which table a file belongs, and how to read the table."""
-    return (
-        f"{path}: this is part of {'an' if found == 'Iceberg' else 'a'} {found} table, {shown(folder, 300)}, in which rows that were "
-        f"deleted or replaced stay in files that no longer count; {ADVICE[found].format(folder=folder)}"
-    )
+                    kind = f"{'an' if found == 'Iceberg' else 'a'} {found} table"
+                    raise InputError(
+                        f"{path}: this is part of {kind}, {shown(str(folder), 300)}, in which rows that were deleted or replaced stay in "
+                        f"files that no longer count; {ADVICE[found].format(folder=folder)}"
+                    )

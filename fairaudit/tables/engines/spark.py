@@ -20,7 +20,6 @@ from fairaudit.tables.csv import layout, same_layout
 from fairaudit.tables.engines import Request, attended, database_source
 from fairaudit.tables.engines.duckdb import JsonTexts, bad_json, decoded_rows
 from fairaudit.tables.engines.files import JSON_NAME, expand, form
-from fairaudit.tables.engines.folders import MARKS, refusal
 from fairaudit.tables.engines.survey import MOST, Survey
 from fairaudit.tables.sql import common_statement, count_statement, identifier
 
@@ -130,10 +129,7 @@ def _local(sources: Sequence[str]) -> bool:
 def _view(spark: Any, paths: Sequence[str], kind: str, request: Request) -> None:
     """Name files so that a statement can count them."""
     if kind == "parquet":
-        frame = spark.read.parquet(*map(_uri, paths))
-        if not _local(paths):
-            _refuse_table_formats(spark, frame.inputFiles())
-        frame.createOrReplaceTempView(VIEW)
+        spark.read.parquet(*map(_uri, paths)).createOrReplaceTempView(VIEW)
         return
     if kind == "json":
         from pyspark.sql import functions
@@ -155,20 +151,6 @@ def _view(spark: Any, paths: Sequence[str], kind: str, request: Request) -> None
     )
     frame = (reader.schema(schema) if schema else reader).csv(list(map(_uri, paths)))
     frame.createOrReplaceTempView(VIEW)
-
-
-def _refuse_table_formats(spark: Any, files: Sequence[str]) -> None:
-    """Refuse files elsewhere that belong to a table whose own log says which of them count."""
-    new, known = spark.sparkContext._jvm.org.apache.hadoop.fs.Path, set[str]()
-    for file in files:
-        folder = new(file).getParent()
-        while folder is not None and folder.toString() not in known:
-            known.add(folder.toString())
-            held = folder.getFileSystem(spark.sparkContext._jsc.hadoopConfiguration())
-            for name, format_ in MARKS.items():
-                if held.globStatus(new(folder, name)):
-                    raise InputError(refusal(file, folder.toString(), format_))
-            folder = folder.getParent()
 
 
 def _lines(spark: Any, paths: Sequence[str]) -> Any:
