@@ -118,7 +118,7 @@ def expand(sources: Sequence[str]) -> list[str]:
         if path in known:
             raise InputError(f"{path} is named twice; each file is read once")
         known.add(path)
-    refuse_table_formats(path for path in paths if not Path(path).is_dir())
+    refuse_table_formats(path for path in paths if os.path.exists(path) and not os.path.isdir(path))  # noqa: PTH110, PTH112
     return paths
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -30,7 +31,7 @@ def table_format(folder: Path) -> str:
     ...     table_format(Path(made))
     'Delta'
     """
-    return next((name for mark, name in MARKS.items() if next(folder.glob(mark), None) is not None), "")
+    return next((name for mark, name in MARKS.items() if glob.glob(mark, root_dir=folder, include_hidden=True)), "")  # noqa: PTH207
 
 
 def refuse_table_formats(paths: Iterable[str]) -> None:
