@@ -9,11 +9,12 @@ It reads the certificate and the decision table, computes every figure again fro
 in the certificate whether it is true.  All decisions are made in integers; no floating-point number occurs.
 
 What is trusted: Python's integers, ``fractions``, ``json`` and ``hashlib``; and, for the claims ``by`` T1, T2 and so on,
-the theorems of those names.  Nothing that the certificate says is.  The sentences under ``assumptions`` cannot be checked and are
-repeated for the reader.  A true certificate is true *of its table*; that the table is genuine is not checked.
+the theorems of those names.  Nothing that the certificate says is.  What the sentences under ``assumptions`` say cannot be checked,
+and they are repeated for the reader; but each claim has to list those that it rests on, word by word, and no others.  A true
+certificate is true *of its table*; that the table is genuine is not checked.
 
 Exit codes: 0 every statement is true (and the required verdict is there); 1 a statement is false, or the required
-verdict is not there; 2 not a certificate of this format, not readable, or wrong usage; 3 the table is not embedded and
+verdict is not there; 2 not a complete certificate of this format, not readable, or wrong usage; 3 the table is not embedded and
 was not given.
 
 Rationals are pairs ``(numerator, denominator)`` of integers; infinity is ``(1, 0)``.  Cross-multiplication then orders
@@ -55,6 +56,10 @@ INFINITY: Rational = (1, 0)
 
 class FormatError(ValueError):
     """The document is not a well-formed certificate (or table) of the format."""
+
+
+class Incomplete(FormatError):
+    """The certificate does not state what its claims assume."""
 
 
 class TableNeeded(Exception):
@@ -125,6 +130,22 @@ def _shown_rational(numerator: int, denominator: int) -> str:
     if bits > 1500:  # Python may refuse to write long numbers, and nobody would read them
         return f"(a rational of about {bits * 3 // 10} digits)"
     return str(numerator) if denominator == 1 else f"{numerator}/{denominator}"
+
+
+def _written(value: Rational) -> str:
+    """Write a finite rational in full, as the format has it."""
+    numerator, denominator = value
+    sign = "-" * (numerator < 0)
+    return sign + _decimal_digits(abs(numerator)) + (f"/{_decimal_digits(denominator)}" if denominator != 1 else "")
+
+
+def _decimal_digits(number: int) -> str:
+    """Write a number by halves: Python refuses to write long ones at once."""
+    if number.bit_length() <= 1500:
+        return str(number)
+    half = number.bit_length() * 3 // 20
+    upper, lower = divmod(number, 10**half)
+    return _decimal_digits(upper) + _decimal_digits(lower).zfill(half)
 
 
 def _finding(statement: str, true: bool, detail: str = "") -> Finding:
@@ -1640,7 +1661,10 @@ class Rule:
     evidence: str
     needs: tuple[str, ...] = ()
     source: str = ""  # the metric that the value is or follows from; claims about a policy or a class of utilities have none
+    assumes: tuple[str, ...] = ()  # what the theorem needs and no table shows, besides what all claims about a policy assume
 
+
+STATED_POPULATION = "the contexts of each group are distributed as in the stated population"
 
 RULES: dict[tuple[str, str, str, str], Rule] = {
     ("local_ratio", "=", "enumeration", LAW): Rule("local", "table", source="local"),
@@ -1665,8 +1689,8 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ("local_ratio", "<=", "floor", FLOORED): Rule("local", ""),
     ("local_ratio", "<=", "T12", GROUP_FILTERS): Rule("local", "raw_ratio", ("a-free",)),
     ("local_ratio", "<=", "T8", CONTEXT_FILTERS): Rule("local", "", ("g(u)", "context filter")),
-    ("global_ratio", "<=", "T5", POLICIES): Rule("global", "", ("a-free", "independent", "finite")),
-    ("global_ratio", "<=", "T5-decision", POLICIES): Rule("global", "composition", ("g(u)", "finite")),
+    ("global_ratio", "<=", "T5", POLICIES): Rule("global", "", ("a-free", "independent", "finite"), assumes=(STATED_POPULATION,)),
+    ("global_ratio", "<=", "T5-decision", POLICIES): Rule("global", "composition", ("g(u)", "finite"), assumes=(STATED_POPULATION,)),
     ("local_ratio", "<=", "T3", UTILITIES): Rule("local", "multipliers"),
     ("global_ratio", "<=", "T3", UTILITIES): Rule("global", "multipliers"),
     ("local_ratio", "<=", "lp-dual", UTILITIES): Rule("local", "pairs"),
@@ -1674,25 +1698,30 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
 }
 
 
+def _rule(claim: Claim, facts: Facts) -> Rule | None:
+    """Find the rule of a claim, if there is one for what the certificate is about."""
+    rule = RULES.get(claim.key)
+    if rule is None or rule.source:
+        return rule
+    subject = facts.program if claim.key[3] == UTILITIES else facts.table.policy
+    return rule if subject is not None else None
+
+
 def _fault(claim: Claim, facts: Facts) -> str:
     """Say what is wrong with a claim; nothing if it is true."""
     if _is_about_population(claim.key):
         return _fault_about_population(claim, facts.proven)
-    rule = RULES.get(claim.key)
-    of_policy = facts.table.policy is not None
-    of_class = claim.key[3] == UTILITIES
-    if rule is None or not (rule.source or (facts.program if of_class else of_policy)):
+    rule = _rule(claim, facts)
+    if rule is None:
         known = any(claim.key[:3] == key[:3] for key in RULES)
         return f"unknown claim: the scope is {shown(claim.key[3])}" if known else "unknown claim"
-    if of_policy and not claim.assumptions:
-        return "states no assumption"
     quantity, source = facts.metrics[rule.quantity], facts.metrics[rule.source or rule.quantity]
     if quantity is None or source is None:
         return "the table does not give this quantity"
     for condition in rule.needs:
         if not facts.holds(condition):
             return CONDITIONS[condition]
-    if of_class and facts.program is not None:
+    if claim.key[3] == UTILITIES and facts.program is not None:
         fault = _fault_of_worst_case(claim, rule, facts.program)
     else:
         fault = _fault_of_figure(claim, rule, facts, source.value) if rule.source else _fault_of_bound(claim, rule, facts)
@@ -3204,8 +3233,6 @@ def _fault_about_population(claim: Claim, proven: Mapping[str, Proven]) -> str:
     """Judge a claim that repeats an end of an interval, or has a weaker one."""
     quantity, relation, by, scope = claim.key
     interval = proven.get(quantity.removesuffix("_ratio"))
-    if not claim.assumptions:
-        return "states no assumption"
     if interval is None:
         return "there is no interval that holds"
     if claim.evidence != quantity.removesuffix("_ratio"):
@@ -3230,6 +3257,99 @@ def _ends_of_population(quantity: str, facts: Facts, true_claims: Iterable[Claim
         if holds and claim.key[0] == f"{quantity}_ratio" and _at_most(claim.value, high):
             high = claim.value
     return low, high
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Assumptions: the sentences that a claim has to list, word by word
+
+FRESH = (
+    "the filter's draws for group and context are independent of each other and of everything else, fresh for each decision, and the "
+    "decision depends on group and context only through what the filters release"
+)
+DECLARED_FLOOR = "every compared group's expected utility is at least {} behind the filter (declared)"
+DRAWS = (
+    "the draws within a cell are independent, each with the law of the cell, and how many there are does not depend on how they came out"
+)
+UNITS = (
+    "different sampling units are independent, and the mean of the utility over the rows of a unit in a cell has the expected utility of "
+    "that cell as its mean"
+)
+ONE_ROW = "a sampling unit can have no more than one row in a cell, as is the case here"
+POOLED = "the contexts of each group were drawn from its population, not set by design"
+RANGE = "whatever could have been drawn has a utility between {} and {}"
+CHOSEN = "utility, method and confidence were chosen without looking at the draws"
+CELLS = "the draws of different cells are independent of each other"
+PAST = "given everything recorded before it, each decision has the expected utility of its context and group as its mean"
+OWN_PAST = "given the earlier decisions that count in its context and group, each such decision has their expected utility as its mean"
+MIX = "whatever came before, the context of a group's next decision has the same distribution, and so its expected utility stays the same"
+ORDER = "which contexts and groups appear, and in what order they first do, does not depend on how decisions come out"
+# About what was counted: all claims of a certificate list the same ones.
+LEFT_OUT = (
+    re.compile(
+        "(?:0|[1-9][0-9]*) of [1-9][0-9]* rows have a missing label and were left out; they are taken to be no different from the others"
+    ),
+    re.compile("lines of the log could not be counted; they are taken to be no different from the others"),
+)
+
+
+@dataclass(frozen=True)
+class Sentences:
+    """What a claim lists under ``assumptions``: all that are needed, perhaps some of those that are allowed, nothing else, none twice."""
+
+    needed: tuple[str, ...]
+    allowed: tuple[str, ...] = ()
+
+
+def _sentences(claim: Claim, stated: Certificate, table: Table) -> Sentences:
+    """Say what a true claim has to list."""
+    if _is_about_population(claim.key):
+        own = _assumed_by_interval(stated.intervals[claim.key[0].removesuffix("_ratio")], table)
+    else:
+        floor = (DECLARED_FLOOR.format(_written(stated.declared["tau"])),) if claim.key[3] == FLOORED else ()
+        own = Sentences((*RULES[claim.key].assumes, *floor))
+    return own if table.policy is None else replace(own, needed=(FRESH, *own.needed))
+
+
+def _assumed_by_interval(interval: "Interval", table: Table) -> Sentences:
+    """Say what the claims have to list that repeat an end of an interval, besides what all claims about a policy do."""
+    gamma = constants(table)["gamma"]
+    low, high = (ZERO, gamma if isinstance(gamma, tuple) else ZERO) if interval.limits is None else map(_pair, interval.limits)
+    common = RANGE.format(_written(low), _written(high)), CHOSEN
+    overall = interval.quantity == "global"
+    if isinstance(interval.evidence, StreamEvidence):
+        past = OWN_PAST if interval.region == "box" else PAST
+        return Sentences((past, *((MIX,) if overall else ()), ORDER, *common))
+    cells = (CELLS,) if interval.independent else ()
+    if table.policy is not None:
+        return Sentences((DRAWS, *((STATED_POPULATION,) if overall else ()), *common, *cells))
+    if overall:
+        return Sentences((DRAWS, POOLED, *common, *cells))
+    if interval.units is not None:
+        return Sentences((UNITS, *common, *cells))
+    return Sentences((DRAWS, *common, *cells), allowed=(ONE_ROW,))
+
+
+def _check_assumptions(stated: Certificate, table: Table) -> None:
+    """Refuse a true certificate that keeps from the reader what it rests on, or lists what its claims do not rest on."""
+    listed = dict.fromkeys(text for claim in stated.claims for text in claim.assumptions)
+    counted = [text for text in listed if any(pattern.fullmatch(text) for pattern in LEFT_OUT)]
+    for i, claim in enumerate(stated.claims):
+        sentences = _sentences(claim, stated, table)
+        quantity, relation, by, scope = claim.key
+        named = f"claims[{i}] ({quantity} {relation} by {by} for {shown(scope)[1:-1]})"
+        own = Counter(claim.assumptions)
+        for text in (*sentences.needed, *counted):
+            if text not in own:
+                raise Incomplete(printable(f"{named} lacks the assumption {json.dumps(text, ensure_ascii=False)}"))
+        for text, times in (own - Counter({*sentences.needed, *sentences.allowed, *counted})).items():
+            if own[text] > times:
+                raise _malformed(named, f"lists the assumption {shown(text)} twice")
+            raise _malformed(named, f"lists {shown(text)}, which is no assumption of such a claim")
+    for name in stated.intervals:
+        if not any(_is_about_population(claim.key) and claim.key[0] == f"{name}_ratio" for claim in stated.claims):
+            raise Incomplete(f"there is no claim about intervals.{name} that states what it assumes")
+    if table.policy is not None and not stated.claims:
+        raise Incomplete("there is no claim that states what the figures of a policy behind filters assume")
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -3588,7 +3708,7 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     Raises
     ------
     FormatError
-        If the certificate or the table is not well formed.
+        If the certificate or the table is not well formed; if the certificate keeps back what it assumes it is `Incomplete`.
     TableNeeded
         If the table is not embedded and not given.
     """
@@ -3622,7 +3742,10 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     faults = _faults_of_claims(stated.claims, facts)
     findings += _check_claims(stated.claims, faults)
     findings += _check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault])
-    return Report(tuple(findings), stated.verdict)
+    report = Report(tuple(findings), stated.verdict)
+    if report.ok:
+        _check_assumptions(stated, law)
+    return report
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -3693,6 +3816,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         _print([*map(_line, report.findings), f"{summary}; the stated verdict is {report.verdict!r}{required}"])
     except TableNeeded as error:
         return _failed(str(error), 3)
+    except Incomplete as error:
+        return _failed(f"The certificate is incomplete: {error}.", 2)
     except FormatError as error:
         return _failed(f"Not a certificate of the format {CERTIFICATE_FORMAT}: {error}.", 2)
     except (OSError, ValueError) as error:  # ValueError: a path with a null character

@@ -63,7 +63,7 @@ def certify_worst_case(found: WorstCase, *, embed_table: bool | None = None) -> 
             "value": number(found.upper),
             "scope": "every utility of the class",
             "by": found.by,
-            "assumptions": [],
+            "assumptions": list(found.law.assumptions),
             "evidence": _evidence(found),
         }
     )

@@ -346,8 +346,8 @@ def truly_judged(target: Any, metrics: Any) -> bool:
 def still_true(original: Any, mutant: bytes) -> bool:
     """Whether a changed certificate is a certificate of the same table in which every statement is true.
 
-    The only such changes are: other text with the same JSON value; other versions and assumptions, which are not checked;
-    claims left out or in another order; and targets that ask for something else and are judged rightly.
+    The only such changes are: other text with the same JSON value; other versions, which are not checked; claims left out or
+    in another order; assumptions in another order; and targets that ask for something else and are judged rightly.
     """
     try:
         changed = strictly(mutant)
@@ -367,8 +367,8 @@ def still_true(original: Any, mutant: bytes) -> bool:
     for claim in claims:
         if not isinstance(claim, dict) or not isinstance(claim.get("assumptions"), list) or not texts(claim["assumptions"]):
             return False
-    known = [json.dumps(claim | {"assumptions": 0}, sort_keys=True) for claim in original["claims"]]
-    stated = [json.dumps(claim | {"assumptions": 0}, sort_keys=True) for claim in claims]
+    known = [json.dumps(claim | {"assumptions": sorted(claim["assumptions"])}, sort_keys=True) for claim in original["claims"]]
+    stated = [json.dumps(claim | {"assumptions": sorted(claim["assumptions"])}, sort_keys=True) for claim in claims]
     if len(set(stated)) < len(stated) or not set(stated) <= set(known):
         return False
     if not all(truly_judged(target, original["metrics"]) for target in targets):
@@ -384,7 +384,7 @@ Path_ = tuple[Any, ...]
 
 def places(value: Any, path: Path_ = ()) -> Iterator[tuple[Path_, Any]]:
     """Every value in a document with the way to it, except what is not checked."""
-    if path[:1] == ("versions",) or path[-1:] == ("assumptions",):
+    if path[:1] == ("versions",):
         return
     yield path, value
     for key in value if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ():

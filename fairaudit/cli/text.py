@@ -65,6 +65,7 @@ def summary(result: Result, top: int, written: Sequence[str], findings: Sequence
         _filters(result),
         _before_and_after(result),
         _bounds(result),
+        _assumed(result),
         _pairs(result, top),
         _constants(result),
         _not_compared(result),
@@ -238,6 +239,13 @@ def _bounds(result: Result) -> str:
             if texts:
                 lines += [title, *(f"  - {plain(text)}" for text in texts)]
     return "\n".join(lines)
+
+
+def _assumed(result: Result) -> str:
+    """What claims rest on besides what stands beside intervals and bounds."""
+    shown = {text for found in (*result.intervals.values(), *result.bounds) for text in found.assumptions}
+    rest = dict.fromkeys(text for claim in result.claims for text in claim.assumptions if text not in shown)
+    return "\n".join(["For you to judge", *(f"  - {plain(text)}" for text in rest)]) if rest else ""
 
 
 def _pairs(result: Result, top: int) -> str:

@@ -1,0 +1,128 @@
+"""Claims list what they rest on: each sentence that the pages of the format ask for, and no other."""
+
+from __future__ import annotations
+
+import copy
+import json
+from typing import Any
+
+import pytest
+from assumptions import needed, sentences
+from certificates import KINDS, random_certificate
+
+import fairaudit as fa
+from fairaudit import checker
+from fairaudit.cli import main
+from fairaudit.cli.text import summary
+
+SEEDS = range(4 * len(KINDS))
+COUNTED = ("rows-left-out", "lines-left-out")
+
+
+def outcome(document: Any) -> str:
+    try:
+        return "true" if checker.check(json.dumps(document).encode()).ok else "false"
+    except checker.Incomplete as error:
+        return f"incomplete: {error}"
+    except checker.FormatError as error:
+        return f"malformed: {error}"
+
+
+def document(seed: int) -> Any:
+    return json.loads(random_certificate(seed).text)
+
+
+def test_the_sentences_of_the_pages_are_those_of_the_checker() -> None:
+    known = {text for name, text in vars(checker).items() if name.isupper() and isinstance(text, str)}
+    for name, text in sentences().items():
+        if name in COUNTED:
+            said = text.replace("{N}", "0").replace("{M}", "17")
+            assert any(pattern.fullmatch(said) for pattern in checker.LEFT_OUT), name
+        else:
+            for place in ("{τ_d}", "{low}", "{high}"):
+                text = text.replace(place, "{}")
+            assert text in known, name
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_claim_of_the_writer_lists_what_the_pages_ask_for(seed: int) -> None:
+    written = document(seed)
+    for claim in written["claims"]:
+        extra = [text for text in claim["assumptions"] if text not in needed(claim, written)]
+        assert set(needed(claim, written)) <= set(claim["assumptions"])
+        assert all("left out" in text or text == sentences()["one-row"] for text in extra)
+        assert len(set(claim["assumptions"])) == len(claim["assumptions"])
+    assert outcome(written) == "true"
+
+
+def test_the_writer_lists_every_sentence_of_the_pages_somewhere() -> None:
+    listed = {text for seed in SEEDS for claim in document(seed)["claims"] for text in claim["assumptions"]}
+    rest = {name for name, text in sentences().items() if text not in listed and "{" not in text}
+    assert rest == {"lines-left-out"}
+
+
+@pytest.mark.parametrize("seed", range(len(KINDS)))
+def test_no_sentence_can_be_taken_away_added_altered_or_repeated(seed: int) -> None:
+    written = document(seed)
+    for i, claim in enumerate(written["claims"]):
+        listed = claim["assumptions"]
+        for j, text in enumerate(listed):
+            without = [*listed[:j], *listed[j + 1 :]]
+            if text != sentences()["one-row"]:
+                found = change(written, i, without)
+                assert found.startswith(f"incomplete: claims[{i}]") or (len(written["claims"]) > 1 and "left out" in text), found
+                assert json.dumps(text, ensure_ascii=False) in found
+            assert change(written, i, [*without, text.replace("not", "now") + "."])[:4] in ("inco", "malf")
+            assert change(written, i, [*listed, text]).startswith("malformed")
+        assert change(written, i, [*listed, "all is well"]).startswith("malformed")
+        assert change(written, i, listed[::-1]) == "true"
+
+
+def change(written: Any, claim: int, assumptions: list[str]) -> str:
+    changed = copy.deepcopy(written)
+    changed["claims"][claim]["assumptions"] = assumptions
+    return outcome(changed)
+
+
+def test_what_was_left_out_of_the_log_is_asked_of_every_claim() -> None:
+    written = document(next(i for i, kind in enumerate(KINDS) if kind.__name__ == "left_out"))
+    [text] = {text for claim in written["claims"] for text in claim["assumptions"] if "left out" in text}
+    for claim in written["claims"][1:]:
+        claim["assumptions"].remove(text)
+    assert outcome(written).startswith("incomplete: claims[1]")
+
+
+@pytest.mark.parametrize("name", ["sample", "policy", "stream"])
+def test_figures_do_not_stand_without_the_claims_that_say_what_they_rest_on(name: str) -> None:
+    for seed in (seed for seed in SEEDS if KINDS[seed % len(KINDS)].__name__ == name):
+        written = document(seed)
+        written["claims"] = [claim for claim in written["claims"] if not claim["scope"].startswith("population")]
+        if written["subject"]["kind"] == "policy" and "intervals" not in written:
+            written["claims"] = []
+        assert outcome(written).startswith("incomplete: there is no claim") or outcome(written) == "false"
+
+
+def test_the_command_refuses_in_one_sentence(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    law = fa.Law.from_array([[90, 10], [30, 70]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    written = json.loads(fa.certify(law, {"yes": 1}, independent=True, max_local_ratio=5).certificate.text)
+    for claim in written["claims"]:
+        claim["assumptions"] = [text for text in claim["assumptions"] if text != sentences()["cells"]]
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(written))
+    assert main(["verify", str(path)]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and printed.err.count("\n") == 1 and sentences()["cells"] in printed.err
+    assert "local_ratio" in printed.err and "incomplete" in printed.err
+
+
+@pytest.mark.parametrize("confidence", [None, "0.9"])
+def test_the_text_lists_every_sentence(confidence: Any) -> None:
+    table = {"u": ["yes", "no"] * 3, "a": ["f", "f", "m", "m", "", ""], "n": [3, 1, 4, 1, 5, 9]}
+    law = fa.Law.from_counts(table, decision="u", group="a", count="n", missing="drop")
+    response = fa.RandomizedResponse(["f", "m"], keep_probability=1)  # with which no theorem guarantees anything
+    policy = fa.Policy.from_counts(table, decision="u", group="a", count="n", missing="drop")
+    for subject in (law, policy.behind(group=response)):
+        result = fa.certify(subject, {"yes": 1}, confidence=confidence)
+        text = summary(result, 3, [])
+        listed = {sentence for claim in result.claims for sentence in claim.assumptions}
+        assert listed and all(f"- {sentence}\n" in text for sentence in listed)
