@@ -36,7 +36,7 @@ from fairaudit.fairness import (
 from fairaudit.law import Columns, Law
 from fairaudit.mechanism import Mechanism
 from fairaudit.monitor.bounds import Arrivals, stream_interval
-from fairaudit.policy import Deployment
+from fairaudit.policy import Deployment, Policy
 from fairaudit.privacy import exp_epsilon
 from fairaudit.sampling import (
     Comparison,
@@ -444,6 +444,13 @@ def certify(
     level = None if confidence is None else confidence_level(confidence)
     utility = utility if isinstance(utility, Utility) else Utility(utility)
     table = utility.on(law)
+    if table.law is not law:
+        law = table.law
+        if deployment is not None:
+            deployment = replace(deployment, policy=Policy(utility.over(deployment.policy.law)))
+            law = deployment.law
+            table = replace(table, law=law)
+        subject = deployment or law
     local, overall = local_fairness(law, table), global_fairness(law, table)
     if local is None and overall is None:
         raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")

@@ -258,8 +258,8 @@ def calibrate_policy(
 
 
 def _induced(policy: Policy, mechanism: Mechanism, population: Any, utility: Utility) -> tuple[Law, UtilityTable]:
-    law = policy.behind(group=mechanism, population=population).law
-    return law, utility.on(law)
+    table = utility.on(policy.behind(group=mechanism, population=population).law)
+    return table.law, table
 
 
 def _greatest(

@@ -293,8 +293,8 @@ def design(
     problem = replace(problem, gains=_gains(policy, wanted))
 
     def measured(mechanism: Mechanism) -> Fraction | float:
-        induced = policy.behind(group=mechanism, population=population).law
-        found = local_fairness(induced, wanted.on(induced))
+        table = wanted.on(policy.behind(group=mechanism, population=population).law)
+        found = local_fairness(table.law, table)
         return Fraction(1) if found is None else found.ratio
 
     found = _best(problem, _policy_response(problem, policy, wanted))
@@ -584,7 +584,7 @@ def _gains(policy: Policy, utility: Utility) -> tuple[tuple[tuple[int, ...], ...
             if a and table.by_decision:
                 gains.append(gains[0])
                 continue
-            values = table.row(start + a)
+            values = table.row(start + a)[: len(law.decisions)]
             gains.append(
                 [scale * sum(w * g for w, g in zip(row, values, strict=True) if w) for scale, row in zip(whole, rows, strict=True)]
             )

@@ -312,6 +312,32 @@ class Law:
         """
         return _from_array(array, kind, decisions, groups, contexts, population, columns)
 
+    def with_decisions(self, labels: Sequence[str]) -> Law:
+        """The same law with further decisions that never occurred.
+
+        Examples
+        --------
+        >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["maybe", "no"]).with_decisions(["yes"])
+        >>> law.decisions, law.weights.tolist()
+        (('maybe', 'no', 'yes'), [[3, 1, 0], [1, 1, 0]])
+        """
+        if not labels:
+            return self
+        nothing = np.zeros((len(self.weights), len(labels)), dtype=self.weights.dtype)
+        units = self.units
+        if units is not None:
+            none = (0,) * len(labels)
+            units = replace(units, profiles=tuple(tuple((n, rows + none) for n, rows in cell) for cell in units.profiles))
+        listed = ", ".join(map(shown, labels))
+        kept = "it is kept as a possible decision" if len(labels) == 1 else "they are kept as possible decisions"
+        return replace(
+            self,
+            decisions=(*self.decisions, *labels),
+            weights=np.concatenate((self.weights, nothing), axis=1),
+            units=units,
+            notes=(*self.notes, f"{listed} never occurred; {kept}"),
+        )
+
     @cached_property
     def totals(self) -> NDArray[Any]:
         """Row sums, exact; for float rows use `row` instead."""

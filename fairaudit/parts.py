@@ -116,6 +116,7 @@ def certify_in_parts(
             raise InputError(
                 "the utility depends on more than the decision; contexts that are read in parts need one of the decision alone"
             )
+        whole = g.law
         cells = read = 0
         for tally in parts:
             law = _part(tally, columns, whole)
@@ -156,7 +157,7 @@ def certify_in_parts(
         not_compared=(*left_out, *(entry for entry in not_compared(whole) if "context" not in entry)),
         targets=targets,
         verdict=verdict,
-        notes=() if confidence is None else (UNCLAIMED,),
+        notes=(*whole.notes, *(() if confidence is None else (UNCLAIMED,))),
         embed=embed_table,
         passed=Passed(columns, pairs, odds, WrittenTable(header, rows, cells)),
     )

@@ -478,11 +478,9 @@ def policy_comparison(
     InputError
         If the policy was not sampled, or the utility of a decision is not given.
     """
-    law = policy.law
+    law = utility.over(policy.law)
+    policy = replace(policy, law=law)
     declared = None if limits is None else _limits(limits)
-    for label in utility.values:
-        if label not in law.decisions:
-            raise InputError(f"the utility names the decision {shown(label)}, which does not occur; {nearest(label, law.decisions)}")
     contexts = law.contexts if context is None else context.inputs
     made, forms, shared = _policy_forms(policy, utility, group, context, declared)
     group_names, context_names = law.columns.group, law.columns.context

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -18,6 +20,7 @@ from fairaudit.law import Law
 __all__ = ["Utility", "UtilityTable"]
 
 Metric = Callable[[Label, Label], Any]
+MISSPELT = 0.8  # of difflib's measure: 'yess' is yes, 'not hired' is not hired
 Entry = tuple[str, Label, Label]
 
 
@@ -187,21 +190,44 @@ class Utility:
             return [*self.values.values(), Fraction(0)]
         return [Fraction(*pair) for pair in self.entries.values()]
 
-    def on(self, law: Law) -> UtilityTable:
-        """Lay the utility out over the alphabet of a law.
+    def over(self, law: Law) -> Law:
+        """The law with all decisions that the utility names, so that those that never occurred count into the range of g.
 
         Raises
         ------
         InputError
-            If it names a decision that the law does not have, or leaves g open where a decision has weight.
+            If a decision that never occurred is spelt much like one that did and is not named, or none that is named occurred.
+
+        Examples
+        --------
+        >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["maybe", "no"])
+        >>> Utility({"yes": 1, "maybe": "0.5"}).over(law).decisions
+        ('maybe', 'no', 'yes')
         """
+        named = self.values if self.entries is None else {u for u, _, _ in self.entries}
+        further = sorted(label for label in named if label not in law.decisions)
+        for label in further if self.entries is None else ():
+            others = [other for other in law.decisions if other not in named]
+            meant = next((other for other in others if _alike(label, other)), None)
+            if meant is None and len(further) < len(named):
+                continue
+            beside = meant or (others or law.decisions)[0]
+            raise InputError(
+                f"the utility names the decision {shown(label)}, which does not occur; {nearest(label, law.decisions)} "
+                f"(if {shown(label)} is a decision that could have occurred, give {shown(beside)} a utility too, such as 0)"
+            )
+        return law.with_decisions(further)
+
+    def on(self, law: Law) -> UtilityTable:
+        """Lay the utility out over the alphabet of a law, with all decisions that it names: see `over`.
+
+        Raises
+        ------
+        InputError
+            As for `over`, and if it leaves g open where a decision has weight.
+        """
+        law = self.over(law)
         if self.entries is None:
-            for label in self.values:
-                if label not in law.decisions:
-                    raise InputError(
-                        f"the utility names the decision {shown(label)}, which does not occur; {nearest(label, law.decisions)} (leave it "
-                        "out; if it could have occurred in a sample, declare the range of the utility too)"
-                    )
             pairs = [self.values.get(u, Fraction(0)) for u in law.decisions]
             whole, bottom = common_denominator([(v.numerator, v.denominator) for v in pairs])
             return UtilityTable(law, _array(whole), bottom, None)
@@ -228,7 +254,7 @@ class UtilityTable:
     Attributes
     ----------
     law : Law
-        The law.
+        The law, with all decisions that the utility names.
     values : ndarray of int
         g as integers over `scale`: shape (decisions,) when g depends on the decision alone, else (cells, decisions).
     scale : int
@@ -309,6 +335,12 @@ class UtilityTable:
         """G of a cell as integers over `scale`."""
         values: list[int] = (self.values if self.by_decision else self.values[cell]).tolist()
         return values
+
+
+def _alike(one: str, other: str) -> bool:
+    """Whether two labels are so close that one may be a misspelling of the other."""
+    first, second = (" ".join(unicodedata.normalize("NFC", label).casefold().split()) for label in (one, other))
+    return first == second or difflib.SequenceMatcher(None, first, second).ratio() >= MISSPELT
 
 
 def _array(values: list[int]) -> NDArray[Any]:

@@ -1543,6 +1543,8 @@ def _reference(setting: Setting) -> dict[int, list[Fraction]]:
     law, ball = setting.law, setting.of.ball
     assert ball is not None  # noqa: S101 - only classes with a ball come here
     table = ball.reference.on(law)
+    if table.law is not law:
+        raise InputError("the reference of the ball names a decision that does not occur; leave it out")
     found: dict[int, list[Fraction]] = {}
     for place, cells in enumerate(setting.cells):
         for cell in cells:

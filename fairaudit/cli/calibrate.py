@@ -162,7 +162,8 @@ def _own_ratio(policy: Any, utility: Any) -> Any:
 
     from fairaudit.fairness import local_fairness
 
-    found = local_fairness(policy.law, utility.on(policy.law))
+    table = utility.on(policy.law)
+    found = local_fairness(table.law, table)
     return "inf" if found is None or found.ratio == inf else found.ratio
 
 

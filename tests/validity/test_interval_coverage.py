@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fairaudit import Law, Policy, RandomizedResponse, Utility
+from fairaudit import Law, Policy, RandomizedResponse, Utility, certify
 from fairaudit.sampling import (
     Cell,
     Comparison,
@@ -289,3 +289,23 @@ def test_a_true_epsilon_is_rarely_refuted() -> None:
         cells = [binary(100, int(k)) for k in generator.binomial(100, [0.75, 0.25])]
         refuted += test_filter(one_block(cells), 3, 1 - ALPHA).refuted
     judge(refuted, count)
+
+
+def test_a_greatest_utility_that_is_never_drawn() -> None:
+    """Yes (1) is rarer than one in a sample, maybe (1/2) is drawn: intervals count yes in, and cover where it was not drawn, too."""
+    generator = np.random.default_rng(12)
+    chances = {"f": (0.02, 0.02, 0.96), "m": (0.0, 0.02, 0.98)}  # yes, maybe, no: the means are 0.03 and 0.01
+    misses = seen = without = 0
+    count = repetitions(200)
+    for _ in range(count):
+        drawn = {a: generator.multinomial(30, p) for a, p in chances.items()}
+        rows = [(u, a, int(n)) for a, tally in drawn.items() for u, n in zip(("yes", "maybe", "no"), tally, strict=True) if n]
+        if not any(u == "maybe" for u, _, _ in rows):
+            continue
+        table = dict(zip("uan", map(list, zip(*rows, strict=True)), strict=True))
+        found = certify(Law.from_counts(table, decision="u", group="a", count="n"), {"yes": 1, "maybe": "0.5"}, confidence=1 - ALPHA)
+        seen += 1
+        without += not any(u == "yes" for u, _, _ in rows)
+        misses += not covers(found.intervals["local"], 3.0)
+    assert without > seen / 3
+    judge(misses, seen)
