@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
+from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property
 from html import escape
@@ -18,7 +18,7 @@ from fairaudit import __version__, bounds
 from fairaudit.bounds import Bound
 from fairaudit.certificate import FORMAT, Certificate, Table, WrittenTable, column_names, number, with_table
 from fairaudit.columns import plain
-from fairaudit.exact import InputError, compare_log, nearest, rational, rational_text, shown
+from fairaudit.exact import InputError, approximate, compare_log, nearest, option_value, rational_text, shown
 from fairaudit.fairness import (
     Distance,
     Ratio,
@@ -34,6 +34,7 @@ from fairaudit.fairness import (
     most_unequal_ratios,
 )
 from fairaudit.law import Columns, Law
+from fairaudit.limits import MEASURED, Limit, Quantity, Unit, limits_of, without_bare_limits
 from fairaudit.mechanism import Mechanism
 from fairaudit.monitor.bounds import Arrivals, stream_interval
 from fairaudit.policy import Deployment, Policy
@@ -60,8 +61,6 @@ if TYPE_CHECKING:
 __all__ = ["Claim", "Result", "Target", "certify"]
 
 Verdict = Literal["none", "within", "exceeds", "inconclusive"]
-Quantity = Literal["local", "global"]
-Limit = tuple[Quantity, Literal["log", "ratio"], Fraction]
 ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that releases these contexts"
 CONFIRMED = (
     bounds.GROUP_FREE,
@@ -109,7 +108,7 @@ class Target:
 
     quantity: Quantity
     limit: Fraction
-    unit: Literal["log", "ratio"]
+    unit: Unit
     verdict: Verdict
     confidence: Fraction | None = None
     upper: tuple[Fraction | float, str] | None = None
@@ -235,9 +234,11 @@ class Result:
         open_targets = [
             t for t in self.targets if t.verdict == "inconclusive" and t.confidence is not None and t.quantity in self.comparisons
         ]
-        return tuple(
-            (t, further_draws(self.comparisons[t.quantity], t.limit, t.unit, self.intervals[t.quantity].confidence)) for t in open_targets
-        )
+        planned = []
+        for t in open_targets:
+            limit: dict[str, Any] = {f"max_{t.unit}": t.limit}
+            planned.append((t, further_draws(self.comparisons[t.quantity], self.intervals[t.quantity].confidence, **limit)))
+        return tuple(planned)
 
     def most_unequal(self, count: int = 3) -> dict[str, tuple[Ratio, ...] | tuple[Distance, ...]]:
         """Rank the most unequal pairs of groups, by measure.
@@ -369,14 +370,15 @@ class Result:
         return with_table(document, Table(deployment.policy.law, self.utility, deployment), embed=self.embed)
 
 
+@without_bare_limits(MEASURED)
 def certify(
     subject: Law | Deployment,
     utility: Utility | Mapping[Any, Any],
     *,
-    max_local: Any = None,
-    max_global: Any = None,
     max_local_ratio: Any = None,
     max_global_ratio: Any = None,
+    max_local_log: Any = None,
+    max_global_log: Any = None,
     confidence: Any = 0.95,
     interval: Method = "hoeffding-kl",
     independent: bool = False,
@@ -392,10 +394,10 @@ def certify(
         What to audit: a law, or a policy behind filters (`Policy.behind`), which adds what the filters guarantee.
     utility : Utility or mapping
         g; a mapping from decision to value is taken as `Utility(mapping)`.
-    max_local, max_global : number or str, optional
-        Targets for L and L̄, in nats; a text such as ``"0.2"`` is the decimal that it says.
     max_local_ratio, max_global_ratio : number or str, optional
-        Targets for R and R̄, such as ``"5/4"``.
+        Targets for R and R̄, such as ``"5/4"``; one under 1 is least over greatest, so that 0.8 is 5/4.
+    max_local_log, max_global_log : number or str, optional
+        Targets for L and L̄, their natural logarithms. Floats are read as the decimals that they are printed as.
     confidence : float or None
         Targets on counts are judged for the population from which they were drawn, all of them together at this confidence. None judges
         the table itself. Probabilities carry no sample size: the table itself is judged.
@@ -438,7 +440,14 @@ def certify(
     >>> round(float(found.lower), 2), round(float(found.upper), 2)
     (1.25, 1.8)
     """
-    limits = limits_of(max_local, max_local_ratio, max_global, max_global_ratio)
+    limits = limits_of(
+        {
+            "max_local_ratio": max_local_ratio,
+            "max_global_ratio": max_global_ratio,
+            "max_local_log": max_local_log,
+            "max_global_log": max_global_log,
+        }
+    )
     deployment = subject if isinstance(subject, Deployment) else None
     law = subject.law if isinstance(subject, Deployment) else subject
     level = None if confidence is None else confidence_level(confidence)
@@ -548,25 +557,6 @@ def sentence(local: Ratio | None, global_: Ratio | None) -> str:
     return _sentence(local, f"in {context}" if context else "")
 
 
-def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest") -> str:
-    """Four significant digits of an exact value, for a person.
-
-    Examples
-    --------
-    >>> approximate(Fraction(24475, 18432)), approximate(Fraction(10**400, 3)), approximate(float("inf"))
-    ('1.328', '3.333e+399', 'infinite')
-    >>> approximate(Fraction(24475, 18432), "down"), approximate(Fraction(2, 3), "up")
-    ('1.327', '0.6667')
-    """
-    if not isinstance(value, Fraction):
-        return "infinite"
-    if rounding == "nearest" and (value == 0 or Fraction(1, 10**300) < value < 10**300):
-        return f"{float(value):.4g}"
-    towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
-    with localcontext(Context(prec=4, rounding=towards, Emin=-999_999, Emax=999_999)) as context:
-        return format(context.divide(Decimal(value.numerator), Decimal(value.denominator)), ".4g")
-
-
 def _sentence(measured: Ratio, where: str) -> str:
     witness = measured.witness
     higher, lower = place(witness.higher), place(witness.lower)
@@ -589,31 +579,6 @@ def _exactly(value: Fraction | float) -> str:
     return str(value)
 
 
-def limits_of(max_local: Any, max_local_ratio: Any, max_global: Any, max_global_ratio: Any) -> list[Limit]:
-    """Limits that were asked for, on L, R, L̄ and R̄, as exact rationals."""
-    asked = [
-        _limit("local", "log", max_local),
-        _limit("local", "ratio", max_local_ratio),
-        _limit("global", "log", max_global),
-        _limit("global", "ratio", max_global_ratio),
-    ]
-    return [limit for limit in asked if limit is not None]
-
-
-def _limit(quantity: Quantity, unit: Literal["log", "ratio"], value: Any) -> Limit | None:
-    if value is None:
-        return None
-    name = f"max_{quantity}" + ("_ratio" if unit == "ratio" else "")
-    try:
-        limit = Fraction(*rational(value))
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-    least = 1 if unit == "ratio" else 0
-    if limit < least:
-        raise InputError(f"{name} is {shown(value)}; it must be at least {least}, which is perfect parity")
-    return quantity, unit, limit
-
-
 def _judge(measured: Ratio | None, limit: Fraction, unit: str) -> Verdict:
     if measured is None:
         return "inconclusive"
@@ -625,7 +590,7 @@ def _judge(measured: Ratio | None, limit: Fraction, unit: str) -> Verdict:
 def _judge_population(
     quantity: Quantity,
     limit: Fraction,
-    unit: Literal["log", "ratio"],
+    unit: Unit,
     confidence: Fraction,
     interval: Interval | None,
     found: tuple[Bound, ...],
@@ -645,7 +610,7 @@ def _judge_population(
             ends.append((bound.value, bound.theorem))
     upper = min(ends, key=lambda end: end[0], default=None)
     lower = interval.lower if interval is not None else Fraction(1)
-    verdict = interval_verdict((lower, max(lower, upper[0] if upper else inf)), limit, unit)
+    verdict = interval_verdict((lower, max(lower, upper[0] if upper else inf)), **{f"max_{unit}": limit})
     return Target(quantity, limit, unit, verdict, confidence, upper)
 
 
@@ -746,7 +711,7 @@ def _constants(
         if name not in measured:
             raise InputError(f"{shown(name)} cannot be declared; {nearest(name, measured)}")
         try:
-            constants[name] = Fraction(*rational(value))
+            constants[name] = Fraction(*option_value(value))
         except InputError as error:
             raise InputError(f"the declared {name}: {error}") from None
         found = measured[name]

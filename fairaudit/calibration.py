@@ -19,9 +19,10 @@ from typing import Any, Literal
 from fairaudit import bounds
 from fairaudit.bernstein import coefficients, greatest_nonnegative
 from fairaudit.bounds import Bound
-from fairaudit.exact import InputError, exp_enclosure, log_enclosure, nearest, rational, shown
+from fairaudit.exact import InputError, exp_enclosure, log_enclosure, nearest, option_value, shown
 from fairaudit.fairness import compared_expectations, global_fairness, local_fairness
 from fairaudit.law import Law
+from fairaudit.limits import ALONE, Quantity, one_limit, without_bare_limits
 from fairaudit.mechanism import Identity, Mechanism, Product, RandomizedResponse
 from fairaudit.policy import Policy
 from fairaudit.utility import Utility, UtilityTable
@@ -30,10 +31,10 @@ __all__ = ["Calibration", "alphabets", "calibrate", "calibrate_policy"]
 
 Rule = Literal["paper", "tight", "sharp", "mechanism", "contraction"]
 Split = Literal["equal-epsilon", "equal-keep", "most-truth"]
-Quantity = Literal["local", "global"]
 Blocks = list[list[Fraction]]
 
 RULES: tuple[Rule, ...] = ("paper", "tight", "sharp", "mechanism", "contraction")
+QUANTITIES: tuple[Quantity, ...] = ("local", "global")
 SPLITS: tuple[Split, ...] = ("equal-epsilon", "equal-keep", "most-truth")
 GRID = 10**12
 TARGET_BITS = 80
@@ -110,12 +111,12 @@ class _Setting:
     raw: Fraction | float | None
 
 
+@without_bare_limits(ALONE)
 def calibrate(
     *,
-    target_local: Any = None,
-    target_local_ratio: Any = None,
-    target_global: Any = None,
-    target_global_ratio: Any = None,
+    max_ratio: Any = None,
+    max_log: Any = None,
+    quantity: Quantity = "local",
     groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]],
     bound: Rule = "mechanism",
     gamma: Any = 1,
@@ -131,11 +132,12 @@ def calibrate(
 
     Parameters
     ----------
-    target_local, target_global : number or str, optional
-        Target L* > 0 for L or L̄, in nats; exactly one of the four targets is given. A target for L̄ is met through L, which needs
-        context and group to be independent (T5).
-    target_local_ratio, target_global_ratio : number or str, optional
-        The same as a ratio R* > 1.
+    max_ratio : number or str, optional
+        Target for the ratio, R* > 1; one under 1 is least over greatest, so that 0.8 is 5/4.
+    max_log : number or str, optional
+        Target L* > 0 for its natural logarithm; exactly one of the two is given.
+    quantity : {"local", "global"}
+        What the target is for: R and L, or R̄ and L̄, whose target is met through L and needs context and group to be independent (T5).
     groups : int, sequence, or mapping of name to int or sequence
         Number (or labels) of the values of the attribute, or of each of several attributes that are filtered independently.
     bound : {"mechanism", "sharp", "tight", "paper", "contraction"}
@@ -167,11 +169,11 @@ def calibrate(
 
     Examples
     --------
-    >>> found = calibrate(target_local="0.2", groups=16, gamma=1, tau="0.3")
+    >>> found = calibrate(max_log="0.2", groups=16, gamma=1, tau="0.3")
     >>> round(float(found.keep_probabilities[0]), 3), round(float(found.paper_keep_probabilities[0]), 3)
     (0.125, 0.075)
     """
-    quantity, target = _target(target_local, target_local_ratio, target_global, target_global_ratio)
+    target = _target(max_ratio, max_log, quantity)
     attributes = _attributes(groups)
     if bound not in RULES:
         raise InputError(f"bound={shown(bound)} is not accepted; {nearest(str(bound), RULES)}")
@@ -189,14 +191,14 @@ def calibrate(
     )
 
 
+@without_bare_limits(ALONE)
 def calibrate_policy(
     policy: Policy,
     utility: Utility | Mapping[Any, Any],
     *,
-    target_local: Any = None,
-    target_local_ratio: Any = None,
-    target_global: Any = None,
-    target_global_ratio: Any = None,
+    max_ratio: Any = None,
+    max_log: Any = None,
+    quantity: Quantity = "local",
     population: Any = None,
     split: Split = "equal-epsilon",
 ) -> Calibration:
@@ -214,7 +216,7 @@ def calibrate_policy(
         The known policy; its group alphabet is filtered.
     utility : Utility or mapping
         g.
-    target_local, target_local_ratio, target_global, target_global_ratio
+    max_ratio, max_log, quantity
         As in `calibrate`.
     population : array_like, mapping or Law, optional
         As in `Policy.behind`.
@@ -231,7 +233,7 @@ def calibrate_policy(
     InputError
         As in `calibrate`, and if the policy lacks a combination of its attributes' values.
     """
-    quantity, target = _target(target_local, target_local_ratio, target_global, target_global_ratio)
+    target = _target(max_ratio, max_log, quantity)
     attributes = alphabets(policy)
     wanted = utility if isinstance(utility, Utility) else Utility(utility)
     measure = local_fairness if quantity == "local" else global_fairness
@@ -522,30 +524,19 @@ def _together(parts: Mapping[str, Mechanism]) -> Mechanism:
     return next(iter(parts.values())) if len(parts) == 1 else Product(parts)
 
 
-def _target(local: Any, local_ratio: Any, overall: Any, overall_ratio: Any) -> tuple[Quantity, Fraction]:
-    given = {
-        "target_local": local,
-        "target_local_ratio": local_ratio,
-        "target_global": overall,
-        "target_global_ratio": overall_ratio,
-    }
-    asked = {name: value for name, value in given.items() if value is not None}
-    if len(asked) != 1:
-        raise InputError(f"{' and '.join(asked) or 'no target'} was given; give exactly one target")
-    ((name, value),) = asked.items()
-    try:
-        number = Fraction(*rational(value))
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-    quantity: Quantity = "global" if "global" in name else "local"
-    if name.endswith("ratio"):
-        if number <= 1:
-            raise InputError(f"{name} is {shown(value)}; a target ratio above 1 is accepted (1 needs a filter that hides everything)")
-        return quantity, number
-    if number <= 0:
-        raise InputError(f"{name} is {shown(value)}; a target above 0 is accepted (0 needs a filter that hides everything)")
-    low, _ = exp_enclosure((number.numerator, number.denominator), TARGET_BITS)
-    return quantity, max(Fraction(1), Fraction(low, 1 << TARGET_BITS))
+def _target(max_ratio: Any, max_log: Any, quantity: str) -> Fraction:
+    """The target as a ratio, rounded down where a logarithm was given."""
+    if quantity not in QUANTITIES:
+        raise InputError(f"quantity={shown(quantity)} is not accepted; {nearest(str(quantity), QUANTITIES)}")
+    unit, limit = one_limit(max_ratio, max_log)
+    if unit == "ratio":
+        if limit == 1:
+            raise InputError(f"max_ratio is {shown(max_ratio)}; a ratio other than 1 is accepted (1 needs a filter that hides everything)")
+        return limit
+    if limit == 0:
+        raise InputError(f"max_log is {shown(max_log)}; a logarithm above 0 is accepted (0 needs a filter that hides everything)")
+    low, _ = exp_enclosure((limit.numerator, limit.denominator), TARGET_BITS)
+    return max(Fraction(1), Fraction(low, 1 << TARGET_BITS))
 
 
 def _attributes(groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]]) -> dict[str, tuple[Any, ...]]:
@@ -568,7 +559,7 @@ def _setting(gamma: Any, tau: Any, g_min: Any, delta: Any, lipschitz: Any, diame
     exact: dict[str, Fraction] = {}
     for name, value in named.items():
         try:
-            exact[name] = Fraction(*rational(value))
+            exact[name] = Fraction(*option_value(value))
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
         if exact[name] < 0:
@@ -604,7 +595,7 @@ def _raw_ratio(raw_ratio: Any, rule: Rule, gap: Fraction, delta: Fraction, least
         if gap or delta:
             raise InputError("the contraction holds for delta = 0 and a utility that does not depend on the group (lipschitz 0)")
         if raw_ratio is not None:
-            raw = inf if raw_ratio == "inf" else Fraction(*rational(raw_ratio))
+            raw = inf if raw_ratio == "inf" else Fraction(*option_value(raw_ratio))
             if raw < 1:
                 raise InputError(f"raw_ratio is {shown(raw_ratio)}; a ratio of at least 1 is accepted")
             if least:

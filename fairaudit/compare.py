@@ -11,6 +11,7 @@ from typing import Any, Literal
 from fairaudit.certificate_reader import Subject, number, subject
 from fairaudit.exact import InputError, shown
 from fairaudit.fairness import cell_expectation
+from fairaudit.limits import limit_text
 
 __all__ = ["Change", "Comparison", "Moved", "compare"]
 
@@ -198,12 +199,10 @@ def _verdict(what: str, old: str | None, new: str | None, note: str = "") -> Cha
 def _targets(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
     before, after = ({(t["quantity"], t["unit"]): t for t in document["targets"]} for document in (old, new))
     for key in dict.fromkeys([*before, *after]):
-        what = f"{key[0]} {'log-ratio' if key[1] == 'log' else 'ratio'}"
         was, now = before.get(key), after.get(key)
         if was is None or now is None:
-            limit = (was or now or {})["limit"]
             note = "the target is new" if was is None else "the target was dropped: this is no longer judged"
-            yield _verdict(f"{what} at most {limit}", was and was["verdict"], now and now["verdict"], note)
+            yield _verdict(_said(was or now or {}), was and was["verdict"], now and now["verdict"], note)
             continue
         notes, weaker = [], False
         if was["limit"] != now["limit"]:
@@ -213,8 +212,12 @@ def _targets(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]
         if was["judged"] != now["judged"]:
             weaker |= _weaker(was["judged"], now["judged"])
             notes.append(f"judged for {now['judged']} instead of {was['judged']}")
-        change = _verdict(f"{what} at most {now['limit']}", was["verdict"], now["verdict"], "; ".join(notes))
+        change = _verdict(_said(now), was["verdict"], now["verdict"], "; ".join(notes))
         yield Change(change.what, change.old, change.new, "worse" if weaker else change.direction, change.note)
+
+
+def _said(target: Mapping[str, Any]) -> str:
+    return limit_text(target["quantity"], target["unit"], Fraction(number(target["limit"])))
 
 
 def _weaker(was: str, now: str) -> bool:

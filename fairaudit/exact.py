@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Sequence
-from decimal import Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
 from math import gcd, inf, lcm
 from numbers import Integral, Rational
-from typing import Any
+from typing import Any, Literal
 
 __all__ = [
     "InputError",
+    "approximate",
     "at_least",
     "common_denominator",
     "compare_log",
@@ -24,6 +25,7 @@ __all__ = [
     "integer_text",
     "log_enclosure",
     "nearest",
+    "option_value",
     "parse_rational",
     "quotient",
     "rational",
@@ -116,7 +118,8 @@ def parse_rational(text: str) -> tuple[int, int]:
 def rational(value: object) -> tuple[int, int]:
     """Read a Python or numpy number, or a text, as the exact rational that it is.
 
-    A float is the dyadic rational that it stores: ``0.1`` is 3602879701896397/36028797018963968; write ``"0.1"`` for 1/10.
+    A float is the dyadic rational that it stores: ``0.1`` is 3602879701896397/36028797018963968; write ``"0.1"`` for 1/10,
+    or read it with `option_value`.
 
     Parameters
     ----------
@@ -159,8 +162,29 @@ def rational(value: object) -> tuple[int, int]:
         raise InputError(f"{shown(value)} is not a finite number") from None
 
 
+def option_value(value: object) -> tuple[int, int]:
+    """Read a number that was given as an option: as `rational` does, but a float is the decimal that it is printed as.
+
+    Who writes 0.2 means 1/5. An entry of an array of floats stays the dyadic rational that it stores.
+
+    Raises
+    ------
+    InputError
+        If it is not a finite number.
+
+    Examples
+    --------
+    >>> option_value(0.2), option_value("1/3"), option_value(Fraction(0.2)) == rational(0.2)
+    ((1, 5), (1, 3), True)
+    """
+    pair = rational(value)
+    if isinstance(value, (str, Decimal, Rational)):
+        return pair
+    return parse_rational(str(value))
+
+
 def at_least(name: str, value: object, least: int) -> Fraction:
-    """Read a named number that must not be below a least value, exactly.
+    """Read a named number that was given as an option and must not be below a least value, exactly.
 
     Raises
     ------
@@ -173,12 +197,31 @@ def at_least(name: str, value: object, least: int) -> Fraction:
     Fraction(7, 3)
     """
     try:
-        number = Fraction(*rational(value))
+        number = Fraction(*option_value(value))
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
     if number < least:
         raise InputError(f"{name} is {shown(value)}; a number of at least {least} is accepted")
     return number
+
+
+def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest") -> str:
+    """Four significant digits of an exact value, for a person.
+
+    Examples
+    --------
+    >>> approximate(Fraction(24475, 18432)), approximate(Fraction(10**400, 3)), approximate(float("inf"))
+    ('1.328', '3.333e+399', 'infinite')
+    >>> approximate(Fraction(24475, 18432), "down"), approximate(Fraction(2, 3), "up")
+    ('1.327', '0.6667')
+    """
+    if not isinstance(value, Fraction):
+        return "infinite"
+    if rounding == "nearest" and (value == 0 or Fraction(1, 10**300) < value < 10**300):
+        return f"{float(value):.4g}"
+    towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
+    with localcontext(Context(prec=4, rounding=towards, Emin=-999_999, Emax=999_999)) as context:
+        return format(context.divide(Decimal(value.numerator), Decimal(value.denominator)), ".4g")
 
 
 def fraction(pair: tuple[int, int]) -> Fraction | float:

@@ -20,7 +20,7 @@ from decimal import Decimal
 from fractions import Fraction
 from itertools import product
 from math import gcd, inf, log, sqrt
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from fairaudit.calibration import calibrate, calibrate_policy
 from fairaudit.columns import Label, label_text
 from fairaudit.exact import InputError, at_least, common_denominator, exp_enclosure, log_enclosure, nearest, shown
 from fairaudit.fairness import local_fairness
+from fairaudit.limits import ALONE, one_limit, without_bare_limits
 from fairaudit.mechanism import Constant, Factor, Identity, Mechanism, RandomizedResponse
 from fairaudit.policy import Policy
 from fairaudit.utility import Utility
@@ -138,7 +139,7 @@ class Frontier:
         """Target against truth kept, as a table for `pandas.DataFrame`: exact numbers, None where there is no filter."""
         return [
             {
-                "target_ratio": d.target,
+                "max_ratio": d.target,
                 "truth_kept": d.truth_kept,
                 "distortion": d.distortion,
                 "lower_bound": d.lower_bound,
@@ -223,12 +224,13 @@ class _Program:
     """For an auxiliary variable the rows in which its coefficient is 1."""
 
 
+@without_bare_limits(ALONE)
 def design(
     policy: Policy,
     utility: Utility | Mapping[Any, Any],
     *,
-    target_local: Any = None,
-    target_local_ratio: Any = None,
+    max_ratio: Any = None,
+    max_log: Any = None,
     population: Any = None,
     distortion: Distortion | None = None,
     max_epsilon: Any = None,
@@ -245,10 +247,10 @@ def design(
         The known policy; it needs a law for every group in every context.
     utility : Utility or mapping
         g; it may depend on the group, but then a target may be infeasible.
-    target_local : number or str, optional
-        Target L* ≥ 0 for L, in nats.
-    target_local_ratio : number or str, optional
-        The same as a ratio R* ≥ 1. At most one of the two; none for a cap alone.
+    max_ratio : number or str, optional
+        Target R* ≥ 1 for R; one under 1 is least over greatest, so that 0.8 is 5/4.
+    max_log : number or str, optional
+        Target L* ≥ 0 for L, its natural logarithm. At most one of the two; none for a cap alone.
     population : array_like, mapping or Law, optional
         P(x,a) as in `Policy.behind`; only P(a) matters here. Without one, groups are equally frequent.
     distortion : mapping, table or callable, optional
@@ -272,11 +274,11 @@ def design(
     Examples
     --------
     >>> policy = Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
-    >>> found = design(policy, {"hire": 1}, target_local_ratio=2)
+    >>> found = design(policy, {"hire": 1}, max_ratio=2)
     >>> found.achieved, found.truth_kept, found.response_truth_kept < found.truth_kept
     (Fraction(2, 1), Fraction(23, 28), True)
     """
-    target = _target(target_local, target_local_ratio)
+    target = _target(max_ratio, max_log)
     cap = _cap(max_epsilon, max_exp_epsilon)
     _something(target, cap)
     law = policy.law
@@ -303,11 +305,12 @@ def design(
     return _checked(replace(found, scope=bounds.THIS_LAW, assumptions=(bounds.FRESH,)))
 
 
+@without_bare_limits(ALONE)
 def design_model_free(
     groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]],
     *,
-    target_local: Any = None,
-    target_local_ratio: Any = None,
+    max_ratio: Any = None,
+    max_log: Any = None,
     tau: Any = 0,
     gamma: Any = 1,
     population: Mapping[Any, Any] | Sequence[Any] | None = None,
@@ -325,7 +328,7 @@ def design_model_free(
     ----------
     groups : int, sequence, or mapping of name to int or sequence
         Number or labels of the groups (tuples for several columns); for several attributes the filter acts on the joint tuples.
-    target_local, target_local_ratio, distortion, max_epsilon, max_exp_epsilon
+    max_ratio, max_log, distortion, max_epsilon, max_exp_epsilon
         As in `design`.
     tau, gamma : number or str
         Declared floor of every group's expected utility behind the filter (0 for none), and the greatest utility.
@@ -345,13 +348,13 @@ def design_model_free(
 
     Examples
     --------
-    >>> found = design_model_free(2, target_local_ratio="1.4", tau="0.5")
+    >>> found = design_model_free(2, max_ratio="1.4", tau="0.5")
     >>> found.distortion, found.achieved
     (Fraction(3, 8), Fraction(7, 5))
     >>> design_model_free(["a", "b", "c"], max_exp_epsilon=2).truth_kept
     Fraction(1, 2)
     """
-    target = _target(target_local, target_local_ratio)
+    target = _target(max_ratio, max_log)
     cap = _cap(max_epsilon, max_exp_epsilon)
     _something(target, cap)
     floor, top = at_least("tau", tau, 0), at_least("gamma", gamma, 0)
@@ -391,10 +394,11 @@ def design_model_free(
     return _checked(replace(found, achieved=proof.value, multipliers=proof.multipliers, scope=proof.scope, assumptions=assumptions))
 
 
+@without_bare_limits(ALONE)
 def frontier(
-    targets: Iterable[Any],
     *,
-    unit: Literal["log", "ratio"] = "log",
+    max_ratio: Iterable[Any] | None = None,
+    max_log: Iterable[Any] | None = None,
     policy: Policy | None = None,
     utility: Utility | Mapping[Any, Any] | None = None,
     **options: Any,
@@ -403,10 +407,8 @@ def frontier(
 
     Parameters
     ----------
-    targets : iterable of number or str
-        Targets L*, or ratios R*.
-    unit : {"log", "ratio"}
-        Which of the two they are.
+    max_ratio, max_log : iterable of number or str, optional
+        Targets for R, or for L, its natural logarithm; exactly one of the two.
     policy, utility
         As in `design`; without a policy `design_model_free` is asked, whose `groups` are then among the options.
     **options
@@ -419,13 +421,14 @@ def frontier(
 
     Examples
     --------
-    >>> found = frontier(["1.2", "1.4"], unit="ratio", groups=2, tau="0.5")
+    >>> found = frontier(max_ratio=["1.2", "1.4"], groups=2, tau="0.5")
     >>> [str(row["truth_kept"]) for row in found.rows]
     ['5/9', '5/8']
     """
-    if unit not in ("log", "ratio"):
-        raise InputError(f"unit={shown(unit)} is not accepted; use 'log' or 'ratio'")
-    name = "target_local" if unit == "log" else "target_local_ratio"
+    asked = {name: value for name, value in (("max_ratio", max_ratio), ("max_log", max_log)) if value is not None}
+    if len(asked) != 1:
+        raise InputError("give the targets as one of max_ratio, limits on the ratio, and max_log, limits on its natural logarithm")
+    ((name, targets),) = asked.items()
     if policy is None:
         if "groups" not in options:
             raise InputError("neither a policy nor groups were given; give a policy with its utility, or groups")
@@ -438,15 +441,12 @@ def frontier(
 # From input to integers
 
 
-def _target(log_ratio: Any, ratio: Any) -> Fraction | None:
-    if log_ratio is not None and ratio is not None:
-        raise InputError("target_local and target_local_ratio were given; give at most one")
-    if ratio is not None:
-        number = at_least("target_local_ratio", ratio, 0)
-        if number < 1:
-            raise InputError(f"target_local_ratio is {shown(ratio)}; a ratio of at least 1 is accepted")
-        return number
-    return None if log_ratio is None else _exp_below("target_local", log_ratio)
+def _target(max_ratio: Any, max_log: Any) -> Fraction | None:
+    """The target as a ratio, rounded down where a logarithm was given; None for a cap alone."""
+    if max_ratio is None and max_log is None:
+        return None
+    unit, limit = one_limit(max_ratio, max_log)
+    return limit if unit == "ratio" else _exp_below("max_log", limit)
 
 
 def _cap(epsilon: Any, factor: Any) -> Fraction | None:
@@ -671,7 +671,7 @@ def _policy_response(problem: _Problem, policy: Policy, utility: Utility) -> lis
         return [RandomizedResponse(problem.labels, exp_epsilon=1)]
     found = [_joint_response(problem)]
     if problem.target is not None:
-        found.append(calibrate_policy(policy, utility, target_local_ratio=problem.target).mechanism)
+        found.append(calibrate_policy(policy, utility, max_ratio=problem.target).mechanism)
     if problem.cap is not None:
         found.append(RandomizedResponse(problem.labels, exp_epsilon=problem.cap))
     return [mechanism for mechanism in found if mechanism is not None]
@@ -702,7 +702,7 @@ def _free_response(
     if target is not None and target > 1:
         settings: list[Any] = [attributes, problem.labels] if len(attributes) > 1 else [attributes]
         for groups in settings:
-            calibrated = calibrate(target_local_ratio=target, groups=groups, tau=tau, gamma=gamma)
+            calibrated = calibrate(max_ratio=target, groups=groups, tau=tau, gamma=gamma)
             found += [calibrated.mechanism] if calibrated.mechanism is not None else []
     if problem.cap is not None:
         found.append(RandomizedResponse(problem.labels, exp_epsilon=problem.cap))

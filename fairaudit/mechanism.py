@@ -21,7 +21,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fairaudit.columns import Label, column, label_text, locator, names, numbers
-from fairaudit.exact import InputError, at_least, common_denominator, exp_enclosure, nearest, rational, shown
+from fairaudit.exact import InputError, at_least, common_denominator, exp_enclosure, nearest, option_value, rational, shown
 
 __all__ = ["Constant", "Factor", "Identity", "Mechanism", "Product", "RandomizedResponse", "Store"]
 
@@ -488,7 +488,7 @@ def Constant(values: Sequence[Any], output: Any = None) -> Mechanism:  # noqa: N
     if output is None:
         chosen = {label: (1, len(labels)) for label in labels}
     elif isinstance(output, Mapping):
-        chosen = {_label(key if isinstance(key, tuple) else (key,), "the output"): rational(v) for key, v in output.items()}
+        chosen = {_label(key if isinstance(key, tuple) else (key,), "the output"): option_value(v) for key, v in output.items()}
     else:
         chosen = {_label(output if isinstance(output, tuple) else (output,), "the output"): (1, 1)}
     for label in chosen:

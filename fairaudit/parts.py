@@ -10,7 +10,7 @@ from typing import IO, Any, TypeVar
 
 import numpy as np
 
-from fairaudit.audit import Passed, Quantity, Result, judged, limits_of, not_compared
+from fairaudit.audit import Passed, Result, judged, not_compared
 from fairaudit.certificate import Table, WrittenTable, column_names, count_lines, new_salt
 from fairaudit.columns import Tally, distinct, names, read_columns
 from fairaudit.exact import InputError, shown
@@ -26,6 +26,7 @@ from fairaudit.fairness import (
     most_unequal_ratios,
 )
 from fairaudit.law import Columns, Law
+from fairaudit.limits import MEASURED, Quantity, limits_of, without_bare_limits
 from fairaudit.sampling import confidence_level
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.engines import Report, read_parts
@@ -37,6 +38,7 @@ UNCLAIMED = "no interval is claimed: contexts were read in parts; confidence non
 T = TypeVar("T", Ratio, Distance)
 
 
+@without_bare_limits(MEASURED)
 def certify_in_parts(
     source: Any,
     utility: Utility | Mapping[Any, Any],
@@ -48,10 +50,10 @@ def certify_in_parts(
     table: str | None = None,
     memory: str | None = None,
     report: Report | None = None,
-    max_local: Any = None,
-    max_global: Any = None,
     max_local_ratio: Any = None,
     max_global_ratio: Any = None,
+    max_local_log: Any = None,
+    max_global_log: Any = None,
     confidence: Any = None,
     top: int = 3,
     embed_table: bool | None = None,
@@ -70,7 +72,7 @@ def certify_in_parts(
         g, which depends on the decision alone.
     decision, group, context
         As for `Law.from_log`; at least one context column.
-    max_local, max_global, max_local_ratio, max_global_ratio, confidence, embed_table
+    max_local_ratio, max_global_ratio, max_local_log, max_global_log, confidence, embed_table
         As for `fairaudit.certify`; at a confidence, targets are inconclusive, for want of an interval.
     top : int
         How many of the most unequal pairs to keep.
@@ -102,7 +104,14 @@ def certify_in_parts(
             raise InputError(f"the column {shown(name)} is used twice; each column has one role")
     if top < 1:
         raise InputError(f"{top} most unequal pairs cannot be kept; ask for at least 1")
-    limits = limits_of(max_local, max_local_ratio, max_global, max_global_ratio)
+    limits = limits_of(
+        {
+            "max_local_ratio": max_local_ratio,
+            "max_global_ratio": max_global_ratio,
+            "max_local_log": max_local_log,
+            "max_global_log": max_global_log,
+        }
+    )
     level = None if confidence is None else confidence_level(confidence)
     supremum: Ratio | None = None
     odds: tuple[Distance, ...] = ()

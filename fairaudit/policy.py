@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.columns import INT64, Label, Missing, label_text, names
-from fairaudit.exact import InputError, common_denominator, nearest, rational, shown
+from fairaudit.exact import InputError, common_denominator, nearest, option_value, rational, shown
 from fairaudit.law import Law
 from fairaudit.mechanism import Factor, Mechanism
 
@@ -438,7 +438,7 @@ def _mass(population: Any, deployment: Deployment) -> tuple[int, ...]:
         found = dict(zip(labels, population.cell_mass, strict=True))
         return _positive([(found.pop((x, a), 0), 1) for x in contexts for a in groups], found)
     if isinstance(population, Mapping):
-        given = {tuple(names(part) for part in key): rational(v) for key, v in population.items()}
+        given = {tuple(names(part) for part in key): option_value(v) for key, v in population.items()}
         return _positive([given.pop((x, a), (0, 1)) for x in contexts for a in groups], given)
     array = np.asarray(population)
     if array.shape != (len(contexts), len(groups)):

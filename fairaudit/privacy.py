@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.columns import Label
-from fairaudit.exact import InputError, at_least, exp_enclosure, log_enclosure, rational, shown
+from fairaudit.exact import InputError, at_least, exp_enclosure, log_enclosure, option_value, shown
 from fairaudit.mechanism import Factor, Mechanism
 
 __all__ = [
@@ -432,7 +432,7 @@ class TradeOff:
         >>> trade_off(RandomizedResponse(["a", "b"], keep_probability="0.7")).beta("0.1")
         Fraction(23, 30)
         """
-        at = Fraction(*rational(alpha))
+        at = Fraction(*option_value(alpha))
         if not 0 <= at <= 1:
             raise InputError(f"alpha is {shown(alpha)}; a false-positive rate from 0 to 1 is accepted")
         return _interpolated(self.vertices, at)
@@ -637,7 +637,7 @@ def renyi(mechanism: Mechanism, order: Any) -> RenyiDP:
     >>> float(low), high - low < Decimal("1e-18")
     (0.5663954749208014, True)
     """
-    at = Fraction(*rational(order))
+    at = Fraction(*option_value(order))
     if not 1 < at <= 10**6:
         raise InputError(f"the order is {shown(order)}; an order greater than 1, at most 1000000, is accepted")
     tables = _tables(mechanism)
@@ -975,7 +975,7 @@ def _log(ratio: Column) -> Enclosure:
 def _exp_below(epsilon: Any) -> Fraction:
     """e^ε rounded down, by less than 2^-60."""
     try:
-        top, bottom = rational(epsilon)
+        top, bottom = option_value(epsilon)
     except InputError as error:
         raise InputError(f"epsilon: {error}") from None
     if top < 0:

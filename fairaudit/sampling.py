@@ -47,12 +47,13 @@ from fairaudit.exact import (
     log_enclosure,
     log_fixed,
     nearest,
+    option_value,
     quotient,
-    rational,
     rational_text,
     shown,
 )
 from fairaudit.law import MAX_DRAWS, Law, Units
+from fairaudit.limits import ALONE, one_limit, without_bare_limits
 from fairaudit.mechanism import Mechanism
 from fairaudit.policy import Policy
 from fairaudit.utility import Utility, UtilityTable
@@ -593,7 +594,7 @@ def _range_said(low: Fraction, high: Fraction) -> str:
 
 
 def _limits(limits: tuple[Any, Any]) -> tuple[Fraction, Fraction]:
-    low, high = (Fraction(*rational(v)) for v in limits)
+    low, high = (Fraction(*option_value(v)) for v in limits)
     if not 0 <= low <= high:
         raise InputError(f"a utility between {low} and {high} is not accepted; the limits are at least 0, the lower one first")
     return low, high
@@ -714,7 +715,7 @@ def _normalised(weights: Sequence[tuple[int, Fraction]]) -> Form:
 
 
 def _masses(population: Mapping[tuple[Label, Label], Any]) -> dict[tuple[Label, Label], Fraction]:
-    masses = {(names(x), names(a)): Fraction(*rational(v)) for (x, a), v in population.items()}
+    masses = {(names(x), names(a)): Fraction(*option_value(v)) for (x, a), v in population.items()}
     if any(v < 0 for v in masses.values()) or not any(masses.values()):
         raise InputError("the population needs masses of at least 0, one of them positive")
     return masses
@@ -1196,8 +1197,7 @@ def _rounded_down(value: Fraction) -> Fraction:
 
 def confidence_level(value: Any) -> Fraction:
     """Read a confidence in (0, 1); a float is the decimal that it is printed as."""
-    pair = rational(repr(value)) if isinstance(value, float) else rational(value)
-    level = Fraction(*pair)
+    level = Fraction(*option_value(value))
     if not 0 < level < 1:
         raise InputError(f"a confidence of {shown(value)} is not accepted; it lies between 0 and 1, such as 0.95")
     return level
@@ -1771,8 +1771,9 @@ def _fill(values: Sequence[Fraction], shares: Sequence[Ends]) -> Fraction:
 # What follows from an interval
 
 
+@without_bare_limits(ALONE)
 def verdict(
-    interval: Interval | tuple[Extended, Extended], limit: Any, unit: Literal["log", "ratio"] = "log"
+    interval: Interval | tuple[Extended, Extended], *, max_ratio: Any = None, max_log: Any = None
 ) -> Literal["within", "exceeds", "inconclusive"]:
     """Judge a target by an interval.
 
@@ -1780,10 +1781,8 @@ def verdict(
     ----------
     interval : Interval or pair
         The interval of R.
-    limit : number or str
-        The limit on L (``unit="log"``, in nats) or on R (``unit="ratio"``).
-    unit : {"log", "ratio"}
-        Which of the two.
+    max_ratio, max_log : number or str, optional
+        The limit on R (one under 1 is least over greatest), or on L, its natural logarithm; exactly one of the two.
 
     Returns
     -------
@@ -1792,14 +1791,14 @@ def verdict(
 
     Examples
     --------
-    >>> verdict((Fraction(1), Fraction(6, 5)), "0.2"), verdict((Fraction(1), Fraction(4, 3)), "5/4", "ratio")
+    >>> verdict((Fraction(1), Fraction(6, 5)), max_log=0.2), verdict((Fraction(1), Fraction(4, 3)), max_ratio="5/4")
     ('within', 'inconclusive')
     """
     lower, upper = (interval.lower, interval.upper) if isinstance(interval, Interval) else interval
-    pair = rational(limit)
+    unit, limit = one_limit(max_ratio, max_log)
     if unit == "ratio":
-        bound = Fraction(*pair)
-        return "within" if upper <= bound else "exceeds" if lower > bound else "inconclusive"
+        return "within" if upper <= limit else "exceeds" if lower > limit else "inconclusive"
+    pair = (limit.numerator, limit.denominator)
     if compare_log(_pair(upper), pair) <= 0:
         return "within"
     return "exceeds" if compare_log(_pair(lower), pair) > 0 else "inconclusive"
@@ -1837,7 +1836,7 @@ def test_filter(
         If e^ε is below 1, or cells of a context differ in their range, so that g depends on the group.
     """
     infinite = exp_epsilon == inf or exp_epsilon == "inf"
-    claimed: Extended = inf if infinite else Fraction(*rational(exp_epsilon))
+    claimed: Extended = inf if infinite else Fraction(*option_value(exp_epsilon))
     if claimed < 1:
         raise InputError(f"e^ε = {shown(exp_epsilon)} is not accepted; it is at least 1")
     if any(
@@ -1899,12 +1898,13 @@ def noise_floor(
 # Planning, in floats
 
 
+@without_bare_limits(ALONE)
 def further_draws(
     comparison: Comparison,
-    limit: Any,
-    unit: Literal["log", "ratio"] = "log",
     confidence: Any = "0.95",
     *,
+    max_ratio: Any = None,
+    max_log: Any = None,
     greatest: int = 10**12,
 ) -> Planning:
     """Estimate how many more draws would decide a target, if the means stay what they are and all cells grow alike.
@@ -1913,10 +1913,10 @@ def further_draws(
     ----------
     comparison : Comparison
         The draws so far.
-    limit, unit
-        The target, as for `verdict`.
     confidence : number or str
         Of the interval; it is planned for with the box, and hoeffding-kl where draws are not binary.
+    max_ratio, max_log
+        The target, as for `verdict`.
     greatest : int
         Give up when a cell would need more draws than this.
 
@@ -1929,7 +1929,7 @@ def further_draws(
     cells = comparison.cells
     if any(not cells[i].draws for block in comparison.blocks for form in block for i, _ in form):
         return Planning(None, None, "Planning estimate: some cells have no draws; draw from every cell first.")
-    goal = _float_limit(limit, unit)
+    goal = _float_limit(max_ratio, max_log)
     means = [float(cell.mean) for cell in cells]
 
     expected = _expectation(comparison, means, level, 0.0)
@@ -1951,12 +1951,13 @@ def further_draws(
     )
 
 
+@without_bare_limits(ALONE)
 def plan(
     guesses: Comparison | Sequence[Any],
-    limit: Any,
-    unit: Literal["log", "ratio"] = "log",
     confidence: Any = "0.95",
     *,
+    max_ratio: Any = None,
+    max_log: Any = None,
     power: float = 0.8,
     limits: tuple[Any, Any] = (0, 1),
     binary: bool = True,
@@ -1968,10 +1969,10 @@ def plan(
     ----------
     guesses : sequence of numbers, sequence of such sequences, or Comparison
         The supposed means of the groups of one context, or of each of several; or a comparison whose cell means are the guesses.
-    limit, unit
-        The target, as for `verdict`.
     confidence : number or str
         Of the interval.
+    max_ratio, max_log
+        The target, as for `verdict`.
     power : float
         How likely it should roughly be, in [0.5, 1), that the draws suffice if the guesses are right.
     limits, binary
@@ -1991,7 +1992,7 @@ def plan(
 
     Examples
     --------
-    >>> plan(["0.5", "0.5"], "0.2").draws
+    >>> plan(["0.5", "0.5"], max_log="0.2").draws
     (973, 973)
     """
     if not 0.5 <= power < 1:
@@ -2006,14 +2007,14 @@ def plan(
         low, high = _limits(limits)
         listed = [list(part) if isinstance(part, (list, tuple)) else [part] for part in guesses]
         rows = listed if any(len(part) > 1 for part in listed) else [[part[0] for part in listed]]
-        values = [[Fraction(*rational(guess)) for guess in row] for row in rows]
+        values = [[Fraction(*option_value(guess)) for guess in row] for row in rows]
         if any(len(row) < 2 for row in values) or any(not low <= v <= high for row in values for v in row):
             raise InputError(f"guesses are needed for at least two groups of each context, between {low} and {high}")
         means = [float(v) for row in values for v in row]
         places = iter(range(len(means)))
         blocks = tuple(tuple(_unit_form(next(places)) for _ in row) for row in values)
         comparison = Comparison((Cell(1, low, None, low, high, binary),) * len(means), blocks)
-    goal, shift = _float_limit(limit, unit), NormalDist().inv_cdf(power)
+    goal, shift = _float_limit(max_ratio, max_log), NormalDist().inv_cdf(power)
 
     expected = _expectation(comparison, means, level, shift)
 
@@ -2032,9 +2033,9 @@ def plan(
     )
 
 
-def _float_limit(limit: Any, unit: Literal["log", "ratio"]) -> float:
-    value = float(Fraction(*rational(limit)))
-    return exp(min(value, 700.0)) if unit == "log" else value
+def _float_limit(max_ratio: Any, max_log: Any) -> float:
+    unit, limit = one_limit(max_ratio, max_log)
+    return exp(min(limit, Fraction(700))) if unit == "log" else float(min(limit, Fraction(10**300)))
 
 
 def _least(decides: Callable[[float], Any], greatest: float) -> tuple[float, Any]:

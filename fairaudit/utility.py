@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.columns import INT64, MISSING_LABEL, Label, Missing, column, label_text, locator, names
-from fairaudit.exact import InputError, common_denominator, nearest, rational, shown
+from fairaudit.exact import InputError, common_denominator, nearest, option_value, rational, shown
 from fairaudit.law import Law
 
 __all__ = ["Utility", "UtilityTable"]
@@ -57,7 +57,7 @@ class Utility:
             if label in exact:
                 raise InputError(f"the utility gives decision {shown(label)} twice")
             try:
-                pair = rational(value)
+                pair = option_value(value)
             except InputError as error:
                 raise InputError(f"the utility of decision {shown(label)}: {error}") from None
             if pair[0] < 0:
@@ -169,7 +169,7 @@ class Utility:
         for x, a in zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True):
             for u in law.decisions:
                 value = function(u, law.contexts[x], law.groups[a])
-                pair = rational(value)
+                pair = option_value(value)
                 if pair[0] < 0:
                     raise InputError(f"the utility of decision {shown(u)} is {shown(value)}; utilities are at least 0")
                 entries[u, law.contexts[x], law.groups[a]] = pair
@@ -323,7 +323,7 @@ class UtilityTable:
                     gap = int(np.abs(block[i][both] - block[j][both]).max())
                     if gap:
                         a, b = (law.groups[int(law.cell_group[start + n])] for n in (i, j))
-                        distance = Fraction(*rational(metric(a, b)))
+                        distance = Fraction(*option_value(metric(a, b)))
                         if distance <= 0:
                             raise InputError(
                                 f"the metric gives the distance {distance} between {a} and {b}; distances of different groups are positive"

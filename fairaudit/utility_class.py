@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.columns import Label, label_text
-from fairaudit.exact import InputError, nearest, rational, shown
+from fairaudit.exact import InputError, nearest, option_value, shown
 from fairaudit.law import Law
 from fairaudit.utility import Utility
 
@@ -308,7 +308,7 @@ def _affine(variable: Any, constraints: Sequence[Any]) -> Iterator[tuple[NDArray
 
 def _number(name: str, value: Any) -> Fraction:
     try:
-        return Fraction(*rational(value))
+        return Fraction(*option_value(value))
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 

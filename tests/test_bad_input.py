@@ -165,13 +165,13 @@ UTILITIES = [
 ]
 
 TARGETS = [
-    ("below parity", options(max_local_ratio="1/2", confidence="none"), ["max_local_ratio is '1/2'", "at least 1"]),
-    ("negative log", options(max_local="-1", confidence="none"), ["max_local is '-1'", "at least 0"]),
-    ("nan", options(max_local="nan", confidence="none"), ["max_local: 'nan' is not a number such as 12, 0.25"]),
+    ("below parity", options(max_local_ratio="0", confidence="none"), ["max_local_ratio is '0'", "a ratio above 0", "0.8 is 5/4"]),
+    ("negative log", options(max_local_log="-1", confidence="none"), ["max_local_log is '-1'", "at least 0"]),
+    ("nan", options(max_local_log="nan", confidence="none"), ["max_local_log: 'nan' is not a number such as 12, 0.25"]),
     ("inf", options(max_global_ratio="inf", confidence="none"), ["max_global_ratio: 'inf' is not a number"]),
-    ("word", options(max_global="little", confidence="none"), ["max_global: 'little' is not a number"]),
+    ("word", options(max_global_log="little", confidence="none"), ["max_global_log: 'little' is not a number"]),
     ("divided by zero", options(max_local_ratio="5/0", confidence="none"), ["'5/0' divides by zero"]),
-    ("confidence", options(max_local="1", confidence="1"), ["--confidence '1' is not accepted", "between 0 and 1", "'none'"]),
+    ("confidence", options(max_local_log="1", confidence="1"), ["--confidence '1' is not accepted", "between 0 and 1", "'none'"]),
     ("negative confidence", options(confidence="-0.5"), ["--confidence '-0.5' is not accepted", "between 0 and 1"]),
     ("confidence alone", options(confidence="nothing"), ["--confidence 'nothing' is not accepted", "'none'"]),
     ("placebo and no interval", options(confidence="none", placebo="x.csv"), ["--placebo is about the population", "--confidence none"]),
@@ -198,7 +198,7 @@ USAGE = [
     ("second table", [*options(), "again.csv"], ["unrecognized arguments: again.csv"]),
     ("format", options(format="xml"), ["--format", "'xml'", "'text', 'json'"]),
     ("missing", options(missing="ignore"), ["--missing", "'ignore'", "'error', 'drop', 'group'"]),
-    ("option without value", [*options(), "--max-local"], ["--max-local", "expected one argument"]),
+    ("option without value", [*options(), "--max-local-log"], ["--max-local-log", "expected one argument"]),
     ("table and example", [*options(), "--example", "ucb-admissions"], ["both a table and --example", "give one"]),
 ]
 

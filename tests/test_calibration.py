@@ -44,7 +44,7 @@ def worst_ratio(keep: Fraction, k: int, t: Fraction) -> Fraction:
 
 @pytest.mark.parametrize(("k", "keep", "paper"), [(16, 0.125, 0.075), (64, 0.081, 0.019)])
 def test_the_lever_of_the_paper_and_ours(k: int, keep: float, paper: float) -> None:
-    found = calibrate(target_local="0.2", groups=k, tau="0.3")
+    found = calibrate(max_log="0.2", groups=k, tau="0.3")
     assert round(float(found.keep_probabilities[0]), 3) == keep
     assert round(float(found.paper_keep_probabilities[0]), 3) == paper
     realised = worst_ratio(found.keep_probabilities[0], k, F(3, 10))
@@ -66,7 +66,7 @@ def test_random_settings(rule: Any) -> None:
         target = 1 + F(rng.randint(1, 300), 100) ** rng.choice([1, 3]) / rng.choice([1, 10])
         raw = 1 + F(rng.randint(1, 900), 100)
         options = {"raw_ratio": raw} if rule == "contraction" else {"tau": tau, "delta": delta, "lipschitz": gap}
-        found = calibrate(target_local_ratio=target, groups=k, gamma=gamma, bound=rule, **options)
+        found = calibrate(max_ratio=target, groups=k, gamma=gamma, bound=rule, **options)
         t, excess = tau / gamma, (gap + delta * gamma) / tau
         wanted: Any
         if rule == "contraction":
@@ -111,7 +111,7 @@ def test_random_settings(rule: Any) -> None:
 
 @pytest.mark.parametrize("split", SPLITS)
 def test_products_keep_the_target_for_every_pair_of_tuples(split: Any) -> None:
-    found = calibrate(target_local_ratio="3/2", groups={"a": 2, "b": 3, "c": 2}, tau="0.2", split=split)
+    found = calibrate(max_ratio="3/2", groups={"a": 2, "b": 3, "c": 2}, tau="0.2", split=split)
     mechanism = found.mechanism
     worst = F(0)
     t = F(1, 5)
@@ -137,32 +137,32 @@ def test_products_keep_the_target_for_every_pair_of_tuples(split: Any) -> None:
 def test_most_truth_keeps_at_least_as_much_as_the_other_splits() -> None:
     kept = {}
     for split in SPLITS:
-        found = calibrate(target_local="0.5", groups={"a": 2, "b": 5, "c": 9}, tau="0.3", split=split)
+        found = calibrate(max_log="0.5", groups={"a": 2, "b": 5, "c": 9}, tau="0.3", split=split)
         kept[split] = found.keep_probabilities[0] * found.keep_probabilities[1] * found.keep_probabilities[2]
     assert kept["most-truth"] >= max(kept.values())
 
 
 def test_a_known_policy_is_calibrated_on_its_own_ratio() -> None:
     policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
-    found = calibrate_policy(policy, {"hire": 1}, target_local_ratio=2)
+    found = calibrate_policy(policy, {"hire": 1}, max_ratio=2)
     keep = found.keep_probabilities[0]
     # E(f)/E(m) = (0.2 + 0.7p)/(0.9 − 0.7p) = 2 at p = 16/21.
     assert F(16, 21) - F(2, 10**12) < keep <= F(16, 21)
     assert found.achieved == (F(1, 5) + F(7, 10) * keep) / (F(9, 10) - F(7, 10) * keep) <= 2
-    contraction = calibrate(target_local_ratio=2, groups=2, bound="contraction", raw_ratio="9/2")
+    contraction = calibrate(max_ratio=2, groups=2, bound="contraction", raw_ratio="9/2")
     assert contraction.keep_probabilities[0] <= keep
-    assert calibrate_policy(policy, {"hire": 1}, target_local_ratio=5).keep_probabilities == (1,)
+    assert calibrate_policy(policy, {"hire": 1}, max_ratio=5).keep_probabilities == (1,)
 
 
 def test_a_ratio_that_falls_before_it_rises() -> None:
     """Behind a filter that hides the group, f has half of m; at a keep probability of 3/4 they are equal."""
     policy = fa.Policy.from_array([[[1, 0], [0, 1]]], decisions=["yes", "no"], groups=["f", "m"])
     worth = fa.Utility.from_function(lambda u, _, a: (1 if a == ("f",) else 3) if u == "yes" else 0, policy.law)
-    found = calibrate_policy(policy, worth, target_local_ratio="1.000001")
+    found = calibrate_policy(policy, worth, max_ratio="1.000001")
     # E(f) = p and E(m) = 3·(1 − p) are equal at 3/4; their ratio is at the target a little above.
     assert found.feasible and F(3, 4) <= found.keep_probabilities[0] < F(3, 4) + F(1, 10**6)
     assert found.achieved is not None and 1 <= found.achieved <= F("1.000001")
-    missed = calibrate_policy(policy, {"yes": 1}, target_local_ratio="1.000001")
+    missed = calibrate_policy(policy, {"yes": 1}, max_ratio="1.000001")
     assert missed.feasible and missed.keep_probabilities[0] > F(1, 2)
 
 
@@ -204,7 +204,7 @@ def test_one_attribute_is_settled_whatever_the_utility(
     tried = [p for p in (*(F(n, 360) for n in range(361)), *crossings) if F(1, k) <= p <= 1]
     best = max(filter(holds, tried), default=None)
     try:
-        found = calibrate_policy(policy, utility, **{f"target_{quantity}_ratio": target})  # type: ignore[arg-type]
+        found = calibrate_policy(policy, utility, max_ratio=target, quantity=quantity)  # type: ignore[arg-type]
     except InputError as error:
         assert "always 0" in str(error) and not any(worth[3 * i + j] for i in range(contexts) for j in range(k))
         return
@@ -249,7 +249,7 @@ def test_several_attributes_are_searched_along_their_line(rates: list[int], wort
             return tuple((1 + s) / ((1 + s) + (k - 1) * (1 - s)) for k in (2, 3))
         return tuple(max(F(1, k), s) for k in (2, 3))
 
-    found = calibrate_policy(policy, utility, target_local_ratio=target, split=split)
+    found = calibrate_policy(policy, utility, max_ratio=target, split=split)
     best = max((n for n in range(201) if ratio(line(n)) <= target), default=None)
     if not found.feasible:
         assert best is None
@@ -264,26 +264,26 @@ def test_several_attributes_are_searched_along_their_line(rates: list[int], wort
 def test_a_least_utility_is_a_floor_for_every_policy() -> None:
     """T4 with the least utility as the floor: no floor is declared, and every policy is covered."""
     for bound in ("mechanism", "tight", "sharp", "paper"):
-        found = calibrate(target_local_ratio="3/2", groups=2, gamma=4, g_min=1, bound=bound)  # type: ignore[arg-type]
+        found = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1, bound=bound)  # type: ignore[arg-type]
         assert found.scope == bounds.ANY_POLICY
         assert not any("declared" in text for text in found.assumptions)
         assert "no utility is below 1" in found.assumptions or bound == "mechanism"
-    exact = calibrate(target_local_ratio="3/2", groups=2, gamma=4, g_min=1)
+    exact = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1)
     # (1 + 3p)/(1 + 3(1 − p)) = 3/2 at p = 2/3; some policy that never pays less than 1 attains it.
     assert F(2, 3) - F(2, 10**12) < exact.keep_probabilities[0] <= F(2, 3)
-    declared = calibrate(target_local_ratio="3/2", groups=2, gamma=4, g_min=1, tau=2)
+    declared = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1, tau=2)
     assert declared.scope == bounds.FLOORED
     assert any("declared" in text for text in declared.assumptions)
 
 
 def test_a_global_target_names_independence() -> None:
-    found = calibrate(target_global="0.2", groups=3, tau="0.3")
+    found = calibrate(max_log="0.2", quantity="global", groups=3, tau="0.3")
     assert bounds.INDEPENDENT in found.assumptions
     assert found.quantity == "global"
 
 
 def test_a_least_utility_serves_every_policy() -> None:
-    found = calibrate(target_local_ratio="3/2", groups=2, gamma=4, g_min=1, bound="contraction")
+    found = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1, bound="contraction")
     assert found.scope == "any policy behind this filter"
     # (1 + 4e)/(4 + e) = 3/2 at e = 2.
     assert F(2, 3) - F(2, 10**12) < found.keep_probabilities[0] <= F(2, 3)
@@ -292,26 +292,26 @@ def test_a_least_utility_serves_every_policy() -> None:
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        ({"target_local": 0, "groups": 2}, "above 0"),
-        ({"target_local": -1, "groups": 2}, "above 0"),
-        ({"target_local_ratio": 1, "groups": 2}, "above 1"),
-        ({"groups": 2}, "exactly one target"),
-        ({"target_local": 1, "target_global": 1, "groups": 2}, "exactly one target"),
-        ({"target_local": "x", "groups": 2}, "not a number"),
-        ({"target_local": 1, "groups": 1}, "at least two"),
-        ({"target_local": 1, "groups": {}}, "no attribute"),
-        ({"target_local": 1, "groups": 2, "gamma": 1, "tau": 2}, "above gamma"),
-        ({"target_local": 1, "groups": 2, "gamma": 0}, "gamma is 0"),
-        ({"target_local": 1, "groups": 2, "delta": 2}, "from 0 to 1"),
-        ({"target_local": 1, "groups": 2, "tau": -1}, "at least 0"),
-        ({"target_local": 1, "groups": 2, "bound": "contraction"}, "raw_ratio"),
-        ({"target_local": 1, "groups": 2, "raw_ratio": 2}, "contraction"),
-        ({"target_local": 1, "groups": 2, "tau": "0.1", "delta": "0.01"}, "the very filter, whose delta is 0"),
-        ({"target_local": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "tau": "0.1"}, "needs no floor"),
-        ({"target_local": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "g_min": "0.1"}, "both given"),
-        ({"target_local": 1, "groups": 2, "bound": "sharpe"}, "did you mean 'sharp'"),
-        ({"target_local": 1, "groups": 2, "split": "equal"}, "split"),
-        ({"target_local": 1, "groups": 2, "bound": "sharp", "lipschitz": 1}, "does not depend"),
+        ({"max_log": 0, "groups": 2}, "above 0"),
+        ({"max_log": -1, "groups": 2}, "at least 0"),
+        ({"max_ratio": 1, "groups": 2}, "other than 1"),
+        ({"groups": 2}, "no limit was given; give one of max_ratio"),
+        ({"max_log": 1, "max_ratio": 2, "groups": 2}, "max_ratio and max_log were given"),
+        ({"max_log": "x", "groups": 2}, "not a number"),
+        ({"max_log": 1, "groups": 1}, "at least two"),
+        ({"max_log": 1, "groups": {}}, "no attribute"),
+        ({"max_log": 1, "groups": 2, "gamma": 1, "tau": 2}, "above gamma"),
+        ({"max_log": 1, "groups": 2, "gamma": 0}, "gamma is 0"),
+        ({"max_log": 1, "groups": 2, "delta": 2}, "from 0 to 1"),
+        ({"max_log": 1, "groups": 2, "tau": -1}, "at least 0"),
+        ({"max_log": 1, "groups": 2, "bound": "contraction"}, "raw_ratio"),
+        ({"max_log": 1, "groups": 2, "raw_ratio": 2}, "contraction"),
+        ({"max_log": 1, "groups": 2, "tau": "0.1", "delta": "0.01"}, "the very filter, whose delta is 0"),
+        ({"max_log": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "tau": "0.1"}, "needs no floor"),
+        ({"max_log": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "g_min": "0.1"}, "both given"),
+        ({"max_log": 1, "groups": 2, "bound": "sharpe"}, "did you mean 'sharp'"),
+        ({"max_log": 1, "groups": 2, "split": "equal"}, "split"),
+        ({"max_log": 1, "groups": 2, "bound": "sharp", "lipschitz": 1}, "does not depend"),
     ],
 )
 def test_refusals(options: dict[str, Any], word: str) -> None:
@@ -322,21 +322,21 @@ def test_refusals(options: dict[str, Any], word: str) -> None:
 @pytest.mark.parametrize(
     ("options", "code", "word"),
     [
-        (["--target", "0.2", "--groups", "16", "--tau", "0.3"], 0, "0.12477"),
-        (["--target", "0.1,0.2", "--groups", "name=2,age=3", "--tau", "0.3"], 0, "keep probability"),
-        (["--target", "0.1", "--groups", "3", "--lipschitz", "0.5", "--tau", "0.2"], 1, "INFEASIBLE"),
-        (["--target", "0.1", "--groups", "3", "--lipschitz", "0.5"], 1, "Without a floor"),
-        (["--target", "0", "--groups", "3"], 2, "above 0"),
-        (["--target", "0.1", "--groups", "3,a=2"], 2, "mixes forms"),
-        (["--target", "0.1", "--groups", "a=2,a=2"], 2, "twice"),
-        (["--target", "0.1", "--groups", "x"], 2, "not a number"),
-        (["--target", "0.1", "--groups", "1"], 2, "at least two"),
-        (["--target", "0.1"], 2, "--groups is missing"),
-        (["--target", "0.1", "--bound", "policy"], 2, "needs an audit file"),
-        (["--target", "0.1", "--groups", "2", "--tau", "0.2", "--delta", "0.01"], 2, "whose delta is 0"),
-        (["--target", "0.1", "--groups", "2", "nothing.toml"], 2, "no such file|goes without"),
-        (["--target", "0.1", "--groups", "2", "--tau", "2"], 2, "above gamma"),
-        (["--groups", "2"], 2, "--target"),
+        (["--max-log", "0.2", "--groups", "16", "--tau", "0.3"], 0, "0.12477"),
+        (["--max-log", "0.1,0.2", "--groups", "name=2,age=3", "--tau", "0.3"], 0, "keep probability"),
+        (["--max-log", "0.1", "--groups", "3", "--lipschitz", "0.5", "--tau", "0.2"], 1, "INFEASIBLE"),
+        (["--max-log", "0.1", "--groups", "3", "--lipschitz", "0.5"], 1, "Without a floor"),
+        (["--max-log", "0", "--groups", "3"], 2, "above 0"),
+        (["--max-log", "0.1", "--groups", "3,a=2"], 2, "mixes forms"),
+        (["--max-log", "0.1", "--groups", "a=2,a=2"], 2, "twice"),
+        (["--max-log", "0.1", "--groups", "x"], 2, "not a number"),
+        (["--max-log", "0.1", "--groups", "1"], 2, "at least two"),
+        (["--max-log", "0.1"], 2, "--groups is missing"),
+        (["--max-log", "0.1", "--bound", "policy"], 2, "needs an audit file"),
+        (["--max-log", "0.1", "--groups", "2", "--tau", "0.2", "--delta", "0.01"], 2, "whose delta is 0"),
+        (["--max-log", "0.1", "--groups", "2", "nothing.toml"], 2, "no such file|goes without"),
+        (["--max-log", "0.1", "--groups", "2", "--tau", "2"], 2, "above gamma"),
+        (["--groups", "2"], 2, "--max-log"),
     ],
 )
 def test_the_command(capsys: pytest.CaptureFixture[str], options: list[str], code: int, word: str) -> None:
@@ -357,7 +357,7 @@ def test_the_command(capsys: pytest.CaptureFixture[str], options: list[str], cod
 def test_the_command_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("matplotlib")
     target = tmp_path / "c.png"
-    assert main(["calibrate", "--target", "0.1,0.2,0.4", "--groups", "16", "--tau", "0.3", "--plot", str(target)]) == 0
+    assert main(["calibrate", "--max-log", "0.1,0.2,0.4", "--groups", "16", "--tau", "0.3", "--plot", str(target)]) == 0
     assert target.read_bytes().startswith(b"\x89PNG")
-    assert main(["calibrate", "--target", "0.1", "--groups", "16", "--plot", str(tmp_path / "c.gif")]) == 2
+    assert main(["calibrate", "--max-log", "0.1", "--groups", "16", "--plot", str(tmp_path / "c.gif")]) == 2
     assert "ends in" in capsys.readouterr().err

@@ -36,7 +36,7 @@ from fairaudit.tables.examples import EXAMPLES
 from fairaudit.testing import laws, utilities
 
 SCHEMA = Draft202012Validator(schema())
-FOUR = {"max_local": "0.3", "max_local_ratio": "4/3", "max_global": "0.3", "max_global_ratio": 2, "confidence": None}
+FOUR = {"max_local_log": "0.3", "max_local_ratio": "4/3", "max_global_log": "0.3", "max_global_ratio": 2, "confidence": None}
 VERY_EXACT = 120
 
 
@@ -278,8 +278,8 @@ def test_drawn_certificates_are_accepted(data: st.DataObject) -> None:
     utility = data.draw(utilities(law, group_blind=data.draw(st.booleans())))
     logs, ratios = st.sampled_from([None, 0, "1/10", "0.2", "1e-300", 700]), st.sampled_from([None, 1, "5/4", "1e300", 1.5])
     limits = {
-        "max_local": data.draw(logs),
-        "max_global": data.draw(logs),
+        "max_local_log": data.draw(logs),
+        "max_global_log": data.draw(logs),
         "max_local_ratio": data.draw(ratios),
         "max_global_ratio": data.draw(ratios),
     }

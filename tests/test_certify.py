@@ -26,11 +26,11 @@ def law() -> Law:
         ({}, "none"),
         ({"max_local_ratio": "3/2"}, "within"),
         ({"max_local_ratio": Fraction(3, 2) - Fraction(1, 10**50)}, "exceeds"),
-        ({"max_local": "0.405465108108164381978013115464349136571990423462494197614014"}, "exceeds"),
-        ({"max_local": "0.405465108108164381978013115464349136571990423462494197614015"}, "within"),
+        ({"max_local_log": "0.405465108108164381978013115464349136571990423462494197614014"}, "exceeds"),
+        ({"max_local_log": "0.405465108108164381978013115464349136571990423462494197614015"}, "within"),
         ({"max_local_ratio": 2, "max_global_ratio": 1}, "exceeds"),
-        ({"max_global": 10**300}, "within"),
-        ({"max_local": 0}, "exceeds"),
+        ({"max_global_log": 10**300}, "within"),
+        ({"max_local_log": 0}, "exceeds"),
     ],
 )
 def test_targets_are_decided_exactly(options: dict[str, object], verdict: str) -> None:
@@ -48,10 +48,10 @@ def test_a_confidence_lies_between_0_and_1(confidence: object) -> None:
 
 def test_a_target_on_counts_is_about_the_population() -> None:
     """Three against one of few draws decide nothing, though the table's ratio is 3/2."""
-    result = certify(law(), {"yes": 1}, max_local="0.2")
+    result = certify(law(), {"yes": 1}, max_local_log="0.2")
     assert result.verdict == "inconclusive"
     assert result.targets[0].confidence == Fraction(19, 20)
-    assert certify(law(), {"yes": 1}, max_local="0.2", confidence=None).verdict == "exceeds"
+    assert certify(law(), {"yes": 1}, max_local_log="0.2", confidence=None).verdict == "exceeds"
 
 
 @pytest.mark.parametrize(
@@ -59,9 +59,9 @@ def test_a_target_on_counts_is_about_the_population() -> None:
     [
         (["--max-local-ratio", "5/4"], 0, "WITHIN"),
         (["--max-local-ratio", "1.24"], 1, "EXCEEDS"),
-        (["--max-global", "0.2231435513142097557662950903098345033746010855480072136712878"], 1, "EXCEEDS"),
-        (["--max-global", "0.2231435513142097557662950903098345033746010855480072136712879"], 0, "WITHIN"),
-        (["--max-local", "0.22"], 1, "EXCEEDS"),
+        (["--max-global-log", "0.2231435513142097557662950903098345033746010855480072136712878"], 1, "EXCEEDS"),
+        (["--max-global-log", "0.2231435513142097557662950903098345033746010855480072136712879"], 0, "WITHIN"),
+        (["--max-local-log", "0.22"], 1, "EXCEEDS"),
         ([], 0, "NO TARGET"),
     ],
 )
@@ -81,7 +81,7 @@ def test_nothing_to_compare_locally_is_inconclusive(tmp_path: Path, capsys: pyte
     path = tmp_path / "t.csv"
     path.write_text("u,a,x\ny,f,p\nn,f,p\ny,m,q\n")
     command = ["certify", str(path), "--decision", "u", "--group", "a", "--context", "x", "--utility", "y", "--confidence", "none"]
-    assert main([*command, "--max-local", "1"]) == 3
+    assert main([*command, "--max-local-log", "1"]) == 3
     out, _ = capsys.readouterr()
     assert out.startswith("INCONCLUSIVE")
     assert "No context has two groups" in out

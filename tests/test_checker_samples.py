@@ -1068,7 +1068,7 @@ NAMES = "hiringbias_firstname.csv --decision recommend_interview --group name"
 CASES = [
     f"{UCB} --utility Admitted --max-local-ratio 2",
     f"{UCB} --utility Admitted=1,Rejected=1/3 --utility-range 0,1 --max-global-ratio 3 --max-local-ratio 5 --confidence 0.99",
-    f"{UCB} --utility Admitted --independent-cells --max-local 1/10",
+    f"{UCB} --utility Admitted --independent-cells --max-local-log 1/10",
     f"{FIRST} --utility first=1",
     f"{FIRST} --utility first --independent-cells --max-local-ratio 5/4",
     f"{NAMES} --context model,jd --utility yes=1,maybe=1/2 --interval empirical-bernstein",

@@ -102,8 +102,8 @@ def test_the_command_line_and_audit_files(range_: list[str], tmp_path: Path, cap
 def test_filters_are_calibrated_and_designed_with_it() -> None:
     known = policy("probabilities")
     for utility in ({"maybe": "0.5"}, DECLARED):
-        calibrated = fa.calibrate_policy(known, utility, target_local_ratio="11/10")
-        designed = fa.design(known, utility, target_local_ratio="11/10")
+        calibrated = fa.calibrate_policy(known, utility, max_ratio="11/10")
+        designed = fa.design(known, utility, max_ratio="11/10")
         assert calibrated.feasible
         assert designed.achieved == F(11, 10)
     found = ratio_interval(policy_comparison(policy("counts"), fa.Utility(DECLARED), COIN))

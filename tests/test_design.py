@@ -82,7 +82,7 @@ def test_a_known_policy_is_on_target_and_never_worse_than_randomized_response(se
     population = rng.choice([None, [[rng.randint(0, 30) + (a == 0) for a in range(n)] for _ in range(contexts)]])
     target = 1 + F(rng.randint(1, 200), 100)
     cap = rng.choice([None, None, 1 + F(rng.randint(1, 300), 100)])
-    found = design(policy, values, target_local_ratio=target, population=population, max_exp_epsilon=cap)
+    found = design(policy, values, max_ratio=target, population=population, max_exp_epsilon=cap)
     rows = check(found, n)
     assert found.achieved == exact_ratio(policy, lambda u, x, a: values[u], rows) <= target
     masses = [1] * n if population is None else [sum(row[a] for row in population) for a in range(n)]
@@ -90,7 +90,7 @@ def test_a_known_policy_is_on_target_and_never_worse_than_randomized_response(se
     assert found.truth_kept == kept
     assert found.distortion == 1 - kept
     assert found.scope == "this law"
-    response = calibrate_policy(policy, values, target_local_ratio=target).mechanism
+    response = calibrate_policy(policy, values, max_ratio=target).mechanism
     factor = max((max(c) / min(c) if min(c) else inf for c in zip(*table_of(response), strict=True)), default=1)
     if cap is None or factor <= cap:
         response_kept = F(sum(masses[a] * response.probability(f"g{a}", f"g{a}") for a in range(n)), sum(masses))
@@ -122,7 +122,7 @@ def test_brute_force_for_two_groups_behind_a_known_policy(seed: int) -> None:
     weights = [rng.randint(1, 9), rng.randint(1, 9)]
     costs = {("g0", "g1"): rng.randint(1, 5), ("g1", "g0"): rng.randint(1, 5)}
     target = F(rng.randint(105, 160), 100)
-    found = design(policy, values, target_local_ratio=target, population=[weights, weights], distortion=costs)
+    found = design(policy, values, max_ratio=target, population=[weights, weights], distortion=costs)
     check(found, 2)
     fine, best = 80, None
     law = policy.law
@@ -149,7 +149,7 @@ def hockey(p: Any, q: Any, k: Fraction) -> Fraction:
 def test_one_common_k_and_one_for_each_pair() -> None:
     """The example of the theory: two groups, equally frequent, 0/1 distortion, t = 0.5, R* = 1.4."""
     target, level = F(7, 5), F(1, 2)
-    found = design_model_free(2, target_local_ratio=target, tau=level)
+    found = design_model_free(2, max_ratio=target, tau=level)
     assert found.distortion == F(3, 8) == found.response_distortion
     assert found.achieved == bounds.t3_mechanism(found.mechanism, level).value == target
     proved = [k for k in found.multipliers if all(k + hockey(p, q, k) / level <= target for p, q in pairs(table_of(found.mechanism)))]
@@ -180,7 +180,7 @@ def pairs(rows: list[list[Fraction]]) -> list[tuple[list[Fraction], list[Fractio
 @pytest.mark.parametrize(("target", "level"), [("1.4", "0.5"), ("1.2", "0.2"), ("2", "0.3")])
 def test_brute_force_for_two_groups_without_a_policy(weights: tuple[int, int], target: str, level: str) -> None:
     ratio, t = F(target), F(level)
-    found = design_model_free(["a", "b"], target_local_ratio=ratio, tau=t, population=weights)
+    found = design_model_free(["a", "b"], max_ratio=ratio, tau=t, population=weights)
     rows = check(found, 2)
     assert found.achieved == bounds.t3_mechanism(found.mechanism, t).value <= ratio
     assert found.distortion == F(weights[0] * rows[0][1] + weights[1] * rows[1][0], sum(weights))
@@ -206,7 +206,7 @@ def test_without_a_policy_the_guarantee_is_exact_and_never_worse(seed: int) -> N
     weights = [rng.randint(1, 20) for _ in range(n)]
     costs = rng.choice([None, [[0 if i == j else rng.randint(1, 9) for j in range(n)] for i in range(n)]])
     options: dict[str, Any] = {"max_exp_epsilon": cap, "population": weights, "distortion": costs}
-    found = design_model_free(n, target_local_ratio=target, tau=tau, gamma=gamma, **options)
+    found = design_model_free(n, max_ratio=target, tau=tau, gamma=gamma, **options)
     rows = check(found, n)
     prices = costs or [[int(i != j) for j in range(n)] for i in range(n)]
     assert found.distortion == F(sum(weights[i] * prices[i][j] * rows[i][j] for i in range(n) for j in range(n)), sum(weights))
@@ -214,27 +214,27 @@ def test_without_a_policy_the_guarantee_is_exact_and_never_worse(seed: int) -> N
     if target * tau < gamma:
         assert found.achieved == bounds.t3_mechanism(found.mechanism, tau / gamma).value
     if cap is None:
-        response = calibrate(target_local_ratio=target, groups=n, tau=tau, gamma=gamma).mechanism
+        response = calibrate(max_ratio=target, groups=n, tau=tau, gamma=gamma).mechanism
         cost = sum(weights[i] * prices[i][j] * response.probability(str(i), str(j)) for i in range(n) for j in range(n))
         assert found.distortion <= cost / sum(weights)
 
 
 def test_skewed_groups_are_served_by_the_program_and_not_by_randomized_response() -> None:
-    found = design_model_free(3, target_local_ratio="1.3", tau="0.3", population=[8, 1, 1])
+    found = design_model_free(3, max_ratio="1.3", tau="0.3", population=[8, 1, 1])
     assert found.method.startswith("linear program") or found.method.startswith("the same")
     assert found.distortion < found.response_distortion
     assert found.lower_bound is None
-    known = design(HIRE, {"hire": 1}, target_local_ratio=2, population=[[9, 1]])
+    known = design(HIRE, {"hire": 1}, max_ratio=2, population=[[9, 1]])
     assert known.distortion < known.response_distortion
     assert known.achieved == 2
 
 
 def test_joint_tuples() -> None:
     groups = {"sex": ["f", "m"], "age": ["old", "young"]}
-    found = design_model_free(groups, target_local_ratio="1.5", tau="0.3")
+    found = design_model_free(groups, max_ratio="1.5", tau="0.3")
     assert found.mechanism.inputs == (("f", "old"), ("f", "young"), ("m", "old"), ("m", "young"))
     assert found.mechanism.columns == ("sex", "age")
-    product_filter = calibrate(target_local_ratio="1.5", groups=groups, tau="0.3").mechanism
+    product_filter = calibrate(max_ratio="1.5", groups=groups, tau="0.3").mechanism
     kept = sum(product_filter.probability(a, a) for a in product_filter.inputs) / 4
     assert found.truth_kept >= kept
     assert found.achieved <= F(3, 2)
@@ -244,27 +244,27 @@ def test_a_target_of_one() -> None:
     rng = random.Random(7)
     for n, contexts in [(2, 1), (3, 1), (4, 2), (6, 3), (9, 4)]:
         policy = some_policy(rng, n, contexts)
-        found = design(policy, {"u": 1, "v": 2}, target_local=0)
+        found = design(policy, {"u": 1, "v": 2}, max_log=0)
         rows = check(found, n)
         assert found.target == 1
         assert found.achieved == exact_ratio(policy, lambda u, x, a: {"u": 1, "v": 2, "w": 0}[u], rows) == 1
         assert found.distortion - found.lower_bound < F(1, 10**9)
-    free = design_model_free(4, target_local_ratio=1, tau="0.3", population=[1, 2, 3, 4])
+    free = design_model_free(4, max_ratio=1, tau="0.3", population=[1, 2, 3, 4])
     assert free.achieved == free.exp_epsilon == 1
     assert free.truth_kept == F(4, 10)
 
 
 def test_no_floor_is_a_cap_and_a_high_floor_needs_nothing() -> None:
-    found = design_model_free(3, target_local_ratio=2)
+    found = design_model_free(3, max_ratio=2)
     assert (found.truth_kept, found.exp_epsilon, found.achieved) == (F(1, 2), 2, 2)
     assert found.scope == bounds.ANY_POLICY
     assert found.target == 2
-    nothing = design_model_free(3, target_local_ratio=2, tau=1, gamma=2, population=[1, 2, 3])
+    nothing = design_model_free(3, max_ratio=2, tau=1, gamma=2, population=[1, 2, 3])
     assert (nothing.truth_kept, nothing.distortion, nothing.exp_epsilon, nothing.achieved) == (1, 0, inf, 2)
 
 
 def test_targets_in_nats_are_rounded_down() -> None:
-    found = design(HIRE, {"hire": 1}, target_local="0.2", max_epsilon="1.5")
+    found = design(HIRE, {"hire": 1}, max_log="0.2", max_epsilon="1.5")
     assert compare_log((found.achieved.numerator, found.achieved.denominator), (1, 5)) <= 0
     assert compare_log((found.exp_epsilon.numerator, found.exp_epsilon.denominator), (3, 2)) <= 0
 
@@ -279,7 +279,7 @@ def test_a_utility_that_depends_on_the_group() -> None:
         place = {label: i for i, label in enumerate(policy.law.contexts)}
         utility = Utility.from_function(lambda u, x, a: values[u, place[x], int(a[0][1:])], policy.law)  # noqa: B023
         target = F(rng.randint(100, 250), 100)
-        found = design(policy, utility, target_local_ratio=target)
+        found = design(policy, utility, max_ratio=target)
         if found.feasible:
             met += 1
             rows = check(found, n)
@@ -290,8 +290,8 @@ def test_a_utility_that_depends_on_the_group() -> None:
             assert "depends on the group (proved exactly)" in found.reason
             reach = F(found.reason.split("about ")[1].split(" ")[0])
             assert reach > target
-            assert not design(policy, utility, target_local_ratio=reach * F(98, 100)).feasible
-            assert design(policy, utility, target_local_ratio=reach * F(102, 100)).feasible
+            assert not design(policy, utility, max_ratio=reach * F(98, 100)).feasible
+            assert design(policy, utility, max_ratio=reach * F(102, 100)).feasible
     assert met > 3
     assert missed > 3
 
@@ -299,9 +299,7 @@ def test_a_utility_that_depends_on_the_group() -> None:
 def test_distortions_may_be_tables_mappings_or_functions() -> None:
     table = [[0, 5], [1, 0]]
     mapping = {("f", "m"): 5, (("m",), "f"): 1}
-    found = [
-        design(HIRE, {"hire": 1}, target_local_ratio=2, distortion=d) for d in (table, mapping, lambda a, b: 5 if a < b else int(a > b))
-    ]
+    found = [design(HIRE, {"hire": 1}, max_ratio=2, distortion=d) for d in (table, mapping, lambda a, b: 5 if a < b else int(a > b))]
     assert found[0].distortion == found[1].distortion == found[2].distortion
     rows = check(found[0], 2)
     assert found[0].distortion == (5 * rows[0][1] + rows[1][0]) / 2
@@ -322,7 +320,7 @@ def test_the_answer_is_repaired_when_the_program_is_wrong() -> None:
 
 
 def test_the_frontier_rises() -> None:
-    found = frontier(["0.1", "0.2", "0.5", "1"], policy=HIRE, utility={"hire": 1})
+    found = frontier(max_log=["0.1", "0.2", "0.5", "1"], policy=HIRE, utility={"hire": 1})
     kept = [row["truth_kept"] for row in found.rows]
     assert kept == sorted(kept)
     assert all(row["truth_kept"] >= row["response_truth_kept"] for row in found.rows)
@@ -338,20 +336,20 @@ def test_the_frontier_rises() -> None:
     ("options", "word"),
     [
         ({}, "neither a target nor a cap"),
-        ({"target_local_ratio": "0.9"}, "at least 1"),
-        ({"target_local": -1}, "at least 0"),
-        ({"target_local": 1, "target_local_ratio": 2}, "at most one"),
-        ({"target_local": "x"}, "not a number"),
+        ({"max_ratio": "-0.9"}, "above 0"),
+        ({"max_log": -1}, "at least 0"),
+        ({"max_log": 1, "max_ratio": 2}, "max_ratio and max_log were given"),
+        ({"max_log": "x"}, "not a number"),
         ({"max_epsilon": 1, "max_exp_epsilon": 2}, "at most one"),
         ({"max_exp_epsilon": "1/2"}, "at least 1"),
         ({"max_epsilon": 20_000}, "10,000"),
-        ({"target_local": 1, "distortion": {("f", "m"): 1}}, "is missing"),
-        ({"target_local": 1, "distortion": {("f", "m"): 1, ("m", "f"): -1}}, "at least 0"),
-        ({"target_local": 1, "distortion": {("f", "n"): 1}}, "names the group 'n'"),
-        ({"target_local": 1, "distortion": {"f": 1}}, "a pair"),
-        ({"target_local": 1, "distortion": [[0, 1]]}, "2 by 2"),
-        ({"target_local": 1, "distortion": lambda a, b: "much"}, "not a number"),
-        ({"target_local": 1, "population": [[1, 2, 3]]}, "shape"),
+        ({"max_log": 1, "distortion": {("f", "m"): 1}}, "is missing"),
+        ({"max_log": 1, "distortion": {("f", "m"): 1, ("m", "f"): -1}}, "at least 0"),
+        ({"max_log": 1, "distortion": {("f", "n"): 1}}, "names the group 'n'"),
+        ({"max_log": 1, "distortion": {"f": 1}}, "a pair"),
+        ({"max_log": 1, "distortion": [[0, 1]]}, "2 by 2"),
+        ({"max_log": 1, "distortion": lambda a, b: "much"}, "not a number"),
+        ({"max_log": 1, "population": [[1, 2, 3]]}, "shape"),
     ],
 )
 def test_refusals(options: dict[str, Any], word: str) -> None:
@@ -363,19 +361,19 @@ def test_refusals(options: dict[str, Any], word: str) -> None:
     ("groups", "options", "word"),
     [
         (2, {}, "neither a target nor a cap"),
-        (2, {"target_local": 1, "tau": 2}, "above gamma"),
-        (2, {"target_local": 1, "gamma": 0}, "gamma is 0"),
-        (2, {"target_local": 1, "tau": -1}, "at least 0"),
-        (1, {"target_local": 1}, "at least two"),
-        (1000, {"target_local": 1}, "up to 100"),
-        ("ab", {"target_local": 1}, "a list of labels"),
-        (["a", "a"], {"target_local": 1}, "all different"),
-        ({}, {"target_local": 1}, "no attribute"),
-        ({"a": 20, "b": 20}, {"target_local": 1}, "400 joint groups"),
-        (2, {"target_local": 1, "population": [1]}, "1 masses for 2"),
-        (2, {"target_local": 1, "population": {"2": 1}}, "names the group '2'"),
-        (2, {"target_local": 1, "population": [0, 0]}, "is zero"),
-        (30, {"target_local": "0.1", "tau": "0.3", "population": range(30)}, "up to 16"),
+        (2, {"max_log": 1, "tau": 2}, "above gamma"),
+        (2, {"max_log": 1, "gamma": 0}, "gamma is 0"),
+        (2, {"max_log": 1, "tau": -1}, "at least 0"),
+        (1, {"max_log": 1}, "at least two"),
+        (1000, {"max_log": 1}, "up to 100"),
+        ("ab", {"max_log": 1}, "a list of labels"),
+        (["a", "a"], {"max_log": 1}, "all different"),
+        ({}, {"max_log": 1}, "no attribute"),
+        ({"a": 20, "b": 20}, {"max_log": 1}, "400 joint groups"),
+        (2, {"max_log": 1, "population": [1]}, "1 masses for 2"),
+        (2, {"max_log": 1, "population": {"2": 1}}, "names the group '2'"),
+        (2, {"max_log": 1, "population": [0, 0]}, "is zero"),
+        (30, {"max_log": "0.1", "tau": "0.3", "population": range(30)}, "up to 16"),
     ],
 )
 def test_refusals_without_a_policy(groups: Any, options: dict[str, Any], word: str) -> None:
@@ -389,13 +387,13 @@ def test_more_refusals() -> None:
         decision="u", group="g", context="x", probability="p",
     )  # fmt: skip
     with pytest.raises(InputError, match="every group in every context"):
-        design(partial, {"a": 1}, target_local=1)
+        design(partial, {"a": 1}, max_log=1)
     with pytest.raises(InputError, match="without a utility"):
-        frontier([1], policy=HIRE)
+        frontier(max_log=[1], policy=HIRE)
     with pytest.raises(InputError, match="neither a policy nor groups"):
-        frontier([1])
-    with pytest.raises(InputError, match="unit"):
-        frontier([1], unit="nats", groups=2)  # type: ignore[arg-type]
+        frontier(max_log=[1])
+    with pytest.raises(InputError, match="one of max_ratio"):
+        frontier(max_log=[1], max_ratio=[2], groups=2)
 
 
 # The command
@@ -427,7 +425,7 @@ def write_audit(folder: Path, groups: str, more: str = "") -> str:
 
 def test_from_design_to_a_verified_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     audit, filter_file = write_audit(tmp_path, '"sex"'), str(tmp_path / "filter.csv")
-    assert main(["design", audit, "--target-ratio", "5/4", "-o", filter_file]) == 0
+    assert main(["design", audit, "--max-ratio", "5/4", "-o", filter_file]) == 0
     assert "Truth kept" in capsys.readouterr().out
     assert main(["privacy", filter_file]) == 0
     final = write_audit(tmp_path, '"sex"', '[filter.group]\nkind = "table"\ntable = "filter.csv"\n[targets]\nmax_local_ratio = "5/4"\n')
@@ -440,7 +438,7 @@ def test_from_design_to_a_verified_certificate(tmp_path: Path, capsys: pytest.Ca
 
 def test_several_columns_are_written_one_row_per_pair(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     audit, filter_file = write_audit(tmp_path, '"sex", "age"'), str(tmp_path / "filter.csv")
-    assert main(["design", audit, "--target-ratio", "5/4", "-o", filter_file, "--format", "json"]) == 0
+    assert main(["design", audit, "--max-ratio", "5/4", "-o", filter_file, "--format", "json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert Path(filter_file).read_text().startswith("input_sex,input_age,output_sex,output_age,probability\n")
     again = read_mechanism(filter_file)
@@ -461,17 +459,17 @@ def test_the_command_reads_costs_and_draws(tmp_path: Path, capsys: pytest.Captur
     audit, picture = write_audit(tmp_path, '"sex"'), tmp_path / "frontier.png"
     (tmp_path / "costs.csv").write_text("input,output,distortion\nf,m,5\nm,f,1/2\n")
     costs = ["--distortion", str(tmp_path / "costs.csv")]
-    assert main(["design", audit, "--target", "0.1,0.3,0.6", *costs, "--plot", str(picture)]) == 0
+    assert main(["design", audit, "--max-log", "0.1,0.3,0.6", *costs, "--plot", str(picture)]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert capsys.readouterr().out.count("\n") > 4
-    assert main(["design", audit, "--target", "0.2", "--tau", "0.3", *costs]) == 0
+    assert main(["design", audit, "--max-log", "0.2", "--tau", "0.3", *costs]) == 0
     assert "keeps the declared floor" in capsys.readouterr().out
     (tmp_path / "costs.csv").write_text("input,output,distortion\nf,m,5\nm,x,1\n")
-    assert main(["design", audit, "--target", "0.2", *costs]) == 2
+    assert main(["design", audit, "--max-log", "0.2", *costs]) == 2
     (tmp_path / "costs.csv").write_text("input,output,distortion\nf,m,5\nf,m,1\n")
-    assert main(["design", audit, "--target", "0.2", *costs]) == 2
+    assert main(["design", audit, "--max-log", "0.2", *costs]) == 2
     (tmp_path / "costs.csv").write_text("input,output,cost\nf,m,5\n")
-    assert main(["design", audit, "--target", "0.2", *costs]) == 2
+    assert main(["design", audit, "--max-log", "0.2", *costs]) == 2
     err = capsys.readouterr().err
     assert "names the group 'x'" in err
     assert "a second time" in err
@@ -481,19 +479,19 @@ def test_the_command_reads_costs_and_draws(tmp_path: Path, capsys: pytest.Captur
 @pytest.mark.parametrize(
     ("options", "code", "word"),
     [
-        (["--target", "0.2", "--groups", "16", "--tau", "0.3"], 0, "Truth kept"),
-        (["--target", "0.2", "--groups", "sex=2,age=3", "--tau", "0.3"], 0, "Truth kept"),
+        (["--max-log", "0.2", "--groups", "16", "--tau", "0.3"], 0, "Truth kept"),
+        (["--max-log", "0.2", "--groups", "sex=2,age=3", "--tau", "0.3"], 0, "Truth kept"),
         (["--max-exp-epsilon", "7/3", "--groups", "3"], 0, "53.8462%"),
-        (["--target-ratio", "2,3", "--groups", "3"], 0, "target R"),
+        (["--max-ratio", "2,3", "--groups", "3"], 0, "target R"),
         (["--groups", "3"], 2, "neither a target nor a cap"),
-        (["--target", "0.2"], 2, "neither an audit file nor --groups"),
-        (["--target", "-1", "--groups", "3"], 2, "--target"),
-        (["--target-ratio", "1/2", "--groups", "3"], 2, "--target-ratio is"),
-        (["--target", "0.2", "--groups", "3", "--tau", "2"], 2, "above gamma"),
-        (["--target", "0.1,0.2", "--groups", "3", "-o", "x.csv"], 2, "one target"),
+        (["--max-log", "0.2"], 2, "neither an audit file nor --groups"),
+        (["--max-log", "-1", "--groups", "3"], 2, "--max-log"),
+        (["--max-ratio", "-1/2", "--groups", "3"], 2, "--max-ratio"),
+        (["--max-log", "0.2", "--groups", "3", "--tau", "2"], 2, "above gamma"),
+        (["--max-log", "0.1,0.2", "--groups", "3", "-o", "x.csv"], 2, "one target"),
         (["--max-epsilon", "1", "--groups", "3", "--plot", "x.png"], 2, "at least one"),
-        (["--target", "0.1", "nothing.toml"], 2, "no such file"),
-        (["--target", "0.1", "--max-epsilon", "x", "--groups", "3"], 2, "--max-epsilon: 'x'"),
+        (["--max-log", "0.1", "nothing.toml"], 2, "no such file"),
+        (["--max-log", "0.1", "--max-epsilon", "x", "--groups", "3"], 2, "--max-epsilon: 'x'"),
     ],
 )
 def test_the_command(capsys: pytest.CaptureFixture[str], options: list[str], code: int, word: str) -> None:
@@ -515,12 +513,12 @@ def test_the_command_says_why_a_target_is_infeasible(tmp_path: Path, capsys: pyt
     path = tmp_path / "audit.toml"
     path.write_text(path.read_text().replace("values = {hire = 1}", 'table = "g.csv"'))
     out = tmp_path / "f.csv"
-    assert main(["design", str(path), "--target-ratio", "2", "-o", str(out)]) == 1
+    assert main(["design", str(path), "--max-ratio", "2", "-o", str(out)]) == 1
     assert "INFEASIBLE" in (said := capsys.readouterr().out)
     assert "about 3 " in said
     assert not out.exists()
-    assert main(["design", str(path), "--target-ratio", "3"]) == 0
-    assert main(["design", str(path), "--target-ratio", "3", "--tau", "0.1"]) == 2
+    assert main(["design", str(path), "--max-ratio", "3"]) == 0
+    assert main(["design", str(path), "--max-ratio", "3", "--tau", "0.1"]) == 2
 
 
 def test_labels_that_look_like_anything_survive_or_are_refused(tmp_path: Path) -> None:

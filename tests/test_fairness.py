@@ -322,7 +322,7 @@ def test_a_target_on_what_was_not_compared_is_inconclusive() -> None:
     law = Law.from_counts(
         {"u": list("ynyn"), "a": list("ffmm"), "x": list("ppqq"), "n": [1, 2, 3, 4]}, decision="u", group="a", context="x", count="n"
     )
-    result = certify(law, {"y": 1}, max_local="0.5", confidence=None)
+    result = certify(law, {"y": 1}, max_local_log="0.5", confidence=None)
     assert result.local is None
     assert result.verdict == "inconclusive"
 

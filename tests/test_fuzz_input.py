@@ -49,7 +49,7 @@ MORE = (
     (),
     ("--missing=drop",),
     ("--missing=group", "--format=json"),
-    ("--max-local=0.1", "--confidence=none"),
+    ("--max-local-log=0.1", "--confidence=none"),
     ("--max-global-ratio=5/4", "--confidence=none", "--top=1"),
 )
 PIECES = (
@@ -212,7 +212,7 @@ def test_odd_cells(folder: Path, content: bytes, form: tuple[str, ...], more: tu
 
 
 WORDS = st.one_of(st.text(max_size=20), st.text("yesnodgx ,=\"'\n\r-\\0123456789/.e\x1b\u202e\udcff", max_size=12))
-OPTIONS = ("--utility", "--group", "--context", "--decision", "--max-local", "--top", "--count", "-o", "")
+OPTIONS = ("--utility", "--group", "--context", "--decision", "--max-local-log", "--top", "--count", "-o", "")
 
 
 @given(WORDS, st.sampled_from(OPTIONS))

@@ -6,6 +6,7 @@ import csv
 import logging
 import math
 import warnings
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -227,7 +228,7 @@ def test_a_number_is_one_decision_however_it_is_written(decisions: list[Any], li
 
 def test_the_last_step_rounds_to_the_nearest_float() -> None:
     """R = 1 + 2^-51, whose logarithm is 2^-51 - 2^-103 + 2^-153/3 - ..., and a few logarithms of small numbers."""
-    worth = {"no": 1, "yes": 1 + 2.0**-51}
+    worth = {"no": 1, "yes": 1 + Fraction(1, 2**51)}
     assert metrics.local_g_fairness(None, ["no", "yes"], sensitive_features=list("ab"), utility=worth) == 2.0**-51 - 2.0**-103
     for n in range(2, 50):
         assert metrics.local_g_fairness(None, [1, n], sensitive_features=list("ab")) == pytest.approx(math.log(n), rel=2.3e-16, abs=0)

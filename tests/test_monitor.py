@@ -391,9 +391,9 @@ def test_settings_refuse_what_cannot_be_audited() -> None:
         ({"expected": 0}, "expected cells"),
         ({"since": "2026"}, "--time"),
         ({"layout": "xml"}, "not known"),
-        ({"targets": {"max_local_ratio": "1/2"}}, "at least 1"),
+        ({"targets": {"max_local_ratio": "0"}}, "a ratio above 0"),
         ({"confidence": "1"}, "confidence"),
-        ({"unit": ("id",), "targets": {"max_global": "1"}}, "global"),
+        ({"unit": ("id",), "targets": {"max_global_log": "1"}}, "global"),
     ):
         with pytest.raises(InputError, match=message):
             Settings(**{**vars(SETTINGS), **change})
@@ -555,7 +555,7 @@ def test_a_baseline_says_whether_the_ratio_changed(tmp_path: Path, capsys: pytes
 
 def test_prometheus_gets_a_whole_file(tmp_path: Path) -> None:
     log = write(tmp_path / "log.jsonl", events(500))
-    main(["monitor", str(log), *OPTIONS, "--max-local", "0.2", "--prometheus", str(tmp_path / "f.prom")])
+    main(["monitor", str(log), *OPTIONS, "--max-local-log", "0.2", "--prometheus", str(tmp_path / "f.prom")])
     lines = (tmp_path / "f.prom").read_text().splitlines()
     assert "fairaudit_decisions_total 500" in lines
     assert sum(line.startswith('fairaudit_ratio{quantity="local"') for line in lines) == 2

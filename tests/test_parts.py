@@ -66,7 +66,7 @@ def test_the_certificate_is_that_of_the_log_in_memory(
     path = write(tmp_path_factory.mktemp("parts") / "log.parquet", *log)
     context = ["y", "x"] if both else ["x"]
     utility = {"yes": 2, "maybe": "0.3"}
-    targets = {"max_local_ratio": "3/2", "max_global": "0.1"}
+    targets = {"max_local_ratio": "3/2", "max_global_log": "0.1"}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(duckdb, "PART", size)
         try:
@@ -167,7 +167,7 @@ def test_the_command_line(parquet: str, tmp_path: Path, capsys: pytest.CaptureFi
         (["--group", "z"], "the label is missing"),
         (["--context", "z"], "the label is missing"),
         (["--utility", "perhaps"], "perhaps"),
-        (["--max-local-ratio", "0.5"], "it must be at least 1"),
+        (["--max-local-ratio", "0"], "a ratio above 0 is accepted"),
     ],
 )
 def test_what_is_not_read_in_parts(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str) -> None:

@@ -40,7 +40,7 @@ def test_ratios_are_written_in_the_matrix() -> None:
 
 
 def test_bounds_end_at_their_values() -> None:
-    result = small_counts(max_local="0.5", confidence=None)
+    result = small_counts(max_local_log="0.5", confidence=None)
     axes = plot_bounds(result)
     ends = [float(line.get_xdata()[1]) for line in axes.lines if len(set(line.get_ydata())) == 1 and line.get_linewidth() == 4]
     assert ends == pytest.approx([exp(0.5), 19 / 8])
@@ -77,7 +77,7 @@ def test_labels_are_not_mathematics() -> None:
 
 
 def test_truth_kept_of_calibrations_and_designs(tmp_path: Path) -> None:
-    found = [fa.calibrate(target_local=target, groups=4, tau="0.3") for target in ("0.1", "0.2")]
+    found = [fa.calibrate(max_log=target, groups=4, tau="0.3") for target in ("0.1", "0.2")]
     axes = plot_truth_kept(found)
     assert [label.get_text() for label in axes.get_legend().get_texts()] == ["mechanism", "the paper's rule"]
     assert axes.lines[0].get_ydata().tolist() == [float(c.keep_probabilities[0]) for c in found]

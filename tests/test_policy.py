@@ -181,7 +181,7 @@ def test_sampling_a_black_box_counts_its_answers() -> None:
     policy = Policy.from_counts(counts, decision="decision", group="group", context="context", count="count")
     result = fa.certify(policy.behind(group=fa.Identity(["f", "m"])), {"go": 1})
     assert result.local.ratio == F(3, 2)
-    judged = fa.certify(policy.behind(group=fa.Identity(["f", "m"])), {"go": 1}, max_local="0.2")
+    judged = fa.certify(policy.behind(group=fa.Identity(["f", "m"])), {"go": 1}, max_local_log="0.2")
     assert judged.verdict == "inconclusive"
 
 
@@ -234,7 +234,7 @@ values = { go = 1, wait = 0.5 }
 tau = 0.1
 
 [targets]
-max_local = 2
+max_local_log = 2
 """
 
 
@@ -285,7 +285,7 @@ def test_an_audit_file_end_to_end(folder: Path, capsys: pytest.CaptureFixture[st
     ("old", "new", "word"),
     [
         ("[targets]", "[target]", "'targets'"),
-        ("max_local", "max_locl", "'max_local'"),
+        ("max_local_log", "max_locl", "'max_local_log'"),
         ('kind = "identity"', 'kind = "identical"', "'identity'"),
         ('exp_epsilon = "7/3"', 'exp_epsilon = "1/3"', "at least 1"),
         ("keep_probability = 0.7", "keep_probability = 1.7", "from 0 to 1"),

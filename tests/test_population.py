@@ -72,7 +72,7 @@ def test_verdicts_admit_ignorance() -> None:
     assert fa.certify(counts(("f", 1, 1), ("m", 1, 1)), YES, max_local_ratio="5/4").verdict == "inconclusive"
     alike = fa.certify(counts(("f", 9000, 9000), ("m", 9000, 9000)), YES, max_local_ratio="5/4")
     assert alike.verdict == "within"
-    for result in (fa.certify(few, YES, max_local="0.2"), alike):
+    for result in (fa.certify(few, YES, max_local_log="0.2"), alike):
         document = verified(result)
         assert {target["judged"] for target in document["targets"]} == {"population at confidence 19/20"}
 
@@ -83,7 +83,7 @@ def test_two_quantities_share_the_error() -> None:
     both = fa.certify(law, YES, max_local_ratio=3, max_global_ratio=3, confidence="0.9")
     assert {i.confidence for i in both.intervals.values()} == {F(19, 20)}
     assert {t.confidence for t in both.targets} == {F(9, 10)}
-    one = fa.certify(law, YES, max_local_ratio=3, max_local="1", confidence="0.9")
+    one = fa.certify(law, YES, max_local_ratio=3, max_local_log="1", confidence="0.9")
     assert {i.confidence for i in one.intervals.values()} == {F(9, 10)}
     verified(both)
     verified(one)
@@ -107,14 +107,14 @@ def test_weighted_counts_carry_no_sample_size() -> None:
     assert not result.intervals and any("whole counts" in note for note in result.notes)
     verified(result)
     with pytest.raises(InputError, match=r"'yes' at .* is not whole; an interval needs whole counts"):
-        fa.certify(law, YES, max_local=1)
-    assert fa.certify(law, YES, max_local=1, confidence=None).verdict == "within"
+        fa.certify(law, YES, max_local_log=1)
+    assert fa.certify(law, YES, max_local_log=1, confidence=None).verdict == "within"
 
 
 def test_more_draws_than_there_can_be() -> None:
     law = counts(("f", 10**19, 1), ("m", 1, 1))
     with pytest.raises(InputError, match="at most 10\\^18"):
-        fa.certify(law, YES, max_local=1)
+        fa.certify(law, YES, max_local_log=1)
     assert not fa.certify(law, YES).intervals
 
 
@@ -146,8 +146,8 @@ def test_a_column_of_utilities_needs_a_range() -> None:
     utility = fa.Utility.from_table(rows, utility="minutes", decision="minutes", group="a")
     assert not fa.certify(law, utility).intervals
     with pytest.raises(InputError, match="greatest value seen there does not bound"):
-        fa.certify(law, utility, max_local=1)
-    result = fa.certify(law, utility, max_local=4, declared={"gamma": 60, "m": 1})
+        fa.certify(law, utility, max_local_log=1)
+    result = fa.certify(law, utility, max_local_log=4, declared={"gamma": 60, "m": 1})
     assert result.intervals["local"].evidence["method"] == "hoeffding-kl"
     assert "a utility between 1 and 60" in " ".join(result.intervals["local"].assumptions)
     assert verified(result)["intervals"]["local"]["limits"] == ["1", "60"]
@@ -183,7 +183,7 @@ def test_units_that_were_asked_several_times() -> None:
     stored = verified(result)["intervals"]["local"]["units"]
     assert [sum(n for n, _ in cell) for cell in stored] == [20, 20]
     with pytest.raises(InputError, match=r"no independent draws of it.*confidence none"):
-        fa.certify(law, YES, max_global=1)
+        fa.certify(law, YES, max_global_log=1)
 
 
 def test_runs_that_rank_one_candidate_of_each_group() -> None:
@@ -248,7 +248,7 @@ def test_a_policy_from_counts_with_contexts_and_a_population() -> None:
         fa.Utility(YES),
         fa.Utility.from_function(lambda u, x, a: (u == "yes") * (1 + (x == ("q",)) + (a == ("m",))), deployed.law),
     ):
-        result = fa.certify(deployed, utility, max_local=1, max_global=1, confidence="0.99")
+        result = fa.certify(deployed, utility, max_local_log=1, max_global_log=1, confidence="0.99")
         for quantity, measured in (("local", result.local), ("global", result.global_)):
             found = result.intervals[quantity]
             assert found.lower <= measured.ratio <= found.upper
@@ -334,7 +334,7 @@ def test_options_that_do_not_fit(run: Callable[..., tuple[int, str, str]], tmp_p
         (["--confidence", "1.5"], "between 0 and 1"),
         (["--confidence", "0"], "between 0 and 1"),
         (["--unit", "run"], "no column 'run'"),
-        (["--no-table", "--max-local", "1", "-o", str(tmp_path / "c.json")], "disclose the counts"),
+        (["--no-table", "--max-local-log", "1", "-o", str(tmp_path / "c.json")], "disclose the counts"),
     ):
         code, out, err = run(*options)
         assert (code, out) == (2, "") and words in err
@@ -342,17 +342,16 @@ def test_options_that_do_not_fit(run: Callable[..., tuple[int, str, str]], tmp_p
     path = tmp_path / "p.csv"
     path.write_text("u,a,p\nyes,f,0.5\nno,f,0.5\nyes,m,0.4\nno,m,0.6\n")
     start = ["certify", str(path), "--decision", "u", "--group", "a", "--probability", "p", "--utility", "yes"]
-    assert main([*start, "--max-local", "1"]) == 0
-    assert main([*start, "--max-local", "1", "--confidence", "0.9"]) == 2
+    assert main([*start, "--max-local-log", "1"]) == 0
+    assert main([*start, "--max-local-log", "1", "--confidence", "0.9"]) == 2
     assert main([*start, "--placebo", str(path)]) == 2
 
 
 def test_an_audit_file_says_it_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "log.csv").write_text("u,a,run\n" + "".join(f"{'yes' if i % 2 else 'no'},{'fm'[i % 3 == 0]},{i // 2}\n" for i in range(60)))
     audit = tmp_path / "audit.toml"
-    head = (
-        '[law]\ntable = "log.csv"\ndecision = "u"\ngroup = "a"\nunit = "run"\n[utility]\nvalues = { yes = 1 }\n[targets]\nmax_local = 9\n'
-    )
+    head = '[law]\ntable = "log.csv"\ndecision = "u"\ngroup = "a"\nunit = "run"\n[utility]\nvalues = { yes = 1 }\n[targets]\n'
+    head += "max_local_log = 9\n"
     audit.write_text(head + '[confidence]\nlevel = "0.9"\ninterval = "intersection"\n')
     assert main(["certify", str(audit), "-o", str(tmp_path / "c.json")]) in (0, 3)
     stored = json.loads((tmp_path / "c.json").read_text())["intervals"]["local"]
@@ -371,19 +370,19 @@ def test_an_audit_file_says_it_too(tmp_path: Path, capsys: pytest.CaptureFixture
 
 
 def test_planning(run: Callable[..., tuple[int, str, str]]) -> None:
-    code, out, _ = run("--guess", "0.5,0.5", "--target", "0.2", verb="plan")
+    code, out, _ = run("--guess", "0.5,0.5", "--max-log", "0.2", verb="plan")
     assert code == 0 and "Planning estimate, not a guarantee" in out and "In all cells together" in out
-    code, out, _ = run("--guess", "0.5,0.4", "--guess", "0.2,0.2", "--target-ratio", "5/4", verb="plan")
+    code, out, _ = run("--guess", "0.5,0.4", "--guess", "0.2,0.2", "--max-ratio", "5/4", verb="plan")
     assert code == 1 and "no number of draws" in out
-    code, out, _ = run("--guess", "0.5,0.4", "--guess", "0.2,0.2", "--target-ratio", "2", "--format", "json", verb="plan")
+    code, out, _ = run("--guess", "0.5,0.4", "--guess", "0.2,0.2", "--max-ratio", "2", "--format", "json", verb="plan")
     assert code == 0 and len(json.loads(out)["draws"]) == 4
     for options, words in (
-        (["--guess", "0.5", "--target", "1"], "names one group"),
-        (["--guess", "0.5,2", "--target", "1"], "between 0 and 1"),
-        (["--guess", "0.5,x", "--target", "1"], "'x' is not a number"),
-        (["--guess", "0.5,0.5", "--target", "-1"], "at least 0"),
-        (["--guess", "0.5,0.5", "--target", "1", "--power", "0.2"], "between 0.5 and 1"),
-        (["--guess", "0.5,0.5", "--target", "1", "--confidence", "7"], "between 0 and 1"),
+        (["--guess", "0.5", "--max-log", "1"], "names one group"),
+        (["--guess", "0.5,2", "--max-log", "1"], "between 0 and 1"),
+        (["--guess", "0.5,x", "--max-log", "1"], "'x' is not a number"),
+        (["--guess", "0.5,0.5", "--max-log", "-1"], "at least 0"),
+        (["--guess", "0.5,0.5", "--max-log", "1", "--power", "0.2"], "between 0.5 and 1"),
+        (["--guess", "0.5,0.5", "--max-log", "1", "--confidence", "7"], "between 0 and 1"),
     ):
         code, _, err = run(*options, verb="plan")
         assert code == 2 and words in err, (options, err)

@@ -138,7 +138,7 @@ def test_intervals_of_groups_are_those_of_their_draws() -> None:
 def test_the_ladder_is_sorted_and_complete() -> None:
     law = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
     deployed = law.behind(group=fa.RandomizedResponse(["f", "m"], keep_probability="0.75"))
-    document = fa.certify(deployed, {"hire": 1}, max_local="0.5", declared={"tau": "0.2"}).certificate.document
+    document = fa.certify(deployed, {"hire": 1}, max_local_log="0.5", declared={"tau": "0.2"}).certificate.document
     content = describe(document)
     rungs = content.ladders["local"]
     assert [float(r.value) for r in rungs] == sorted(float(r.value) for r in rungs)
@@ -151,9 +151,7 @@ def test_the_ladder_is_sorted_and_complete() -> None:
     found = content.calibration
     assert found is not None and found.target == 0.5 and found.here is not None and found.here[1] == 0.75
     for target_log, kept in found.points:
-        assert kept == float(
-            fa.calibrate(target_local=Fraction(target_log).limit_denominator(10**6), groups=2, tau="0.2").keep_probabilities[0]
-        )
+        assert kept == float(fa.calibrate(max_log=Fraction(target_log).limit_denominator(10**6), groups=2, tau="0.2").keep_probabilities[0])
 
 
 def test_infinite_and_missing_figures() -> None:
@@ -348,13 +346,13 @@ def blocked(*arguments: str, directory: Path) -> subprocess.CompletedProcess[str
 def test_without_extras_the_core_works_and_the_rest_says_what_to_install(tmp_path: Path) -> None:
     assert blocked("certify", "--example", "ucb-admissions", "-o", "c.json", directory=tmp_path).returncode == 0
     assert blocked("verify", "c.json", directory=tmp_path).returncode == 0
-    assert blocked("calibrate", "--target", "0.2", "--groups", "4", "--tau", "0.3", directory=tmp_path).returncode == 0
+    assert blocked("calibrate", "--max-log", "0.2", "--groups", "4", "--tau", "0.3", directory=tmp_path).returncode == 0
     assert blocked("compare", "c.json", "c.json", directory=tmp_path).returncode == 0
     assert blocked("report", "c.json", "--format", "markdown", directory=tmp_path).returncode == 0
     for arguments, extra in (
         (("report", "c.json", "-o", "p.html"), "fairaudit-certify[report]"),
         (("certify", "--example", "ucb-admissions", "--report", "p.html"), "fairaudit-certify[report]"),
-        (("calibrate", "--target", "0.2,0.3", "--groups", "4", "--tau", "0.3", "--plot", "p.png"), "fairaudit-certify[plots]"),
+        (("calibrate", "--max-log", "0.2,0.3", "--groups", "4", "--tau", "0.3", "--plot", "p.png"), "fairaudit-certify[plots]"),
     ):
         done = blocked(*arguments, directory=tmp_path)
         assert done.returncode == 2 and extra in done.stderr and "Traceback" not in done.stderr, done.stderr
@@ -376,13 +374,13 @@ def test_a_clean_environment_without_extras(tmp_path: Path) -> None:
 
     assert run("certify", "--example", "hr-filtered", "-o", "c.json").returncode == 0
     assert run("verify", "c.json").returncode == 0
-    assert run("calibrate", "--target", "0.2", "--groups", "4", "--tau", "0.3").returncode == 0
+    assert run("calibrate", "--max-log", "0.2", "--groups", "4", "--tau", "0.3").returncode == 0
     assert "## Fairness audit" in run("report", "c.json", "--format", "markdown").stdout
     # A solver of cvxpy may have brought jinja2 along.
     subprocess.run([scripts / "python", "-m", "pip", "uninstall", "-q", "-y", "jinja2"], check=True, stderr=subprocess.DEVNULL)
     refused = run("report", "c.json", "-o", "p.html")
     assert refused.returncode == 2 and "fairaudit-certify[report]" in refused.stderr
-    assert "fairaudit-certify[plots]" in run("calibrate", "--target", "0.2,0.3", "--groups", "4", "--tau", "0.3", "--plot", "p.png").stderr
+    assert "fairaudit-certify[plots]" in run("calibrate", "--max-log", "0.2,0.3", "--groups", "4", "--tau", "0.3", "--plot", "p.png").stderr
     subprocess.run([scripts / "python", "-m", "pip", "install", "-q", "jinja2"], check=True)
     assert run("report", "c.json", "-o", "p.html").returncode == 0  # the page's parts are in the wheel
     assert (tmp_path / "p.html").stat().st_size > 50_000

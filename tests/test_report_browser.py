@@ -147,7 +147,7 @@ def test_the_page_agrees_with_true_certificates(kind: Callable[..., fa.Result], 
 
 @pytest.mark.parametrize("kind", [admissions, small_counts, sampled, units])
 def test_what_rests_on_intervals_is_left_to_verify(kind: Callable[..., fa.Result], browser: Browser, tmp_path: Path) -> None:
-    certificate = kind(max_local_ratio="5/4", **({} if kind is units else {"max_global": "0.4"})).certificate
+    certificate = kind(max_local_ratio="5/4", **({} if kind is units else {"max_global_log": "0.4"})).certificate
     browser.open(saved(tmp_path, html(certificate)))
     assert browser.state == "agrees", [line for line in browser.findings if line.startswith("✗")]
     left = [line for line in browser.findings if line.startswith("–")]

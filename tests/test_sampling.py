@@ -723,44 +723,44 @@ def test_units_that_span_cells_are_not_independent() -> None:
 
 
 def test_verdicts() -> None:
-    assert verdict((F(1), inf), 100) == "inconclusive"
-    assert verdict((F(1), F(1)), 0) == "within"
-    assert verdict((F(3, 2), inf), "0.4") == "exceeds"
-    assert verdict((F(5, 4), F(2)), "5/4", "ratio") == "inconclusive"
-    assert verdict(ratio_interval(one_block(binary(1, 1), binary(1, 1))), "5/4", "ratio") == "inconclusive"
+    assert verdict((F(1), inf), max_log=100) == "inconclusive"
+    assert verdict((F(1), F(1)), max_log=0) == "within"
+    assert verdict((F(3, 2), inf), max_log="0.4") == "exceeds"
+    assert verdict((F(5, 4), F(2)), max_ratio="5/4") == "inconclusive"
+    assert verdict(ratio_interval(one_block(binary(1, 1), binary(1, 1))), max_ratio="5/4") == "inconclusive"
 
 
 def test_planning_agrees_with_what_happens() -> None:
     small = one_block(binary(40, 20), binary(40, 20))
-    assert verdict(ratio_interval(small), "0.2") == "inconclusive"
-    more = further_draws(small, "0.2")
+    assert verdict(ratio_interval(small), max_log="0.2") == "inconclusive"
+    more = further_draws(small, max_log="0.2")
     assert more.decides == "within" and "estimate" in more.sentence
     n = 40 + more.draws[0]
     n += n % 2
-    assert verdict(ratio_interval(one_block(binary(n, n // 2), binary(n, n // 2))), "0.201") == "within"
-    assert verdict(ratio_interval(one_block(binary(n // 2, n // 4), binary(n // 2, n // 4))), "0.2") == "inconclusive"
-    assert further_draws(one_block(binary(40, 30), binary(40, 10)), "0.2").draws == (0, 0)
-    exceeding = further_draws(one_block(binary(40, 21), binary(40, 14)), "0.2")
+    assert verdict(ratio_interval(one_block(binary(n, n // 2), binary(n, n // 2))), max_log="0.201") == "within"
+    assert verdict(ratio_interval(one_block(binary(n // 2, n // 4), binary(n // 2, n // 4))), max_log="0.2") == "inconclusive"
+    assert further_draws(one_block(binary(40, 30), binary(40, 10)), max_log="0.2").draws == (0, 0)
+    exceeding = further_draws(one_block(binary(40, 21), binary(40, 14)), max_log="0.2")
     assert exceeding.decides == "exceeds" and exceeding.draws[0] > 0
-    assert further_draws(one_block(binary(40, 30), binary(40, 20)), "3/2", "ratio").draws is None
-    assert further_draws(one_block(binary(40, 20), Cell(0, F(0), None, F(0), F(1), True)), "0.2").draws is None
+    assert further_draws(one_block(binary(40, 30), binary(40, 20)), max_ratio="3/2").draws is None
+    assert further_draws(one_block(binary(40, 20), Cell(0, F(0), None, F(0), F(1), True)), max_log="0.2").draws is None
 
 
 def test_plan() -> None:
-    half = plan(["0.5", "0.5"], "0.2", power=0.5).draws[0]
-    assert half < plan(["0.5", "0.5"], "0.2").draws[0] < plan(["0.5", "0.5", "0.5"], "0.2", power=0.9).draws[0]
+    half = plan(["0.5", "0.5"], max_log="0.2", power=0.5).draws[0]
+    assert half < plan(["0.5", "0.5"], max_log="0.2").draws[0] < plan(["0.5", "0.5", "0.5"], max_log="0.2", power=0.9).draws[0]
     k = (half + 1) // 2
-    assert verdict(ratio_interval(one_block(binary(2 * k, k), binary(2 * k, k))), "0.2002") == "within"
-    assert plan(["0.5", "0.4"], "0.1").decides == "exceeds"
-    assert plan(["0.5", "0.4"], "5/4", "ratio").draws is None
-    assert plan(["2", "2"], "0.2", limits=(1, 4), binary=False).draws is not None
+    assert verdict(ratio_interval(one_block(binary(2 * k, k), binary(2 * k, k))), max_log="0.2002") == "within"
+    assert plan(["0.5", "0.4"], max_log="0.1").decides == "exceeds"
+    assert plan(["0.5", "0.4"], max_ratio="5/4").draws is None
+    assert plan(["2", "2"], max_log="0.2", limits=(1, 4), binary=False).draws is not None
     guessed = policy_comparison(sampled_policy(), Utility({"yes": 1}), RandomizedResponse(["f", "m", "o"], keep_probability="0.4"))
-    assert plan(guessed, "0.3").decides == "within"
+    assert plan(guessed, max_log="0.3").decides == "within"
     for bad in (["0.5"], ["0.5", "2"]):
         with pytest.raises(InputError):
-            plan(bad, "0.2")
+            plan(bad, max_log="0.2")
     with pytest.raises(InputError, match="power"):
-        plan(["0.5", "0.5"], "0.2", power=1)
+        plan(["0.5", "0.5"], max_log="0.2", power=1)
 
 
 def test_a_filter_is_refuted_by_draws_that_are_too_unequal() -> None:
@@ -882,7 +882,7 @@ def test_resume_rankings_with_the_run_as_unit(data: Path) -> None:
     found = ratio_interval(comparison)
     assert found.estimate == F(147, 103)
     assert found.lower == 1 and 2.1 < found.upper < 2.12
-    assert verdict(found, "5/4", "ratio") == "inconclusive"
+    assert verdict(found, max_ratio="5/4") == "inconclusive"
 
 
 def test_first_places_of_gpt35_are_unequal(data: Path) -> None:
@@ -893,8 +893,8 @@ def test_first_places_of_gpt35_are_unequal(data: Path) -> None:
     found = ratio_interval(local_comparison(law, Utility({"first": 1}).on(law)))
     assert found.estimate == F(43, 19)
     assert 1.24 < found.lower < 1.25 < found.upper < 3.5
-    assert verdict(found, "5/4", "ratio") == "inconclusive"
-    assert verdict(found, "6/5", "ratio") == "exceeds"
+    assert verdict(found, max_ratio="5/4") == "inconclusive"
+    assert verdict(found, max_ratio="6/5") == "exceeds"
 
 
 def test_names_against_the_placebo(data: Path) -> None:
@@ -916,9 +916,9 @@ def test_planning_for_many_cells_looks_at_those_that_decide(monkeypatch: pytest.
     pick = np.random.default_rng(factor)
     law = Law.from_array(pick.integers(30 * factor, 90 * factor, (60, 3, 2)), kind="counts")
     comparison = local_comparison(law, Utility({"0": 1, "1": "0.25"}).on(law))
-    quick = further_draws(comparison, "2.2", "ratio")
+    quick = further_draws(comparison, max_ratio="2.2")
     monkeypatch.setattr(sampling, "DECISIVE_CELLS", 10**9)
-    full = further_draws(comparison, "2.2", "ratio")
+    full = further_draws(comparison, max_ratio="2.2")
     assert quick.decides == full.decides is not None
     assert full.draws is not None
     assert quick.draws == pytest.approx(full.draws, rel=0.01)
@@ -962,7 +962,7 @@ def test_certificates_of_many_cells_are_accepted(seed: int, kind: str) -> None:
     law = Law.from_array(counts + (counts.sum(axis=2, keepdims=True) == 0), kind="counts")
     utility = {"binary": {"0": 1}, "many": {"0": 3, "1": "0.7"}, "declared": {"0": "1.5", "1": 1, "2": "0.5"}, "zero": {"2": "1e-30"}}[kind]
     declared = {"gamma": 2, "m": "0.25"} if kind == "declared" else {}
-    result = certify(law, utility, max_local_ratio=3, max_global="0.1", declared=declared)
+    result = certify(law, utility, max_local_ratio=3, max_global_log="0.1", declared=declared)
     report = checker.check(result.certificate.text.encode())
     assert all(finding.true for finding in report.findings), [finding for finding in report.findings if not finding.true]
     assert result.intervals["local"].estimate == (result.local.ratio if result.local else None)

@@ -72,7 +72,7 @@ def pictures() -> dict[str, bytes]:
     table = example("ucb-admissions").table()
     law = Law.from_counts(table, decision="Admit", group="Gender", context="Dept", count="Freq")
     result = certify(law, {"Admitted": 1}, max_local_ratio="3/2")
-    found = [calibrate(target_local=t, groups=16, gamma=1, tau="0.3") for t in ("0.05", "0.1", "0.2", "0.4", "0.7", "1")]
+    found = [calibrate(max_log=t, groups=16, gamma=1, tau="0.3") for t in ("0.05", "0.1", "0.2", "0.4", "0.7", "1")]
     drawn = {
         "expectations": plots.plot_expectations(result),
         "bounds": plots.plot_bounds(result),

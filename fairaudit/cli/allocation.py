@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fairaudit.allocation import Allocation
-    from fairaudit.audit import Quantity, Result
+    from fairaudit.audit import Result
     from fairaudit.fairness import Ratio
+    from fairaudit.limits import Quantity
     from fairaudit.sampling import Interval
 
 FOREIGN = ("decision", "group", "count", "probability", "weight", "utility", "utility_column")
@@ -23,8 +24,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
     from fairaudit.allocation import CHOSEN, read_allocation
     from fairaudit.audit import certify
-    from fairaudit.cli import source
-    from fairaudit.cli.certify import TARGETS, check_output, column_list
+    from fairaudit.cli import limits, source
+    from fairaudit.cli.certify import check_output, column_list
     from fairaudit.cli.population import confidence_option
     from fairaudit.cli.text import plain, put
     from fairaudit.exact import InputError
@@ -43,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     slots, context = column_list(arguments.slots), source.column_roles(arguments.context)
     table = source.read(arguments, arguments.table, (*slots, arguments.winner, *context.names), context.edges, [])
     check_output(arguments)
-    targets = {name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None}
+    targets = limits.given(arguments)
     judged, embed = confidence_option(arguments.confidence), False if arguments.no_table else None
     try:
         found = read_allocation(table, slots=slots, winner=arguments.winner, context=context.names)
@@ -84,8 +85,8 @@ def _chances(result: Result) -> list[tuple[str, Fraction]]:
 
 
 def _text(found: Allocation, profile: Result, position: Result, within: Result, bound: Any, written: list[Path]) -> str:
-    from fairaudit.audit import approximate
     from fairaudit.cli.text import plain, verdict
+    from fairaudit.exact import approximate
 
     blocks = [verdict(profile) if profile.targets else f"{found.runs} choices among {found.slots} candidates each; no target was set."]
     blocks += [f"WARNING: {plain(warning)}." for warning in found.warnings]
@@ -123,14 +124,15 @@ def _text(found: Allocation, profile: Result, position: Result, within: Result, 
 
 
 def _ends(interval: Interval) -> str:
-    from fairaudit.audit import approximate
+    from fairaudit.exact import approximate
 
     ends = f"between {approximate(interval.lower, 'down')} and {approximate(interval.upper, 'up')}"
     return f"of the chooser behind these choices: {ends}, at confidence {float(100 * interval.confidence):.6g} %"
 
 
 def _where(measured: Any) -> str:
-    from fairaudit.audit import approximate, place
+    from fairaudit.audit import place
+    from fairaudit.exact import approximate
 
     witness = measured.witness
     high, low = (approximate(v) for v in witness.expectations)

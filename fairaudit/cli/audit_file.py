@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.cli.population import METHODS
-from fairaudit.cli.sections import check_keys, read_section
+from fairaudit.cli.sections import check_keys, check_targets, read_section
 from fairaudit.columns import Label, Tally, names
 from fairaudit.exact import InputError, nearest, shown
 from fairaudit.law import Law
@@ -28,7 +28,6 @@ LAW_KEYS = (*TABLE_KEYS, "unit")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz")
-TARGET_KEYS = ("max_local", "max_global", "max_local_ratio", "max_global_ratio")
 
 
 @dataclass(frozen=True)
@@ -121,7 +120,7 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
     utility = _utility(wanted, table, law, folder)
     declared: dict[str, Any] = {name: wanted[name] for name in ("gamma", "m", "tau", "lipschitz") if name in wanted}
     targets = sections["targets"]
-    check_keys(targets, TARGET_KEYS, "[targets]")
+    check_targets(targets)
     return Audit(subject, utility, declared, dict(targets), _sampling(sections["confidence"]))
 
 

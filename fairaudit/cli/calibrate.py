@@ -6,6 +6,8 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import limits
+
 if TYPE_CHECKING:
     from fairaudit.calibration import Calibration
 
@@ -17,10 +19,10 @@ EPILOG = """\
 exit codes: 0 found; 1 infeasible (the reason says what would be feasible); 2 bad input; 3 none was found, but none was ruled out
 
 examples:
-  fairaudit calibrate --target 0.2 --groups 16 --tau 0.3
-  fairaudit calibrate --target-ratio 5/4 --groups name=2,age=2,race=2 --tau 0.3 --split most-truth
-  fairaudit calibrate --target 0.05,0.1,0.2,0.5 --groups 16 --tau 0.3 --plot calibration.png
-  fairaudit calibrate --target 0.5 --bound policy audit.toml"""
+  fairaudit calibrate --max-ratio 0.8 --groups 16 --tau 0.3
+  fairaudit calibrate --max-ratio 5/4 --groups name=2,age=2,race=2 --tau 0.3 --split most-truth
+  fairaudit calibrate --max-log 0.05,0.1,0.2,0.5 --groups 16 --tau 0.3 --plot calibration.png
+  fairaudit calibrate --max-ratio 1.6 --bound policy audit.toml"""
 
 BOUNDS = ("mechanism", "sharp", "tight", "paper", "contraction", "policy")
 NUMBERS = ("gamma", "tau", "g_min", "delta", "lipschitz", "diameter")
@@ -38,10 +40,8 @@ def add(commands: Any) -> None:
     )
     parser.set_defaults(run=run)
     parser.add_argument("audit", metavar="AUDIT.toml", nargs="?", help="the policy, for --bound policy, or its own ratio, for contraction")
-    target = parser.add_mutually_exclusive_group(required=True)
-    target.add_argument("--target", metavar="L[,L…]", help="target for L, a log-ratio in nats; several make a table")
-    target.add_argument("--target-ratio", metavar="Q[,Q…]", help="the same as a ratio, such as 5/4")
-    parser.add_argument("--global", dest="overall", action="store_true", help="the target is for global fairness (needs independence)")
+    limits.add_single(parser, required=True, several=True)
+    parser.add_argument("--global", dest="overall", action="store_true", help="the limit is on the global ratio (needs independence)")
     parser.add_argument("--groups", metavar="K", help="number of groups, or name=2,age=5,… for attributes that are filtered independently")
     parser.add_argument("--bound", choices=BOUNDS, default=None, help="which guarantee (mechanism; policy with an audit file)")
     parser.add_argument("--split", choices=("equal-epsilon", "equal-keep", "most-truth"), default="equal-epsilon")
@@ -62,13 +62,11 @@ def run(arguments: argparse.Namespace) -> int:
     from fairaudit.cli.text import put
     from fairaudit.exact import InputError
 
-    listed = [text.strip() for text in (arguments.target or arguments.target_ratio).split(",")]
-    name = f"target_{'global' if arguments.overall else 'local'}" + ("" if arguments.target else "_ratio")
     solve = _policy_solver(arguments) if (arguments.bound or ("policy" if arguments.audit else "")) == "policy" else _solver(arguments)
     try:
-        found = [solve({name: text}) for text in listed]
+        found = [solve({"quantity": "global" if arguments.overall else "local", **limit}) for limit in limits.single(arguments)]
     except InputError as error:
-        raise InputError(str(error).replace("target_local", "--target").replace("target_global", "--target")) from None
+        raise InputError(str(error).replace("max_ratio", "--max-ratio").replace("max_log", "--max-log")) from None
     if arguments.plot is not None:
         from fairaudit.plots import save_truth_kept
 
@@ -177,10 +175,11 @@ def _kept(found: Calibration) -> str:
 
 
 def _text(found: Calibration) -> str:
-    from fairaudit.audit import approximate
     from fairaudit.cli.text import plain
+    from fairaudit.exact import approximate
+    from fairaudit.limits import limit_text
 
-    goal = f"{found.quantity} fairness R at most {approximate(found.target)}"
+    goal = limit_text(found.quantity, "ratio", found.target)
     if not found.feasible:
         headline = "INFEASIBLE" if found.settled else "NOT FOUND "
         return f"{headline}   {goal}, by the rule {found.rule}\n\n{found.reason[0].upper()}{found.reason[1:]}."
@@ -205,7 +204,7 @@ def _text(found: Calibration) -> str:
 
 
 def _table(found: list[Calibration]) -> str:
-    from fairaudit.audit import approximate
+    from fairaudit.exact import approximate
 
     rows = [("target R", "epsilon", "keep probability", "guaranteed R", "paper keeps")]
     for c in found:
@@ -224,10 +223,12 @@ def _table(found: list[Calibration]) -> str:
 
 def _entry(found: Calibration) -> dict[str, Any]:
     from fairaudit.certificate import number
+    from fairaudit.limits import limit_readings
 
     return {
         "quantity": found.quantity,
-        "target_ratio": number(found.target),
+        "max_ratio": number(found.target),
+        "readings": limit_readings("ratio", found.target),
         "rule": found.rule,
         "feasible": found.feasible,
         "settled": found.settled,

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import population, source
+from fairaudit.cli import limits, population, source
 from fairaudit.cli.source import column_roles, source_name
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from fairaudit.utility import Utility
 
 MOST_ROWS = 20_000_000
-TARGETS = ("max_local", "max_global", "max_local_ratio", "max_global_ratio")
 DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
 DESCRIPTION = """\
 Measure how unequally a table of decisions treats groups: exactly, with the pair of groups that is worst off, and as a certificate that
@@ -40,7 +39,7 @@ examples:
   fairaudit certify --example ucb-admissions -o certificate.json
   fairaudit certify admissions.csv --decision Admit --group Gender --context Dept --count Freq --utility Admitted
   fairaudit certify log.csv --decision answer --group sex,age --utility yes=1,maybe=0.5 --max-local-ratio 5/4 --confidence 0.99
-  fairaudit certify log.csv --decision answer --group sex --utility yes --max-local 0.2 --unit interview"""
+  fairaudit certify log.csv --decision answer --group sex --utility yes --max-local-ratio 0.8 --unit interview"""
 
 
 def add(commands: Any) -> None:
@@ -87,10 +86,7 @@ def add(commands: Any) -> None:
     kind.add_argument("--utility", metavar="SPEC", help="decision[=number],…; decisions that are not listed are worth 0")
     kind.add_argument("--utility-column", metavar="COL", help="column with the utility of each row; --decision may then be left out")
     targets = parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)")
-    targets.add_argument("--max-local", metavar="L", help="limit on L, the log of the worst ratio within a context")
-    targets.add_argument("--max-global", metavar="L", help="limit on the log of the worst ratio of group means")
-    targets.add_argument("--max-local-ratio", metavar="Q", help="the same as a ratio, such as 5/4")
-    targets.add_argument("--max-global-ratio", metavar="Q", help="the same as a ratio")
+    limits.add_options(targets)
     population.add_options(parser)
     rest = parser.add_argument_group("input and output")
     rest.add_argument(
@@ -171,7 +167,7 @@ def _certify(arguments: argparse.Namespace) -> int:
         subject, utility = (audit.subject, audit.utility) if audit else _read(arguments, None if _unfit_for_parts(arguments) else MOST_ROWS)
     except ManyRowsError:
         return _certify_in_parts(arguments)
-    targets = {name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None}
+    targets = limits.given(arguments)
     check_output(arguments)
     options = population.options(arguments, subject, audit.sampling if audit else {})
     declared = {**(audit.declared if audit else {}), **population.utility_range(arguments.utility_range)}
@@ -246,7 +242,7 @@ def _certify_in_parts(arguments: argparse.Namespace) -> int:
                 table=arguments.database_table,
                 memory=arguments.memory,
                 report=told,
-                **{name: getattr(arguments, name) for name in TARGETS},
+                **limits.given(arguments),
                 confidence=population.confidence_option(arguments.confidence),
                 top=arguments.top,
                 embed_table=False if arguments.no_table else None,
@@ -541,10 +537,22 @@ def _print_sql(arguments: argparse.Namespace) -> int:
 def _json(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
     """What `--format json` prints: the certificate, the sentence, the most unequal pairs, findings of tests, and the notes."""
     from fairaudit.audit import measure_entry
+    from fairaudit.exact import rational_text
+    from fairaudit.limits import limit_readings
 
     return {
         "verdict": result.verdict,
         "sentence": result.sentence,
+        "targets": [
+            {
+                "quantity": target.quantity,
+                "unit": target.unit,
+                "limit": rational_text((target.limit.numerator, target.limit.denominator)),
+                "readings": limit_readings(target.unit, target.limit),
+                "verdict": target.verdict,
+            }
+            for target in result.targets
+        ],
         "most_unequal": {name: [measure_entry(m) for m in measures] for name, measures in result.most_unequal(top).items()},
         "findings": [{"test": found.test, "sentence": found.sentence, **found.figures} for found in findings],
         "further_draws": [

@@ -121,8 +121,8 @@ def _row(change: Change) -> tuple[str, str, str]:
 
 def _said(value: str | None) -> str:
     """A value for a person: decimals, and the fraction where it is short."""
-    from fairaudit.audit import approximate
     from fairaudit.certificate_reader import number
+    from fairaudit.exact import approximate
 
     if value is None:
         return "none"
@@ -146,7 +146,7 @@ def _place(moved: Moved) -> str:
 
 
 def _approximate(value: Any) -> str:
-    from fairaudit.audit import approximate
+    from fairaudit.exact import approximate
 
     return "none" if value is None else approximate(value)
 

@@ -7,6 +7,8 @@ import json
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import limits
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
@@ -22,10 +24,10 @@ EPILOG = """\
 exit codes: 0 found; 1 infeasible (the reason says why); 2 bad input
 
 examples:
-  fairaudit design audit.toml --target 0.2 -o filter.csv
-  fairaudit design audit.toml --target-ratio 5/4 --max-epsilon 2 --distortion costs.csv -o filter.csv
-  fairaudit design audit.toml --target 0.05,0.1,0.2,0.5 --plot frontier.png
-  fairaudit design --groups 16 --target 0.2 --tau 0.3
+  fairaudit design audit.toml --max-ratio 0.8 -o filter.csv
+  fairaudit design audit.toml --max-ratio 5/4 --max-epsilon 2 --distortion costs.csv -o filter.csv
+  fairaudit design audit.toml --max-log 0.05,0.1,0.2,0.5 --plot frontier.png
+  fairaudit design --groups 16 --max-ratio 0.8 --tau 0.3
   fairaudit privacy filter.csv
 
 The file written is a table of exact fractions that fairaudit privacy reads, and AUDIT.toml with [filter.group] kind = "table". The file of
@@ -48,9 +50,7 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "audit", metavar="AUDIT.toml", nargs="?", help="policy, utility and population; its filters and targets are passed over"
     )
-    target = parser.add_mutually_exclusive_group()
-    target.add_argument("--target", metavar="L[,L…]", help="target for L, a log-ratio in nats; several make a table")
-    target.add_argument("--target-ratio", metavar="Q[,Q…]", help="the same as a ratio, such as 5/4")
+    limits.add_single(parser, several=True)
     cap = parser.add_mutually_exclusive_group()
     cap.add_argument("--max-epsilon", metavar="E", help="cap on epsilon of the whole filter, in nats")
     cap.add_argument("--max-exp-epsilon", metavar="Q", help="the same as e^ε, such as 7/3")
@@ -69,9 +69,8 @@ def run(arguments: argparse.Namespace) -> int:
     from fairaudit.cli.text import put
     from fairaudit.exact import InputError
 
-    given = arguments.target or arguments.target_ratio
-    name = "target_local" if arguments.target else "target_local_ratio"
-    targets = [{name: text.strip()} for text in given.split(",")] if given else [{}]
+    given = limits.single(arguments)
+    targets = given or [{}]
     if len(targets) > 1 and arguments.output is not None:
         raise InputError("-o writes one filter; give one target")
     if arguments.plot is not None and not given:
@@ -224,8 +223,8 @@ def _costs(path: str | None, width: int) -> dict[Any, Any] | None:
 
 def _as_options(message: str) -> str:
     """Name options instead of arguments."""
-    for name in ("target_local_ratio", "max_exp_epsilon", "max_epsilon", "target_local", "tau", "gamma"):
-        option = {"target_local": "--target", "target_local_ratio": "--target-ratio"}.get(name, "--" + name.replace("_", "-"))
+    for name in ("max_ratio", "max_log", "max_exp_epsilon", "max_epsilon", "tau", "gamma"):
+        option = "--" + name.replace("_", "-")
         for ending in (" is ", ":"):
             if message.startswith(name + ending):
                 return option + message[len(name) :]
@@ -233,16 +232,17 @@ def _as_options(message: str) -> str:
 
 
 def _goal(found: Design) -> str:
-    from fairaudit.audit import approximate
+    from fairaudit.exact import approximate
+    from fairaudit.limits import limit_text
 
-    parts = [] if found.target is None else [f"local fairness R at most {approximate(found.target)}"]
+    parts = [] if found.target is None else [limit_text("local", "ratio", found.target)]
     parts += [] if found.max_exp_epsilon is None else [f"e^ε at most {approximate(found.max_exp_epsilon)}"]
     return " and ".join(parts)
 
 
 def _text(found: Design, written: str | None) -> str:
-    from fairaudit.audit import approximate
     from fairaudit.cli.text import plain
+    from fairaudit.exact import approximate
 
     if found.mechanism is None or found.distortion is None or found.truth_kept is None:
         return f"INFEASIBLE   {_goal(found)}\n\n{found.reason[:1].upper()}{found.reason[1:]}."
@@ -282,7 +282,7 @@ def _filter(mechanism: Mechanism) -> str:
 
 
 def _table(found: Sequence[Design]) -> str:
-    from fairaudit.audit import approximate
+    from fairaudit.exact import approximate
 
     rows = [["target R", "truth kept", "distortion", "randomized response keeps", "R, exact", "epsilon"]]
     for d in found:
@@ -311,6 +311,7 @@ def _percent(value: Fraction) -> str:
 
 def _entry(found: Design) -> dict[str, Any]:
     from fairaudit.certificate import number
+    from fairaudit.limits import limit_readings
 
     def exact(value: Fraction | float | None) -> str | None:
         return None if value is None else number(value)
@@ -318,7 +319,8 @@ def _entry(found: Design) -> dict[str, Any]:
     mechanism = found.mechanism
     return {
         "quantity": "local",
-        "target_ratio": exact(found.target),
+        "max_ratio": exact(found.target),
+        "readings": None if found.target is None else limit_readings("ratio", found.target),
         "max_exp_epsilon": exact(found.max_exp_epsilon),
         "feasible": found.feasible,
         "truth_kept": exact(found.truth_kept),

@@ -7,10 +7,14 @@ import json
 import re
 import sys
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli import limits
+from fairaudit.limits import LIMITS, limit_readings, limit_text
 
 if TYPE_CHECKING:
     from fairaudit.monitor.settings import Settings
@@ -25,22 +29,12 @@ exit codes: 0 within the targets, or no target; 1 a target is exceeded; 2 bad in
 
 examples:
   fairaudit monitor decisions.jsonl --decision answer --group sex --context job --utility yes --max-local-ratio 5/4
-  fairaudit monitor decisions.jsonl --state watch.db --decision answer --group sex --utility yes --max-local 0.2 --follow --exit-on exceeds
+  fairaudit monitor log.jsonl --state watch.db --decision answer --group sex --utility yes --max-local-ratio 0.8 --follow --exit-on exceeds
   fairaudit monitor --state watch.db --follow
   fairaudit certify --from-monitor watch.db -o certificate.json"""
 
-AUDIT: tuple[str, ...] = (
-    "decision",
-    "group",
-    "context",
-    "utility",
-    "utility_column",
-    "utility_range",
-    "utility_step",
-    "max_local",
-    "max_global",
-)
-AUDIT += ("max_local_ratio", "max_global_ratio", "confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "input")
+LOOKED_AT: tuple[str, ...] = ("decision", "group", "context", "utility", "utility_column", "utility_range", "utility_step")
+AUDIT = (*LOOKED_AT, *LIMITS, "confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "input")
 TALLIED = (
     ("dead", "lines could not be counted"),
     ("repeats", "decisions were repeats and left out"),
@@ -71,10 +65,7 @@ def add(commands: Any) -> None:
     audit.add_argument("--utility-step", metavar="Q", help="round the utilities of --utility-column to multiples of this, and audit that")
     audit.add_argument("--unit", metavar="COL", action="append", help="in each context and group, only the first decision of a unit counts")
     audit.add_argument("--event-id", metavar="COL", help="drop decisions whose id was seen before")
-    audit.add_argument("--max-local", metavar="L", help="limit on L, the log of the worst ratio within a context")
-    audit.add_argument("--max-global", metavar="L", help="limit on the log of the worst ratio of group means")
-    audit.add_argument("--max-local-ratio", metavar="Q", help="the same as a ratio, such as 5/4")
-    audit.add_argument("--max-global-ratio", metavar="Q", help="the same as a ratio")
+    limits.add_options(audit)
     audit.add_argument("--confidence", metavar="C", help="with which the bounds hold at every moment (default 0.95)")
     audit.add_argument(
         "--expected-cells", metavar="K", type=_whole, help="about how many combinations of context and group will appear (default 4)"
@@ -154,7 +145,6 @@ def _watch(arguments: argparse.Namespace, monitor: Monitor, screen: _Screen) -> 
 def certify_state(arguments: argparse.Namespace) -> int:
     """`fairaudit certify --from-monitor`: a certificate of what a state holds, at the settings of its audit."""
     from fairaudit.audit import certify
-    from fairaudit.cli.certify import TARGETS as OPTIONS
     from fairaudit.cli.certify import check_output, report
     from fairaudit.exact import InputError
     from fairaudit.monitor.state import State
@@ -183,7 +173,7 @@ def certify_state(arguments: argparse.Namespace) -> int:
         "no_table",
         "in_parts",
     )
-    for name in (*foreign, *OPTIONS):
+    for name in (*foreign, *LIMITS):
         if getattr(arguments, name):
             raise InputError(f"--{name.replace('_', '-')} was settled when the monitor began; {arguments.from_monitor} remembers it")
     check_output(arguments)
@@ -208,6 +198,11 @@ def certify_state(arguments: argparse.Namespace) -> int:
     return report(arguments, result, [], notes)
 
 
+def _limit(target: Mapping[str, str]) -> str:
+    """The limit of a target or alarm in words."""
+    return limit_text(*LIMITS[target["target"]], Fraction(target["limit"]))
+
+
 def _labels(option: str, given: list[str] | None) -> tuple[str, ...]:
     """Names of label columns; intervals, which `certify` cuts, are refused."""
     from fairaudit.cli.source import column_roles
@@ -226,7 +221,7 @@ def _labels(option: str, given: list[str] | None) -> tuple[str, ...]:
 def _settings(arguments: argparse.Namespace) -> Settings:
     from fairaudit.cli.certify import column_list, utility_spec
     from fairaudit.exact import InputError
-    from fairaudit.monitor.settings import TARGETS, Settings
+    from fairaudit.monitor.settings import Settings
 
     if (arguments.utility is None) == (arguments.utility_column is None):
         raise InputError("name one of --utility and --utility-column, such as --utility yes=1,maybe=0.5")
@@ -250,7 +245,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         high=high.strip(),
         step=arguments.utility_step,
         confidence=arguments.confidence or "0.95",
-        targets={name: getattr(arguments, name) for name in TARGETS if getattr(arguments, name) is not None},
+        targets=limits.given(arguments),
         expected=arguments.expected_cells or 4,
         unit=column_list(arguments.unit),
         event_id=arguments.event_id,
@@ -262,9 +257,9 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 
 
 def _fraction(text: str) -> Fraction:
-    from fairaudit.exact import rational
+    from fairaudit.exact import parse_rational
 
-    return Fraction(*rational(text))
+    return Fraction(*parse_rational(text))
 
 
 def _window(text: str) -> str:
@@ -347,7 +342,7 @@ class _Screen:
         else:
             self._clear()
             lower = float(Fraction(alarm["lower"]))
-            said = f"ALARM: {alarm['target']} = {alarm['limit']} is exceeded after {alarm['events']} decisions (line {alarm['line']}): "
+            said = f"ALARM: {_limit(alarm)}: exceeded after {alarm['events']} decisions (line {alarm['line']}), "
             print(plain(said) + f"R is at least {lower:.4g}", flush=True)
 
     def show(self, found: Look, *, last: bool = False) -> None:
@@ -385,7 +380,13 @@ class _Screen:
             "confidence": settings.confidence,
             "ratio": {quantity: list(ends) for quantity, ends in found.intervals.items()},
             "targets": [
-                {"target": name, "limit": (settings.targets or {})[name], "verdict": judged} for name, judged in found.verdicts.items()
+                {
+                    "target": name,
+                    "limit": limit,
+                    "readings": limit_readings(LIMITS[name][1], Fraction(limit)),
+                    "verdict": found.verdicts[name],
+                }
+                for name, limit in (settings.targets or {}).items()
             ],
             "verdict": found.verdict,
             "alarms": [{key: alarm[key] for key in ("target", "events", "line")} for alarm in monitor.alarms],
@@ -415,7 +416,7 @@ class _Screen:
         lines = [f"{said[entry['verdict']]} after {amount}; {entry['contexts']} contexts, {entry['groups']} groups"]
         for quantity, (low, high) in entry["ratio"].items():
             lines.append(f"  {quantity + ' ratio R':<16} {_ends(low, high)} at every moment, at confidence {entry['confidence']}")
-        lines += [f"  {target['target']} = {target['limit']}: {target['verdict']}" for target in entry["targets"]]
+        lines += [f"  {_limit(target)}: {target['verdict']}" for target in entry["targets"]]
         for alarm in entry["alarms"]:
             lines.append(f"  first alarm of {alarm['target']} after {alarm['events']} decisions (line {alarm['line']})")
         if "window" in entry:
@@ -432,7 +433,7 @@ class _Screen:
 
 def _ends(low: float, high: float) -> str:
     """Both ends of a ratio, rounded outwards."""
-    from fairaudit.audit import approximate
+    from fairaudit.exact import approximate
 
     return f"{approximate(Fraction(low), 'down')} to {approximate(Fraction(high) if high < float('inf') else high, 'up')}"
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from fairaudit.cli import limits
+
 EPILOG = """\
 exit codes: 0 a number of draws is expected to decide; 1 no number is; 2 bad input
 
 examples:
-  fairaudit plan --guess 0.5,0.5 --target 0.2
-  fairaudit plan --guess 0.5,0.45,0.4 --guess 0.2,0.2,0.2 --target-ratio 5/4 --confidence 0.99 --power 0.9"""
+  fairaudit plan --guess 0.5,0.5 --max-ratio 0.8
+  fairaudit plan --guess 0.5,0.45,0.4 --guess 0.2,0.2,0.2 --max-ratio 5/4 --confidence 0.99 --power 0.9"""
 
 
 def add(commands: Any) -> None:
@@ -31,9 +33,7 @@ def add(commands: Any) -> None:
         required=True,
         help="supposed expected utility of each group; repeat the option for each context",
     )
-    goal = parser.add_mutually_exclusive_group(required=True)
-    goal.add_argument("--target", metavar="L", help="limit on L, the log of the worst ratio within a context")
-    goal.add_argument("--target-ratio", metavar="Q", help="the same as a ratio, such as 5/4")
+    limits.add_single(parser, required=True)
     parser.add_argument("--confidence", metavar="C", default="0.95", help="confidence of the verdict (default 0.95)")
     parser.add_argument("--power", metavar="P", default="0.8", help="how likely the draws should roughly suffice (default 0.8)")
     parser.add_argument("--utility-range", metavar="LOW,HIGH", default="0,1", help="least and greatest utility (default 0,1)")
@@ -46,6 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     from fairaudit.cli.population import utility_range
     from fairaudit.cli.text import put
     from fairaudit.exact import InputError, rational, shown
+    from fairaudit.limits import limit_readings, limit_text, one_limit
     from fairaudit.sampling import plan
 
     rows = [[guess.strip() for guess in text.split(",")] for text in arguments.guess]
@@ -54,15 +55,12 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(f"--guess {shown(row[0])} names one group; at least two are compared, such as --guess 0.5,0.45")
     ends = utility_range(arguments.utility_range)
     top, bottom = rational(arguments.power)
-    unit, limit = ("log", arguments.target) if arguments.target is not None else ("ratio", arguments.target_ratio)
-    least = (0, 1) if unit == "log" else (1, 1)
-    if rational(limit)[0] * least[1] < least[0] * rational(limit)[1]:
-        raise InputError(f"the target is {shown(limit)}; it must be at least {least[0]}, which is perfect parity")
+    unit, limit = one_limit(arguments.max_ratio, arguments.max_log)
     found = plan(
         rows,
-        limit,
-        unit,  # type: ignore[arg-type]
         arguments.confidence,
+        max_ratio=arguments.max_ratio,
+        max_log=arguments.max_log,
         power=top / bottom,
         limits=(ends["m"], ends["gamma"]),
         binary=not arguments.many_valued,
@@ -70,7 +68,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.format == "json":
         import json
 
-        put(json.dumps({"draws": found.draws, "decides": found.decides, "sentence": found.sentence}))
+        readings = limit_readings(unit, limit)
+        put(json.dumps({"draws": found.draws, "decides": found.decides, "readings": readings, "sentence": found.sentence}))
     else:
-        put(found.sentence if found.draws is None else f"{found.sentence}\nIn all cells together: {sum(found.draws)} draws.")
+        lines = [f"Limit: {limit_text('local', unit, limit)}", found.sentence]
+        lines += [] if found.draws is None else [f"In all cells together: {sum(found.draws)} draws."]
+        put("\n".join(lines))
     return 0 if found.draws is not None else 1

@@ -285,7 +285,7 @@ def _log(ends: Sequence[Decimal]) -> str:
 
 def _about(value: Fraction | Decimal | float) -> str:
     """Four significant digits."""
-    from fairaudit.audit import approximate
+    from fairaudit.exact import approximate
 
     return "infinite" if value == inf else approximate(Fraction(value))
 

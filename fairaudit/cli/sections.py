@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fairaudit.exact import InputError, nearest, shown
+from fairaudit.limits import LIMITS, refuse_bare
 
-__all__ = ["check_keys", "read_section"]
+__all__ = ["check_keys", "check_targets", "read_section"]
 
 
 def read_section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -20,8 +21,8 @@ def read_section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
 
     Examples
     --------
-    >>> read_section({"targets": {"max_local": "0.2"}}, "targets"), read_section({}, "targets")
-    ({'max_local': '0.2'}, {})
+    >>> read_section({"targets": {"max_local_log": "0.2"}}, "targets"), read_section({}, "targets")
+    ({'max_local_log': '0.2'}, {})
     """
     found = document.get(name, {})
     if not isinstance(found, dict):
@@ -39,10 +40,22 @@ def check_keys(given: Mapping[str, Any], keys: Sequence[str], where: str) -> Non
 
     Examples
     --------
-    >>> check_keys({"max_locl": "0.2"}, ["max_local", "max_global"], "[targets]")
+    >>> check_keys({"gama": "1"}, ["gamma", "tau"], "[utility]")
     Traceback (most recent call last):
-    fairaudit.exact.InputError: [targets] has the unknown key 'max_locl'; known: 'max_local', 'max_global'; did you mean 'max_local'?
+    fairaudit.exact.InputError: [utility] has the unknown key 'gama'; known: 'gamma', 'tau'; did you mean 'gamma'?
     """
     for key in given:
         if key not in keys:
             raise InputError(f"{where} has the unknown key {shown(key)}; {nearest(key, keys)}")
+
+
+def check_targets(given: Mapping[str, Any]) -> None:
+    """Refuse keys of the section [targets] that are no limits.
+
+    Raises
+    ------
+    InputError
+        If there is one; where it does not tell a ratio from its logarithm, the message names both that do.
+    """
+    refuse_bare(given, where="[targets] ")
+    check_keys(given, tuple(LIMITS), "[targets]")

@@ -10,10 +10,11 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.audit import approximate, place, to_judge
+from fairaudit.audit import place, to_judge
 from fairaudit.columns import plain
-from fairaudit.exact import rational_text
+from fairaudit.exact import approximate, rational_text
 from fairaudit.fairness import Ratio, Witness, cell_expectation
+from fairaudit.limits import limit_text
 from fairaudit.mechanism import Mechanism
 from fairaudit.privacy import exp_epsilon
 
@@ -89,18 +90,17 @@ def verdict(result: Result) -> str:
 
 
 def _target(target: Target, measured: Ratio | None, interval: Interval | None) -> str:
-    name = f"{target.quantity} {'log-ratio' if target.unit == 'log' else 'ratio'}"
-    said = approximate(target.limit)
+    said = limit_text(target.quantity, target.unit, target.limit)
     if measured is None:
-        return f"{name} at most {said}: nothing could be compared"
+        return f"{said}: nothing could be compared"
     value = approximate(measured.ratio) if target.unit == "ratio" else _log(measured)
     if target.confidence is None or target.upper is None:
-        return f"{name} at most {said}: it is {value} (this table, decided exactly)"
+        return f"{said}: it is {value} (this table, decided exactly)"
     lower = interval.lower if interval else Fraction(1)
     upper, source = target.upper
     proved = "" if source == "the interval" else f", by {source}"
     ends = " and ".join(_end(end, target.unit, up=up) for end, up in ((lower, False), (upper, True)))
-    return f"{name} at most {said}: between {ends}{proved}, at confidence {_percent(target.confidence)} ({value} in the table)"
+    return f"{said}: between {ends}{proved}, at confidence {_percent(target.confidence)} ({value} in the table)"
 
 
 def _end(value: Fraction | float, unit: str, *, up: bool) -> str:

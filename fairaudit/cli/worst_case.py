@@ -139,8 +139,9 @@ def _chain(labels: tuple[str, ...]) -> list[tuple[str, str]]:
 
 
 def _text(found: WorstCase, written: list[str]) -> str:
-    from fairaudit.audit import approximate, place
+    from fairaudit.audit import place
     from fairaudit.cli.text import plain
+    from fairaudit.exact import approximate
 
     witness = found.witness
     where = f" in {plain(place(witness.context))}" if witness.context else ""
@@ -172,8 +173,8 @@ def _text(found: WorstCase, written: list[str]) -> str:
 
 
 def _exact(value: Any) -> str:
-    from fairaudit.audit import approximate
     from fairaudit.certificate import number
+    from fairaudit.exact import approximate
 
     if value == inf:
         return "infinite"
@@ -183,8 +184,9 @@ def _exact(value: Any) -> str:
 
 def _table(found: WorstCase) -> list[str]:
     """The worst utility: one row per decision, one column per place where it differs."""
-    from fairaudit.audit import approximate, place
+    from fairaudit.audit import place
     from fairaudit.cli.text import plain
+    from fairaudit.exact import approximate
 
     table = found.utility.on(found.law)
     if table.by_decision:

@@ -9,13 +9,15 @@ from dataclasses import asdict, dataclass, fields
 from fractions import Fraction
 from typing import Any
 
-from fairaudit.exact import InputError, rational, rational_text, shown
+from fairaudit.exact import InputError, nearest, option_value, rational_text, shown
+from fairaudit.limits import LIMITS, read_limit, refuse_bare
 from fairaudit.sampling import confidence_level
 
 __all__ = ["OTHER", "Settings"]
 
 OTHER = "(other)"
-TARGETS = ("max_local", "max_global", "max_local_ratio", "max_global_ratio")
+EARLIER = {"max_local": "max_local_log", "max_global": "max_global_log"}
+"""What limits on logarithms are called in states of before."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class Settings:
     confidence : str
         With which each kind of statement holds at every moment.
     targets : mapping of str to str
-        Limits, by the names `max_local`, `max_global`, `max_local_ratio`, `max_global_ratio`.
+        Limits, by the names `max_local_ratio`, `max_global_ratio`, `max_local_log`, `max_global_log`.
     expected : int
         About how many combinations of context and group will appear; shapes the budget, and any number is sound.
     unit : tuple of str
@@ -129,7 +131,7 @@ class Settings:
     @property
     def named(self) -> tuple[str, ...]:
         """The quantities with a target: "local", "global"."""
-        return tuple(dict.fromkeys(name.split("_")[1] for name in TARGETS if name in (self.targets or {})))
+        return tuple(dict.fromkeys(quantity for name, (quantity, _) in LIMITS.items() if name in (self.targets or {})))
 
     @property
     def text(self) -> str:
@@ -143,8 +145,9 @@ class Settings:
 
     @staticmethod
     def from_text(text: str) -> Settings:
-        """Read what `text` wrote."""
+        """Read what `text` wrote, also under the earlier names of limits: they were logarithms, and stay so."""
         members: dict[str, Any] = json.loads(text)
+        members["targets"] = {EARLIER.get(name, name): limit for name, limit in members["targets"].items()}
         read: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in members.items()}
         return Settings(**read)
 
@@ -159,7 +162,7 @@ class Settings:
 
 def _number(name: str, value: Any) -> Fraction:
     try:
-        return Fraction(*rational(value))
+        return Fraction(*option_value(value))
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
@@ -187,10 +190,9 @@ def _step(given: str, width: Fraction) -> str:
     return _text(step)
 
 
-def _targets(given: Mapping[str, str]) -> dict[str, str]:
-    targets = {name: _number(name, value) for name, value in given.items()}
-    for name, value in targets.items():
-        least = 1 if name.endswith("ratio") else 0
-        if name not in TARGETS or value < least:
-            raise InputError(f"{name} is {value}; it must be at least {least}, which is perfect parity")
-    return {name: _text(value) for name, value in targets.items()}
+def _targets(given: Mapping[str, Any]) -> dict[str, str]:
+    refuse_bare(given)
+    for name in given:
+        if name not in LIMITS:
+            raise InputError(f"{shown(name)} is no limit; {nearest(name, LIMITS)}")
+    return {name: _text(read_limit(name, value)) for name, value in given.items()}

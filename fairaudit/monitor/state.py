@@ -12,7 +12,7 @@ from typing import Any, TextIO
 
 from fairaudit.columns import Label
 from fairaudit.exact import InputError
-from fairaudit.monitor.settings import Settings
+from fairaudit.monitor.settings import EARLIER, Settings
 
 __all__ = ["Counts", "Place", "State"]
 
@@ -127,10 +127,9 @@ class State:
         meta = dict(self.db.execute("SELECT key, value FROM meta WHERE key IN ('format', 'audit', 'digest')"))
         if meta.get("format") != FORMAT:
             raise InputError(f"{self.path} is not the state of a monitor of this version; name another file")
-        settings = Settings.from_text(meta["audit"])
-        if settings.digest != meta["digest"]:
+        if hashlib.sha256(meta["audit"].encode()).hexdigest() != meta["digest"]:
             raise InputError(f"{self.path} was altered: its audit does not have its digest")
-        return settings
+        return Settings.from_text(meta["audit"])
 
     def _create(self, settings: Settings) -> None:
         self._claim()
@@ -192,7 +191,8 @@ class State:
 
     def alarms(self) -> list[dict[str, Any]]:
         """The alarms that were raised, in order."""
-        return [json.loads(entry) for (entry,) in self.db.execute("SELECT entry FROM alarms ORDER BY number")]
+        stored = [json.loads(entry) for (entry,) in self.db.execute("SELECT entry FROM alarms ORDER BY number")]
+        return [{**alarm, "target": EARLIER.get(alarm["target"], alarm["target"])} for alarm in stored]
 
     def first_seen(self, keys: Iterable[str]) -> list[bool]:
         """Whether each key is seen for the first time, and remember it; within the transaction that `begin` opened."""

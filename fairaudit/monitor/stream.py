@@ -16,6 +16,7 @@ from typing import Any, Literal
 from fairaudit.columns import Label, label_text
 from fairaudit.exact import InputError, rational, rational_text, shown
 from fairaudit.law import Law
+from fairaudit.limits import LIMITS
 from fairaudit.monitor.bounds import Arrivals, Quantity, stream_interval
 from fairaudit.monitor.reader import Batch, Decoder, Row, decoder, moment
 from fairaudit.monitor.settings import OTHER, Settings
@@ -134,11 +135,11 @@ def interval_of(
 
 
 def _asked(settings: Settings, quantity: Quantity) -> dict[str, str]:
-    return {name: limit for name, limit in (settings.targets or {}).items() if name.split("_")[1] == quantity}
+    return {name: limit for name, limit in (settings.targets or {}).items() if LIMITS[name][0] == quantity}
 
 
 def _judge(interval: Interval, name: str, limit: str) -> Verdict:
-    return verdict(interval, limit, "ratio" if name.endswith("ratio") else "log")
+    return verdict(interval, **{f"max_{LIMITS[name][1]}": limit})
 
 
 class Monitor:

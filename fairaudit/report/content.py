@@ -9,9 +9,11 @@ from functools import cached_property
 from math import inf
 from typing import Any, Literal
 
-from fairaudit.audit import approximate, sentence
+from fairaudit.audit import sentence
 from fairaudit.certificate_reader import Subject, number, ratio, subject
 from fairaudit.columns import plain
+from fairaudit.exact import approximate
+from fairaudit.limits import limit_text
 from fairaudit.report.expectations import Expectations, Matrix, Panel
 from fairaudit.report.ladder import Calibrated, Rung, calibration, ladder
 from fairaudit.report.words import QUANTITIES, THEOREMS, Value, claimed, clip, named, percent, scope
@@ -113,8 +115,7 @@ class Content:
         listed = []
         for target in self.document["targets"]:
             limit = Value(number(target["limit"]))
-            unit = "log-ratio" if target["unit"] == "log" else "ratio"
-            name = f"{target['quantity']} {unit} at most {limit.decimal}"
+            name = limit_text(target["quantity"], target["unit"], Fraction(limit.value))
             listed.append(
                 {
                     "verdict": target["verdict"],

@@ -9,9 +9,9 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal, get_args
 
-from fairaudit.audit import approximate
 from fairaudit.certificate_reader import Subject
 from fairaudit.columns import Label
+from fairaudit.exact import approximate
 from fairaudit.fairness import cell_expectation
 from fairaudit.law import Law
 from fairaudit.report.words import Value, named, quotient

@@ -8,10 +8,10 @@ from fractions import Fraction
 from math import inf, log, prod
 from typing import Any, Literal
 
-from fairaudit.audit import approximate
 from fairaudit.calibration import calibrate
 from fairaudit.certificate_reader import Subject, number, ratio
-from fairaudit.exact import InputError, exp_enclosure
+from fairaudit.exact import InputError, approximate, exp_enclosure
+from fairaudit.limits import limit_text
 from fairaudit.mechanism import Mechanism
 from fairaudit.report.words import THEOREMS, Value, claimed, scope
 
@@ -62,8 +62,9 @@ def ladder(document: Mapping[str, Any], name: Literal["local", "global"]) -> lis
         if target["quantity"] != name:
             continue
         limit = number(target["limit"])
-        unit, shown = ("ratio", Value(limit)) if target["unit"] == "ratio" else ("log", _exponential(limit))
-        rungs.append(Rung("target", f"target ({unit} at most {approximate(limit)})", scope(target["judged"]), shown))
+        shown = Value(limit) if target["unit"] == "ratio" else _exponential(limit)
+        said = limit_text(name, target["unit"], Fraction(limit))
+        rungs.append(Rung("target", f"target: {said}", scope(target["judged"]), shown))
     return sorted(rungs, key=lambda rung: (float(rung.value), rung.kind != "measured"))
 
 
@@ -103,7 +104,7 @@ def _calibrated(document: Mapping[str, Any], mechanism: Mechanism) -> Calibrated
         if target <= 0:
             continue
         found = calibrate(
-            target_local=target,
+            max_log=target,
             groups={str(i): size for i, size in enumerate(sizes)},
             gamma=constants["gamma"],
             tau=tau,

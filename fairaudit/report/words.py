@@ -9,10 +9,10 @@ from functools import cached_property
 from math import inf
 from typing import Any, Literal
 
-from fairaudit.audit import PARITY_WITHIN, approximate, place
+from fairaudit.audit import PARITY_WITHIN, place
 from fairaudit.certificate_reader import number
 from fairaudit.columns import plain
-from fairaudit.exact import log_enclosure
+from fairaudit.exact import approximate, log_enclosure
 
 __all__ = ["QUANTITIES", "THEOREMS", "Value", "claimed", "clip", "named", "percent", "quotient", "scope"]
 

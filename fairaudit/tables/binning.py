@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fairaudit.columns import Tally, label_text
-from fairaudit.exact import InputError, parse_rational, rational, shown
+from fairaudit.exact import InputError, option_value, rational, shown
 
 __all__ = ["Bins", "apply_bins", "merged"]
 
@@ -55,7 +55,7 @@ class Bins:
         texts = []
         for edge in edges:
             try:
-                limits.append(Fraction(*(parse_rational(edge) if isinstance(edge, str) else rational(edge))))
+                limits.append(Fraction(*(option_value(edge))))
                 texts.append(_decimal(limits[-1]))
             except InputError as error:
                 raise InputError(f"an edge of the intervals of column {shown(name)}: {error}") from None

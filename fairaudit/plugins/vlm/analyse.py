@@ -19,6 +19,7 @@ from typing import Any, Literal
 
 import fairaudit as fa
 from fairaudit.exact import InputError
+from fairaudit.limits import LIMITS
 from fairaudit.plugins.vlm.answers import UNREADABLE, Reading, read_answer
 from fairaudit.plugins.vlm.experiment import Experiment, Profile, Setting, Slots
 from fairaudit.plugins.vlm.journal import Draw, Journal
@@ -30,12 +31,6 @@ __all__ = ["Finding", "Question", "Table", "certify", "tables"]
 Question = Literal["slot", "person", "position"]
 Number = Fraction | float
 DRAWN = "drawn at random"
-TARGETS = {
-    "max_local": ("local", "log"),
-    "max_local_ratio": ("local", "ratio"),
-    "max_global": ("global", "log"),
-    "max_global_ratio": ("global", "ratio"),
-}
 
 
 @dataclass(frozen=True)
@@ -199,7 +194,7 @@ def certify(
             "finish the run first"
         )
     frame = _frame(experiment, setting, question, filtered=not drawn_already)
-    limits = experiment.targets if targets is None else targets
+    limits: Mapping[str, Any] = experiment.targets if targets is None else targets
     context_filter = None if drawn_already else experiment.context_filter(setting)
     policy = _policy(experiment, table, frame)
     kernel = fa.Mechanism.from_array([list(row) for row in frame.rows], frame.inputs, frame.outputs)
@@ -208,10 +203,7 @@ def certify(
     result = fa.certify(
         policy.behind(group=kernel, context=context_filter),
         {frame.chosen: experiment.chosen, frame.not_chosen: experiment.other, **({UNREADABLE: experiment.other} if spoken else {})},
-        max_local=None if spoken else limits.get("max_local"),
-        max_global=None if spoken else limits.get("max_global"),
-        max_local_ratio=None if spoken else limits.get("max_local_ratio"),
-        max_global_ratio=None if spoken else limits.get("max_global_ratio"),
+        **({} if spoken else limits),
         confidence=level,
         declared=declared,
     )
@@ -230,11 +222,11 @@ def certify(
         best["T2"] = factor
     verdicts = {} if spoken else {_target_name(t): t.verdict for t in result.targets}
     for name, limit in limits.items() if spoken else ():
-        quantity, unit = TARGETS[name]
+        quantity, unit = LIMITS[name]
         low, high = (interval or meanings)[quantity]
         if quantity == "local" and (interval or not drawn_already):  # T2 is about the population: draws may stray from it
             high = max(low, min(high, factor))
-        verdicts[name] = judge((low, high), limit, "log" if unit == "log" else "ratio")
+        verdicts[name] = judge((low, high), **{f"max_{unit}": limit})
     return Finding(question, setting, result, meanings, interval, factor, best, verdicts)
 
 
@@ -422,7 +414,7 @@ def _exp_epsilon(experiment: Experiment, setting: Setting, question: Question) -
 
 
 def _target_name(target: fa.Target) -> str:
-    return f"max_{target.quantity}" + ("_ratio" if target.unit == "ratio" else "")
+    return f"max_{target.quantity}_{target.unit}"
 
 
 def logarithm(value: Number) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import plugins
+from fairaudit.cli import limits, plugins
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -59,16 +59,16 @@ def _options(action: argparse.ArgumentParser, name: str) -> None:
     who.add_argument("--key-env", metavar="NAME", help="environment variable that holds the key (default OPENAI_API_KEY)")
     who.add_argument("--maker", choices=("stand-in", "minilm"), help="an embedded decision maker instead")
     if name in ("run", "plot"):
-        limits = action.add_argument_group("limits")
-        limits.add_argument("--requests-per-minute", metavar="N", type=float)
-        limits.add_argument("--tokens-per-minute", metavar="N", type=float)
-        limits.add_argument("--concurrency", metavar="N", type=int, help="requests in flight at the most (default 4)")
-        limits.add_argument("--timeout", metavar="S", type=float, help="seconds for one answer (default 120)")
-        limits.add_argument("--retries", metavar="N", type=int, help="attempts after the first one (default 6)")
-        limits.add_argument("--price-input", metavar="P", type=float, help="price of a million tokens sent")
-        limits.add_argument("--price-output", metavar="P", type=float, help="price of a million tokens received")
-        limits.add_argument("--max-cost", metavar="M", type=float, help="stop before this is spent, in the currency of the prices")
-        limits.add_argument("--max-tokens", metavar="N", type=int, help="stop before this many tokens are spent")
+        spending = action.add_argument_group("limits")
+        spending.add_argument("--requests-per-minute", metavar="N", type=float)
+        spending.add_argument("--tokens-per-minute", metavar="N", type=float)
+        spending.add_argument("--concurrency", metavar="N", type=int, help="requests in flight at the most (default 4)")
+        spending.add_argument("--timeout", metavar="S", type=float, help="seconds for one answer (default 120)")
+        spending.add_argument("--retries", metavar="N", type=int, help="attempts after the first one (default 6)")
+        spending.add_argument("--price-input", metavar="P", type=float, help="price of a million tokens sent")
+        spending.add_argument("--price-output", metavar="P", type=float, help="price of a million tokens received")
+        spending.add_argument("--max-cost", metavar="M", type=float, help="stop before this is spent, in the currency of the prices")
+        spending.add_argument("--max-tokens", metavar="N", type=int, help="stop before this many tokens are spent")
     if name == "run":
         action.add_argument(
             "--dry-run", action="store_true", help="say how many calls, tokens and what cost, and show a prompt; ask nothing"
@@ -77,8 +77,7 @@ def _options(action: argparse.ArgumentParser, name: str) -> None:
         action.add_argument("--confidence", metavar="C", help="confidence of intervals (default 0.95); 'none' judges the table itself")
     if name == "certify":
         action.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
-        for target in ("max-local", "max-global", "max-local-ratio", "max-global-ratio"):
-            action.add_argument(f"--{target}", metavar="Q", help="target; by default those of the file")
+        limits.add_options(action.add_argument_group("targets (by default those of the file)"))
 
 
 def _list(arguments: argparse.Namespace) -> int:  # noqa: ARG001
@@ -221,14 +220,10 @@ def _certify(arguments: argparse.Namespace) -> int:
     from fairaudit.plugins.vlm.report import certify_all, said
 
     experiment, folder, journal = _open(arguments, create=False)
-    targets = {
-        name: getattr(arguments, name)
-        for name in ("max_local", "max_global", "max_local_ratio", "max_global_ratio")
-        if getattr(arguments, name) is not None
-    }
     with journal:
         models = [m for m in journal.models() if m in _keys(experiment, arguments, journal)]
-        found = certify_all(experiment, journal, models, folder, confidence=_confidence(arguments.confidence), targets=targets or None)
+        targets = limits.given(arguments) or None
+        found = certify_all(experiment, journal, models, folder, confidence=_confidence(arguments.confidence), targets=targets)
     print(said(found, arguments.format))
     return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[found.verdict]
 

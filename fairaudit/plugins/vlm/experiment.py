@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import fairaudit as fa
-from fairaudit.cli.sections import check_keys, read_section
+from fairaudit.cli.sections import check_keys, check_targets, read_section
 from fairaudit.exact import InputError, nearest, rational, shown
 from fairaudit.plugins.vlm.images import read_images
 
@@ -294,7 +294,7 @@ def _experiment(path: Path, data: bytes, document: Mapping[str, Any], trials: in
     check_keys(part["sampling"], ("trials", "design", "order"), "[sampling]")
     check_keys(part["filter"], ("keep_probability", "context_keep_probability"), "[filter]")
     check_keys(part["utility"], ("name", "chosen", "other"), "[utility]")
-    check_keys(part["targets"], ("max_local", "max_global", "max_local_ratio", "max_global_ratio"), "[targets]")
+    check_targets(part["targets"])
     options = _labels(part["answer"].get("options"), "[answer] options")
     attributes = {name: _labels(values, f"[attributes] {name}", least=1) for name, values in part["attributes"].items()}
     if not attributes:

@@ -14,10 +14,9 @@ from math import ceil, floor, inf
 from pathlib import Path
 from typing import Any, Literal
 
-from fairaudit.audit import approximate
 from fairaudit.certificate import number, write_atomically
 from fairaudit.cli.text import plain
-from fairaudit.exact import InputError
+from fairaudit.exact import InputError, approximate
 from fairaudit.plugins.vlm.analyse import Finding, Table, certify, logarithm, questions, readings, settings_of, tables
 from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.journal import Journal
