@@ -418,6 +418,84 @@ def test_an_alarm_is_raised_at_the_first_moment_and_stays(tmp_path: Path) -> Non
     assert run(log, state, Settings(**{**vars(SETTINGS), "targets": {"max_local_ratio": "5/4"}})).alarms == [alarm]
 
 
+# Change
+
+
+def turned(settings: Settings, before: int = 6_000, after: int = 3_000) -> list[dict[str, Any]]:
+    """Equal treatment, until men get half of what they got."""
+    rng = random.Random(7)
+    listed = []
+    for k in range(before + after):
+        sex = rng.choice("fm")
+        chance = 0.25 if sex == "m" and k >= before else 0.5
+        listed.append({"job": "cook", "sex": sex, "answer": "yes" if rng.random() < chance else "no"})
+    return listed
+
+
+TURNED = Settings(
+    group=("sex",), context=("job",), decision="answer", utility={"yes": "1"}, window="1500", targets={"max_local_ratio": "3/2"}
+)
+
+
+def test_a_window_that_contradicts_the_stream_is_no_within(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The whole stream stays under 3/2 while its last windows are above: it said WITHIN and exit 0, over a window that exceeds."""
+    log, state = write(tmp_path / "log.jsonl", turned(TURNED)), tmp_path / "s.db"
+    args = ["monitor", str(log), "--state", str(state), *OPTIONS, "--window", "1500", "--max-local-ratio", "3/2"]
+    assert main([*args, "--format", "text", "--prometheus", str(tmp_path / "f.prom")]) == 1
+    out = capsys.readouterr().out
+    assert "WITHIN" not in out and "CHANGED" in out and "ALARM: the local ratio changed" in out
+    assert "local ratio R " not in out  # the interval of the whole stream is withdrawn
+    assert 'fairaudit_changed{quantity="local"} 1' in (tmp_path / "f.prom").read_text()
+    assert main(["monitor", "--state", str(state), "--format", "json"]) == 1
+    entry = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert entry["verdict"] == "changed" and entry["ratio"] == {}
+    assert [target["verdict"] for target in entry["targets"]] == ["exceeds"]
+    (alarm,) = [a for a in entry["alarms"] if "changed" in a]
+    assert alarm["changed"] == "local" and alarm["exceeds"] == ["max_local_ratio"]
+    assert Fraction(alarm["stream"][1]) < Fraction(alarm["ratio"][0])
+    assert Fraction(alarm["error"]) == Fraction(1, 20) + sum(Fraction(1, 20 * i * (i + 1)) for i in range(1, alarm["window"] + 1))
+
+
+def test_a_change_without_an_exceeded_target_ends_with_3(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = write(tmp_path / "log.jsonl", turned(TURNED))
+    args = ["monitor", str(log), *OPTIONS, "--window", "1500", "--format", "json"]
+    assert main([*args, "--max-local-ratio", "9"]) == 3
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["targets"][0]["verdict"] == "changed"
+    assert main(args) == 3  # without a target
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["verdict"] == "changed"
+    assert main([*args, "--max-local-ratio", "9", "--exit-on", "changed"]) == 3
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_constant_stream_is_not_said_to_change(tmp_path: Path, seed: int) -> None:
+    monitor = run(write(tmp_path / "log.jsonl", events(8_000, seed)), settings=Settings(**{**vars(SETTINGS), "window": "500"}))
+    assert monitor.alarms == [] and monitor.withdrawn == frozenset()
+
+
+def test_the_mix_of_contexts_touches_the_global_ratio_alone(tmp_path: Path) -> None:
+    """Groups that move between contexts change the global ratio; within each context nothing changes."""
+    rng = random.Random(3)
+    listed = []
+    for k in range(24_000):
+        sex, late = rng.choice("fm"), k >= 16_000
+        job = "cook" if rng.random() < ((0.95 if sex == "f" else 0.05) if late else 0.5) else "clean"
+        listed.append({"job": job, "sex": sex, "answer": "yes" if rng.random() < (0.9 if job == "cook" else 0.1) else "no"})
+    targets = {"max_local_ratio": "2", "max_global_ratio": "2"}
+    settings = Settings(**{**vars(SETTINGS), "window": "2000", "targets": targets})
+    log, path = write(tmp_path / "log.jsonl", listed), tmp_path / "s.db"
+    found = run(log, path, settings)
+    assert found.withdrawn == frozenset({"global"})
+    assert {a.get("changed") for a in found.alarms} >= {"global"}
+    again = Monitor(State(str(path), settings), str(log))
+    shown = again.look()
+    again.close()
+    assert shown.verdict == "changed" and set(shown.intervals) == {"local"}
+    assert shown.verdicts == {"max_local_ratio": "within", "max_global_ratio": "exceeds"} and shown.exit_code == 1
+    only = run(log, settings=Settings(**{**vars(settings), "targets": {"max_local_ratio": "2"}}))
+    assert only.withdrawn == frozenset({"global"})
+
+
 # Kills
 
 KILLS = 50 if FULL else 3

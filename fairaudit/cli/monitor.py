@@ -25,7 +25,7 @@ Watch the decisions of a deployed system as they come. The bounds hold at all mo
 whenever you like. The log has one decision per line, as JSON objects or as CSV with a header."""
 
 EPILOG = """\
-exit codes: 0 within the targets, or no target; 1 a target is exceeded; 2 bad input; 3 inconclusive
+exit codes: 0 within the targets, or no target; 1 a target is exceeded; 2 bad input; 3 inconclusive, or the ratio changed
 
 examples:
   fairaudit monitor decisions.jsonl --decision answer --group sex --context job --utility yes --max-local-ratio 5/4
@@ -40,6 +40,7 @@ TALLIED = (
     ("repeats", "decisions were repeats and left out"),
     ("early", "decisions were made before --since and left out"),
 )
+KEPT = ("target", "changed", "window", "stream", "ratio", "error", "exceeds", "events", "line")
 UNITS = {"s": 1, "m": 60, "h": 3_600, "d": 86_400, "w": 604_800}
 
 
@@ -78,7 +79,11 @@ def add(commands: Any) -> None:
     run_.add_argument("--state", metavar="FILE", help="keep the counts here, and go on where an earlier run stopped")
     run_.add_argument("--follow", action="store_true", help="wait for more when the log ends")
     run_.add_argument("--interval", metavar="SECONDS", type=_seconds, default=2.0, help="how often to say what is known (default 2)")
-    run_.add_argument("--exit-on", choices=("exceeds",), help="stop with exit code 1 at the first moment that a target is exceeded")
+    run_.add_argument(
+        "--exit-on",
+        choices=("exceeds", "changed"),
+        help="stop at the first moment that a target is exceeded, with exit code 1; or also when a window contradicts the stream",
+    )
     run_.add_argument("--dead-letters", metavar="FILE", help="where lines go that cannot be counted, with the reason")
     run_.add_argument("--baseline", metavar="CERTIFICATE", help="say whether the ratios have changed since this certificate")
     run_.add_argument("--prometheus", metavar="FILE", help="write the figures there for a Prometheus text-file collector")
@@ -120,9 +125,9 @@ def _watch(arguments: argparse.Namespace, monitor: Monitor, screen: _Screen) -> 
             for alarm in monitor.alarms[told:]:
                 screen.alarm(alarm)
             told = len(monitor.alarms)
-            if told and arguments.exit_on:
+            if any(_ends_watch(alarm, arguments.exit_on) for alarm in monitor.alarms):
                 screen.show(monitor.look(), last=True)
-                return 1
+                return 1 if any(_ends_watch(alarm, "exceeds") for alarm in monitor.alarms) else 3
             if time.monotonic() - said >= arguments.interval:
                 screen.show(monitor.look())
                 said = time.monotonic()
@@ -139,7 +144,11 @@ def _watch(arguments: argparse.Namespace, monitor: Monitor, screen: _Screen) -> 
             f"{monitor.log.path}: none of {monitor.tally['dead']} lines could be counted as {monitor.settings.layout}; name the columns "
             "of the log, and its form with --input (--dead-letters FILE lists the reasons)"
         )
-    return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[found.verdict]
+    return found.exit_code
+
+
+def _ends_watch(alarm: dict[str, Any], asked: str | None) -> bool:
+    return asked == "changed" or (asked == "exceeds" and bool(alarm.get("exceeds", True)))
 
 
 def certify_state(arguments: argparse.Namespace) -> int:
@@ -148,7 +157,7 @@ def certify_state(arguments: argparse.Namespace) -> int:
     from fairaudit.cli.certify import check_output, report
     from fairaudit.exact import InputError
     from fairaudit.monitor.state import State
-    from fairaudit.monitor.stream import alarm_counts, subject
+    from fairaudit.monitor.stream import alarm_counts, subject, withdrawn
 
     foreign: tuple[str, ...] = (
         "table",
@@ -184,7 +193,12 @@ def certify_state(arguments: argparse.Namespace) -> int:
     if arguments.at_alarm:
         if not alarms:
             raise InputError(f"{arguments.from_monitor}: no alarm has been raised")
-        counts = alarm_counts(alarms[0])
+        counts, alarms = alarm_counts(alarms[0]), alarms[:1]
+    if withdrawn(settings, alarms):
+        raise InputError(
+            f"{arguments.from_monitor}: a window contradicts the whole stream, so nothing can be certified about one constant ratio; begin "
+            "anew (another state, or --since)"
+        )
     found = subject(settings, counts, decisions)
     if found is None:
         raise InputError(f"{arguments.from_monitor}: no two groups have been counted yet")
@@ -336,9 +350,12 @@ class _Screen:
         """Say that a target is exceeded for the first time."""
         from fairaudit.cli.text import plain
 
-        entry = {key: alarm[key] for key in ("target", "limit", "lower", "events", "line", "clock")}
+        entry = {key: value for key, value in alarm.items() if not key.endswith(("order", "counts"))}
         if self.json:
             print(json.dumps({"alarm": entry}), flush=True)
+        elif "changed" in alarm:
+            self._clear()
+            print(f"ALARM: {_contradicted(alarm)}", flush=True)
         else:
             self._clear()
             lower = float(Fraction(alarm["lower"]))
@@ -389,7 +406,7 @@ class _Screen:
                 for name, limit in (settings.targets or {}).items()
             ],
             "verdict": found.verdict,
-            "alarms": [{key: alarm[key] for key in ("target", "events", "line")} for alarm in monitor.alarms],
+            "alarms": [{key: alarm[key] for key in KEPT if key in alarm} for alarm in monitor.alarms],
             "dead_letters": monitor.tally["dead"],
             "repeats": monitor.tally["repeats"],
             "before_since": monitor.tally["early"],
@@ -411,6 +428,7 @@ class _Screen:
             "exceeds": "EXCEEDS a target",
             "inconclusive": "INCONCLUSIVE so far",
             "none": "NO TARGET set",
+            "changed": "CHANGED: the ratio did not stay the same",
         }
         amount = f"{entry['decisions']} decisions ({entry['per_second']:.0f} per second)"
         lines = [f"{said[entry['verdict']]} after {amount}; {entry['contexts']} contexts, {entry['groups']} groups"]
@@ -418,7 +436,10 @@ class _Screen:
             lines.append(f"  {quantity + ' ratio R':<16} {_ends(low, high)} at every moment, at confidence {entry['confidence']}")
         lines += [f"  {_limit(target)}: {target['verdict']}" for target in entry["targets"]]
         for alarm in entry["alarms"]:
-            lines.append(f"  first alarm of {alarm['target']} after {alarm['events']} decisions (line {alarm['line']})")
+            if "changed" in alarm:
+                lines.append(f"  {_contradicted(alarm)}")
+            else:
+                lines.append(f"  first alarm of {alarm['target']} after {alarm['events']} decisions (line {alarm['line']})")
         if "window" in entry:
             window = entry["window"]
             ends = ", ".join(f"{quantity} {_ends(low, high)}" for quantity, (low, high) in window["intervals"].items())
@@ -429,6 +450,16 @@ class _Screen:
         counted += [(entry["before_since"], "before --since"), (entry["clock_went_back"], "with a clock that went back")]
         lines += [f"  {n} lines {what}" for n, what in counted if n]
         return lines
+
+
+def _contradicted(alarm: dict[str, Any]) -> str:
+    """A contradiction between a window and the stream, in a sentence."""
+    stream, window = (_ends(*(float(Fraction(end)) if end != "inf" else float("inf") for end in alarm[key])) for key in ("stream", "ratio"))
+    return (
+        f"the {alarm['changed']} ratio changed: {window} in window {alarm['window']}, {stream} in the whole stream until then "
+        f"(after {alarm['events']} decisions); what was said about the whole stream is withdrawn. Were the ratio constant, this would "
+        f"happen with probability at most {float(Fraction(alarm['error'])):.4g}"
+    )
 
 
 def _ends(low: float, high: float) -> str:
@@ -476,12 +507,15 @@ def _write_prometheus(path: str, entry: dict[str, Any]) -> None:
         for side, value in zip(("lower", "upper"), pair, strict=True)
     ]
     metric("ratio", "gauge", "Ends of the ratio R at every moment.", ends)
-    ranks = {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}
+    ranks = {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3, "changed": 4}
     metric(
         "verdict",
         "gauge",
-        "0 within, 1 exceeds, 3 inconclusive.",
+        "0 within, 1 exceeds, 3 inconclusive, 4 changed.",
         [(f'{{target="{t["target"]}"}}', ranks[t["verdict"]]) for t in entry["targets"]],
     )
-    metric("alarms_total", "counter", "Targets that were exceeded at some moment.", [("", len(entry["alarms"]))])
+    raised = [alarm for alarm in entry["alarms"] if "target" in alarm]
+    metric("alarms_total", "counter", "Targets that were exceeded at some moment.", [("", len(raised))])
+    changed = [(f'{{quantity="{q}"}}', int(any(a.get("changed") == q for a in entry["alarms"]))) for q in ("local", "global")]
+    metric("changed", "gauge", "1 if a window contradicted the whole stream.", changed)
     write_atomically(Path(path), [("\n".join(lines) + "\n").encode("utf-8")])

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
+from math import inf
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,11 +26,22 @@ from fairaudit.monitor.tail import Log
 from fairaudit.sampling import Interval, verdict
 from fairaudit.utility import Utility
 
-__all__ = ["Look", "Monitor", "Subject", "alarm_counts", "subject", "window_share"]
+__all__ = [
+    "Contradiction",
+    "Look",
+    "Monitor",
+    "Subject",
+    "alarm_counts",
+    "contradiction",
+    "subject",
+    "window_counts",
+    "window_share",
+    "withdrawn",
+]
 
-Verdict = Literal["none", "within", "exceeds", "inconclusive"]
+Verdict = Literal["none", "within", "exceeds", "inconclusive", "changed"]
 QUANTITIES: tuple[Quantity, ...] = ("local", "global")
-RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
+RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3, "changed": 4}
 MAX_CELLS = 10_000
 MAX_VALUES = 10_001
 CACHED = 200_000
@@ -59,17 +71,73 @@ class Look:
     events : int
         Decisions that count.
     intervals : dict
-        For "local" and "global" the ends of R, where groups can be compared; estimates in floats unless a verdict rests on them.
+        For "local" and "global" the ends of R, where groups can be compared and no window contradicts them; estimates in floats unless
+        a verdict rests on them.
     verdicts : dict
         For each target its verdict, decided exactly.
-    verdict : {"none", "within", "exceeds", "inconclusive"}
-        Of all targets together.
+    verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
+        Of all targets together; "changed" if what one of them rests on was contradicted.
     """
 
     events: int
     intervals: dict[str, tuple[float, float]]
     verdicts: dict[str, Verdict]
     verdict: Verdict
+
+    @property
+    def exit_code(self) -> int:
+        """0 within or no target, 1 a target is exceeded, 3 inconclusive, or changed without an exceeded target."""
+        if self.verdict == "changed":
+            return 1 if "exceeds" in self.verdicts.values() else 3
+        return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[self.verdict]
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """A window and the whole stream until then, whose intervals have no ratio in common: not both come from one constant ratio.
+
+    Attributes
+    ----------
+    quantity : {"local", "global"}
+        Which ratio.
+    number : int
+        The window's.
+    whole, part : Interval
+        That of the whole stream and that of the window, proved.
+    """
+
+    quantity: Quantity
+    number: int
+    whole: Interval
+    part: Interval
+
+    @property
+    def error(self) -> Fraction:
+        """Probability with which the interval of the whole stream and one of the windows up to this are ever disjoint under constancy."""
+        shares = sum((window_share(i) for i in range(1, self.number + 1)), Fraction(0))
+        return (1 - self.whole.confidence) + (1 - self.part.confidence) / window_share(self.number) * shares
+
+
+def contradiction(settings: Settings, whole: Subject | None, part: Subject | None, number: int, quantity: Quantity) -> Contradiction | None:
+    """Whether a window contradicts the whole stream; estimated in floats first, and then proved."""
+    for exact in (False, True):
+        one = interval_of(settings, whole, quantity, exact=exact)
+        other = interval_of(settings, part, quantity, window_share(number), exact=exact)
+        if one is None or other is None or not (one.upper < other.lower or other.upper < one.lower):
+            return None
+    return Contradiction(quantity, number, one, other) if one is not None and other is not None else None
+
+
+def withdrawn(settings: Settings, alarms: list[dict[str, Any]]) -> frozenset[Quantity]:
+    """The quantities of which nothing is said any more about the whole stream.
+
+    If the ratio within contexts changed, the means of cells did, and all rests on them. A global ratio also changes with the mix of
+    contexts, of which the ratio within them needs nothing.
+    """
+    found = {alarm["changed"] for alarm in alarms if "changed" in alarm}
+    if "local" in found or (found and not settings.context):
+        return frozenset(QUANTITIES)
+    return frozenset({"global"}) if found else frozenset()
 
 
 def subject(settings: Settings, counts: Counts, decisions: list[tuple[str, str]]) -> Subject | None:
@@ -97,6 +165,11 @@ def alarm_counts(alarm: dict[str, Any]) -> Counts:
     """What had been counted when an alarm was raised."""
     order = {(tuple(x), tuple(a)): rank for rank, (x, a) in enumerate(alarm["order"], 1)}
     return Counts(order, {(rank, number): n for rank, number, n in alarm["counts"]})
+
+
+def window_counts(alarm: dict[str, Any]) -> Counts:
+    """What had been counted in the window that contradicted the stream."""
+    return alarm_counts({"order": alarm["window_order"], "counts": alarm["window_counts"]})
 
 
 def window_share(number: int) -> Fraction:
@@ -136,6 +209,10 @@ def interval_of(
 
 def _asked(settings: Settings, quantity: Quantity) -> dict[str, str]:
     return {name: limit for name, limit in (settings.targets or {}).items() if LIMITS[name][0] == quantity}
+
+
+def _texts(*ends: Fraction | float) -> list[str]:
+    return [rational_text(end.as_integer_ratio()) if end != inf else "inf" for end in ends]
 
 
 def _judge(interval: Interval, name: str, limit: str) -> Verdict:
@@ -255,19 +332,44 @@ class Monitor:
         self._pending, self._new_decisions, self._new_alarms = {}, [], []
 
     def look(self) -> Look:
-        """What the whole stream shows now."""
-        return look(self.settings, self.subject(), self.events)
+        """What the whole stream shows now, as far as no window contradicts it."""
+        self._compare_window()
+        if self._new_alarms:
+            self.commit()
+        found, gone = look(self.settings, self.subject(), self.events), self.withdrawn
+        if not gone:
+            return found
+        current = self._look_at_window()
+        verdicts = dict(found.verdicts)
+        for name in verdicts:
+            if LIMITS[name][0] in gone:
+                verdicts[name] = "exceeds" if name in self._exceeded or current.verdicts.get(name) == "exceeds" else "changed"
+        judged = {LIMITS[name][0] for name in verdicts} or gone
+        overall: Verdict = "changed" if gone & judged else max(verdicts.values(), key=RANK.__getitem__)
+        return Look(found.events, {q: ends for q, ends in found.intervals.items() if q not in gone}, verdicts, overall)
+
+    @property
+    def withdrawn(self) -> frozenset[Quantity]:
+        """The quantities whose interval a window contradicts."""
+        return withdrawn(self.settings, self.alarms)
+
+    @property
+    def _exceeded(self) -> set[str]:
+        """Targets that were exceeded at some moment, or in some window."""
+        return {name for alarm in self.alarms for name in (alarm["exceeds"] if "changed" in alarm else [alarm["target"]])}
 
     def subject(self) -> Subject | None:
         """What was counted so far."""
         return subject(self.settings, self.total, self.decisions)
 
     def _watch(self) -> None:
-        """Raise an alarm for each target that is exceeded for the first time."""
-        raised = {alarm["target"] for alarm in self.alarms}
-        waiting = [name for name in self.settings.targets or {} if name not in raised]
+        """Raise an alarm for each target that is exceeded for the first time, and where a window contradicts the stream."""
+        self._compare_window()
+        waiting = [name for name in self.settings.targets or {} if name not in self._exceeded]
         found = self.subject() if waiting else None
         for quantity in QUANTITIES:
+            if quantity in self.withdrawn:
+                continue
             asked = {name: limit for name, limit in _asked(self.settings, quantity).items() if name in waiting}
             interval = interval_of(self.settings, found, quantity, exact=False) if asked else None
             if interval and any(_judge(interval, name, limit) == "exceeds" for name, limit in asked.items()):
@@ -276,11 +378,42 @@ class Monitor:
                     if _judge(interval, name, limit) == "exceeds":
                         self._alarm(name, interval)
 
-    def _alarm(self, name: str, interval: Interval) -> None:
-        alarm = {
-            "target": name,
-            "limit": (self.settings.targets or {})[name],
-            "lower": rational_text((interval.lower.numerator, interval.lower.denominator)),
+        if self._new_alarms:
+            self.commit()
+
+    def _alarm(self, name: str, interval: Interval, **where: int) -> None:
+        limit, lower = (self.settings.targets or {})[name], rational_text(interval.lower.as_integer_ratio())
+        self._raise({"target": name, "limit": limit, "lower": lower, **where})
+
+    def _compare_window(self) -> None:
+        """Raise an alarm for each quantity for which the current window contradicts the whole stream for the first time."""
+        if not self.tally["window"] or len(self.withdrawn) == len(QUANTITIES):
+            return
+        whole, part = self.subject(), subject(self.settings, self.window, self.decisions)
+        for quantity in QUANTITIES:
+            found = None if quantity in self.withdrawn else contradiction(self.settings, whole, part, self.tally["window"], quantity)
+            if found is not None:
+                self._changed(found)
+
+    def _changed(self, found: Contradiction) -> None:
+        asked = _asked(self.settings, found.quantity)
+        self._raise(
+            {
+                "changed": found.quantity,
+                "window": found.number,
+                "window_events": self._window_events,
+                "stream": _texts(found.whole.lower, found.whole.upper),
+                "ratio": _texts(found.part.lower, found.part.upper),
+                "error": str(found.error),
+                "exceeds": [name for name, limit in asked.items() if _judge(found.part, name, limit) == "exceeds"],
+                "window_order": [[list(x), list(a)] for x, a in self.window.order],
+                "window_counts": [[rank, number, n] for (rank, number), n in self.window.n.items()],
+            }
+        )
+
+    def _raise(self, entry: dict[str, Any]) -> None:
+        """Keep an alarm with the counts of the moment; it is stored with the next commit."""
+        alarm = entry | {
             "events": self.events,
             "line": self._place.line - 1 if hasattr(self, "_place") else None,
             "clock": self.tally["clock"],
@@ -289,7 +422,6 @@ class Monitor:
         }
         self.alarms.append(alarm)
         self._new_alarms.append(alarm)
-        self.commit()
 
     # Taking decisions in
 
@@ -416,14 +548,27 @@ class Monitor:
         pending = self._pending.get(number)
         if pending is not None:
             pending.order = dict(self.window.order)
-        self.closed.append(self.window_entry())
+        self._compare_window()
+        found = self._look_at_window()
+        for name, judged in found.verdicts.items():
+            if judged == "exceeds" and name not in self._exceeded and LIMITS[name][0] in self.withdrawn:
+                part = subject(self.settings, self.window, self.decisions)
+                interval = interval_of(self.settings, part, LIMITS[name][0], window_share(number))
+                if interval is not None:
+                    self._alarm(name, interval, window=number)
+        self.closed.append(self._entry(found))
 
     def window_entry(self) -> dict[str, Any]:
         """What the current window shows, by its own budget."""
-        number = self.tally["window"]
-        found = look(self.settings, subject(self.settings, self.window, self.decisions), self._window_events, window_share(number))
+        return self._entry(self._look_at_window())
+
+    def _look_at_window(self) -> Look:
+        found = subject(self.settings, self.window, self.decisions)
+        return look(self.settings, found, self._window_events, window_share(self.tally["window"]))
+
+    def _entry(self, found: Look) -> dict[str, Any]:
         return {
-            "window": number,
+            "window": self.tally["window"],
             "index": self.tally["index"],
             "events": found.events,
             "intervals": found.intervals,
