@@ -192,7 +192,7 @@ class State:
     def alarms(self) -> list[dict[str, Any]]:
         """The alarms that were raised, in order."""
         stored = [json.loads(entry) for (entry,) in self.db.execute("SELECT entry FROM alarms ORDER BY number")]
-        return [{**alarm, "target": EARLIER.get(alarm["target"], alarm["target"])} for alarm in stored]
+        return [{**alarm, "target": EARLIER.get(alarm["target"], alarm["target"])} if "target" in alarm else alarm for alarm in stored]
 
     def first_seen(self, keys: Iterable[str]) -> list[bool]:
         """Whether each key is seen for the first time, and remember it; within the transaction that `begin` opened."""
