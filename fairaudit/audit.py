@@ -39,6 +39,7 @@ from fairaudit.mechanism import Mechanism
 from fairaudit.monitor.bounds import Arrivals, stream_interval
 from fairaudit.policy import Deployment, Policy
 from fairaudit.privacy import exp_epsilon
+from fairaudit.rates import NAMES, Difference, GivenTruth, Rate, given_truth
 from fairaudit.sampling import (
     Comparison,
     Interval,
@@ -174,6 +175,8 @@ class Result:
         Intervals of the ratios of the population behind counts, under ``"local"`` and ``"global"`` where there is one.
     passed : Passed or None
         If contexts were read in parts, what was kept of them; `law` is then the law over all contexts together.
+    given_truth : GivenTruth or None
+        Rates of true and false positives, equal opportunity and equalized odds given the true label, where it is known.
     """
 
     law: Law
@@ -197,6 +200,7 @@ class Result:
     comparisons: Mapping[Quantity, Comparison] = field(default_factory=dict, repr=False)
     embed: bool | None = field(default=None, repr=False)
     passed: Passed | None = field(default=None, repr=False)
+    given_truth: GivenTruth | None = field(default=None, repr=False)
 
     @property
     def sentence(self) -> str:
@@ -221,6 +225,9 @@ class Result:
         for name, distance in self.distances.items():
             if distance is not None:
                 rows.append(f"<tr><td>{name}</td><td>{approximate(distance.value)}</td><td>{_exactly(distance.value)}</td></tr>")
+        for key, found in (self.given_truth.differences if self.given_truth else {}).items():
+            if found is not None:
+                rows.append(f"<tr><td>{NAMES[key]}</td><td>{approximate(found.value)}</td><td>{_exactly(found.value)}</td></tr>")
         for quantity, interval in self.intervals.items():
             ends = f"{approximate(interval.lower, 'down')} to {approximate(interval.upper, 'up')}"
             name = f"{quantity} ratio of the population, at confidence {interval.confidence}"
@@ -359,8 +366,13 @@ class Result:
                 quantity: _interval_entry(interval, self.comparisons.get(quantity), law if quantity == "local" else None)
                 for quantity, interval in self.intervals.items()
             }
+        if self.given_truth is not None:
+            _add_given_truth(document, self.given_truth)
         if deployment is None:
-            return with_table(document, self.passed.table if self.passed else Table(law, self.utility), embed=self.embed)
+            made = with_table(document, self.passed.table if self.passed else Table(law, self.utility), embed=self.embed)
+            if self.given_truth is not None and made.table is None:
+                document["metrics"] |= {name: [_rate_entry(law, rate) for rate in rates] for name, rates in self.given_truth.rates.items()}
+            return made
         context = deployment.context_filter
         document["subject"]["privacy"] = {"group": _privacy(deployment.group_filter), "context": _privacy(context) if context else None}
         document["subject"]["declared"] = {name: number(value) for name, value in self.declared.items()}
@@ -385,6 +397,7 @@ def certify(
     declared: Mapping[str, Any] | None = None,
     embed_table: bool | None = None,
     arrivals: Arrivals | None = None,
+    positive: Any = None,
 ) -> Result:
     """Measure a law exactly, say what follows for the population behind it, judge it against targets, and prepare a certificate.
 
@@ -416,6 +429,9 @@ def certify(
     arrivals : Arrivals, optional
         The law was counted from a stream, whose cells first appeared in this order: then the intervals hold at every moment at once,
         whenever the counting stopped. Needs ``gamma`` and ``m`` to be declared; `interval` and `independent` have no meaning.
+    positive : label, optional
+        The positive true label of a law with true labels (``truth=``), where the positive decisions do not name it; positive decisions are
+        those that are worth more than nothing.
 
     Returns
     -------
@@ -466,6 +482,7 @@ def certify(
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
     tau = least_expectation(law, table)
     constants = _constants(table, tau, declared or {}, deployment)
+    given, said = _given_truth(subject, table, positive, None if arrivals else level, embed_table)
     found = () if deployment is None else tuple(_bounds(deployment, table, tau, constants, law))
     named = {quantity for quantity, _, _ in limits}
     comparisons: dict[Quantity, Comparison] = {}
@@ -493,10 +510,10 @@ def certify(
         local_supremum=local_supremum(law),
         global_supremum=global_supremum(law),
         tau=tau,
-        not_compared=tuple(not_compared(law)),
+        not_compared=(*not_compared(law), *(given.not_compared if given else ())),
         targets=targets,
         verdict=verdict,
-        notes=(*law.notes, *notes),
+        notes=(*law.notes, *notes, *said),
         deployment=deployment,
         unfiltered=None if without is None else _both(without, replace(table, law=without)),
         bounds=found,
@@ -504,7 +521,31 @@ def certify(
         intervals=intervals,
         comparisons=comparisons,
         embed=embed_table,
+        given_truth=given,
     )
+
+
+def _given_truth(
+    subject: Law | Deployment, table: UtilityTable, positive: Any, confidence: Fraction | None, embed: bool | None
+) -> tuple[GivenTruth | None, tuple[str, ...]]:
+    """What the decisions are given the true label, with intervals as far as they are possible, and why they are not."""
+    if isinstance(subject, Deployment):
+        if subject.policy.law.truth is not None or positive is not None:
+            raise InputError("true labels go with counts and logs, not with a policy behind filters")
+        return None, ()
+    found = given_truth(subject, table, positive)
+    if found is None or confidence is None:
+        return found, ()
+    reason = ""
+    if subject.units is not None:
+        reason = "rows of one sampling unit are no independent draws given their true labels"
+    elif not subject.whole:
+        reason = "the counts are not whole numbers of draws"
+    elif embed is False:
+        reason = "the ends of intervals would disclose the counts of a certificate without its table"
+    if reason:
+        return found, (f"no interval for the rates given the true label is claimed: {reason}",)
+    return replace(found, intervals=found.intervals_at(confidence)), ()
 
 
 def judged(
@@ -893,6 +934,8 @@ def _claims(result: Result) -> list[Claim]:
             add(distance, bound, "T7", relation="<=", evidence={"supremum": number(r)})
     if result.local and result.global_ and not result.passed and law.independent:
         add("global_ratio", result.local.ratio, "T5", relation="<=")
+    if result.given_truth is not None:
+        claims += _claims_given_truth(result.given_truth, assumptions)
     for quantity, interval in result.intervals.items():
         by = next((method for method in interval.methods if method != "binomial"), "binomial")
         scope = f"population at confidence {number(interval.confidence)}"
@@ -900,6 +943,38 @@ def _claims(result: Result) -> list[Claim]:
         claims.append(Claim(f"{quantity}_ratio", ">=", interval.lower, by, evidence, scope, interval.assumptions))
         claims.append(Claim(f"{quantity}_ratio", "<=", interval.upper, by, evidence, scope, interval.assumptions))
     return claims + [_bound_claim(bound, law.assumptions) for bound in result.bounds if bound.certified]
+
+
+def _claims_given_truth(given: GivenTruth, assumptions: tuple[str, ...]) -> Iterator[Claim]:
+    for name, found in given.differences.items():
+        if found is not None:
+            yield Claim(name, "=", found.value, "enumeration", {"table": ""}, assumptions=assumptions)
+    for name, interval in given.intervals.items():
+        scope = f"population at confidence {number(interval.confidence)}"
+        yield Claim(name, ">=", interval.lower, "binomial", {"interval": name}, scope, interval.assumptions)
+        yield Claim(name, "<=", interval.upper, "binomial", {"interval": name}, scope, interval.assumptions)
+
+
+def _add_given_truth(document: dict[str, Any], given: GivenTruth) -> None:
+    """Put what is measured given the true label into a certificate: docs/certificate.md."""
+    document["subject"]["positive"] = {"decision": list(given.positive.decision), "truth": given.positive.truth}
+    document["metrics"] |= dict.fromkeys(given.rates)  # filled in where the table is in the certificate
+    document["metrics"] |= {name: _difference_entry(found) for name, found in given.differences.items()}
+    if given.intervals:
+        document.setdefault("intervals", {}).update({name: interval.evidence for name, interval in given.intervals.items()})
+
+
+def _rate_entry(law: Law, rate: Rate) -> dict[str, Any]:
+    where = {} if rate.context is None else {"context": law.context_label(rate.context)}
+    return {**where, "group": law.group_label(rate.group), "rate": number(rate.value)}
+
+
+def _difference_entry(measured: Difference | None) -> dict[str, Any] | None:
+    if measured is None:
+        return None
+    entry: dict[str, Any] = {} if measured.context is None else {"context": measured.context}
+    entry |= {"rate": measured.kind, "higher": measured.higher, "lower": measured.lower, "rates": [number(v) for v in measured.rates]}
+    return {"value": number(measured.value), "witness": entry}
 
 
 def _interval_entry(interval: Interval, comparison: Comparison | None, law: Law | None) -> dict[str, Any]:

@@ -72,6 +72,8 @@ class Table:
         if deployment:
             context = deployment.context_filter
             head["filters"] = {"group": _factors(deployment.group_filter), "context": _factors(context) if context else None}
+        if law.truth is not None:
+            head["truths"] = list(law.truth.labels)
         if self.salt is not None:
             head["salt"] = self.salt
         return head
@@ -88,6 +90,8 @@ class Table:
             row = law.row(cell)
             bottom = law.scale if law.kind == "counts" else sum(row)
             entry: dict[str, Any] = {"context": x, "group": a, "weights": _texts(row, bottom)}
+            if law.truth is not None:
+                entry["truth"] = [_texts(part, bottom) for part in law.truth.weights[cell].tolist()]
             if masses:
                 entry["mass"] = rational_text((masses[cell], total))
             if not utility.by_decision:
@@ -129,6 +133,7 @@ class Table:
             and law.kind == "counts"
             and law.scale == 1
             and law.weights.dtype == np.int64
+            and law.truth is None
             and self.utility.by_decision
         ):
             yield from count_lines(law)
@@ -263,7 +268,8 @@ def _digest(parts: Iterator[bytes]) -> str:
 
 def column_names(columns: Columns) -> dict[str, Any]:
     """Column names of a law as a certificate stores them."""
-    return {"decision": columns.decision, "group": list(columns.group), "context": list(columns.context)}
+    named = {"decision": columns.decision, "group": list(columns.group), "context": list(columns.context)}
+    return named if columns.truth is None else {**named, "truth": columns.truth}
 
 
 def count_lines(law: Law, contexts_before: int = 0) -> Iterator[bytes]:

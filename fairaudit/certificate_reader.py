@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fairaudit.columns import INT64
 from fairaudit.exact import InputError, common_denominator
 from fairaudit.fairness import Ratio, Witness
-from fairaudit.law import Columns, Law, Units
+from fairaudit.law import Columns, Law, Truth, Units
 from fairaudit.mechanism import Factor, Mechanism
 from fairaudit.policy import Deployment, Policy
 from fairaudit.utility import UtilityTable
@@ -138,7 +138,15 @@ def _plain(header: Mapping[str, Any], rows: list[dict[str, Any]], units: Any) ->
         for cell, entries in zip(compared, units, strict=True):
             profiles[cell] = tuple((n, tuple(counts)) for n, counts in entries)
         law = replace(law, units=Units((), sum(n for cell in profiles for n, _ in cell), 1, once_per_group=False, profiles=tuple(profiles)))
+    if "truths" in header:
+        law = replace(law, truth=_truth(header, rows, law.scale))
     return Subject(law, _utility(header, law, rows))
+
+
+def _truth(header: Mapping[str, Any], rows: list[dict[str, Any]], scale: int) -> Truth:
+    listed = [[int(_rational(w) * scale) for part in row["truth"] for w in part] for row in rows]
+    shape = (len(listed), len(header["truths"]), len(header["decisions"]))
+    return Truth(tuple(header["truths"]), _array(listed, shape[1] * shape[2]).reshape(shape))
 
 
 def _policy(header: Mapping[str, Any], rows: list[dict[str, Any]]) -> Subject:
@@ -165,7 +173,7 @@ def _law(header: Mapping[str, Any], rows: list[dict[str, Any]], kind: Any, popul
     whole = [[n * (scale // d) for n, d in row] if kind == "counts" else common_denominator(row)[0] for row in weights]
     columns = header["columns"]
     return Law(
-        columns=Columns(columns["decision"], tuple(columns["group"]), tuple(columns["context"])),
+        columns=Columns(columns["decision"], tuple(columns["group"]), tuple(columns["context"]), columns.get("truth")),
         decisions=tuple(header["decisions"]),
         groups=tuple(tuple(label) for label in header["groups"]),
         contexts=tuple(tuple(label) for label in header["contexts"]),

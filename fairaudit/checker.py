@@ -522,6 +522,15 @@ class Columns:
     decision: str
     group: tuple[str, ...]
     context: tuple[str, ...]
+    truth: str | None = None
+
+
+@dataclass(frozen=True)
+class Positive:
+    """Which decisions and which true label count as positive, as the certificate states it."""
+
+    decision: tuple[str, ...]
+    truth: str
 
 
 @dataclass(frozen=True)
@@ -544,6 +553,7 @@ class Header:
     utility: tuple[Rational, ...] | None
     group_filter: "Filter | None" = None  # of a policy, and of no other subject
     context_filter: "Filter | None" = None
+    truths: tuple[str, ...] | None = None  # the true labels
 
 
 class Cell(NamedTuple):
@@ -571,6 +581,7 @@ class Table:
     digest: str
     figures: "Figures"
     policy: "Policy | None" = None
+    given: "GivenTruth | None" = None
 
     @property
     def cells(self) -> tuple[Cell, ...]:
@@ -595,13 +606,14 @@ class Table:
 
 
 def _read_columns(value: object, where: str) -> Columns:
-    members = _object(value, where, ("decision", "group", "context"))
+    members = _object(value, where, ("decision", "group", "context"), optional=("truth",))
     columns = Columns(
         _string(members["decision"], f"{where}.decision"),
         _strings(members["group"], f"{where}.group"),
         _strings(members["context"], f"{where}.context"),
+        _string(members["truth"], f"{where}.truth") if "truth" in members else None,
     )
-    names = (columns.decision, *columns.group, *columns.context)
+    names = (columns.decision, *columns.group, *columns.context, *([] if columns.truth is None else [columns.truth]))
     if not columns.group:
         raise _malformed(f"{where}.group", "must name at least one column")
     if len(set(names)) != len(names):
@@ -613,7 +625,23 @@ def _read_subject(members: Mapping[str, object], where: str) -> Subject:
     kind = _one_of(members["kind"], f"{where}.kind", ("counts", "probabilities", "policy"))
     populations = ("counts",) if kind == "counts" else ("weights", "equal")
     population = _one_of(members["population"], f"{where}.population", populations)
-    return Subject(kind, _read_columns(members["columns"], f"{where}.columns"), population)
+    columns = _read_columns(members["columns"], f"{where}.columns")
+    if kind != "counts" and columns.truth is not None:
+        raise _malformed(f"{where}.columns.truth", "must not be there: only counts have true labels")
+    return Subject(kind, columns, population)
+
+
+def _has_truth(value: object) -> bool:
+    """Whether an object has a column of true labels."""
+    columns = value.get("columns") if isinstance(value, dict) else None
+    return isinstance(columns, dict) and "truth" in columns
+
+
+def _read_positive(value: object, where: str) -> Positive:
+    members = _object(value, where, ("decision", "truth"))
+    decisions = _strings(members["decision"], f"{where}.decision")
+    _check_distinct(decisions, f"{where}.decision")
+    return Positive(decisions, _string(members["truth"], f"{where}.truth"))
 
 
 def _read_label_lists(value: object, where: str, width: int) -> tuple[Labels, ...]:
@@ -632,7 +660,7 @@ def _check_distinct(items: Sequence[object], where: str) -> None:
 def _read_header(value: object, where: str) -> Header:
     keys = ["format", "kind", "columns", "population", "decisions", "groups", "contexts", "utility"]
     of_policy = _is_about_policy(value)
-    members = _object(value, where, keys + ["filters"] * of_policy, optional=("salt",))
+    members = _object(value, where, keys + ["filters"] * of_policy + ["truths"] * _has_truth(value), optional=("salt",))
     _one_of(members["format"], f"{where}.format", (TABLE_FORMAT,))
     if "salt" in members:
         _hexadecimal(members["salt"], f"{where}.salt", "0123456789abcdefABCDEF", 32)
@@ -647,6 +675,9 @@ def _read_header(value: object, where: str) -> Header:
         _read_label_lists(members["contexts"], f"{where}.contexts", len(subject.columns.context)),
         None if utility is None else tuple(_rationals(utility, f"{where}.utility", len(decisions))),
     )
+    if "truths" in members:
+        header = replace(header, truths=_strings(members["truths"], f"{where}.truths"))
+        _check_distinct(header.truths or (), f"{where}.truths")
     if not of_policy:
         return header
     filters = _object(members["filters"], f"{where}.filters", ("group", "context"))
@@ -719,7 +750,8 @@ def _law(weights: Sequence[int], total: int) -> Law:
 
 
 def _given_with_cells(header: Header) -> list[str]:
-    return ["mass"] * (header.subject.population == "weights") + ["utility"] * (header.utility is None)
+    named = {"mass": header.subject.population == "weights", "utility": header.utility is None, "truth": header.truths is not None}
+    return [key for key, is_there in named.items() if is_there]
 
 
 def _read_given(
@@ -753,17 +785,17 @@ def _expectation(law: Law, utility: Sequence[Rational | None]) -> Rational:
     return _mean(*law, _gains(utility))
 
 
-def _read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = True) -> Table:
+def _read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = True, positive: Positive | None = None) -> Table:
     """Read a table from (where, value, bytes in the file or None if embedded), the header first.
 
-    What is read is not kept when only the figures of the table are needed.
+    What is read is not kept when only the figures of the table are needed.  Figures given the true label need to know what is positive.
     """
     digest = hashlib.sha256()
     reader: _Rows | None = None
     for where, value, raw in lines:
         if reader is None:
             header = _read_header(value, where)
-            reader = _Rows(header, keep) if header.group_filter is None else _PolicyRows(header, header.group_filter)
+            reader = _Rows(header, keep, positive) if header.group_filter is None else _PolicyRows(header, header.group_filter)
         else:
             reader.add(value, where)
         text = _canonical(value)
@@ -778,8 +810,9 @@ def _read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = 
 class _Rows:
     """The lines of a table after its header, as they are read."""
 
-    def __init__(self, header: Header, keep: bool = True) -> None:
+    def __init__(self, header: Header, keep: bool = True, positive: Positive | None = None) -> None:
         self.header = header
+        self.given_truth = None if header.truths is None or positive is None else GivenTruth(header, positive)
         self.figures = Figures(header)
         self.kept: list[Cell] | None = [] if keep else None
         self.keys = _given_with_cells(header)
@@ -793,6 +826,10 @@ class _Rows:
         if self.header.subject.kind == "counts":
             mass = total
         self.follow(place, where)
+        if self.header.truths is not None:
+            counts = _read_truth(members["truth"], f"{where}.truth", self.header, law, total)
+            if self.given_truth is not None:
+                self.given_truth.add(place, counts)
         cell = Cell(*place, law, mass, _mean(*law, self.gains or _gains(utility)), utility)
         self.figures.add(cell)
         if self.kept is not None:
@@ -810,7 +847,21 @@ class _Rows:
         if self.header.utility is None and not figures.cells:
             raise _malformed("the table", "gives no utility at all")
         _check_masses(self.header, figures.masses())
-        return Table(self.header, None if self.kept is None else tuple(self.kept), figures.cells, digest, figures)
+        kept = None if self.kept is None else tuple(self.kept)
+        return Table(self.header, kept, figures.cells, digest, figures, given=self.given_truth)
+
+
+def _read_truth(value: object, where: str, header: Header, law: Law, total: Rational) -> tuple[list[list[int]], int]:
+    """Read how the weights of a row are spread over the true labels, as integers over one denominator."""
+    size = len(header.decisions)
+    parts = [_rationals(item, f"{where}[{i}]", size) for i, item in enumerate(_list(value, where, len(header.truths or ())))]
+    flat, below = _over_common_denominator([entry for part in parts for entry in part])
+    counts = [flat[i : i + size] for i in range(0, len(flat), size)]
+    weights, law_total = law
+    for u, column in enumerate(zip(*counts, strict=True)):
+        if sum(column) * law_total * total[1] != weights[u] * total[0] * below:
+            raise _malformed(where, "is spread over the true labels so that it does not sum to the weights")
+    return counts, below
 
 
 def _check_masses(header: Header, masses: Sequence[Rational]) -> None:
@@ -1486,6 +1537,153 @@ def not_compared(table: Table) -> Iterator[dict[str, object]]:
         yield {"quantity": "global", "reason": "a group is missing in a context and no population was given"}
     elif len(populated) < 2:
         yield {"quantity": "global", "reason": "fewer than two groups"}
+    if table.given is not None:
+        yield from table.given.not_compared()
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Given the true label
+
+TRUE_POSITIVES, FALSE_POSITIVES = KINDS = ("true_positive_rate", "false_positive_rate")
+OVERALL = "_overall"  # ends the name of what is pooled over contexts, where there are context columns
+LACKING = {TRUE_POSITIVES: "no decisions with the positive true label", FALSE_POSITIVES: "no decisions with another true label"}
+DIFFERENCES = {  # the rates that each difference is about
+    "equal_opportunity": (TRUE_POSITIVES,),
+    "equalized_odds_true_label": KINDS,
+    f"equal_opportunity{OVERALL}": (TRUE_POSITIVES + OVERALL,),
+    f"equalized_odds_true_label{OVERALL}": (TRUE_POSITIVES + OVERALL, FALSE_POSITIVES + OVERALL),
+}
+
+
+def _stated_given_truth(columns: Columns) -> tuple[list[str], list[str]]:
+    """The names of the rates and of the differences that a certificate states."""
+    if columns.truth is None:
+        return [], []
+    suffixes = ("", OVERALL) if columns.context else ("",)
+    names = [name for name in DIFFERENCES if columns.context or not name.endswith(OVERALL)]
+    return [kind + suffix for kind in KINDS for suffix in suffixes], names
+
+
+class Share(NamedTuple):
+    """Of ``draws`` decisions in a cell, or of a group over all contexts (-1), with the wanted true label, ``positives`` are positive."""
+
+    context: int
+    group: int
+    positives: Fraction
+    draws: Fraction
+
+
+class GivenTruth:
+    """The numbers of decisions by true label, while the rows of a table pass by."""
+
+    def __init__(self, header: Header, positive: Positive) -> None:
+        self.header = header
+        for label in positive.decision:
+            if label not in header.decisions:
+                raise _malformed("subject.positive.decision", f"names {shown(label)}, which is no decision of the table")
+        if positive.truth not in (truths := header.truths or ()):
+            raise _malformed("subject.positive.truth", f"is {shown(positive.truth)}, which is no true label of the table")
+        self.decisions = [header.decisions.index(label) for label in positive.decision]
+        if self.decisions != sorted(self.decisions):
+            raise _malformed("subject.positive.decision", "is not in the order of the decisions of the table")
+        self.truth = truths.index(positive.truth)
+        self.cells: list[tuple[Share, Share]] = []
+
+    def add(self, place: tuple[int, int], counts: tuple[list[list[int]], int]) -> None:
+        """Take in the next cell."""
+        rows, below = counts
+        sums = []
+        for wanted in (True, False):
+            own = [row for t, row in enumerate(rows) if (t == self.truth) is wanted]
+            numbers = (sum(row[u] for row in own for u in self.decisions), sum(map(sum, own)))
+            sums.append(Share(*place, *(Fraction(number, below) for number in numbers)))
+        self.cells.append((sums[0], sums[1]))
+
+    def _shares(self, name: str) -> list[Share]:
+        """All of them, in order, also those without draws."""
+        position = KINDS.index(name.removesuffix(OVERALL))
+        own = [shares[position] for shares in self.cells]
+        if not name.endswith(OVERALL):
+            return own
+        totals: dict[int, list[tuple[Fraction, Fraction]]] = {}
+        for share in own:
+            totals.setdefault(share.group, []).append((share.positives, share.draws))
+        return [Share(-1, a, *map(_fraction_sum, zip(*totals[a], strict=True))) for a in sorted(totals)]
+
+    def blocks(self, name: str) -> list[list[Share]]:
+        """The rates of one name that are compared with each other."""
+        lists: dict[int, list[Share]] = {}
+        for share in self._shares(name):
+            if share.draws:
+                lists.setdefault(share.context, []).append(share)
+        return [block for block in lists.values() if len(block) > 1]
+
+    def rates(self) -> dict[str, list[dict[str, object]]]:
+        """All rates that exist, as a certificate lists them."""
+        names, _ = _stated_given_truth(self.header.subject.columns)
+        return {
+            name: [self._named(share) | {"rate": _pair(share.positives / share.draws)} for share in self._shares(name) if share.draws]
+            for name in names
+        }
+
+    def _named(self, share: Share) -> dict[str, object]:
+        columns = self.header.subject.columns
+        names: dict[str, object] = {}
+        if share.context >= 0:
+            names["context"] = dict(zip(columns.context, self.header.contexts[share.context], strict=True))
+        return names | {"group": dict(zip(columns.group, self.header.groups[share.group], strict=True))}
+
+    def differences(self) -> dict[str, Maximum | None]:
+        """The greatest differences, each null when one of its rates compares nobody."""
+        _, names = _stated_given_truth(self.header.subject.columns)
+        return {name: self._greatest([self._widest(rate) for rate in DIFFERENCES[name]]) for name in names}
+
+    @staticmethod
+    def _greatest(found: Sequence[Maximum | None]) -> Maximum | None:
+        best = found[0]
+        for other in found:
+            if best is None or other is None:
+                return None
+            if not _at_most(other.value, best.value):
+                best = other
+        return best
+
+    def _widest(self, name: str) -> Maximum | None:
+        best: tuple[Fraction, Share, Share] | None = None
+        for block in self.blocks(name):
+            values = [share.positives / share.draws for share in block]
+            gap = max(values) - min(values)
+            if best is None or gap > best[0]:
+                lower = values.index(min(values)) if gap else 1
+                best = gap, block[values.index(max(values))], block[lower]
+        if best is None:
+            return None
+        gap, high, low = best
+        upper, under = self._named(high), self._named(low)
+        witness = {key: upper[key] for key in upper if key == "context"}
+        witness |= {"rate": name.removesuffix(OVERALL), "higher": upper["group"], "lower": under["group"]}
+        witness["rates"] = [_pair(share.positives / share.draws) for share in (high, low)]
+        return Maximum(_pair(gap), witness, (high.context if high.context >= 0 else None, high.group, low.group))
+
+    def not_compared(self) -> Iterator[dict[str, object]]:
+        """List where a rate does not exist, so that nobody is compared by it."""
+        header = self.header
+        names, _ = _stated_given_truth(header.subject.columns)
+        for name in names:
+            lists: dict[int, list[Share]] = {}
+            for share in self._shares(name):
+                lists.setdefault(share.context, []).append(share)
+            for x, shares in lists.items():
+                place: dict[str, object] = {"quantity": name} | ({"context": list(header.contexts[x])} if x >= 0 else {})
+                lacking = [list(header.groups[share.group]) for share in shares if not share.draws]
+                if lacking:
+                    yield place | {"groups": lacking, "reason": LACKING[name.removesuffix(OVERALL)]}
+                if len(shares) - len(lacking) < 2 <= len(shares):
+                    yield place | {"reason": "fewer than two groups"}
+
+
+def _fraction_sum(values: Iterable[Fraction]) -> Fraction:
+    return Fraction(*_sum((value.numerator, value.denominator) for value in values))
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -1499,6 +1697,9 @@ METRICS: dict[str, tuple[bool, tuple[str, ...]]] = {
     "equalized_odds": (False, ("context", "higher", "lower", "decisions")),
     "local_supremum": (True, ("context", "decision", "higher", "lower", "probabilities")),
     "global_supremum": (True, ("decision", "higher", "lower", "probabilities")),
+}
+SHAPES = METRICS | {
+    name: (False, ("context",) * (not name.endswith(OVERALL)) + ("rate", "higher", "lower", "rates")) for name in DIFFERENCES
 }
 
 
@@ -1543,6 +1744,9 @@ class Certificate:
     targets: tuple[Target, ...]
     verdict: str
     intervals: "dict[str, Interval]"  # by quantity
+    positive: Positive | None  # this, the rates, and some metrics are of counts with true labels
+    rates: dict[str, list[dict[str, object]] | None]
+    differences: "dict[str, DifferenceInterval]"  # intervals, by metric
 
 
 LAW = "this law"
@@ -1676,6 +1880,7 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ("equalized_odds", "<=", "T7", LAW): Rule("equalized_odds", "supremum", source="local_supremum"),
     ("demographic_parity", "<=", "T7", LAW): Rule("demographic_parity", "supremum", source="global_supremum"),
     ("global_ratio", "<=", "T5", LAW): Rule("global", "table", ("independent",), source="local"),
+    **{(name, "=", "enumeration", LAW): Rule(name, "table", source=name) for name in DIFFERENCES},
     ("local_ratio", "<=", "T2", POLICIES): Rule("local", "", ("a-free", "finite")),
     ("local_ratio", "<=", "T1-paper", LAW): Rule("local", "", ("finite",)),
     ("local_ratio", "<=", "T1-paper", FLOORED): Rule("local", "", ("finite",)),
@@ -1715,7 +1920,7 @@ def _fault(claim: Claim, facts: Facts) -> str:
     if rule is None:
         known = any(claim.key[:3] == key[:3] for key in RULES)
         return f"unknown claim: the scope is {shown(claim.key[3])}" if known else "unknown claim"
-    quantity, source = facts.metrics[rule.quantity], facts.metrics[rule.source or rule.quantity]
+    quantity, source = facts.metrics.get(rule.quantity), facts.metrics.get(rule.source or rule.quantity)
     if quantity is None or source is None:
         return "the table does not give this quantity"
     for condition in rule.needs:
@@ -2476,6 +2681,75 @@ class Sample:
         return (n, k, p, self.binary) if below else (n, n - k, 1 - p, self.binary)
 
 
+@dataclass(frozen=True)
+class DifferenceInterval:
+    """An interval of a greatest difference of rates, with ends of all rates in use at the levels for its upper and for its lower end."""
+
+    confidence: Fraction
+    scope: str
+    levels: tuple[Fraction, Fraction]
+    upper: Box
+    lower: Box
+    difference: tuple[Rational, Rational]
+
+
+def _read_difference(value: object, where: str) -> DifferenceInterval:
+    members = _object(value, where, ("confidence", "levels", "upper", "lower", "difference"))
+    levels = _object(members["levels"], f"{where}.levels", ("upper", "lower"))
+    upper, lower = (
+        [_two(item, f"{where}.{name}[{i}]") for i, item in enumerate(_list(members[name], f"{where}.{name}"))]
+        for name in ("upper", "lower")
+    )
+    low, high = _rationals(members["difference"], f"{where}.difference", 2)
+    return DifferenceInterval(
+        _read_confidence(members["confidence"], f"{where}.confidence"),
+        POPULATION + _string(members["confidence"], f"{where}.confidence"),
+        (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
+        upper,
+        lower,
+        (low, high),
+    )
+
+
+def _prove_difference(interval: DifferenceInterval, blocks: Sequence[Sequence[Share]]) -> None:
+    """Make sure that the ends of all rates prove the interval of the greatest difference of two rates of one block."""
+    samples = []
+    for share in chain.from_iterable(blocks):
+        if share.draws.denominator != 1 or share.positives.denominator != 1:
+            raise Unproven("the counts are not integers")
+        samples.append(Sample(share.draws.numerator, share.positives, share.positives, Fraction(0), Fraction(1), binary=True))
+    beta, other = interval.levels
+    if not 0 < other <= beta < 1:
+        raise Unproven("the levels must be positive and less than 1, and that for the lower end no greater")
+    # The pair with the greatest difference needs one end of each of its two rates; which pair proves the lower end depends on the draws.
+    spent = 2 * beta + (2 * len(samples) - 2) * other
+    if spent > 1 - interval.confidence:
+        raise Unproven(f"the levels add up to {shown(_pair(spent))}")
+    for name, ends, level in (("upper", interval.upper, beta), ("lower", interval.lower, other)):
+        if len(ends) != len(samples):
+            raise Unproven(f"{name} must list the ends of {len(samples)} rates, not of {len(ends)}")
+        for i, (sample, (lo, hi)) in enumerate(zip(samples, ends, strict=True)):
+            if fault := _fault_of_ends(sample, lo, hi, level, METHODS[0]):
+                raise Unproven(f"{name}[{i}] {fault}")
+    greatest, least, first = Fraction(0), Fraction(0), 0
+    for block in blocks:
+        outer, inner = (ends[first : first + len(block)] for ends in (interval.upper, interval.lower))
+        first += len(block)
+        greatest = max(greatest, _widest_gap([hi for _, hi in outer], [lo for lo, _ in outer]))
+        least = max(least, _widest_gap([lo for lo, _ in inner], [hi for _, hi in inner]))
+    low, high = (Fraction(*end) for end in interval.difference)
+    if high < min(greatest, Fraction(1)):
+        raise Unproven("two rates can be further apart than the upper end")
+    if not 0 <= low <= least:
+        raise Unproven("no two rates are surely as far apart as the lower end")
+
+
+def _widest_gap(tops: Sequence[Fraction], bottoms: Sequence[Fraction]) -> Fraction:
+    """The greatest top less the bottom of another one, of at least two."""
+    low = sorted(range(len(bottoms)), key=bottoms.__getitem__)[:2]
+    return max(top - bottoms[low[0] if i != low[0] else low[1]] for i, top in enumerate(tops))
+
+
 def _read_confidence(value: object, where: str) -> Fraction:
     confidence = Fraction(*_rational(value, where))
     if not 0 < confidence < 1:
@@ -2483,11 +2757,14 @@ def _read_confidence(value: object, where: str) -> Fraction:
     return confidence
 
 
-def _read_intervals(value: object, where: str, kind: str) -> dict[str, Interval]:
-    members = _object(value, where, (), optional=("local", "global"))
+def _read_intervals(
+    value: object, where: str, kind: str, differences: Sequence[str]
+) -> tuple[dict[str, Interval], dict[str, DifferenceInterval]]:
+    members = _object(value, where, (), optional=("local", "global", *differences))
     if not members:
         raise _malformed(where, "must not be empty")
-    return {name: _read_interval(item, f"{where}.{name}", name, kind) for name, item in members.items()}
+    ratios = {name: _read_interval(members[name], f"{where}.{name}", name, kind) for name in members if name not in differences}
+    return ratios, {name: _read_difference(members[name], f"{where}.{name}") for name in members if name in differences}
 
 
 def _read_interval(value: object, where: str, name: str, kind: str) -> Interval:
@@ -3225,7 +3502,8 @@ class _Stream:
 
 def _is_about_population(key: tuple[str, str, str, str]) -> bool:
     quantity, relation, by, scope = key
-    known = quantity in ("local_ratio", "global_ratio") and relation in ("<=", ">=") and by in ("binomial", *METHODS, BETTING)
+    of_ratio = quantity in ("local_ratio", "global_ratio") and by in ("binomial", *METHODS, BETTING)
+    known = (of_ratio or (quantity in DIFFERENCES and by == "binomial")) and relation in ("<=", ">=")
     return known and scope.startswith(POPULATION)
 
 
@@ -3242,7 +3520,8 @@ def _fault_about_population(claim: Claim, proven: Mapping[str, Proven]) -> str:
     if by != interval.by:
         return f"the method is {shown(interval.by)}"
     low, high = interval.ratio
-    true = _at_most(high, claim.value) if relation == "<=" else _at_most(ONE, claim.value) and _at_most(claim.value, low)
+    least = ZERO if quantity in DIFFERENCES else ONE
+    true = _at_most(high, claim.value) if relation == "<=" else _at_most(least, claim.value) and _at_most(claim.value, low)
     return "" if true else f"the interval is from {shown(low)} to {shown(high)}"
 
 
@@ -3276,6 +3555,11 @@ UNITS = (
 )
 ONE_ROW = "a sampling unit can have no more than one row in a cell, as is the case here"
 POOLED = "the contexts of each group were drawn from its population, not set by design"
+GIVEN_LABELS = (
+    "given the true labels, the decisions are independent, each positive with the rate of its cell, and how many there are of a true label "
+    "does not depend on how they came out"
+)
+CHOSEN_LABELS = "positive labels, method and confidence were chosen without looking at the draws"
 RANGE = "whatever could have been drawn has a utility between {} and {}"
 CHOSEN = "utility, method and confidence were chosen without looking at the draws"
 CELLS = "the draws of different cells are independent of each other"
@@ -3302,7 +3586,9 @@ class Sentences:
 
 def _sentences(claim: Claim, stated: Certificate, table: Table) -> Sentences:
     """Say what a true claim has to list."""
-    if _is_about_population(claim.key):
+    if _is_about_population(claim.key) and claim.key[0] in DIFFERENCES:
+        own = Sentences((GIVEN_LABELS, *((POOLED,) if claim.key[0].endswith(OVERALL) else ()), CHOSEN_LABELS))
+    elif _is_about_population(claim.key):
         own = _assumed_by_interval(stated.intervals[claim.key[0].removesuffix("_ratio")], table)
     else:
         floor = (DECLARED_FLOOR.format(_written(stated.declared["tau"])),) if claim.key[3] == FLOORED else ()
@@ -3345,8 +3631,8 @@ def _check_assumptions(stated: Certificate, table: Table) -> None:
             if own[text] > times:
                 raise _malformed(named, f"lists the assumption {shown(text)} twice")
             raise _malformed(named, f"lists {shown(text)}, which is no assumption of such a claim")
-    for name in stated.intervals:
-        if not any(_is_about_population(claim.key) and claim.key[0] == f"{name}_ratio" for claim in stated.claims):
+    for name in (*stated.intervals, *stated.differences):
+        if not any(_is_about_population(claim.key) and claim.key[0] in (name, f"{name}_ratio") for claim in stated.claims):
             raise Incomplete(f"there is no claim about intervals.{name} that states what it assumes")
     if table.policy is not None and not stated.claims:
         raise Incomplete("there is no claim that states what the figures of a policy behind filters assume")
@@ -3405,7 +3691,9 @@ def _read_witness(value: object, where: str, keys: Sequence[str], columns: Colum
             read[key] = _string(item, place)
         elif key == "decisions":
             read[key] = list(_strings(item, place))
-        elif key in ("expectations", "probabilities"):
+        elif key == "rate":
+            read[key] = _one_of(item, place, KINDS)
+        elif key in ("expectations", "probabilities", "rates"):
             read[key] = [_rational(number, f"{place}[{i}]") for i, number in enumerate(_list(item, place, 2))]
         else:
             names = columns.context if key == "context" else columns.group
@@ -3417,7 +3705,7 @@ def _read_witness(value: object, where: str, keys: Sequence[str], columns: Colum
 def _read_metric(value: object, where: str, name: str, columns: Columns) -> dict[str, object] | None:
     if value is None:
         return None
-    is_ratio, names = METRICS[name]
+    is_ratio, names = SHAPES[name]
     members = _object(value, where, ("ratio", "log", "witness") if is_ratio else ("value", "witness"))
     read: dict[str, object] = {}
     if is_ratio:
@@ -3426,6 +3714,19 @@ def _read_metric(value: object, where: str, name: str, columns: Columns) -> dict
     else:
         read["value"] = _rational(members["value"], f"{where}.value")
     return read | {"witness": _read_witness(members["witness"], f"{where}.witness", names, columns)}
+
+
+def _read_rates(value: object, where: str, columns: Columns) -> list[dict[str, object]] | None:
+    if value is None:
+        return None
+    keys = ("group",) if where.endswith(OVERALL) else ("context", "group")
+    read: list[dict[str, object]] = []
+    for i, item in enumerate(_list(value, where)):
+        place = f"{where}[{i}]"
+        members = _object(item, place, (*keys, "rate"))
+        named = _read_witness({key: members[key] for key in keys}, place, keys, columns)
+        read.append(named | {"rate": _rational(members["rate"], f"{place}.rate")})
+    return read
 
 
 def _read_unfiltered(value: object, where: str, columns: Columns) -> dict[str, dict[str, object] | None] | None:
@@ -3437,6 +3738,8 @@ def _read_unfiltered(value: object, where: str, columns: Columns) -> dict[str, d
 
 def _read_not_compared(value: object, where: str, columns: Columns) -> dict[str, object]:
     shapes = [("context", "groups", "reason"), ("context", "reason"), ("groups", "reason"), ("quantity", "reason")]
+    if columns.truth is not None:
+        shapes += [("quantity", *shape) for shape in shapes[:3]]
     shape = next((keys for keys in shapes if isinstance(value, dict) and value.keys() == set(keys)), None)
     if shape is None or not isinstance(value, dict):
         raise _malformed(where, f"must be an object with the keys {', or '.join(map(shown, shapes))}")
@@ -3466,7 +3769,7 @@ def _read_claim(value: object, where: str, parameters: int | None) -> Claim:
 
 def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], parameters: int | None) -> object:
     if _is_about_population(key):
-        return _one_of(_object(value, where, ("interval",))["interval"], f"{where}.interval", ("local", "global"))
+        return _one_of(_object(value, where, ("interval",))["interval"], f"{where}.interval", ("local", "global", *DIFFERENCES))
     rule = RULES.get(key)
     if rule is None:  # an unknown claim is found false, whatever is offered as evidence
         return _object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
@@ -3509,6 +3812,7 @@ def _read_certificate(raw: bytes) -> Certificate:
     _one_of(top["format"], "format", (CERTIFICATE_FORMAT,))
     of_policy = _is_about_policy(top["subject"])
     keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy
+    keys_of_subject += ["positive"] * _has_truth(top["subject"])
     about = _object(top["subject"], "subject", keys_of_subject, optional=() if of_policy else ("class",))
     utilities = _read_class(about["class"], "subject.class") if "class" in about else None
     parameters = None if utilities is None or utilities.family is None else len(utilities.family.lower)
@@ -3520,7 +3824,12 @@ def _read_certificate(raw: bytes) -> Certificate:
     if "header" in table or "rows" in table:
         table = _object(table, "subject.table", ("sha256", "cells", "header", "rows"))
         embedded = (table["header"], *_list(table["rows"], "subject.table.rows"))
-    metrics = _object(top["metrics"], "metrics", [*METRICS] + ["unfiltered"] * of_policy)
+    rates, differences = _stated_given_truth(subject.columns)
+    metrics = _object(top["metrics"], "metrics", [*METRICS, *rates, *differences] + ["unfiltered"] * of_policy)
+    intervals: dict[str, Interval] = {}
+    of_differences: dict[str, DifferenceInterval] = {}
+    if "intervals" in top:
+        intervals, of_differences = _read_intervals(top["intervals"], "intervals", subject.kind, differences)
     _object_of_strings(top["versions"], "versions")
     return Certificate(
         subject,
@@ -3531,7 +3840,7 @@ def _read_certificate(raw: bytes) -> Certificate:
         utilities,
         _read_privacy(about["privacy"], "subject.privacy") if of_policy else None,
         _read_declared(about["declared"], "subject.declared") if of_policy else {},
-        {name: _read_metric(metrics[name], f"metrics.{name}", name, subject.columns) for name in METRICS},
+        {name: _read_metric(metrics[name], f"metrics.{name}", name, subject.columns) for name in [*METRICS, *differences]},
         _read_unfiltered(metrics["unfiltered"], "metrics.unfiltered", subject.columns) if of_policy else None,
         [
             _read_not_compared(item, f"not_compared[{i}]", subject.columns)
@@ -3540,7 +3849,10 @@ def _read_certificate(raw: bytes) -> Certificate:
         tuple(_read_claim(item, f"claims[{i}]", parameters) for i, item in enumerate(_list(top["claims"], "claims"))),
         tuple(_read_target(item, f"targets[{i}]") for i, item in enumerate(_list(top["targets"], "targets"))),
         _one_of(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive")),
-        _read_intervals(top["intervals"], "intervals", subject.kind) if "intervals" in top else {},
+        intervals,
+        _read_positive(about["positive"], "subject.positive") if "positive" in about else None,
+        {name: _read_rates(metrics[name], f"metrics.{name}", subject.columns) for name in rates},
+        of_differences,
     )
 
 
@@ -3554,7 +3866,7 @@ def _check_subject(stated: Certificate, table: Table) -> Iterator[Finding]:
     ours, theirs = stated.subject, table.header.subject
     yield _compared("subject.kind", ours.kind, theirs.kind)
     yield _compared("subject.population", ours.population, theirs.population)
-    for name in ("decision", "group", "context"):
+    for name in ("decision", "group", "context", *(["truth"] if stated.positive or table.header.truths else [])):
         yield _compared(f"subject.columns.{name}", getattr(ours.columns, name), getattr(theirs.columns, name))
     actual = constants(table)
     for key, value in stated.constants.items():
@@ -3576,12 +3888,12 @@ def _check_subject(stated: Certificate, table: Table) -> Iterator[Finding]:
 
 def _check_metrics(stated: Mapping[str, dict[str, object] | None], metrics: Mapping[str, Maximum | None], where: str) -> Iterator[Finding]:
     for name, figures in stated.items():
-        actual = metrics[name]
+        actual = metrics.get(name)
         if figures is None or actual is None:
             yield _compared(f"{where}.{name}", figures, None if actual is None else actual.value)
             continue
         expected: dict[str, object] = {"value": actual.value, "witness": actual.witness}
-        if METRICS[name][0]:
+        if SHAPES[name][0]:
             expected |= {"ratio": actual.value, "log": log_enclosure(actual.value)}
         for key, figure in figures.items():
             yield _compared(f"{where}.{name}.{key}", figure, expected[key])
@@ -3627,6 +3939,34 @@ def _check_intervals(stated: Certificate, table: Table) -> tuple[list[Finding], 
         ends = " and ".join(map(shown, interval.ratio))
         how = "independent" if interval.independent else "dependent"
         statement = f"intervals.{name}: between {ends} at confidence {shown(interval.confidence)}, by a {interval.region} of {how} cells"
+        findings.append(_finding(statement, not fault, fault))
+    return findings, proven
+
+
+def _check_rates(stated: Certificate, table: Table) -> Iterator[Finding]:
+    """Compare the rates, which stand in a certificate exactly if its table does."""
+    actual = table.given.rates() if table.given is not None and stated.embedded is not None else {}
+    for name, rates in stated.rates.items():
+        yield _compared(f"metrics.{name}", rates, actual.get(name))
+
+
+def _check_differences(stated: Certificate, table: Table) -> tuple[list[Finding], dict[str, "Proven"]]:
+    findings: list[Finding] = []
+    proven: dict[str, Proven] = {}
+    for name, interval in stated.differences.items():
+        fault = ""
+        try:
+            if any(other.units is not None for other in stated.intervals.values()):
+                raise Unproven("the rows of one sampling unit are no independent draws given their true labels")
+            lists = [] if table.given is None else [table.given.blocks(rate) for rate in DIFFERENCES[name]]
+            if not lists or not all(lists):
+                raise Unproven("the table does not give this quantity")
+            _prove_difference(interval, [*chain.from_iterable(lists)])
+            proven[name] = Proven(interval.difference, 1 - interval.confidence, interval.scope, "binomial")
+        except Unproven as error:
+            fault = str(error)
+        ends = " and ".join(map(shown, interval.difference))
+        statement = f"intervals.{name}: between {ends} at confidence {shown(_pair(interval.confidence))}"
         findings.append(_finding(statement, not fault, fault))
     return findings, proven
 
@@ -3717,14 +4057,14 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     keep = stated.utilities is not None or bool(stated.intervals)  # else the figures of a plain table are all that is needed of it
     if stated.embedded is not None:
         names = chain(["subject.table.header"], (f"subject.table.rows[{i}]" for i in range(len(stated.embedded) - 1)))
-        law = _read_table(((name, value, None) for name, value in zip(names, stated.embedded, strict=True)), keep)
+        law = _read_table(((name, value, None) for name, value in zip(names, stated.embedded, strict=True)), keep, stated.positive)
         if table is not None:
             digest = hashlib.sha256()
             for line in table:
                 digest.update(line)
             findings.append(_compared("the digest of the table file", digest.hexdigest(), law.digest))
     elif table is not None:
-        law = _read_table(_lines_of_file(table), keep)
+        law = _read_table(_lines_of_file(table), keep, stated.positive)
     else:
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
     program = None if stated.utilities is None else Program(stated.utilities, law)
@@ -3732,12 +4072,18 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     findings += _check_subject(stated, law)
     if program is not None:
         findings.append(_check_class(stated, program, metrics))
+    if law.given is not None:
+        metrics |= law.given.differences()
     findings += _check_metrics(stated.metrics, metrics, "metrics")
+    findings += _check_rates(stated, law)
     if law.policy is not None:
         findings += _check_unfiltered(stated, law.policy)
     findings.append(_check_not_compared(stated, law))
     of_intervals, proven = _check_intervals(stated, law)
     findings += of_intervals
+    of_differences, held = _check_differences(stated, law)
+    findings += of_differences
+    proven |= held
     facts = Facts(law, metrics, stated.declared, program, proven)
     faults = _faults_of_claims(stated.claims, facts)
     findings += _check_claims(stated.claims, faults)

@@ -157,6 +157,8 @@ class CodedTable:
         Cells of the other columns that were asked for.
     units : tuple of (ndarray of int64, list of str)
         Codes of the columns of the sampling unit, -1 where a label is missing, and what they stand for.
+    truth : tuple of ndarray of int64 and list of str, or None
+        Codes of the true labels, and what they stand for.
     locate : callable
         Maps a row's position to words for a message.
     notes, assumptions : tuple of str
@@ -173,6 +175,7 @@ class CodedTable:
     notes: tuple[str, ...]
     assumptions: tuple[str, ...]
     units: tuple[tuple[NDArray[np.int64], list[str]], ...] = ()
+    truth: tuple[NDArray[np.int64], list[str]] | None = None
 
 
 def read_columns(
@@ -185,6 +188,7 @@ def read_columns(
     unit: Sequence[str] = (),
     *,
     ordered: bool = False,
+    truth: str | None = None,
 ) -> CodedTable:
     """Read decision, group and context columns as codes, and fetch others.
 
@@ -202,6 +206,8 @@ def read_columns(
         Columns of the sampling unit, which may be among the label columns.
     ordered : bool
         Whether labels are sorted (by code point) instead of listed as they appear.
+    truth : str, optional
+        Column of the true label.
 
     Returns
     -------
@@ -213,7 +219,7 @@ def read_columns(
     InputError
         If a column is absent or used twice, columns differ in length, or a label is not usable.
     """
-    labelled = (decision, *group, *context)
+    labelled = (decision, *group, *context, *names(truth))
     lists = _lists(table, labelled, others)
     counts = counted(table, len(lists[decision]))
     where = locator(table)
@@ -255,9 +261,11 @@ def read_columns(
     u, decisions = coded[decision]
     x, contexts = combine([coded[name] for name in context], rows)
     a, groups = combine([coded[name] for name in group], rows)
+    true = None if truth is None else coded[truth]
     if ordered:
         (u, decisions), (x, contexts), (a, groups) = _sorted(u, decisions), _sorted(x, contexts), _sorted(a, groups)
-    return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, tuple(notes), assumptions, tuple(units))
+        true = true and _sorted(*true)
+    return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, tuple(notes), assumptions, tuple(units), true)
 
 
 def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from math import gcd, lcm
+from math import gcd, lcm, prod
 from typing import Any, Literal
 
 import numpy as np
@@ -38,7 +38,7 @@ from fairaudit.exact import InputError, common_denominator, rational, shown
 from fairaudit.replication import copies_note
 from fairaudit.tables.frames import tally_frame
 
-__all__ = ["Columns", "Law", "Units"]
+__all__ = ["Columns", "Law", "Truth", "Units"]
 
 Kind = Literal["counts", "probabilities"]
 Population = Literal["counts", "weights", "equal"]
@@ -55,6 +55,7 @@ class Columns:
     decision: str
     group: tuple[str, ...]
     context: tuple[str, ...] = ()
+    truth: str | None = None
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,22 @@ class Units:
     def repeated(self) -> bool:
         """Whether some unit has several rows in one cell."""
         return any(sum(rows) > 1 for cell in self.profiles for _, rows in cell)
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """True labels beside the decisions: what should have been decided.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        The true labels, ordered as decisions are.
+    weights : ndarray, shape (cells, labels, decisions)
+        How the weights of each cell are spread over the true labels.
+    """
+
+    labels: tuple[str, ...]
+    weights: NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +136,8 @@ class Law:
         What was done to the table and must be judged by the reader of a certificate (rows dropped, say).
     units : Units or None
         Which rows of a log belong to one draw; None if every row is a draw of its own.
+    truth : Truth or None
+        The true labels of counts, if they are known.
 
     Examples
     --------
@@ -143,6 +162,7 @@ class Law:
     notes: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     units: Units | None = None
+    truth: Truth | None = None
 
     @staticmethod
     def from_counts(
@@ -153,6 +173,7 @@ class Law:
         count: str,
         context: str | Sequence[str] | None = None,
         missing: Missing = "error",
+        truth: str | None = None,
     ) -> Law:
         """Read a table with one row per combination and its count; repeated rows add up.
 
@@ -166,6 +187,8 @@ class Law:
             Columns of the sensitive attributes and of the contexts; several make tuples (intersections).
         missing : {"error", "drop", "group"}
             What an empty label means: an error, a row to leave out, or a level of its own named ``(missing)``.
+        truth : str, optional
+            Column of the true label, for rates of true and false positives (`certify`).
 
         Returns
         -------
@@ -177,7 +200,7 @@ class Law:
         InputError
             If a column is absent, a label or number is not usable, or nothing is left.
         """
-        return _read(table, decision, group, context, "counts", count, None, missing)
+        return _read(table, decision, group, context, "counts", count, None, missing, truth=truth)
 
     @staticmethod
     def from_log(
@@ -188,6 +211,7 @@ class Law:
         context: str | Sequence[str] | None = None,
         missing: Missing = "error",
         unit: str | Sequence[str] | None = None,
+        truth: str | None = None,
     ) -> Law:
         """Read a log with one decision per row.
 
@@ -197,7 +221,7 @@ class Law:
         ----------
         table : DataFrame, lazy frame, relation, mapping of str to sequence, or Tally
             Frames of pandas, polars, pyarrow, DuckDB and PySpark count their rows themselves. For files and databases see `read_log`.
-        decision, group, context, missing
+        decision, group, context, missing, truth
             As in `from_counts`.
         unit : str or sequence of str, optional
             Columns of the sampling unit, when several rows belong to one draw: the run that ranked several candidates, the profile
@@ -219,9 +243,9 @@ class Law:
         >>> law.weights.tolist()
         [[1, 1], [0, 1]]
         """
-        wanted = dict.fromkeys((decision, *names(context), *names(group), *names(unit)))
+        wanted = dict.fromkeys((decision, *names(context), *names(group), *names(unit), *names(truth)))
         tally = tally_frame(table, list(wanted))
-        return _read(table if tally is None else tally, decision, group, context, "counts", None, None, missing, unit)
+        return _read(table if tally is None else tally, decision, group, context, "counts", None, None, missing, unit, truth)
 
     @staticmethod
     def from_probabilities(
@@ -510,8 +534,9 @@ def _read(
     weight: str | None,
     missing: Missing,
     unit: str | Sequence[str] | None = None,
+    truth: str | None = None,
 ) -> Law:
-    columns = Columns(decision, names(group), names(context))
+    columns = Columns(decision, names(group), names(context), truth)
     if not columns.group:
         raise InputError("no group column was named; name at least one")
     coded = read_columns(
@@ -523,6 +548,7 @@ def _read(
         missing,
         names(unit),
         ordered=value is None or isinstance(table, Tally),
+        truth=truth,
     )
     u, x, a = coded.codes
     weights, scale = (coded.counts, 1) if value is None else numbers(coded.values[value], value, coded.locate)
@@ -567,8 +593,27 @@ def _read(
             notes=(*coded.notes, *_copies(coded, names(unit))) if unit else coded.notes,
             assumptions=coded.assumptions,
             units=units,
+            truth=_truth(coded, columns, weights, cell, len(cells), full),
         )
     )
+
+
+def _truth(
+    coded: CodedTable, columns: Columns, weights: NDArray[Any], cell: NDArray[np.int64], cells: int, full: NDArray[np.bool_]
+) -> Truth | None:
+    """Spread the weights of the cells over the true labels."""
+    if coded.truth is None:
+        return None
+    codes, labels = coded.truth
+    shape = (cells, len(labels), len(coded.decisions))
+    if prod(shape) > MAX_ENTRIES:
+        raise InputError(
+            f"column {shown(columns.truth)} has {len(labels)} true labels, which with {cells} combinations of context and group and "
+            f"{len(coded.decisions)} decisions are more than {MAX_ENTRIES} entries"
+        )
+    spread = np.zeros(shape, dtype=weights.dtype)
+    np.add.at(spread, (cell, codes, coded.codes[0]), weights)
+    return Truth(tuple(labels), spread[full])
 
 
 def _units(coded: CodedTable, columns: tuple[str, ...], cell: NDArray[np.int64], cells: int) -> Units:

@@ -161,6 +161,16 @@ def rows_dropped(**options: Any) -> fa.Result:
     return fa.certify(fa.Law.from_counts(data, decision="u", group="a", count="n", missing="drop"), {"yes": 1}, **options)
 
 
+def true_labels(**options: Any) -> fa.Result:
+    """Counts with true labels: several positive decisions, groups without a positive true label here or anywhere, fractional counts."""
+    rows = [("yes", "fit", "f", "A", 3), ("no", "fit", "f", "A", 1), ("yes", "not", "f", "A", 1), ("no", "not", "f", "A", 6)]
+    rows += [("call", "fit", "m", "A", 1), ("no", "fit", "m", "A", 4), ("yes", "not", "m", "A", 2), ("no", "?", "m", "A", 3)]
+    rows += [("yes", "fit", "f", "B", 2), ("no", "not", "f", "B", 5), ("yes", "not", "m", "B", 3), ("no", "fit", "x", "C", "5/2")]
+    rows += [("no", "not", "y", "A", 2), ("no", "not", "y", "C", 1)]
+    law = fa.Law.from_counts(table("u t a x n", *rows), decision="u", group="a", context="x", count="n", truth="t")
+    return fa.certify(law, {"yes": 1, "call": 1}, positive="fit", **options)
+
+
 def profiles(**options: Any) -> fa.Result:
     entry = fa.example("hr-navigation")
     law = fa.Law.from_probabilities(
@@ -186,6 +196,7 @@ KINDS: list[Callable[..., fa.Result]] = [
     no_context,
     one_decision,
     rows_dropped,
+    true_labels,
     profiles,
 ]
 
@@ -261,6 +272,8 @@ def test_the_kinds_are_as_different_as_they_should_be() -> None:
         "fewer than two groups",
         "no population",
         "a group is missing in a context and no population was given",
+        "no decisions with the positive true label",
+        "no decisions with another true label",
     }
     populations = {(d["subject"]["kind"], d["subject"]["population"]) for d in documents.values()}
     assert populations == {("counts", "counts"), ("probabilities", "weights"), ("probabilities", "equal")}

@@ -24,7 +24,7 @@ __all__ = ["Audit", "read_audit", "read_policy"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
 TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight")
-LAW_KEYS = (*TABLE_KEYS, "unit")
+LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz")
@@ -39,6 +39,7 @@ class Audit:
     declared: dict[str, Any]
     targets: dict[str, Any]
     sampling: dict[str, Any]
+    positive: str | None = None
 
 
 def read_audit(path: str) -> Audit:
@@ -121,7 +122,8 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
     declared: dict[str, Any] = {name: wanted[name] for name in ("gamma", "m", "tau", "lipschitz") if name in wanted}
     targets = sections["targets"]
     check_targets(targets)
-    return Audit(subject, utility, declared, dict(targets), _sampling(sections["confidence"]))
+    positive = _text(source, "positive", about) if "positive" in source else None
+    return Audit(subject, utility, declared, dict(targets), _sampling(sections["confidence"]), positive)
 
 
 def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
@@ -157,7 +159,7 @@ def _columns(section: Mapping[str, Any], key: str, where: str) -> tuple[str, ...
 def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...] = ()) -> CsvTable | Tally:
     path = folder / _text(section, "table", where)
     if (path.is_file() or path.is_dir()) and form(str(path)) != "csv":
-        keys = ("decision", "group", "context", "unit", "count", "probability", "weight")
+        keys = ("decision", "group", "context", "truth", "unit", "count", "probability", "weight")
         return read_log(path, [*(name for key in keys for name in _columns(section, key, where)), *valued])
     table = read_csv(path)
     return table.with_numbers(str(section[key]) for key in ("count", "probability", "weight") if key in section)
@@ -176,12 +178,15 @@ def _law(section: Mapping[str, Any], where: str, table: CsvTable | Tally) -> Law
     unit = _columns(section, "unit", where)
     if unit and ("count" in section or "probability" in section):
         raise InputError(f"[{where}] has unit, which goes with a log; counts do not say which rows belong together")
+    if "truth" in section and "probability" in section:
+        raise InputError(f"[{where}] has truth, which goes with counts and logs; probabilities do not say what should have been decided")
+    truth = _text(section, "truth", where) if "truth" in section else None
     if "count" in section:
-        return Law.from_counts(table, **columns, count=_text(section, "count", where))
+        return Law.from_counts(table, **columns, count=_text(section, "count", where), truth=truth)
     if "probability" in section:
         weight = _text(section, "weight", where) if "weight" in section else None
         return Law.from_probabilities(table, **columns, probability=_text(section, "probability", where), weight=weight)
-    return Law.from_log(table, **columns, unit=unit)
+    return Law.from_log(table, **columns, unit=unit, truth=truth)
 
 
 def _filter(section: Any, where: str, columns: tuple[str, ...], labels: tuple[Label, ...], folder: Path) -> Mechanism:

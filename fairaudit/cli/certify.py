@@ -69,6 +69,7 @@ def add(commands: Any) -> None:
     roles.add_argument(
         "--context", metavar="COL", action="append", help="what may legitimately matter; age:18,30,65 cuts numbers into intervals"
     )
+    roles.add_argument("--truth", metavar="COL", help="true label: what should have been decided, for rates of true and false positives")
     form = roles.add_mutually_exclusive_group()
     form.add_argument("--count", metavar="COL", help="how often the row occurred")
     form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
@@ -85,6 +86,9 @@ def add(commands: Any) -> None:
     kind = worth.add_mutually_exclusive_group()
     kind.add_argument("--utility", metavar="SPEC", help="decision[=number],…; decisions that are not listed are worth 0")
     kind.add_argument("--utility-column", metavar="COL", help="column with the utility of each row; --decision may then be left out")
+    worth.add_argument(
+        "--positive", metavar="LABEL", help="the positive true label, where the decisions that are worth something do not name it"
+    )
     targets = parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)")
     limits.add_options(targets)
     population.add_options(parser)
@@ -120,6 +124,10 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     if isinstance(arguments.table, list):
         arguments.table = arguments.table if len(arguments.table) > 1 else arguments.table[0] if arguments.table else None
+    for name in ("truth", "positive"):
+        if getattr(arguments, name) is not None and (arguments.from_monitor or arguments.slots):
+            other = "--from-monitor" if arguments.from_monitor else "--slots"
+            raise InputError(f"--{name} does not go with {other}; true labels go with counts and logs of decisions")
     if arguments.from_monitor is not None:
         from fairaudit.cli.monitor import certify_state
 
@@ -179,6 +187,7 @@ def _certify(arguments: argparse.Namespace) -> int:
             **options,
             declared=declared,
             embed_table=False if arguments.no_table else None,
+            positive=audit.positive if audit else arguments.positive,
         )
         findings = population.findings(arguments, result, utility, options)
     except InputError as error:
@@ -212,7 +221,19 @@ def _unfit_for_parts(arguments: argparse.Namespace) -> str:
         return "an audit file"
     if not arguments.context:
         return "a log without --context"
-    unfit = ("count", "probability", "utility_column", "unit", "query", "report", "placebo", "claimed_exp_epsilon", "utility_range")
+    unfit = (
+        "count",
+        "probability",
+        "utility_column",
+        "truth",
+        "positive",
+        "unit",
+        "query",
+        "report",
+        "placebo",
+        "claimed_exp_epsilon",
+        "utility_range",
+    )
     given = [name for name in unfit if getattr(arguments, name)]
     if given or arguments.missing != "error":
         return f"--{(given or ['missing'])[0].replace('_', '-')}"
@@ -257,7 +278,20 @@ def _audit_file(arguments: argparse.Namespace) -> Audit:
     from fairaudit.cli.audit_file import read_audit
     from fairaudit.exact import InputError
 
-    foreign = ("decision", "group", "context", "count", "probability", "weight", "utility", "utility_column", "unit", "placebo")
+    foreign = (
+        "decision",
+        "group",
+        "context",
+        "truth",
+        "count",
+        "probability",
+        "weight",
+        "utility",
+        "utility_column",
+        "positive",
+        "unit",
+        "placebo",
+    )
     for name in foreign:
         if getattr(arguments, name):
             raise InputError(f"--{name.replace('_', '-')} goes with a table; the audit file {arguments.table} says it itself")
@@ -447,17 +481,20 @@ def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility
     numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
     if arguments.utility_column in (*groups, *contexts, *numeric):
         raise InputError(f"the column {shown(arguments.utility_column)} is used twice; each column has one role")
+    if arguments.truth is not None and arguments.probability is not None:
+        raise InputError("--truth goes with counts and logs; probabilities do not say what should have been decided")
     if arguments.unit and (arguments.count or arguments.probability):
         raise InputError("--unit goes with a log, which has one decision per row; counts do not say which rows belong together")
     if arguments.weight is not None and arguments.probability is None:
         raise InputError("--weight goes with --probability; counts and logs carry their own population")
     valued = [] if arguments.utility_column is None else [arguments.utility_column]
-    wanted = (decision, *groups, *contexts, *unit, *numeric, *valued)
+    truth = [] if arguments.truth is None else [arguments.truth]
+    wanted = (decision, *groups, *contexts, *truth, *unit, *numeric, *valued)
     table = source.read(arguments, arguments.table, wanted, {**group.edges, **context.edges}, [*numeric, *valued], most, contexts)
     from fairaudit.utility import Utility
 
     try:
-        law = law_from_options(arguments, table, decision, groups, contexts, unit)
+        law = law_from_options(arguments, table, decision, groups, contexts, unit, arguments.truth)
         if arguments.utility is not None:
             utility = Utility(utility_spec(arguments.utility))
         else:
@@ -477,6 +514,7 @@ def law_from_options(
     groups: tuple[str, ...],
     contexts: tuple[str, ...],
     unit: tuple[str, ...] = (),
+    truth: str | None = None,
 ) -> Law:
     """Read the law that the options describe."""
     from dataclasses import replace
@@ -484,7 +522,8 @@ def law_from_options(
     from fairaudit.law import Law
 
     if arguments.count is not None:
-        law = Law.from_counts(table, decision=decision, group=groups, context=contexts, count=arguments.count, missing=arguments.missing)
+        columns: dict[str, Any] = {"decision": decision, "group": groups, "context": contexts, "truth": truth}
+        law = Law.from_counts(table, **columns, count=arguments.count, missing=arguments.missing)
     elif arguments.probability is not None:
         law = Law.from_probabilities(
             table,
@@ -496,7 +535,7 @@ def law_from_options(
             missing=arguments.missing,
         )
     else:
-        law = Law.from_log(table, decision=decision, group=groups, context=contexts, missing=arguments.missing, unit=unit)
+        law = Law.from_log(table, decision=decision, group=groups, context=contexts, missing=arguments.missing, unit=unit, truth=truth)
     return replace(law, notes=(*table.notes, *law.notes))
 
 
@@ -517,7 +556,8 @@ def _print_sql(arguments: argparse.Namespace) -> int:
     group, context = column_roles(arguments.group), column_roles(arguments.context)
     if decision is None or not group.names:
         raise InputError("--print-sql needs the columns: --decision COL and --group COL")
-    names = (*context.names, *group.names, decision, *(c for c in [arguments.utility_column] if c not in (None, decision)))
+    valued = [c for c in [arguments.utility_column] if c not in (None, decision)]
+    names = (*context.names, *group.names, decision, *([arguments.truth] if arguments.truth else []), *valued)
     edges = {**group.edges, **context.edges}
     held = table_name(arguments.database_table or "decisions", arguments.print_sql)
     if arguments.query is not None:
@@ -528,7 +568,8 @@ def _print_sql(arguments: argparse.Namespace) -> int:
     for option, listed in (("--group", group.names), ("--context", context.names)):
         for name in listed:
             words += [option, '"' + name.replace('"', '""') + '"' if any(c in name for c in ',":') else name]
-    for option, value in (("--utility", arguments.utility), ("--utility-column", arguments.utility_column)):
+    for name in ("utility", "utility_column", "truth", "positive"):
+        option, value = f"--{name.replace('_', '-')}", getattr(arguments, name)
         words += [option, value] if value is not None else []
     put(f"-- Save the result as CSV with a header line, then: {shlex.join(words)}\n{statement};")
     return 0

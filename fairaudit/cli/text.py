@@ -12,15 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.audit import place, to_judge
 from fairaudit.columns import plain
-from fairaudit.exact import approximate, rational_text
+from fairaudit.exact import approximate, rational_text, shown
 from fairaudit.fairness import Ratio, Witness, cell_expectation
 from fairaudit.limits import limit_text
 from fairaudit.mechanism import Mechanism
 from fairaudit.privacy import exp_epsilon
+from fairaudit.rates import KINDS, NAMES, OVERALL
 
 if TYPE_CHECKING:
     from fairaudit.audit import Result, Target
     from fairaudit.bounds import Bound
+    from fairaudit.law import Law
+    from fairaudit.rates import GivenTruth
     from fairaudit.sampling import Interval
 
 __all__ = ["intervals", "plain", "put", "silence", "summary", "verdict"]
@@ -62,6 +65,7 @@ def summary(result: Result, top: int, written: Sequence[str], findings: Sequence
         plain(result.sentence),
         _figures(result),
         intervals(result),
+        given_truth(result),
         "\n".join(findings),
         _filters(result),
         _before_and_after(result),
@@ -137,6 +141,48 @@ def intervals(result: Result) -> str:
     lines.append("  For you to judge")
     lines += [f"    - {plain(text)}" for text in dict.fromkeys(text for found in result.intervals.values() for text in found.assumptions)]
     return "\n".join(lines)
+
+
+def given_truth(result: Result) -> str:
+    """Rates of true and false positives, and how far apart they are, in the table and in the population."""
+    given = result.given_truth
+    if given is None:
+        return ""
+    positive = " or ".join(map(shown, given.positive.decision))
+    column, label = shown(result.law.columns.truth), shown(given.positive.truth)
+    lines = [f"Given the true label in column {column} (positive: decision {positive}, true label {label})"]
+    for name, found in given.differences.items():
+        if found is None:
+            lines.append(f"  {NAMES[name]}: not compared")
+            continue
+        where = f"{_place(found.context)}: " if found.context else ""
+        high, low = map(approximate, found.rates)
+        pair = f"{where}{NAMES[found.kind]} {high} for {_place(found.higher)}, {low} for {_place(found.lower)}"
+        lines.append(f"  {NAMES[name]}: a difference of {approximate(found.value)} ({pair})")
+        if interval := given.intervals.get(name):
+            ends = f"between {approximate(interval.lower, 'down')} and {approximate(interval.upper, 'up')}"
+            lines.append(f"    in the population {ends}, at confidence {_percent(interval.confidence)} (binomial)")
+    lines += _rates(result.law, given)
+    if given.intervals:
+        lines.append("  Each interval holds at its confidence by itself. For you to judge")
+        texts = dict.fromkeys(text for interval in given.intervals.values() for text in interval.assumptions)
+        lines += [f"    - {plain(text)}" for text in texts]
+    return "\n".join(lines)
+
+
+def _rates(law: Law, given: GivenTruth) -> list[str]:
+    """The rates of each group over all contexts, and how many draws they are of."""
+    names = [kind + (OVERALL if law.columns.context else "") for kind in KINDS]
+    rates = [{rate.group: rate for rate in given.rates[name]} for name in names]
+    rows = [("", *(NAMES[name] for name in names))]
+    for a in sorted(set().union(*rates)):
+        found = [by_group.get(a) for by_group in rates]
+        said = [f"{approximate(r.value)} ({approximate(r.positives)} of {approximate(r.draws)})" if r else "no draws" for r in found]
+        rows.append((_place(law.group_label(a)), *said))
+    more = len(rows) - 1 - SHOW_CELLS
+    widths = [max(len(row[i]) for row in rows) for i in range(2)]
+    lines = ["  " + "  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[2]]) for row in rows]
+    return [*lines[: SHOW_CELLS + 1], *([f"  … and {more} more groups, in the certificate"] if more > 0 else [])]
 
 
 def _log(measured: Ratio) -> str:
@@ -243,8 +289,10 @@ def _bounds(result: Result) -> str:
 
 def _assumed(result: Result) -> str:
     """What claims rest on besides what stands beside intervals and bounds."""
-    shown = {text for found in (*result.intervals.values(), *result.bounds) for text in found.assumptions}
-    rest = dict.fromkeys(text for claim in result.claims for text in claim.assumptions if text not in shown)
+    intervals = result.given_truth.intervals if result.given_truth else {}
+    listed = [found.assumptions for found in result.intervals.values()] + [bound.assumptions for bound in result.bounds]
+    said = {text for texts in (*listed, *(found.assumptions for found in intervals.values())) for text in texts}
+    rest = dict.fromkeys(text for claim in result.claims for text in claim.assumptions if text not in said)
     return "\n".join(["For you to judge", *(f"  - {plain(text)}" for text in rest)]) if rest else ""
 
 
@@ -292,7 +340,7 @@ def _not_compared(result: Result) -> str:
             groups = [_place(group) for group in entry["groups"][:5]]
             what.append("; ".join(groups) + (f" and {len(entry['groups']) - 5} more" if len(entry["groups"]) > 5 else ""))
         if "quantity" in entry:
-            what.append(f"{entry['quantity']} fairness")
+            what.append(NAMES.get(entry["quantity"], f"{entry['quantity']} fairness"))
         lines.append(f"  {', '.join(what)}: {entry['reason']}")
     if len(result.not_compared) > 10:
         lines.append(f"  … and {len(result.not_compared) - 10} more, all in the certificate")

@@ -353,6 +353,60 @@
     if (!law.global.length) out.push({ quantity: "global", reason: law.lacking ? "a group is missing in a context and no population was given" : "fewer than two groups" });
     return out;
   }
+  // Given the true label: rates of positive decisions among those with the positive true label, and among the others.
+  const KINDS = ["true_positive_rate", "false_positive_rate"], OVERALL = "_overall", ODDS = ["equal_opportunity", "equalized_odds_true_label"];
+  const DIFFERENCES = ODDS.concat(ODDS.map((name) => name + OVERALL));
+  const LACKING = ["no decisions with the positive true label", "no decisions with another true label"];
+  async function givenTruth(law, rows, truths, positive) {
+    const own = truths.indexOf(positive.truth), places = positive.decision.map((label) => law.decisions.indexOf(label));
+    const given = { sums: own >= 0 && !places.includes(-1) && places.every((u, i) => i === 0 || u > places[i - 1]) && places.length > 0, rates: {}, differences: {}, left: [] };
+    if (!given.sums) return given;
+    const cells = [];
+    for (const row of rows) {
+      const parts = row.truth.map((list) => list.map(rational));
+      given.sums = given.sums && parts.length === truths.length && parts.every((p) => p.length === law.decisions.length && p.every((v) => v[0] >= 0n))
+        && row.weights.every((w, u) => compare(total(parts.map((p) => p[u])), rational(w)) === 0);
+      if (!given.sums) return given;
+      const share = (wanted) => {
+        const lists = parts.filter((_, t) => (t === own) === wanted);
+        return { k: total(lists.flatMap((p) => places.map((u) => p[u]))), n: total(lists.flat()) };
+      };
+      cells.push({ x: row.context, a: row.group, of: [share(true), share(false)] });
+      if (late()) await turn();
+    }
+    const byGroup = law.groups.map((_, a) => cells.filter((c) => c.a === a)).filter((list) => list.length);
+    const pooled = byGroup.map((list) => ({ a: list[0].a, of: KINDS.map((_, i) => ({ k: total(list.map((c) => c.of[i].k)), n: total(list.map((c) => c.of[i].n)) })) }));
+    const place = (c) => ({ ...(c.x === undefined ? {} : { context: named(law.columns.context, law.contexts[c.x]) }), group: named(law.columns.group, law.groups[c.a]) });
+    const widest = {};
+    for (const [i, kind] of KINDS.entries()) {
+      for (const [suffix, list] of [["", cells]].concat(law.columns.context.length ? [[OVERALL, pooled]] : [])) {
+        const known = list.filter((c) => c.of[i].n[0] > 0n).map((c) => ({ ...c, rate: over(c.of[i].k, c.of[i].n) })), blocks = new Map();
+        given.rates[kind + suffix] = known.map((c) => ({ ...place(c), rate: text(c.rate) }));
+        for (const c of list) blocks.set(c.x, (blocks.get(c.x) || []).concat([c]));
+        let best = null;
+        for (const [x, all] of blocks) {
+          const block = known.filter((c) => c.x === x), at_ = { quantity: kind + suffix, ...(x === undefined ? {} : { context: law.contexts[x] }) };
+          const lacking = all.filter((c) => c.of[i].n[0] === 0n).map((c) => law.groups[c.a]);
+          if (lacking.length) given.left.push({ ...at_, groups: lacking, reason: LACKING[i] });
+          if (block.length < 2 && all.length > 1) given.left.push({ ...at_, reason: "fewer than two groups" });
+          if (block.length < 2) continue;
+          const high = block.reduce((t, c) => (compare(c.rate, t.rate) > 0 ? c : t)), low = block.reduce((t, c) => (compare(c.rate, t.rate) < 0 ? c : t));
+          const v = minus(high.rate, low.rate);
+          if (!best || compare(v, best.v) > 0) best = { v, high, low: v[0] === 0n ? block[1] : low };
+          if (late()) await turn();
+        }
+        const where = best && place(best.high);
+        widest[kind + suffix] = best && { v: best.v, entry: { value: text(best.v), witness: { ...("context" in where ? { context: where.context } : {}), rate: kind,
+          higher: where.group, lower: place(best.low).group, rates: [text(best.high.rate), text(best.low.rate)] } } };
+      }
+    }
+    for (const suffix of law.columns.context.length ? ["", OVERALL] : [""]) {
+      const [t, f] = KINDS.map((kind) => widest[kind + suffix]);
+      given.differences[ODDS[0] + suffix] = t && t.entry;
+      given.differences[ODDS[1] + suffix] = t && f && (compare(f.v, t.v) > 0 ? f : t).entry;
+    }
+    return given;
+  }
   function independent(law) {
     if (!law.complete) return false;
     const [mass] = whole(law.cells.map((c) => c.mass)), rows = new Map(), columns = new Map(), all = sum(mass);
@@ -412,9 +466,9 @@
   const GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values";
   const CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts";
   const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ";
-  const QUANTITIES = [...RATIOS, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
+  const QUANTITIES = [...RATIOS, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
   const KNOWN = [
-    ["=", "enumeration", [...RATIOS, "demographic_parity", "equalized_odds"], [LAW]],
+    ["=", "enumeration", [...RATIOS, ...DIFFERENCES, "demographic_parity", "equalized_odds"], [LAW]],
     ["=", "T6", ["local_ratio_supremum", "global_ratio_supremum"], [LAW]],
     ["<=", "T7", ["demographic_parity", "equalized_odds"], [LAW]],
     ["<=", "T5", ["global_ratio"], [LAW, POLICIES]], ["<=", "T5-decision", ["global_ratio"], [POLICIES]],
@@ -426,8 +480,10 @@
   function listed(claim, f) {
     if (claim.scope.startsWith(POPULATION)) {
       const interval = (f.doc.intervals || {})[claim.evidence.interval];
-      return RATIOS.includes(claim.quantity) && [">=", "<="].includes(claim.relation) && interval && claim.scope === POPULATION + interval.confidence
-        && claim.quantity === claim.evidence.interval + "_ratio" && ["binomial", interval.method].includes(claim.by) && claim.assumptions.length > 0;
+      const difference = DIFFERENCES.includes(claim.quantity);
+      if (difference && (claim.quantity !== claim.evidence.interval || claim.by !== "binomial")) return false;
+      return (difference || (RATIOS.includes(claim.quantity) && claim.quantity === claim.evidence.interval + "_ratio")) && [">=", "<="].includes(claim.relation) && interval && claim.scope === POPULATION + interval.confidence
+        && ["binomial", interval.method].includes(claim.by) && claim.assumptions.length > 0;
     }
     const policy = Boolean(f.law.policy), owns = claim.relation === "=" || claim.by === "T7" || (claim.by === "T5" && claim.scope === LAW);
     if (claim.scope === CLASS ? !f.doc.subject.class : !owns && !policy) return false;
@@ -444,8 +500,8 @@
     if (metric === undefined) return undefined;
     if (metric === null) return false;
     if (claim.scope.startsWith(POPULATION)) {
-      const [lo, hi] = f.doc.intervals[claim.evidence.interval].ratio.map(rational);
-      const fits = claim.relation === "<=" ? compare(value, hi) >= 0 : compare(value, ONE) >= 0 && compare(value, lo) <= 0;
+      const interval = f.doc.intervals[claim.evidence.interval], [lo, hi] = (interval.ratio || interval.difference).map(rational);
+      const fits = claim.relation === "<=" ? compare(value, hi) >= 0 : compare(value, interval.ratio ? ONE : ZERO) >= 0 && compare(value, lo) <= 0;
       return fits ? undefined : false;
     }
     if (claim.relation === "=") return compare(value, metric) === 0;
@@ -603,6 +659,11 @@
     const groups = await groupLaws(law), metrics = await measure(law, groups), found = await constants(law);
     const stateable = { gamma: text(found.gamma), m: text(found.m), tau: found.tau && text(found.tau), lipschitz: text(found.lipschitz), depends_on_group: found.lipschitz[0] > 0n };
     say("constants of the utility", same(stateable, about.utility));
+    const given = table.header.truths ? await givenTruth(law, table.rows, table.header.truths, about.positive) : null;
+    if (given) {
+      say("the true labels add up to the decisions, and the positive ones are among them", given.sums);
+      Object.assign(metrics, given.rates, given.differences);
+    }
     for (const [name, metric] of Object.entries(metrics)) {
       say("metric " + name.replace(/_/g, " "), metric === undefined ? undefined : same(metric, doc.metrics[name]), metric === undefined ? "too many pairs for this page" : "");
     }
@@ -614,7 +675,7 @@
       law.privacy = { group: state(law.policy.group), context: state(law.policy.context) };
       say("privacy of the filters", same(law.privacy, about.privacy));
     }
-    say("what was not compared", same(notCompared(law), doc.not_compared));
+    say("what was not compared", same(notCompared(law).concat(given ? given.left : []), doc.not_compared));
     const declared = Object.fromEntries(Object.entries(about.declared || {}).map(([k, v]) => [k, rational(v)]));
     const value = (m) => (m === undefined ? undefined : m === null ? null : rational("ratio" in m ? m.ratio : m.value));
     const of = { local_ratio: "local", global_ratio: "global", local_ratio_supremum: "local_supremum", global_ratio_supremum: "global_supremum" };
@@ -628,7 +689,7 @@
       && !twice(doc.targets.map((t) => t.quantity + " " + t.unit)));
     let kept = null;
     const f = {
-      doc, law, declared, constants: found, metric: (q) => (QUANTITIES.includes(q) ? value(metrics[of[q] || q]) : null), together: holdTogether(doc), factor: law.privacy ? rational(law.privacy.group.exp_epsilon) : ONE,
+      doc, law, declared, constants: found, metric: (q) => (QUANTITIES.includes(q) && (of[q] || q) in metrics ? value(metrics[of[q] || q]) : null), together: holdTogether(doc), factor: law.privacy ? rational(law.privacy.group.exp_epsilon) : ONE,
       effective: { gamma: declared.gamma || found.gamma, m: declared.m || found.m, gap: declared.lipschitz || found.lipschitz },
       extremes: async () => { kept = kept || await extremes(law.policy, Boolean(law.shared)); return kept; },
       closedForm: (claim, v) => (about.class ? closedForm(claim, v, law, about.class, groups) : false),
@@ -638,7 +699,7 @@
       const why = good !== undefined ? "" : claim.scope.startsWith(POPULATION) ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
       say("claim " + claim.quantity.replace(/_/g, " ") + " " + claim.relation + " " + claim.value.slice(0, 60) + " by " + claim.by + ", about " + claim.scope, good, why);
     }
-    for (const name of Object.keys(doc.intervals || {})) say("interval of the " + name + " ratio", undefined, "only fairaudit verify checks this");
+    for (const name of Object.keys(doc.intervals || {})) say("interval of the " + (DIFFERENCES.includes(name) ? "difference " + name.replace(/_/g, " ") : name + " ratio"), undefined, "only fairaudit verify checks this");
     for (const t of doc.targets) {
       const good = judgeTarget(t, f);
       say("target " + t.quantity + " " + t.unit + " at most " + t.limit.slice(0, 60) + ": " + t.verdict, good, good === undefined ? "follows from the interval, which only fairaudit verify checks" : "");

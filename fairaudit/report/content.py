@@ -14,6 +14,7 @@ from fairaudit.certificate_reader import Subject, number, ratio, subject
 from fairaudit.columns import plain
 from fairaudit.exact import approximate
 from fairaudit.limits import limit_text
+from fairaudit.rates import KINDS, NAMES, OVERALL
 from fairaudit.report.expectations import Expectations, Matrix, Panel
 from fairaudit.report.ladder import Calibrated, Rung, calibration, ladder
 from fairaudit.report.words import QUANTITIES, THEOREMS, Value, claimed, clip, named, percent, scope
@@ -21,6 +22,13 @@ from fairaudit.report.words import QUANTITIES, THEOREMS, Value, claimed, clip, n
 __all__ = ["Content", "Figure", "describe"]
 
 SHOW_LEFT_OUT = 12
+SHOW_RATES = 24
+GIVEN_TRUTH = {
+    "equal_opportunity": "How far apart are the true positive rates of two groups in the same context? 0 is alike.",
+    "equalized_odds_true_label": "The same, or the false positive rates where those are further apart.",
+    "equal_opportunity_overall": "How far apart are the true positive rates of two groups over all contexts?",
+    "equalized_odds_true_label_overall": "The same, or the false positive rates where those are further apart.",
+}
 UNCHECKED = "The table was not at hand when this was made: its statements are repeated unchecked."
 VERDICTS = {
     "within": ("Within the target", "Within the targets"),
@@ -208,6 +216,48 @@ class Content:
         return listed
 
     @cached_property
+    def given_truth(self) -> list[Figure]:
+        """Equal opportunity and equalized odds given the true label; empty where no true labels are known."""
+        metrics, intervals = self.document["metrics"], self.document.get("intervals", {})
+        listed = []
+        for key, question in GIVEN_TRUTH.items():
+            if key not in metrics:
+                continue
+            entry, value, who, sure, confidence = metrics[key], None, "", None, ""
+            if entry is not None:
+                witness = entry["witness"]
+                high, low = (approximate(number(rate)) for rate in witness["rates"])
+                value = Value(number(entry["value"]))
+                pair = _who(witness.get("context"), witness["higher"], witness["lower"])
+                who = f"{pair}, a {NAMES[witness['rate']]} of {high} against {low}"
+            if key in intervals:
+                ends = (number(end) for end in intervals[key]["difference"])
+                sure, confidence = (Value(next(ends), "down"), Value(next(ends), "up")), percent(number(intervals[key]["confidence"]))
+            listed.append(Figure(key, f"{NAMES[key][0].upper()}{NAMES[key][1:]}", question, value, "", who, sure, confidence))
+        return listed
+
+    @cached_property
+    def rates(self) -> list[tuple[str, str, str]]:
+        """True and false positive rates of the groups, over all contexts; the longest lists are cut."""
+        metrics, suffix = self.document["metrics"], OVERALL if self.document["subject"]["columns"]["context"] else ""
+        lists = [metrics.get(kind + suffix) or [] for kind in KINDS]
+        shown: dict[str, list[str]] = {}
+        for i, rates in enumerate(lists):
+            for entry in rates[:SHOW_RATES]:
+                shown.setdefault(named(entry["group"]), ["–", "–"])[i] = approximate(number(entry["rate"]))
+        return [(label, true, false) for label, (true, false) in [*shown.items()][:SHOW_RATES]]
+
+    @cached_property
+    def positive(self) -> str:
+        """What counts as positive; empty where no true labels are known."""
+        if "positive" not in self.document["subject"]:
+            return ""
+        positive, column = self.document["subject"]["positive"], self.document["subject"]["columns"]["truth"]
+        decisions = " or ".join(f"“{clip(label)}”" for label in positive["decision"])
+        label = f"“{clip(positive['truth'])}”"
+        return f"True labels are in column {clip(column)}. Positive are the decision {decisions} and the true label {label}."
+
+    @cached_property
     def expectations(self) -> Expectations | None:
         """What each group gets; None without a table."""
         return None if self.subject is None else Expectations(self.subject, self.document.get("intervals", {}))
@@ -256,7 +306,7 @@ class Content:
             more = len(entry["groups"]) - 5
             what.append("; ".join(groups) + (f" and {more:,} more groups" if more > 0 else ""))
         if "quantity" in entry:
-            what.append(f"{entry['quantity']} fairness")
+            what.append(NAMES.get(entry["quantity"], f"{entry['quantity']} fairness"))
         return f"{', '.join(what)}: {plain(entry['reason'])}"
 
     @cached_property

@@ -26,6 +26,12 @@ def write(page: Content, checked: str = "") -> str:
     blocks.append(
         table(("measure", "value", "log", "exactly", "in the population", "between"), [_figure(figure) for figure in page.figures])
     )
+    if page.given_truth:
+        rows = [_figure(figure) for figure in page.given_truth]
+        blocks.append(f"### Given the true label\n\n{prose(page.positive)}")
+        blocks.append(table(("measure", "value", "log", "exactly", "in the population", "between"), rows))
+        listed = [(code(label), true, false) for label, true, false in page.rates]
+        blocks += [table(("group", "true positive rate", "false positive rate"), listed)] if listed else []
     for name, rungs in page.ladders.items():
         title = "within contexts" if name == "local" else "overall"
         blocks.append(f"### What is known of the ratio {title}")

@@ -13,6 +13,7 @@ from fairaudit.audit import PARITY_WITHIN, place
 from fairaudit.certificate_reader import number
 from fairaudit.columns import plain
 from fairaudit.exact import approximate, log_enclosure
+from fairaudit.rates import NAMES
 
 __all__ = ["QUANTITIES", "THEOREMS", "Value", "claimed", "clip", "named", "percent", "quotient", "scope"]
 
@@ -26,6 +27,7 @@ QUANTITIES = {
     "global_ratio_supremum": "worst global ratio over utilities that ignore the group",
     "equalized_odds": PARITY_WITHIN,
     "demographic_parity": "demographic parity",
+    **NAMES,
 }
 THEOREMS = {
     "enumeration": "counted in the table",
