@@ -22,6 +22,7 @@ from fairaudit.exact import InputError, approximate, compare_log, nearest, optio
 from fairaudit.fairness import (
     Distance,
     Ratio,
+    Witness,
     cell_expectation,
     demographic_parity,
     equalized_odds,
@@ -53,13 +54,28 @@ from fairaudit.sampling import (
     policy_comparison,
     ratio_interval,
 )
+from fairaudit.sampling import drivers as interval_drivers
 from fairaudit.sampling import verdict as interval_verdict
+from fairaudit.sentences import (
+    THE_INTERVAL,
+    Deciding,
+    Drivers,
+    Sizes,
+    caution,
+    decide,
+    foremost,
+    identifier_text,
+    place,
+    sentence,
+    sizes,
+    words_for,
+)
 from fairaudit.utility import Utility, UtilityTable
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Claim", "Result", "Target", "certify"]
+__all__ = ["Claim", "Result", "Target", "certify", "place"]
 
 Verdict = Literal["none", "within", "exceeds", "inconclusive"]
 ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that releases these contexts"
@@ -129,12 +145,15 @@ class Passed:
         The greatest total variation distances within a context.
     table : WrittenTable
         The table.
+    sizes : mapping
+        How many decisions were recorded of the groups of those pairs, by `pair_key`.
     """
 
     columns: Columns
     pairs: tuple[Ratio, ...]
     distances: tuple[Distance, ...]
     table: WrittenTable
+    sizes: Mapping[tuple[str, ...], Sizes] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +196,8 @@ class Result:
         If contexts were read in parts, what was kept of them; `law` is then the law over all contexts together.
     given_truth : GivenTruth or None
         Rates of true and false positives, equal opportunity and equalized odds given the true label, where it is known.
+    burden : bool
+        Whether the utility counts a burden, so that the group with the higher expectation is disadvantaged.
     """
 
     law: Law
@@ -201,11 +222,57 @@ class Result:
     embed: bool | None = field(default=None, repr=False)
     passed: Passed | None = field(default=None, repr=False)
     given_truth: GivenTruth | None = field(default=None, repr=False)
+    burden: bool = False
+
+    @cached_property
+    def sentence(self) -> str:
+        """Who is favoured over whom, where, and by what factor: of the pair of groups that decided the verdict.
+
+        Without targets it is the most unequal pair, within a context if there is one. What makes little of it, such as a handful of
+        decisions behind it, is said first. Labels are as in the input, unescaped.
+        """
+        deciding = foremost(self.deciding)
+        mean = "as mean over units" if deciding and self._by_unit(deciding) else "in the table"
+        contexts = bool(self.columns.context)
+        options: dict[str, Any] = {"sizes_of": self.sizes_of, "contexts": contexts, "mean": mean}
+        said = sentence(deciding, self.local, self.global_, words_for(burden=self.burden), **options)
+        headline = headline_pair(deciding, self.local, self.global_)
+        identifiers = identifier_text(self.law, self.columns, None if self.passed is None else self.passed.table.header["contexts"])
+        first = caution(headline, None if headline is None else self.sizes_of(headline), identifiers)
+        return f"{first} {said}" if first else said
 
     @property
-    def sentence(self) -> str:
-        """Who is favoured over whom, where, and by what factor, in one sentence. Labels in it are as in the input, unescaped."""
-        return sentence(self.local, self.global_)
+    def columns(self) -> Columns:
+        """Names of the decision, group and context columns."""
+        return self.passed.columns if self.passed else self.law.columns
+
+    @cached_property
+    def deciding(self) -> tuple[Deciding | None, ...]:
+        """For each target the pair of groups that decided it, or what else did; None where nothing could be compared."""
+        found: list[Deciding | None] = []
+        for target in self.targets:
+            interval = self.intervals.get(target.quantity)
+            measured = self.local if target.quantity == "local" else self.global_
+            lower = None if interval is None else interval.lower
+            found.append(decide(target, measured, lower, self.drivers.get(target.quantity, (None, None))))
+        return tuple(found)
+
+    @cached_property
+    def drivers(self) -> Mapping[Quantity, Drivers]:
+        """For each interval the pairs of groups that drive its lower and its upper end."""
+        return {
+            quantity: interval_drivers(self.comparisons[quantity], interval.evidence) if quantity in self.comparisons else interval.pairs
+            for quantity, interval in self.intervals.items()
+        }
+
+    def sizes_of(self, witness: Witness) -> Sizes | None:
+        """How many decisions, and sampling units, were recorded of the two groups of a pair; None where probabilities were given."""
+        if self.passed is not None and witness.context is not None:
+            return self.passed.sizes.get(pair_key(witness))
+        return sizes(self.law, [witness])[0]
+
+    def _by_unit(self, deciding: Deciding) -> bool:
+        return bool(deciding.quantity == "local" and self.law.units and self.law.units.repeated)
 
     @property
     def distances(self) -> dict[str, Distance | None]:
@@ -322,7 +389,7 @@ class Result:
             "format": FORMAT,
             "subject": {
                 "kind": "policy" if deployment else law.kind,
-                "columns": column_names(self.passed.columns if self.passed else law.columns),
+                "columns": column_names(self.columns),
                 "population": law.population,
                 "table": {},
                 "utility": {
@@ -331,6 +398,7 @@ class Result:
                     "tau": None if self.tau is None else number(self.tau),
                     "lipschitz": number(self.utility.lipschitz()),
                     "depends_on_group": self.utility.depends_on_group,
+                    **({"burden": True} if self.burden else {}),
                 },
             },
             "metrics": {
@@ -398,6 +466,7 @@ def certify(
     embed_table: bool | None = None,
     arrivals: Arrivals | None = None,
     positive: Any = None,
+    burden: bool = False,
 ) -> Result:
     """Measure a law exactly, say what follows for the population behind it, judge it against targets, and prepare a certificate.
 
@@ -432,6 +501,9 @@ def certify(
     positive : label, optional
         The positive true label of a law with true labels (``truth=``), where the positive decisions do not name it; positive decisions are
         those that are worth more than nothing.
+    burden : bool
+        Whether the utility counts a burden, such as a fine or a refusal: the group with the higher expectation is then called
+        disadvantaged. The figures are the same.
 
     Returns
     -------
@@ -522,6 +594,7 @@ def certify(
         comparisons=comparisons,
         embed=embed_table,
         given_truth=given,
+        burden=burden,
     )
 
 
@@ -572,47 +645,6 @@ def measure_entry(measured: Ratio | Distance) -> dict[str, Any]:
     return entry or {}
 
 
-def place(labels: Mapping[str, str]) -> str:
-    """Name a group or context.
-
-    Examples
-    --------
-    >>> place({"Dept": "A", "Year": "1973"})
-    'Dept=A, Year=1973'
-    """
-    return ", ".join(f"{column}={label}" for column, label in labels.items())
-
-
-def sentence(local: Ratio | None, global_: Ratio | None) -> str:
-    """Say who is favoured over whom, where, and by what factor, in one sentence. Labels in it are as in the input, unescaped."""
-    if local is None:
-        opening = "No context has two groups, so nobody is compared within a context; "
-        return opening + (_sentence(global_, "over all contexts") if global_ else "nothing else can be compared either.")
-    if local.ratio == 1:
-        if global_ is None or global_.ratio == 1:
-            return "All groups that are compared have the same expected utility in every context."
-        return "In every context all compared groups have the same expected utility, but " + _sentence(
-            global_, "over all contexts, because groups are spread differently over them,"
-        )
-    context = place(local.witness.context or {})
-    return _sentence(local, f"in {context}" if context else "")
-
-
-def _sentence(measured: Ratio, where: str) -> str:
-    witness = measured.witness
-    higher, lower = place(witness.higher), place(witness.lower)
-    high, low = (approximate(v) for v in witness.expectations)
-    start = f"{where}{' ' if where.endswith(',') else ', '}" if where else ""
-    if measured.ratio == 1:
-        text = f"{start}all compared groups have the same expected utility."
-    elif not isinstance(measured.ratio, Fraction):
-        text = f"{start}{higher} is favoured over {lower}: an expected utility of {high} against exactly 0, so R and log R are infinite."
-    else:
-        factor = approximate(measured.ratio)
-        text = f"{start}{higher} is favoured over {lower}: an expected utility of {high} against {low}, {factor} times as much."
-    return text[:1].upper() + text[1:] if where.startswith("in ") else text
-
-
 def _exactly(value: Fraction | float) -> str:
     """The rational, where it is short enough to be read."""
     if not isinstance(value, Fraction) or max(value.numerator, value.denominator).bit_length() > 200:
@@ -640,19 +672,42 @@ def _judge_population(
     """Judge a target for whatever law or policy was sampled: by its interval, and by theorems that rest on declared constants only."""
     ends: list[tuple[Fraction | float, str]] = []
     if interval is not None:
-        ends.append((interval.upper, "the interval"))
-    for bound in found:
-        needs = {"T2": (), "T5": (), "T5-decision": (), "T4": ("gamma", "m")}.get(bound.theorem)
-        if bound.scope == bounds.FLOORED:
-            needs = ("gamma",)
-        elif bound.scope != bounds.ANY_POLICY:
-            needs = None
-        if bound.certified and bound.quantity == f"{quantity}_ratio" and needs is not None and all(name in declared for name in needs):
-            ends.append((bound.value, bound.theorem))
+        ends.append((interval.upper, THE_INTERVAL))
+    ends += [
+        (bound.value, bound.theorem)
+        for bound in found
+        if bound.certified and bound.quantity == f"{quantity}_ratio" and for_any_sampled(bound.theorem, bound.scope, declared)
+    ]
     upper = min(ends, key=lambda end: end[0], default=None)
     lower = interval.lower if interval is not None else Fraction(1)
     verdict = interval_verdict((lower, max(lower, upper[0] if upper else inf)), **{f"max_{unit}": limit})
     return Target(quantity, limit, unit, verdict, confidence, upper)
+
+
+def for_any_sampled(theorem: str, scope: str, declared: Mapping[str, Any]) -> bool:
+    """Whether a bound holds for whatever policy was sampled, and rests on declared constants only."""
+    needs: tuple[str, ...] | None = {"T2": (), "T5": (), "T5-decision": (), "T4": ("gamma", "m")}.get(theorem)
+    if scope == bounds.FLOORED:
+        needs = ("gamma",)
+    elif scope != bounds.ANY_POLICY:
+        needs = None
+    return needs is not None and all(name in declared for name in needs)
+
+
+def headline_pair(deciding: Deciding | None, local: Ratio | None, global_: Ratio | None) -> Witness | None:
+    """The pair of groups that the sentence of a result is about."""
+    if deciding is not None and deciding.pair is not None:
+        return deciding.pair
+    if deciding is not None:
+        measured = local if deciding.quantity == "local" else global_
+    else:
+        measured = global_ if local is None or (local.ratio == 1 and global_ is not None and global_.ratio > 1) else local
+    return None if measured is None else measured.witness
+
+
+def pair_key(witness: Witness) -> tuple[str, ...]:
+    """The labels of a pair, as a key."""
+    return (*(witness.context or {}).values(), *witness.higher.values(), *witness.lower.values())
 
 
 def _stream_intervals(

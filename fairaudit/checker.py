@@ -3643,7 +3643,9 @@ def _check_assumptions(stated: Certificate, table: Table) -> None:
 
 
 def _read_constants(value: object, where: str) -> dict[str, Rational | bool | None]:
-    members = _object(value, where, ("gamma", "m", "tau", "lipschitz", "depends_on_group"))
+    members = _object(value, where, ("gamma", "m", "tau", "lipschitz", "depends_on_group"), optional=("burden",))
+    if members.get("burden", True) is not True:  # what a utility means is stated, and nothing follows from it
+        raise _malformed(f"{where}.burden", f"must be true where it is stated, not {shown(members['burden'])}")
     read: dict[str, Rational | bool | None] = {}
     for key in ("gamma", "m", "tau", "lipschitz"):
         absent = key == "tau" and members[key] is None

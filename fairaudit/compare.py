@@ -12,6 +12,7 @@ from fairaudit.certificate_reader import Subject, number, subject
 from fairaudit.exact import InputError, shown
 from fairaudit.fairness import cell_expectation
 from fairaudit.limits import limit_text
+from fairaudit.sentences import BENEFIT, words_for
 
 __all__ = ["Change", "Comparison", "Moved", "compare"]
 
@@ -75,6 +76,8 @@ class Comparison:
         What both certificates, or one of them, say.
     cells : tuple of Moved
         Expected utilities that moved, furthest first; empty when a table is missing.
+    amount : str
+        What they are: an expected utility, or an expected burden.
     notes : tuple of str
         What to keep in mind: what is not comparable, assumptions that came or went.
     """
@@ -86,6 +89,7 @@ class Comparison:
     bounds: tuple[Change, ...]
     cells: tuple[Moved, ...]
     notes: tuple[str, ...]
+    amount: str = BENEFIT.amount
 
     @property
     def worse(self) -> bool:
@@ -143,6 +147,7 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
             tuple(_bounds(old, new)),
             tuple(_cells(*subjects)),
             tuple(_notes(old, new, *subjects)),
+            words_for(burden="burden" in new["subject"]["utility"]).amount,
         )
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
         if isinstance(error, InputError):
@@ -308,6 +313,9 @@ def _expectations(found: Subject) -> dict[tuple[tuple[str, ...], tuple[str, ...]
 
 def _notes(old: Mapping[str, Any], new: Mapping[str, Any], before: Subject | None, after: Subject | None) -> Iterator[str]:
     one, other = old["subject"], new["subject"]
+    if ("burden" in one["utility"]) != ("burden" in other["utility"]):
+        which, else_ = ("old", "new") if "burden" in one["utility"] else ("new", "old")
+        yield f"in the {which} certificate the utility counts a burden, in the {else_} one a benefit: who is called favoured is reversed"
     if one["kind"] != other["kind"]:
         yield f"one is about {KINDS[one['kind']]}, the other about {KINDS[other['kind']]}: their figures describe different things"
     if one["population"] != other["population"]:

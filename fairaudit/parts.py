@@ -10,7 +10,7 @@ from typing import IO, Any, TypeVar
 
 import numpy as np
 
-from fairaudit.audit import Passed, Result, judged, not_compared
+from fairaudit.audit import Passed, Result, judged, not_compared, pair_key
 from fairaudit.certificate import Table, WrittenTable, column_names, count_lines, new_salt
 from fairaudit.columns import Tally, distinct, names, read_columns
 from fairaudit.exact import InputError, shown
@@ -28,6 +28,7 @@ from fairaudit.fairness import (
 from fairaudit.law import Columns, Law
 from fairaudit.limits import MEASURED, Quantity, limits_of, without_bare_limits
 from fairaudit.sampling import confidence_level
+from fairaudit.sentences import Sizes, sizes
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.engines import Report, read_parts
 from fairaudit.utility import Utility
@@ -57,6 +58,7 @@ def certify_in_parts(
     confidence: Any = None,
     top: int = 3,
     embed_table: bool | None = None,
+    burden: bool = False,
 ) -> Result:
     """Certify a log of very many contexts: the exact figures and the certificate of `fairaudit.certify`, without its intervals.
 
@@ -72,7 +74,7 @@ def certify_in_parts(
         g, which depends on the decision alone.
     decision, group, context
         As for `Law.from_log`; at least one context column.
-    max_local_ratio, max_global_ratio, max_local_log, max_global_log, confidence, embed_table
+    max_local_ratio, max_global_ratio, max_local_log, max_global_log, confidence, embed_table, burden
         As for `fairaudit.certify`; at a confidence, targets are inconclusive, for want of an interval.
     top : int
         How many of the most unequal pairs to keep.
@@ -116,6 +118,7 @@ def certify_in_parts(
     supremum: Ratio | None = None
     odds: tuple[Distance, ...] = ()
     pairs: tuple[Ratio, ...] = ()
+    recorded: dict[tuple[str, ...], Sizes] = {}
     floors, left_out, contexts = [], [], list[tuple[str, ...]]()
     opened = read_parts(source, wanted, columns.context, bins=bins, table=table, memory=memory, report=report)
     with closing(opened) as parts, _written() as rows:
@@ -134,7 +137,11 @@ def certify_in_parts(
             table_of = replace(g, law=law)
             found = local_supremum(law)
             supremum = found if supremum is None or (found is not None and found.ratio > supremum.ratio) else supremum
-            pairs = _foremost((*pairs, *most_unequal_ratios(law, table_of, top, within_context=True)), top, lambda ratio: ratio.ratio - 1)
+            ranked = most_unequal_ratios(law, table_of, top, within_context=True)
+            pairs = _foremost((*pairs, *ranked), top, lambda ratio: ratio.ratio - 1)
+            found_sizes = zip(ranked, sizes(law, [ratio.witness for ratio in ranked]), strict=True)
+            recorded |= {pair_key(ratio.witness): size for ratio, size in found_sizes if size is not None}
+            recorded = {key: recorded[key] for key in (pair_key(ratio.witness) for ratio in pairs)}
             odds = _foremost((*odds, *most_unequal_distances(law, top, within_context=True)), top, lambda distance: distance.value)
             floors.append(least_expectation(law, table_of))
             left_out += [entry for entry in not_compared(law) if "context" in entry]
@@ -168,7 +175,8 @@ def certify_in_parts(
         verdict=verdict,
         notes=(*whole.notes, *(() if confidence is None else (UNCLAIMED,))),
         embed=embed_table,
-        passed=Passed(columns, pairs, odds, WrittenTable(header, rows, cells)),
+        passed=Passed(columns, pairs, odds, WrittenTable(header, rows, cells), recorded),
+        burden=burden,
     )
 
 

@@ -46,7 +46,8 @@ def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
     InputError
         If matplotlib is missing.
     """
-    panels = _panels(_content(result))
+    content = _content(result)
+    panels = _panels(content)
     lines = sum(len(panel.members) + 1 for panel in panels)
     axes = ax if ax is not None else _figure(1, width=8.0, height=1.2 + 0.24 * lines)[1][0]
     labels: list[str] = []
@@ -64,7 +65,7 @@ def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
     axes.set_yticks(range(len(labels)), [_shown(label) for label in labels])
     axes.set_ylim(len(labels) - 0.5, -0.5)
     axes.set_xlim(left=0)
-    axes.set_xlabel("expected utility")
+    axes.set_xlabel(content.amount)
     return axes
 
 
@@ -106,7 +107,7 @@ def plot_ratios(result: Result, ax: Axes | None = None, *, quantity: Literal["lo
     axes.set_xticks(range(size), [str(i + 1) for i in range(size)])
     axes.set_yticks(range(size), [_shown(f"{i + 1} {name}") for i, name in enumerate(matrix.rows)])
     axes.set_title(_shown(matrix.title))
-    axes.set_xlabel("gets … times as much as group")
+    axes.set_xlabel(f"{'bears' if content.burden else 'gets'} … times as much as group")
     return axes
 
 

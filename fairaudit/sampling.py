@@ -49,9 +49,11 @@ from fairaudit.exact import (
     nearest,
     option_value,
     quotient,
+    rational,
     rational_text,
     shown,
 )
+from fairaudit.fairness import Witness
 from fairaudit.law import MAX_DRAWS, Law, Units
 from fairaudit.limits import ALONE, one_limit, without_bare_limits
 from fairaudit.mechanism import Mechanism
@@ -69,6 +71,7 @@ __all__ = [
     "cell_ends",
     "default_region",
     "difference_interval",
+    "drivers",
     "further_draws",
     "global_comparison",
     "greatest_ratio",
@@ -276,6 +279,8 @@ class Interval:
         What the reader must accept.
     evidence : dict
         What a checker needs, as docs/certificate-samples.md describes it.
+    pairs : pair of Witness or None, optional
+        Of a stream, the pairs that drive the lower and the upper end; `drivers` finds those of others.
     """
 
     lower: Fraction
@@ -286,6 +291,7 @@ class Interval:
     methods: tuple[str, ...]
     assumptions: tuple[str, ...]
     evidence: dict[str, Any]
+    pairs: tuple[Witness | None, Witness | None] = (None, None)
 
     @cached_property
     def log(self) -> tuple[Decimal, Decimal]:
@@ -1286,6 +1292,77 @@ def ratio_interval(
     return Interval(lower, upper, _estimate(comparison), level, region, tuple(sorted(kinds)), assumptions, evidence)
 
 
+def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witness | None, Witness | None]:
+    """Name the pairs that drive the lower and the upper end of an interval, with the means of their draws.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What was compared, with labels.
+    evidence : mapping
+        The evidence of the interval, as it has it or as a certificate stores it.
+
+    Returns
+    -------
+    pair of Witness or None
+        The pair that proves the lower end, and the one that attains the upper end: the greatest quotient over the box, or, for the product
+        region, the greatest upper end of a pair by itself. Ties go to input order; None for an end of 1 and for one that was not asked for.
+
+    Examples
+    --------
+    >>> law = Law.from_array([[90, 10], [30, 70]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> compared = local_comparison(law, Utility({"yes": 1}).on(law))
+    >>> [found.higher for found in drivers(compared, ratio_interval(compared).evidence)]
+    [{'group': 'f'}, {'group': 'f'}]
+    """
+    upper: tuple[int, int, int] | None = None
+    if evidence["region"] == "box":
+        lower = evidence["pair"]
+        if evidence["upper"] is not None:
+            ends = [(Fraction(*rational(a)), Fraction(*rational(b))) for a, b in evidence["upper"]]
+            greatest, upper = _extreme(comparison, ends, upper=True)
+            upper = upper if greatest > 1 else None
+    else:
+        lower = None if evidence["lower"] is None else evidence["lower"]["pair"]
+        levels = evidence["levels"]["upper"]
+        if levels is not None:
+            upper = _product_driver(comparison, Fraction(*rational(levels[0])), Fraction(*rational(levels[1])))
+    return _witness(comparison, lower), _witness(comparison, upper)
+
+
+def _witness(comparison: Comparison, found: Sequence[int] | None) -> Witness | None:
+    if found is None:
+        return None
+    block, higher, lower = found
+    context, groups = comparison.labels[block]
+
+    def mean(form: Form) -> Fraction:
+        cells = [(comparison.cells[i], w) for i, w in form]
+        return sum((w * (cell.mean if cell.draws else cell.low) for cell, w in cells), Fraction(0))
+
+    forms = comparison.blocks[block]
+    return Witness(context, groups[higher], groups[lower], (mean(forms[higher]), mean(forms[lower])))
+
+
+def _product_driver(comparison: Comparison, guard: Fraction, c: Fraction) -> tuple[int, int, int] | None:
+    """Which pair has the greatest upper end by itself; the box of ends at the guard bounds that of each pair, so few are looked at."""
+    ends: dict[int, Ends] = {}
+    reach = []
+    for b, block in enumerate(comparison.blocks):
+        members = [form[0][0] for form in block] if len(block) > 1 else []
+        ends |= {i: cell_ends(comparison.cells[i], guard) for i in members}
+        reach += [(-quotient(ends[i][1], ends[j][0]), b, h, k) for (h, i), (k, j) in permutations(enumerate(members), 2)]
+    best, where = 1.0, None
+    for most, b, h, k in sorted(reach):
+        if -most <= best:
+            break
+        top, bottom = (replace(comparison.cells[comparison.blocks[b][form][0][0]]) for form in (h, k))
+        found = _reach([top], [bottom], guard, c)
+        if found > best:
+            best, where = found, (b, h, k)
+    return where
+
+
 def _estimate(comparison: Comparison) -> Extended | None:
     """The ratio of the table itself; None if a cell has no draws."""
     cells, blocks = comparison.cells, comparison.blocks
@@ -1760,6 +1837,24 @@ def _foremost(cells: Sequence[Cell], *, tops: bool) -> list[Cell]:
 def _ladder_bound(tops: Sequence[Cell], bottoms: Sequence[Cell], guard: Fraction, c: Fraction) -> Extended:
     """Find a ratio, as small as the search gets, for which `_ladder` has a proof; infinite if there is none."""
     tops, bottoms = _foremost(tops, tops=True), _foremost(bottoms, tops=False)
+    best = _reach(tops, bottoms, guard, c)
+    if best == inf:
+        return inf
+    middle = float(min(cell.mean if cell.draws else cell.low for cell in bottoms))
+    center = float(max(cell.mean if cell.draws else cell.high for cell in tops)) / max(middle, 1e-300)
+    gap = SLACK * max(abs(log(best / center)) if center > 0 else 1.0, 1e-9)
+    for _ in range(12):
+        bound = best * exp(gap)
+        scale = 10 ** (DIGITS + max(0, ceil(-log(min(bound, 1.0)) / log(10))) + max(0, ceil(-log(min(gap, 1.0)) / log(10))))
+        ratio = Fraction(ceil(bound * scale), scale)
+        if _ladder(tops, bottoms, ratio, guard, c) is not None:
+            return ratio
+        gap *= 1.7
+    return inf
+
+
+def _reach(tops: Sequence[Cell], bottoms: Sequence[Cell], guard: Fraction, c: Fraction) -> float:
+    """The greatest quotient of a top and another bottom in the region, in floats; infinite if a bottom can vanish."""
     start = float(min(cell_ends(cell, guard)[0] for cell in bottoms))
     end = float(max(cell_ends(cell, guard)[1] for cell in tops))
     if start <= 0:
@@ -1782,16 +1877,7 @@ def _ladder_bound(tops: Sequence[Cell], bottoms: Sequence[Cell], guard: Fraction
             low, high = (half, high) if inside else (low, half)
         p = low
         best = max(best, high / q)
-    center = float(max(cell.mean if cell.draws else cell.high for cell in tops)) / max(middle, 1e-300)
-    gap = SLACK * max(abs(log(best / center)) if center > 0 else 1.0, 1e-9)
-    for _ in range(12):
-        bound = best * exp(gap)
-        scale = 10 ** (DIGITS + max(0, ceil(-log(min(bound, 1.0)) / log(10))) + max(0, ceil(-log(min(gap, 1.0)) / log(10))))
-        ratio = Fraction(ceil(bound * scale), scale)
-        if _ladder(tops, bottoms, ratio, guard, c) is not None:
-            return ratio
-        gap *= 1.7
-    return inf
+    return best
 
 
 # An estimated population

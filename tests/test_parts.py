@@ -79,7 +79,8 @@ def test_the_certificate_is_that_of_the_log_in_memory(
             return
         found = certify_in_parts(path, utility, decision="u", group="a", context=context, confidence=confidence, **targets)
     assert found.most_unequal() == known.most_unequal()
-    assert (found.sentence, found.tau) == (known.sentence, known.tau)
+    assert found.tau == known.tau
+    assert (known.sentence if confidence is None else "Nothing bounds the population behind the table from above.") in found.sentence
     written, memory = copy.deepcopy(found.certificate.document), copy.deepcopy(known.certificate.document)
     table = memory["subject"]["table"]
     lines = [table["header"], *table["rows"]]

@@ -27,7 +27,7 @@ TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "
 LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
-UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz")
+UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz", "burden")
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,7 @@ class Audit:
     targets: dict[str, Any]
     sampling: dict[str, Any]
     positive: str | None = None
+    burden: bool = False
 
 
 def read_audit(path: str) -> Audit:
@@ -123,7 +124,9 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
     targets = sections["targets"]
     check_targets(targets)
     positive = _text(source, "positive", about) if "positive" in source else None
-    return Audit(subject, utility, declared, dict(targets), _sampling(sections["confidence"]), positive)
+    return Audit(
+        subject, utility, declared, dict(targets), _sampling(sections["confidence"]), positive, _truth(wanted, "burden", "utility")
+    )
 
 
 def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
@@ -135,10 +138,15 @@ def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
             raise InputError(f"[confidence] interval is {shown(section['interval'])}; {nearest(str(section['interval']), METHODS)}")
         found["interval"] = section["interval"]
     if "independent_cells" in section:
-        if not isinstance(section["independent_cells"], bool):
-            raise InputError(f"[confidence] independent_cells is {shown(section['independent_cells'])}; true or false is accepted")
-        found["independent"] = section["independent_cells"]
+        found["independent"] = _truth(section, "independent_cells", "confidence")
     return found
+
+
+def _truth(section: Mapping[str, Any], key: str, where: str) -> bool:
+    value = section.get(key, False)
+    if not isinstance(value, bool):
+        raise InputError(f"[{where}] {key} is {shown(value)}; true or false is accepted")
+    return value
 
 
 def _text(section: Mapping[str, Any], key: str, where: str) -> str:

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from fairaudit.cli.audit_file import Audit
     from fairaudit.cli.population import Finding
     from fairaudit.columns import Tally
+    from fairaudit.fairness import Distance, Ratio
     from fairaudit.law import Law
+    from fairaudit.sentences import Deciding, Sizes
     from fairaudit.tables.csv import CsvTable
     from fairaudit.utility import Utility
 
@@ -88,6 +90,9 @@ def add(commands: Any) -> None:
     kind.add_argument("--utility-column", metavar="COL", help="column with the utility of each row; --decision may then be left out")
     worth.add_argument(
         "--positive", metavar="LABEL", help="the positive true label, where the decisions that are worth something do not name it"
+    )
+    worth.add_argument(
+        "--burden", action="store_true", help="the utility counts a burden: the group with more of it is disadvantaged, not favoured"
     )
     targets = parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)")
     limits.add_options(targets)
@@ -178,6 +183,7 @@ def _certify(arguments: argparse.Namespace) -> int:
     targets = limits.given(arguments)
     check_output(arguments)
     options = population.options(arguments, subject, audit.sampling if audit else {})
+    burden = arguments.burden or (audit is not None and audit.burden)
     declared = {**(audit.declared if audit else {}), **population.utility_range(arguments.utility_range)}
     try:
         result = certify(
@@ -188,6 +194,7 @@ def _certify(arguments: argparse.Namespace) -> int:
             declared=declared,
             embed_table=False if arguments.no_table else None,
             positive=audit.positive if audit else arguments.positive,
+            burden=burden,
         )
         findings = population.findings(arguments, result, utility, options)
     except InputError as error:
@@ -267,6 +274,7 @@ def _certify_in_parts(arguments: argparse.Namespace) -> int:
                 confidence=population.confidence_option(arguments.confidence),
                 top=arguments.top,
                 embed_table=False if arguments.no_table else None,
+                burden=arguments.burden,
             )
         except InputError as error:
             raise InputError(f"{source_name(arguments.table)}: {error}") from None
@@ -594,7 +602,10 @@ def _json(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
             }
             for target in result.targets
         ],
-        "most_unequal": {name: [measure_entry(m) for m in measures] for name, measures in result.most_unequal(top).items()},
+        "decided_by": [None if deciding is None else _decided(deciding, result) for deciding in result.deciding],
+        "most_unequal": {
+            name: [measure_entry(m) | _sizes(m, result) for m in measures] for name, measures in result.most_unequal(top).items()
+        },
         "findings": [{"test": found.test, "sentence": found.sentence, **found.figures} for found in findings],
         "further_draws": [
             {"quantity": target.quantity, "unit": target.unit, "draws": planned.draws, "sentence": planned.sentence}
@@ -603,3 +614,29 @@ def _json(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
         "notes": list(result.notes),
         "certificate": result.certificate.document,
     }
+
+
+def _decided(deciding: Deciding, result: Result) -> dict[str, Any]:
+    """What decided a target: the pair of groups with its sizes, the end or ratio that was compared with the limit, and where it is from."""
+    from fairaudit.certificate import number
+
+    pair = deciding.pair
+    labels = None if pair is None else {"context": pair.context, "higher": pair.higher, "lower": pair.lower}
+    sized = {} if pair is None else _sized(result.sizes_of(pair))
+    return {"quantity": deciding.quantity, "end": deciding.end, "value": number(deciding.value), "by": deciding.by, "pair": labels, **sized}
+
+
+def _sizes(measured: Ratio | Distance, result: Result) -> dict[str, Any]:
+    from fairaudit.fairness import Ratio
+
+    return _sized(result.sizes_of(measured.witness)) if isinstance(measured, Ratio) else {}
+
+
+def _sized(found: Sizes | None) -> dict[str, Any]:
+    """How many decisions, and sampling units, were recorded of a pair."""
+    from fairaudit.certificate import number
+
+    if found is None:
+        return {}
+    units = {} if found[0].units is None else {"units": [size.units for size in found]}
+    return {"decisions": [number(size.decisions) for size in found], **units}

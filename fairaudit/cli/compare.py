@@ -100,7 +100,7 @@ def _text(found: Comparison, notes: list[str], top: int) -> str:
         lines = [f"  {_place(moved)}: {_approximate(moved.old)} -> {_approximate(moved.new)}" for moved in found.cells[:top]]
         more = len(found.cells) - top
         lines += [f"  … and {more} more"] if more > 0 else []
-        blocks.append("Expected utilities that moved\n" + "\n".join(lines))
+        blocks.append(f"{_moved(found)}\n" + "\n".join(lines))
     if notes:
         blocks.append("Keep in mind\n" + "\n".join(f"  - {plain(note)}" for note in notes))
     return "\n\n".join(blocks)
@@ -137,6 +137,10 @@ def _said(value: str | None) -> str:
     return f"{decimals} ({value})" if "/" in value and len(value) <= SHOW_EXACT else decimals
 
 
+def _moved(found: Comparison) -> str:
+    return "Expected burdens that moved" if "burden" in found.amount else "Expected utilities that moved"
+
+
 def _place(moved: Moved) -> str:
     from fairaudit.audit import place
     from fairaudit.columns import plain
@@ -162,6 +166,7 @@ def _json(found: Comparison, notes: list[str], top: int) -> str:
     document = {
         "worse": found.worse,
         "risen": found.risen,
+        "amount": found.amount,
         "verdict": listed((found.verdict,))[0],
         "targets": listed(found.targets),
         "metrics": listed(found.metrics),
@@ -198,7 +203,7 @@ def _markdown(found: Comparison, notes: list[str], top: int) -> str:
         blocks.append(f"### Intervals and bounds\n\n{table(head, rows(others))}")
     if found.cells and top:
         lines = [(code(_place(m)), _approximate(m.old), _approximate(m.new)) for m in found.cells[:top]]
-        blocks.append(f"### Expected utilities that moved\n\n{table(('group', 'before', 'now'), lines)}")
+        blocks.append(f"### {_moved(found)}\n\n{table(('group', 'before', 'now'), lines)}")
         if len(found.cells) > top:
             blocks.append(f"… and {len(found.cells) - top} more")
     if notes:

@@ -34,7 +34,7 @@ examples:
   fairaudit certify --from-monitor watch.db -o certificate.json"""
 
 LOOKED_AT: tuple[str, ...] = ("decision", "group", "context", "utility", "utility_column", "utility_range", "utility_step")
-AUDIT = (*LOOKED_AT, *LIMITS, "confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "input")
+AUDIT = (*LOOKED_AT, *LIMITS, "confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "input", "burden")
 TALLIED = (
     ("dead", "lines could not be counted"),
     ("repeats", "decisions were repeats and left out"),
@@ -62,6 +62,9 @@ def add(commands: Any) -> None:
     audit.add_argument("--context", metavar="COL", action="append", help="what may legitimately matter")
     audit.add_argument("--utility", metavar="SPEC", help="decision[=number],…; decisions that are not listed are worth 0")
     audit.add_argument("--utility-column", metavar="COL", help="column with the utility of each decision; needs --utility-range")
+    audit.add_argument(
+        "--burden", action="store_const", const=True, help="the utility counts a burden: the group with more of it is disadvantaged"
+    )
     audit.add_argument("--utility-range", metavar="LOW,HIGH", help="least and greatest utility of anything that could come")
     audit.add_argument("--utility-step", metavar="Q", help="round the utilities of --utility-column to multiples of this, and audit that")
     audit.add_argument("--unit", metavar="COL", action="append", help="in each context and group, only the first decision of a unit counts")
@@ -181,6 +184,7 @@ def certify_state(arguments: argparse.Namespace) -> int:
         "claimed_exp_epsilon",
         "no_table",
         "in_parts",
+        "burden",
     )
     for name in (*foreign, *LIMITS):
         if getattr(arguments, name):
@@ -207,7 +211,8 @@ def certify_state(arguments: argparse.Namespace) -> int:
         found = replace(found, law=replace(found.law, assumptions=(*found.law.assumptions, left_out)))
     targets: dict[str, Any] = dict(settings.targets or {})
     declared = {"m": settings.low, "gamma": settings.high}
-    result = certify(found.law, found.utility, confidence=settings.confidence, declared=declared, arrivals=found.arrivals, **targets)
+    options: dict[str, Any] = {"confidence": settings.confidence, "arrivals": found.arrivals, "burden": settings.burden}
+    result = certify(found.law, found.utility, declared=declared, **options, **targets)
     notes = [f"{tally[key]} {what}" for key, what in TALLIED if tally.get(key)]
     return report(arguments, result, [], notes)
 
@@ -266,6 +271,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         time=arguments.time,
         since=arguments.since,
         window=None if arguments.window is None else _window(arguments.window),
+        burden=bool(arguments.burden),
         layout=arguments.input or ("csv" if str(arguments.log).endswith(".csv") else "jsonl"),
     )
 
@@ -360,7 +366,7 @@ class _Screen:
             self._clear()
             lower = float(Fraction(alarm["lower"]))
             said = f"ALARM: {_limit(alarm)}: exceeded after {alarm['events']} decisions (line {alarm['line']}), "
-            print(plain(said) + f"R is at least {lower:.4g}", flush=True)
+            print(plain(said) + f"R is at least {lower:.4g}{_who(alarm)}", flush=True)
 
     def show(self, found: Look, *, last: bool = False) -> None:
         """Say what is known now."""
@@ -387,6 +393,8 @@ class _Screen:
         self.height = 0
 
     def _entry(self, found: Look) -> dict[str, Any]:
+        from fairaudit.monitor.stream import pair_labels
+
         monitor, settings = self.monitor, self.monitor.settings
         order = monitor.total.order
         entry: dict[str, Any] = {
@@ -402,6 +410,7 @@ class _Screen:
                     "limit": limit,
                     "readings": limit_readings(LIMITS[name][1], Fraction(limit)),
                     "verdict": found.verdicts[name],
+                    "pair": pair_labels(found.pairs.get(name)),
                 }
                 for name, limit in (settings.targets or {}).items()
             ],
@@ -434,7 +443,7 @@ class _Screen:
         lines = [f"{said[entry['verdict']]} after {amount}; {entry['contexts']} contexts, {entry['groups']} groups"]
         for quantity, (low, high) in entry["ratio"].items():
             lines.append(f"  {quantity + ' ratio R':<16} {_ends(low, high)} at every moment, at confidence {entry['confidence']}")
-        lines += [f"  {_limit(target)}: {target['verdict']}" for target in entry["targets"]]
+        lines += [f"  {_limit(target)}: {target['verdict']}{_who(target)}" for target in entry["targets"]]
         for alarm in entry["alarms"]:
             if "changed" in alarm:
                 lines.append(f"  {_contradicted(alarm)}")
@@ -460,6 +469,17 @@ def _contradicted(alarm: dict[str, Any]) -> str:
         f"(after {alarm['events']} decisions); what was said about the whole stream is withdrawn. Were the ratio constant, this would "
         f"happen with probability at most {float(Fraction(alarm['error'])):.4g}"
     )
+
+
+def _who(target: dict[str, Any]) -> str:
+    """The pair of groups behind the end that decided a target."""
+    from fairaudit.columns import plain
+    from fairaudit.sentences import place
+
+    if target.get("pair") is None:
+        return ""
+    context, higher, lower = (place(target["pair"][key] or {}) for key in ("context", "higher", "lower"))
+    return plain(f", {f'{context}: ' if context else ''}{higher} over {lower}")
 
 
 def _ends(low: float, high: float) -> str:

@@ -18,6 +18,7 @@ from fairaudit.limits import limit_text
 from fairaudit.mechanism import Mechanism
 from fairaudit.privacy import exp_epsilon
 from fairaudit.rates import KINDS, NAMES, OVERALL
+from fairaudit.sentences import THE_INTERVAL, THIS_TABLE, pair_text, percent, size_text, words_for
 
 if TYPE_CHECKING:
     from fairaudit.audit import Result, Target
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from fairaudit.law import Law
     from fairaudit.rates import GivenTruth
     from fairaudit.sampling import Interval
+    from fairaudit.sentences import Deciding
 
 __all__ = ["intervals", "plain", "put", "silence", "summary", "verdict"]
 
@@ -87,9 +89,11 @@ def verdict(result: Result) -> str:
     if not result.targets:
         return "NO TARGET was set; these are the exact figures of the table."
     lines = []
-    for target in result.targets:
+    for target, deciding in zip(result.targets, result.deciding, strict=True):
         measured = result.local if target.quantity == "local" else result.global_
         lines.append(f"{target.verdict.upper():<13}{_target(target, measured, result.intervals.get(target.quantity))}")
+        if deciding is not None:
+            lines.append(f"{'':<13}{_decided(deciding, result)}")
     return "\n".join(lines)
 
 
@@ -98,13 +102,24 @@ def _target(target: Target, measured: Ratio | None, interval: Interval | None) -
     if measured is None:
         return f"{said}: nothing could be compared"
     value = approximate(measured.ratio) if target.unit == "ratio" else _log(measured)
-    if target.confidence is None or target.upper is None:
+    if target.confidence is None:
         return f"{said}: it is {value} (this table, decided exactly)"
+    if target.upper is None:
+        return f"{said}: nothing bounds the population ({value} in the table)"
     lower = interval.lower if interval else Fraction(1)
     upper, source = target.upper
     proved = "" if source == "the interval" else f", by {source}"
     ends = " and ".join(_end(end, target.unit, up=up) for end, up in ((lower, False), (upper, True)))
-    return f"{said}: between {ends}{proved}, at confidence {_percent(target.confidence)} ({value} in the table)"
+    return f"{said}: between {ends}{proved}, at confidence {percent(target.confidence)} ({value} in the table)"
+
+
+def _decided(deciding: Deciding, result: Result) -> str:
+    """The pair of groups that decided a target, or what else did."""
+    if deciding.pair is not None:
+        return plain(f"{pair_text(deciding.pair)} {size_text(result.sizes_of(deciding.pair))}").rstrip()
+    if deciding.by in (THE_INTERVAL, THIS_TABLE):
+        return "no pair of groups is apart" if deciding.value == 1 else "no interval is claimed"
+    return f"every pair of groups, by {deciding.by}"
 
 
 def _end(value: Fraction | float, unit: str, *, up: bool) -> str:
@@ -118,10 +133,6 @@ def _rounded(value: Decimal, *, up: bool) -> str:
     return "infinite" if value.is_infinite() else str(value.quantize(Decimal("1.0000"), ROUND_CEILING if up else ROUND_FLOOR))
 
 
-def _percent(confidence: Fraction) -> str:
-    return f"{float(100 * confidence):.6g} %"
-
-
 def intervals(result: Result) -> str:
     """What the draws say of the population from which they come."""
     if not result.intervals:
@@ -131,7 +142,7 @@ def intervals(result: Result) -> str:
         logs = f"{_rounded(found.log[0], up=False)} to {_rounded(found.log[1], up=True)}"
         ends = f"{approximate(found.lower, 'down')} to {approximate(found.upper, 'up')}"
         method = ", ".join(found.methods) or "nothing was drawn at random"
-        rows.append((f"{quantity} ratio R", ends, f"log R {logs}", f"at confidence {_percent(found.confidence)} ({method})"))
+        rows.append((f"{quantity} ratio R", ends, f"log R {logs}", f"at confidence {percent(found.confidence)} ({method})"))
     widths = [max(len(row[i]) for row in rows) for i in range(3)]
     lines = ["In the population from which these decisions were drawn"]
     lines += ["  " + "  ".join([*(cell.ljust(width) for cell, width in zip(row[:3], widths, strict=True)), row[3]]) for row in rows]
@@ -161,7 +172,7 @@ def given_truth(result: Result) -> str:
         lines.append(f"  {NAMES[name]}: a difference of {approximate(found.value)} ({pair})")
         if interval := given.intervals.get(name):
             ends = f"between {approximate(interval.lower, 'down')} and {approximate(interval.upper, 'up')}"
-            lines.append(f"    in the population {ends}, at confidence {_percent(interval.confidence)} (binomial)")
+            lines.append(f"    in the population {ends}, at confidence {percent(interval.confidence)} (binomial)")
     lines += _rates(result.law, given)
     if given.intervals:
         lines.append("  Each interval holds at its confidence by itself. For you to judge")
@@ -252,7 +263,7 @@ def _before_and_after(result: Result) -> str:
     if before is None:
         return ""
     law = result.law
-    lines = ["Expected utility without and with the filters"]
+    lines = [f"{words_for(burden=result.burden).amount.capitalize()} without and with the filters"]
     changes = [(before[cell], Fraction(*cell_expectation(law, result.utility, cell)), cell) for cell in range(len(before))]
     changes.sort(key=lambda change: -abs(change[1] - change[0]))
     for was, now, cell in changes[:SHOW_CELLS]:
@@ -300,17 +311,19 @@ def _pairs(result: Result, top: int) -> str:
     lines = []
     ranked = result.most_unequal_pairs(top)
     for title, measures in (("Most unequal within a context", ranked["local"]), ("Most unequal group means", ranked["global"])):
-        entries = [_pair(measured) for measured in measures if measured.ratio != 1]
+        entries = [_pair(measured, result) for measured in measures if measured.ratio != 1]
         if entries:
             lines.append(title + "\n" + "\n".join(f"  {entry}" for entry in entries))
     return "\n".join(lines)
 
 
-def _pair(measured: Ratio) -> str:
+def _pair(measured: Ratio, result: Result) -> str:
     witness = measured.witness
     high, low = (approximate(v) for v in witness.expectations)
     where = f"{_place(witness.context)}: " if witness.context else ""
-    return f"{approximate(measured.ratio):>8}  {where}{_place(witness.higher)} {high}, {_place(witness.lower)} {low}"
+    sizes = size_text(result.sizes_of(witness))
+    size = f" {sizes}" if sizes else ""
+    return f"{approximate(measured.ratio):>8}  {where}{_place(witness.higher)} {high}, {_place(witness.lower)} {low}{size}"
 
 
 def _place(labels: dict[str, str]) -> str:
@@ -325,7 +338,8 @@ def _constants(result: Result) -> str:
         if utility.by_decision or not utility.depends_on_group
         else f", differs between groups by up to {approximate(utility.lipschitz())}"
     )
-    return f"Utility: from {approximate(utility.m)} to {approximate(utility.gamma)}{blind}; least expected value {tau}"
+    name = "Burden" if result.burden else "Utility"
+    return f"{name}: from {approximate(utility.m)} to {approximate(utility.gamma)}{blind}; least expected value {tau}"
 
 
 def _not_compared(result: Result) -> str:
@@ -358,5 +372,6 @@ def _limits(result: Result) -> str:
     if result.law.population == "equal" and result.global_ is not None and len(result.law.contexts) > 1:
         said.append("No population was given (--weight): the global figures weigh all contexts equally.")
     said.append("It does not say that the table is genuine, complete or representative, nor why groups differ.")
-    said.append("If the utility counts a burden, the favoured group is the burdened one.")
+    if not result.burden:
+        said.append("The utility is taken for a benefit; if it counts a burden, say so with --burden.")
     return "What this does not say\n" + "\n".join(f"  {line}" for line in said)

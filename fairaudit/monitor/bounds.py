@@ -18,7 +18,7 @@ K/((j + K − 1)(j + K)), j = 1, 2, …, sum to 1. The proofs are in docs/certif
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -31,16 +31,18 @@ from numpy.typing import NDArray
 
 from fairaudit.columns import Label
 from fairaudit.exact import InputError, quotient, rational_text
+from fairaudit.fairness import Witness
 from fairaudit.law import Law
 from fairaudit.sampling import DECLARED, Interval, confidence_level
 from fairaudit.utility import UtilityTable
 
-__all__ = ["Arrivals", "Tally", "log_wealth", "stream_interval", "tallies", "wealth_reaches"]
+__all__ = ["Arrivals", "Tally", "log_wealth", "stream_drivers", "stream_interval", "tallies", "wealth_reaches"]
 
 Floats = NDArray[np.float64]
 Side = Literal["above", "below"]
 Quantity = Literal["local", "global"]
 Number = tuple[int, int]  # mantissa and exponent of 2, rounded down
+Places = tuple[Sequence[int] | None, Sequence[int] | None]  # block, higher, lower: behind the lower and the upper end
 
 BETS = range(-16, 5)
 CENTRE = -2
@@ -353,10 +355,11 @@ def stream_interval(
     except KeyError as error:
         raise InputError(f"the order of arrival lacks {error.args[0]}") from None
     cells = [[tally for _, tally in block] for block in blocks]
-    made = _Product(cells, ranks, arrivals, limits, 1 - level) if arrivals.joint else _Box(cells, ranks, arrivals, limits, 1 - level)
+    kind = _Product if arrivals.joint else _Box
+    made = kind(cells, ranks, arrivals.expected, limits, 1 - level)
     lower, upper, evidence = made.prove() if exact else (*made.estimate(), {})
     assumptions = (PAST if arrivals.joint else OWN_PAST, *((MIX,) if quantity == "global" else ()), ORDER, _range(limits), DECLARED)
-    means = [[limits[0] + (limits[1] - limits[0]) * tally.mean for tally in block] for block in cells]
+    means = _means(blocks, limits)
     estimate = max(quotient(max(block), min(block)) for block in means)
     evidence = {
         "confidence": _text(level),
@@ -369,7 +372,56 @@ def stream_interval(
         **evidence,
     }
     region: Literal["product", "box"] = "product" if arrivals.joint else "box"
-    return Interval(lower, upper, estimate, level, region, ("betting",), (*assumptions, *law.assumptions), evidence)
+    pairs = _named(law, quantity, blocks, means, made.places)
+    return Interval(lower, upper, estimate, level, region, ("betting",), (*assumptions, *law.assumptions), evidence, pairs)
+
+
+def stream_drivers(
+    law: Law, utility: UtilityTable, quantity: Quantity, evidence: Mapping[str, Any]
+) -> tuple[Witness | None, Witness | None]:
+    """Name the pairs that drive the lower and the upper end of an interval that a certificate stores, as `stream_interval` names them.
+
+    Parameters
+    ----------
+    law : Law
+        What was counted.
+    utility : UtilityTable
+        The utility on it.
+    quantity : {"local", "global"}
+        Which ratio is bounded.
+    evidence : mapping
+        The interval in the certificate.
+    """
+    limits = (Fraction(evidence["limits"][0]), Fraction(evidence["limits"][1]))
+    blocks = tallies(law, utility, limits, quantity)
+    order = iter(evidence["levels"]["order"])
+    ranks = [[next(order) for _ in block] for block in blocks]
+    kind = _Product if evidence["region"] == "product" else _Box
+    cells = [[tally for _, tally in block] for block in blocks]
+    made = kind(cells, ranks, evidence["levels"]["expected"], limits, 1 - Fraction(evidence["confidence"]))
+    return _named(law, quantity, blocks, _means(blocks, limits), made.places_of(evidence))
+
+
+def _means(blocks: Sequence[Sequence[tuple[Any, Tally]]], limits: tuple[Fraction, Fraction]) -> list[list[Fraction]]:
+    return [[limits[0] + (limits[1] - limits[0]) * tally.mean for _, tally in block] for block in blocks]
+
+
+def _named(
+    law: Law, quantity: Quantity, blocks: Sequence[Sequence[tuple[Any, Tally]]], means: Sequence[Sequence[Fraction]], places: Places
+) -> tuple[Witness | None, Witness | None]:
+    """The pairs at these places, with their labels and means."""
+
+    def witness(at: Sequence[int] | None) -> Witness | None:
+        if at is None:
+            return None
+        b, i, j = at
+        labels = [blocks[b][k][0] for k in (i, j)]
+        groups = labels if quantity == "global" else [group for _, group in labels]
+        higher, lower = (dict(zip(law.columns.group, group, strict=True)) for group in groups)
+        context = None if quantity == "global" else dict(zip(law.columns.context, labels[0][0], strict=True))
+        return Witness(context, higher, lower, (means[b][i], means[b][j]))
+
+    return witness(places[0]), witness(places[1])
 
 
 def _ranks(arrivals: Arrivals, quantity: Quantity) -> dict[Any, int]:
@@ -390,11 +442,13 @@ def _text(value: Fraction | float) -> str:
 class _Box:
     """Ends of every cell by itself: nothing is assumed of cells together."""
 
+    places: Places = (None, None)
+
     def __init__(
-        self, cells: list[list[Tally]], ranks: list[list[int]], arrivals: Arrivals, limits: tuple[Fraction, Fraction], alpha: Fraction
+        self, cells: list[list[Tally]], ranks: list[list[int]], expected: int, limits: tuple[Fraction, Fraction], alpha: Fraction
     ) -> None:
         self.cells, self.limits = cells, limits
-        self.levels = [[alpha * weight(rank, arrivals.expected) / 2 for rank in block] for block in ranks]
+        self.levels = [[alpha * weight(rank, expected) / 2 for rank in block] for block in ranks]
 
     def _ends(self, *, exact: bool) -> list[list[tuple[Fraction, Fraction]]]:
         low, high = self.limits
@@ -407,15 +461,24 @@ class _Box:
         return found
 
     def _ratios(self, ends: list[list[tuple[Fraction, Fraction]]]) -> tuple[Fraction, Fraction | float, list[int] | None]:
-        lower, upper, pair = Fraction(1), Fraction(1) + 0, None
-        greatest: Fraction | float = upper
+        lower, pair, outer = Fraction(1), None, None
+        greatest: Fraction | float = Fraction(1)
         for b, block in enumerate(ends):
             for i, j in permutations(range(len(block)), 2):
-                greatest = max(greatest, quotient(block[i][1], block[j][0]))
+                most = quotient(block[i][1], block[j][0])
+                if most > greatest:
+                    greatest, outer = most, [b, i, j]
                 least = block[i][0] / block[j][1] if block[j][1] else Fraction(0)
                 if least > lower:
                     lower, pair = least, [b, i, j]
+        self.places = pair, outer
         return lower, greatest, pair
+
+    def places_of(self, evidence: Mapping[str, Any]) -> Places:
+        """Where the pairs behind both ends are that a certificate stores."""
+        listed = iter([(Fraction(a), Fraction(b)) for a, b in evidence["upper"]])
+        self._ratios([[next(listed) for _ in block] for block in self.cells])
+        return evidence["pair"], self.places[1]
 
     def estimate(self) -> tuple[Fraction, Fraction | float]:
         return self._ratios(self._ends(exact=False))[:2]
@@ -467,11 +530,13 @@ def _solve(tally: Tally, need: float) -> float:
 class _Product:
     """Products of the wealths of two cells: narrower, for cells that are a martingale together."""
 
+    places: Places = (None, None)
+
     def __init__(
-        self, cells: list[list[Tally]], ranks: list[list[int]], arrivals: Arrivals, limits: tuple[Fraction, Fraction], alpha: Fraction
+        self, cells: list[list[Tally]], ranks: list[list[int]], expected: int, limits: tuple[Fraction, Fraction], alpha: Fraction
     ) -> None:
         self.cells, self.limits = cells, limits
-        self.levels = pair_levels(ranks, arrivals.expected, alpha)
+        self.levels = pair_levels(ranks, expected, alpha)
         self.low, self.width = float(limits[0]), float(limits[1] - limits[0])
         self.curves = [
             [_Curves(cell, max(-log(float(v)) for k, v in levels.items() if i in k) - _LOG_IDLE + 1) for i, cell in enumerate(block)]
@@ -479,9 +544,14 @@ class _Product:
         ]
 
     def estimate(self) -> tuple[Fraction, Fraction | float]:
-        lower, _ = self._lower()
-        upper = self._upper()
+        lower, pair = self._lower()
+        upper, outer = self._upper()
+        self.places = pair, outer
         return Fraction(lower), Fraction(upper) if upper < inf else inf
+
+    def places_of(self, evidence: Mapping[str, Any]) -> Places:
+        """Where the pairs behind both ends are that a certificate stores."""
+        return None if evidence["lower"] is None else evidence["lower"]["pair"], self._upper()[1]
 
     def _theta(self, block: int, i: int, j: int) -> float:
         return -log(float(self.levels[block][frozenset((i, j))]))
@@ -492,21 +562,21 @@ class _Product:
     def _unit(self, mean: Any) -> Any:
         return np.clip((mean - self.low) / self.width, 0, 1) if self.width else np.zeros_like(mean)
 
-    def _upper(self) -> float:
-        """Least r such that μ_i ≤ r·μ_j is proved for all pairs; at least 1."""
+    def _upper(self) -> tuple[float, tuple[int, int, int] | None]:
+        """Least r such that μ_i ≤ r·μ_j is proved for all pairs, at least 1, and the block, i and j that need it."""
         tried = []
         for b, curves in enumerate(self.curves):
             for i, j in permutations(range(len(curves)), 2):
                 top, bottom = self._mean(curves[i].end), self._mean(curves[j].start)
-                tried.append((top / bottom if bottom > 0 else inf, b, i, j))
-        best = 1.0
-        for most, b, i, j in sorted(tried, reverse=True):
-            if most <= best:
+                tried.append((-top / bottom if bottom > 0 else -inf, b, i, j))
+        best, where = 1.0, None
+        for most, b, i, j in sorted(tried):
+            if -most <= best:
                 break
-            best = max(best, self._least(b, i, j))
-            if best == inf:
-                break
-        return best
+            found = self._least(b, i, j)
+            if found > best:
+                best, where = found, (b, i, j)
+        return best, where
 
     def _lower(self) -> tuple[float, tuple[int, int, int] | None]:
         """Greatest proved R with μ_j ≥ R·μ_i, and the block, the higher j and the lower i."""
@@ -555,12 +625,13 @@ class _Product:
         return float(high)
 
     def prove(self) -> tuple[Fraction, Fraction | float, dict[str, Any]]:
-        upper, ladders = self._prove_upper()
+        upper, ladders, outer = self._prove_upper()
         lower, proof = self._prove_lower()
+        self.places = None if proof is None else proof["pair"], outer
         return lower, upper, {"upper": ladders, "lower": proof}
 
-    def _prove_upper(self) -> tuple[Fraction | float, list[list[str]] | None]:
-        ratio = self._upper()
+    def _prove_upper(self) -> tuple[Fraction | float, list[list[str]] | None, tuple[int, int, int] | None]:
+        ratio, where = self._upper()
         for attempt in range(8):
             if ratio == inf:
                 break
@@ -573,9 +644,9 @@ class _Product:
                     break
                 ladders.append([_text(knot) for knot in ladder])
             else:
-                return exact, ladders
+                return exact, ladders, where
             ratio *= 1 + 0.002 * 2**attempt
-        return inf, None
+        return inf, None, where
 
     def _prove_lower(self) -> tuple[Fraction, dict[str, Any] | None]:
         ratio, where = self._lower()

@@ -54,6 +54,8 @@ class Settings:
         Length of windows: a number of decisions, or of seconds with an ``s`` after it.
     layout : {"jsonl", "csv"}
         How the log is written.
+    burden : bool
+        Whether the utility counts a burden.
 
     Examples
     --------
@@ -80,6 +82,7 @@ class Settings:
     since: str | None = None
     window: str | None = None
     layout: str = "jsonl"
+    burden: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be audited, and write numbers in one way."""
@@ -135,8 +138,9 @@ class Settings:
 
     @property
     def text(self) -> str:
-        """All settings, as one line of JSON with sorted keys."""
-        return json.dumps(asdict(self), sort_keys=True, separators=(",", ":"))
+        """All settings, as one line of JSON with sorted keys; what a utility means is said only where it counts a burden."""
+        stated = {key: value for key, value in asdict(self).items() if key != "burden" or value}
+        return json.dumps(stated, sort_keys=True, separators=(",", ":"))
 
     @property
     def digest(self) -> str:

@@ -7,8 +7,8 @@ import json
 import os
 import time
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from math import inf
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 from fairaudit.columns import Label, label_text
 from fairaudit.exact import InputError, rational, rational_text, shown
+from fairaudit.fairness import Witness
 from fairaudit.law import Law
 from fairaudit.limits import LIMITS
 from fairaudit.monitor.bounds import Arrivals, Quantity, stream_interval
@@ -33,6 +34,7 @@ __all__ = [
     "Subject",
     "alarm_counts",
     "contradiction",
+    "pair_labels",
     "subject",
     "window_counts",
     "window_share",
@@ -77,12 +79,15 @@ class Look:
         For each target its verdict, decided exactly.
     verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
         Of all targets together; "changed" if what one of them rests on was contradicted.
+    pairs : dict
+        For each target the pair of groups behind the end that decided it: the lower one for "exceeds", else the upper one.
     """
 
     events: int
     intervals: dict[str, tuple[float, float]]
     verdicts: dict[str, Verdict]
     verdict: Verdict
+    pairs: Mapping[str, Witness | None] = field(default_factory=dict)
 
     @property
     def exit_code(self) -> int:
@@ -172,6 +177,11 @@ def window_counts(alarm: dict[str, Any]) -> Counts:
     return alarm_counts({"order": alarm["window_order"], "counts": alarm["window_counts"]})
 
 
+def pair_labels(pair: Witness | None) -> dict[str, Any] | None:
+    """The labels of a pair of groups, as an alarm keeps them."""
+    return None if pair is None else {"context": pair.context, "higher": pair.higher, "lower": pair.lower}
+
+
 def window_share(number: int) -> Fraction:
     """The part of the error that the windows have together, which window 1, 2, … gets: 1/(i(i+1))."""
     return Fraction(1, number * (number + 1))
@@ -181,6 +191,7 @@ def look(settings: Settings, found: Subject | None, events: int, share: Fraction
     """Judge all targets. Ends are floats first; a verdict other than inconclusive is given only by ends that are proved."""
     verdicts: dict[str, Verdict] = dict.fromkeys(settings.targets or {}, "inconclusive")
     intervals: dict[str, tuple[float, float]] = {}
+    pairs: dict[str, Witness | None] = {}
     for quantity in QUANTITIES:
         interval = interval_of(settings, found, quantity, share, exact=False)
         if interval is None:
@@ -189,9 +200,10 @@ def look(settings: Settings, found: Subject | None, events: int, share: Fraction
         if any(_judge(interval, name, limit) != "inconclusive" for name, limit in asked.items()):
             interval = interval_of(settings, found, quantity, share) or interval
             verdicts |= {name: _judge(interval, name, limit) for name, limit in asked.items()}
+        pairs |= {name: interval.pairs[0 if verdicts[name] == "exceeds" else 1] for name in asked}
         intervals[quantity] = float(interval.lower), float(interval.upper)
     overall: Verdict = max(verdicts.values(), key=RANK.__getitem__, default="none")
-    return Look(events, intervals, verdicts, overall)
+    return Look(events, intervals, verdicts, overall, pairs)
 
 
 def interval_of(
@@ -346,7 +358,9 @@ class Monitor:
                 verdicts[name] = "exceeds" if name in self._exceeded or current.verdicts.get(name) == "exceeds" else "changed"
         judged = {LIMITS[name][0] for name in verdicts} or gone
         overall: Verdict = "changed" if gone & judged else max(verdicts.values(), key=RANK.__getitem__)
-        return Look(found.events, {q: ends for q, ends in found.intervals.items() if q not in gone}, verdicts, overall)
+        pairs = {name: pair for name, pair in found.pairs.items() if LIMITS[name][0] not in gone}
+        pairs |= {name: pair for name, pair in current.pairs.items() if name not in pairs and current.verdicts[name] == "exceeds"}
+        return Look(found.events, {q: ends for q, ends in found.intervals.items() if q not in gone}, verdicts, overall, pairs)
 
     @property
     def withdrawn(self) -> frozenset[Quantity]:
@@ -383,7 +397,7 @@ class Monitor:
 
     def _alarm(self, name: str, interval: Interval, **where: int) -> None:
         limit, lower = (self.settings.targets or {})[name], rational_text(interval.lower.as_integer_ratio())
-        self._raise({"target": name, "limit": limit, "lower": lower, **where})
+        self._raise({"target": name, "limit": limit, "lower": lower, "pair": pair_labels(interval.pairs[0]), **where})
 
     def _compare_window(self) -> None:
         """Raise an alarm for each quantity for which the current window contradicts the whole stream for the first time."""

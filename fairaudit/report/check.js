@@ -658,7 +658,7 @@
     if (!law) { say("the law behind the filters", undefined, "too large for this page"); return { findings, law }; }
     const groups = await groupLaws(law), metrics = await measure(law, groups), found = await constants(law);
     const stateable = { gamma: text(found.gamma), m: text(found.m), tau: found.tau && text(found.tau), lipschitz: text(found.lipschitz), depends_on_group: found.lipschitz[0] > 0n };
-    say("constants of the utility", same(stateable, about.utility));
+    say("constants of the utility", same(about.utility.burden === true ? { ...stateable, burden: true } : stateable, about.utility));
     const given = table.header.truths ? await givenTruth(law, table.rows, table.header.truths, about.positive) : null;
     if (given) {
       say("the true labels add up to the decisions, and the positive ones are among them", given.sums);

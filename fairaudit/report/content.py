@@ -2,22 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from math import inf
 from typing import Any, Literal
 
-from fairaudit.audit import sentence
+from fairaudit.audit import headline_pair
 from fairaudit.certificate_reader import Subject, number, ratio, subject
 from fairaudit.columns import plain
 from fairaudit.exact import approximate
+from fairaudit.fairness import Ratio, Witness
 from fairaudit.limits import limit_text
+from fairaudit.monitor.bounds import stream_drivers
 from fairaudit.rates import KINDS, NAMES, OVERALL
 from fairaudit.report.expectations import Expectations, Matrix, Panel
 from fairaudit.report.ladder import Calibrated, Rung, calibration, ladder
-from fairaudit.report.words import QUANTITIES, THEOREMS, Value, claimed, clip, named, percent, scope
+from fairaudit.report.verdicts import judged_targets
+from fairaudit.report.words import QUANTITIES, THEOREMS, Value, claimed, clip, named, scope
+from fairaudit.sampling import drivers as interval_drivers
+from fairaudit.sentences import (
+    THE_INTERVAL,
+    THIS_TABLE,
+    Deciding,
+    Drivers,
+    Sizes,
+    Words,
+    caution,
+    decide,
+    foremost,
+    identifier_text,
+    pair_text,
+    percent,
+    place,
+    sentence,
+    size_text,
+    sizes,
+    words_for,
+)
 
 __all__ = ["Content", "Figure", "describe"]
 
@@ -85,25 +107,67 @@ class Content:
             return "What was recorded does not settle whether the target is met."
         return "These are the figures, without a judgement." if self.verdict == "none" else ""
 
+    @property
+    def burden(self) -> bool:
+        """Whether the utility counts a burden."""
+        return "burden" in self.document["subject"]["utility"]
+
+    @property
+    def amount(self) -> str:
+        """What the groups get: a utility or a burden."""
+        return words_for(burden=self.burden).amount
+
+    @cached_property
+    def measured(self) -> dict[str, Ratio | None]:
+        """The local and the global ratio of the table."""
+        return {name: ratio(self.document["metrics"][name]) for name in ("local", "global")}
+
+    @cached_property
+    def drivers(self) -> dict[str, Drivers]:
+        """For each interval the pairs of groups that drive its lower and its upper end; none without the table."""
+        found: dict[str, Drivers] = {}
+        if self.subject is None or self.expectations is None:
+            return found
+        for name, entry in self.document.get("intervals", {}).items():
+            if entry["method"] == "betting":
+                found[name] = stream_drivers(self.subject.law, self.subject.utility, name, entry)
+            elif name in self.expectations.comparisons:
+                found[name] = interval_drivers(self.expectations.comparisons[name], entry)
+        return found
+
+    @cached_property
+    def deciding(self) -> tuple[Deciding | None, ...]:
+        """For each target the pair of groups that decided it, or what else did; None where nothing could be compared."""
+        return tuple(
+            decide(target, self.measured[target.quantity], lower, self.drivers.get(target.quantity, (None, None)))
+            for target, lower in judged_targets(self.document)
+        )
+
+    def sizes_of(self, witness: Witness) -> Sizes | None:
+        """How much was recorded of the two groups of a pair; None where that is not known."""
+        return None if self.subject is None else sizes(self.subject.law, [witness])[0]
+
     @cached_property
     def sentence(self) -> str:
-        """Who is favoured over whom, where, and by what factor."""
-        metrics = self.document["metrics"]
-        return plain(sentence(ratio(metrics["local"]), ratio(metrics["global"])))
+        """Who is favoured over whom, where, and by what factor: of the pair of groups that decided the verdict."""
+        return plain(self._said(words_for(burden=self.burden), place))
 
     @cached_property
     def lead(self) -> str:
         """The sentence, in the words of the decisions where the utility only says which decisions count."""
-        measured, counted = ratio(self.document["metrics"]["local"]), self._counted
-        if measured is None or measured.ratio == 1 or not counted:
-            return self.sentence
-        witness = measured.witness
-        high, low = (approximate(100 * v) for v in witness.expectations)
-        what = " or ".join(f"“{clip(label)}”" for label in counted)
-        where = f"In {named(witness.context)}, " if witness.context else ""
-        times = f"{approximate(measured.ratio)} times as often" if measured.ratio != inf else "so the ratio is infinite"
-        favoured = f"{where}{named(witness.higher)} is favoured over {named(witness.lower)}"
-        return f"{favoured}: {what} in {high} % of decisions against {low} %, {times}."
+        counted = " or ".join(f"“{clip(label)}”" for label in self._counted)
+        return self._said(replace(words_for(burden=self.burden), counted=counted), named)
+
+    def _said(self, words: Words, name: Callable[[Mapping[str, str]], str]) -> str:
+        deciding, (local, overall) = foremost(self.deciding), self.measured.values()
+        units = self.subject is not None and self.subject.law.units is not None and self.subject.law.units.repeated
+        mean = "as mean over units" if units and deciding is not None and deciding.quantity == "local" else "in the table"
+        contexts = bool(self.document["subject"]["columns"]["context"])
+        said = sentence(deciding, local, overall, words, sizes_of=self.sizes_of, name=name, contexts=contexts, mean=mean)
+        pair = headline_pair(deciding, local, overall)
+        identifiers = "" if self.subject is None else identifier_text(self.subject.law, self.subject.law.columns)
+        first = caution(pair, None if pair is None else self.sizes_of(pair), identifiers, name)
+        return f"{first} {said}" if first else said
 
     @cached_property
     def _counted(self) -> list[str]:
@@ -121,7 +185,7 @@ class Content:
     def targets(self) -> list[dict[str, str]]:
         """Each target with its verdict and what was judged."""
         listed = []
-        for target in self.document["targets"]:
+        for target, deciding in zip(self.document["targets"], self.deciding, strict=True):
             limit = Value(number(target["limit"]))
             name = limit_text(target["quantity"], target["unit"], Fraction(limit.value))
             listed.append(
@@ -131,9 +195,19 @@ class Content:
                     "judged": scope(target["judged"]),
                     "exact": limit.exact,
                     "limit": limit.decimal,
+                    "pair": "" if deciding is None else self._decided(deciding),
                 }
             )
         return listed
+
+    def _decided(self, deciding: Deciding) -> str:
+        """The pair of groups that decided a target, or the theorem that did."""
+        if deciding.pair is not None:
+            return self._pair(deciding.pair)
+        return "" if deciding.by in (THE_INTERVAL, THIS_TABLE) else f"every pair of groups, by {deciding.by}"
+
+    def _pair(self, witness: Witness) -> str:
+        return f"{pair_text(witness, named)} {size_text(self.sizes_of(witness))}".rstrip()
 
     @cached_property
     def facts(self) -> list[tuple[str, str]]:
@@ -148,7 +222,7 @@ class Content:
         said = [("Audited", kinds[about["kind"]]), ("Decision", clip(columns["decision"]))]
         said.append(("Groups", ", ".join(map(clip, columns["group"])) + self._count("groups")))
         said.append(("Contexts", (", ".join(map(clip, columns["context"])) or "none") + self._count("contexts")))
-        said.append(("Utility", self._utility))
+        said.append(("Burden" if self.burden else "Utility", self._utility))
         for name in ("group", "context"):
             filtered = about.get("privacy", {}).get(name)
             if filtered:
@@ -188,17 +262,20 @@ class Content:
         """The measures that people ask for; without context columns there is no parity within contexts."""
         metrics, intervals = self.document["metrics"], self.document.get("intervals", {})
         listed = []
+        most = "does the most favoured group get as the least"
+        if self.burden:
+            most = "of the burden falls on the most disadvantaged group as on the least"
         for key, name, question in (
-            ("local", "Within contexts", "How many times as much does the most favoured group get as the least, in the same context?"),
+            ("local", "Within contexts", f"How many times as much {most}, in the same context?"),
             ("global", "Overall", "The same for the averages of the groups over all contexts."),
         ):
-            found = ratio(metrics[key])
+            found = self.measured[key]
             sure, confidence = None, ""
             if key in intervals:
                 low, high = intervals[key]["ratio"]
                 sure, confidence = (Value(number(low), "down"), Value(number(high), "up")), percent(number(intervals[key]["confidence"]))
             value = None if found is None else Value(found.ratio)
-            who = "" if found is None else _who(found.witness.context, found.witness.higher, found.witness.lower)
+            who = "" if found is None else self._pair(found.witness)
             listed.append(Figure(key, name, question, value, "" if value is None else value.log, who, sure, confidence))
         for key, name, question in (
             (
@@ -334,7 +411,8 @@ class Content:
         if about["population"] == "equal" and self.document["metrics"]["global"] is not None and about["columns"]["context"]:
             said.append("No population was given: the overall figures weigh all contexts equally.")
         said.append("Nobody can see from it whether the table is genuine, complete or representative, nor why groups differ.")
-        said.append("If the utility counts a burden, the group called favoured is the burdened one.")
+        if not self.burden:
+            said.append("The utility is taken for a benefit; where it counts a burden, an audit with --burden says so.")
         said.append("It is no statement about the law of any country.")
         return said
 
@@ -358,10 +436,11 @@ class Content:
     def constants(self) -> list[tuple[str, Value | None]]:
         """Constants of the utility, and those that were declared."""
         about = self.document["subject"]
+        what = "burden" if self.burden else "utility"
         names = {
-            "gamma": "greatest utility γ",
-            "m": "least utility m",
-            "tau": "least expected utility τ",
+            "gamma": f"greatest {what} γ",
+            "m": f"least {what} m",
+            "tau": f"least expected {what} τ",
             "lipschitz": "difference between groups L",
         }
         listed: list[tuple[str, Value | None]] = []

@@ -9,13 +9,14 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal, get_args
 
+import numpy as np
+
 from fairaudit.certificate_reader import Subject
 from fairaudit.columns import Label
-from fairaudit.exact import approximate
 from fairaudit.fairness import cell_expectation
-from fairaudit.law import Law
 from fairaudit.report.words import Value, named, quotient
 from fairaudit.sampling import Comparison, Method, cell_ends, global_comparison, local_comparison, policy_comparison
+from fairaudit.sentences import Size, amount_text
 from fairaudit.utility import Utility
 
 __all__ = ["Expectations", "Matrix", "Member", "Panel"]
@@ -89,7 +90,7 @@ class Expectations:
                     law.group_label(int(law.cell_group[i])),
                     values[i],
                     None if self._before is None else self._before[i],
-                    self._weight(law, i),
+                    self._amount([i]),
                 )
                 for i in range(start, end)
             ]
@@ -103,7 +104,7 @@ class Expectations:
             return None
         means = self._means
         law = self.subject.law
-        entries = [(law.group_label(a), value, None, "") for a, value in means]
+        entries = [(law.group_label(a), value, None, self._amount(np.flatnonzero(law.cell_group == a).tolist())) for a, value in means]
         values = [value for _, value in means]
         return self._panel("All contexts together", entries, self._ends("global", None), quotient(max(values), min(values)))
 
@@ -143,15 +144,18 @@ class Expectations:
                 sums[a][1] += mass
         return [(a, Fraction(top) / bottom) for a, (top, bottom) in sums.items()]
 
-    def _weight(self, law: Law, cell: int) -> str:
+    def _amount(self, cells: Sequence[int]) -> str:
+        """How much was recorded in some cells; units where one has several decisions, in a cell by itself."""
+        law = self.subject.law
         if law.kind != "counts":
             return ""
-        total = Fraction(sum(law.row(cell)), law.scale)
-        return f"{int(total):,} decisions" if total.denominator == 1 else f"{approximate(total)} decisions"
+        total = Fraction(sum(sum(law.row(cell)) for cell in cells), law.scale)
+        by_unit = law.units is not None and law.units.repeated and len(cells) == 1
+        return amount_text(Size(total, sum(n for n, _ in law.units.profiles[cells[0]]) if law.units is not None and by_unit else None))
 
     def _ends(self, quantity: Literal["local", "global"], context: dict[str, str] | None) -> Any:
         """A function from a group to the ends of what it gets in the population, each by itself at the confidence of the certificate."""
-        comparison, entry = self._comparisons.get(quantity), self.intervals.get(quantity)
+        comparison, entry = self.comparisons.get(quantity), self.intervals.get(quantity)
         if comparison is None or entry is None or entry["method"] not in get_args(Method):  # of a stream, looked at more than once
             return lambda _label: None
         place_of = next((i for i, (x, _) in enumerate(comparison.labels) if x == context), None)
@@ -174,7 +178,7 @@ class Expectations:
         return ends
 
     @cached_property
-    def _comparisons(self) -> dict[str, Comparison]:
+    def comparisons(self) -> dict[str, Comparison]:
         """The draws behind each interval of the certificate."""
         found: dict[str, Comparison] = {}
         for quantity, entry in self.intervals.items():

@@ -22,7 +22,7 @@ def write(page: Content, checked: str = "") -> str:
     title = "Fairness audit, not checked" if checked == UNCHECKED else "Fairness audit"
     blocks = [f"## {title}: {page.headline[0].lower()}{page.headline[1:]}", prose(page.lead)]
     if page.targets:
-        blocks.append("\n".join(f"* **{t['verdict']}**: {t['name']}, judged for {t['judged']}" for t in page.targets))
+        blocks.append("\n".join(_target(t) for t in page.targets))
     blocks.append(
         table(("measure", "value", "log", "exactly", "in the population", "between"), [_figure(figure) for figure in page.figures])
     )
@@ -38,12 +38,12 @@ def write(page: Content, checked: str = "") -> str:
         blocks.append(table(("value", "exactly", "what", "about"), [_rung(rung) for rung in rungs]))
     shown = [panel for panel in (*page.panels[:3], page.overall) if panel]
     for panel in shown:
-        blocks.append(f"### What each group gets: {code(panel.title)}")
+        blocks.append(f"### What each group {'bears' if page.burden else 'gets'}: {code(panel.title)}")
         rows = [
-            (code(m.label), m.value.decimal, _exact(m.value), f"{m.ends[0].decimal} to {m.ends[1].decimal}" if m.ends else "")
+            (code(m.label), m.value.decimal, _exact(m.value), m.weight, f"{m.ends[0].decimal} to {m.ends[1].decimal}" if m.ends else "")
             for m in panel.members
         ]
-        blocks.append(table(("group", "expected utility", "exactly", "in the population, each by itself"), rows))
+        blocks.append(table(("group", page.amount, "exactly", "recorded", "in the population, each by itself"), rows))
     if page.not_compared:
         blocks.append("### What was not compared\n\n" + "\n".join(f"* {prose(line)}" for line in page.not_compared))
     judged = [f"* {prose(text)} (for statements about {prose(scopes)})" for text, scopes in page.assumptions]
@@ -87,6 +87,11 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     kept = [i for i in range(len(head)) if any(row[i] for row in rows)]
     lines = [[head[i] for i in kept], ["---"] * len(kept), *([row[i] for i in kept] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _target(target: dict[str, str]) -> str:
+    said = f"* **{target['verdict']}**: {target['name']}, judged for {target['judged']}"
+    return f"{said}: {prose(target['pair'])}" if target["pair"] else said
 
 
 def _exact(value: Value) -> str:

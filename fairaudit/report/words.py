@@ -9,11 +9,12 @@ from functools import cached_property
 from math import inf
 from typing import Any, Literal
 
-from fairaudit.audit import PARITY_WITHIN, place
+from fairaudit.audit import PARITY_WITHIN
 from fairaudit.certificate_reader import number
 from fairaudit.columns import plain
 from fairaudit.exact import approximate, log_enclosure
 from fairaudit.rates import NAMES
+from fairaudit.sentences import percent, place
 
 __all__ = ["QUANTITIES", "THEOREMS", "Value", "claimed", "clip", "named", "percent", "quotient", "scope"]
 
@@ -117,17 +118,6 @@ def scope(text: str) -> str:
     if text.startswith("population at confidence "):
         return f"the population behind the decisions, at confidence {percent(number(text.rpartition(' ')[2]))}"
     return plain(text)
-
-
-def percent(value: Fraction | float) -> str:
-    """A probability as a percentage.
-
-    Examples
-    --------
-    >>> percent(Fraction(19, 20))
-    '95 %'
-    """
-    return f"{float(100 * value):.6g} %"
 
 
 def claimed(claim: Mapping[str, Any]) -> Value:

@@ -1,0 +1,451 @@
+"""What a result says in words: which pair of groups decided, who is favoured over whom, and how many decisions stand behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from functools import cache
+from math import floor, inf
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from fairaudit.columns import Label
+from fairaudit.exact import approximate, quotient, shown
+from fairaudit.fairness import Ratio, Witness
+from fairaudit.law import Columns, Law
+
+if TYPE_CHECKING:
+    from fairaudit.audit import Target
+
+__all__ = [
+    "BENEFIT",
+    "BURDEN",
+    "Deciding",
+    "Size",
+    "Sizes",
+    "Words",
+    "amount_text",
+    "caution",
+    "decide",
+    "foremost",
+    "identifier_text",
+    "pair_text",
+    "percent",
+    "place",
+    "sentence",
+    "size_text",
+    "sizes",
+    "words_for",
+]
+
+FEW = 10
+LEVELS = 10
+THE_INTERVAL = "the interval"
+THIS_TABLE = "this table"
+Drivers = tuple[Witness | None, Witness | None]
+Severity: dict[str, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
+
+
+@dataclass(frozen=True)
+class Words:
+    """How a sentence speaks of what is compared.
+
+    Attributes
+    ----------
+    worse : str
+        What is said of the group with the higher expectation.
+    amount : str
+        What is compared.
+    counted : str
+        The decisions that count, where each is worth 1 and all others nothing; the sentence then says how often they are taken.
+    """
+
+    worse: str
+    amount: str
+    counted: str = ""
+
+    def amounts(self, values: tuple[Fraction, Fraction]) -> str:
+        """What two groups get."""
+        high, low = values
+        if self.counted:
+            return f"{self.counted} in {approximate(100 * high)} % of decisions against {approximate(100 * low)} %"
+        return f"an {self.amount} of {approximate(high)} against {approximate(low) if low else 'exactly 0'}"
+
+    @property
+    def much(self) -> str:
+        """The unit of a factor."""
+        return "as often" if self.counted else "as much"
+
+
+BENEFIT = Words("is favoured over", "expected utility")
+BURDEN = Words("is disadvantaged compared with", "expected burden")
+
+
+def words_for(*, burden: bool) -> Words:
+    """The words for a utility that counts a benefit, or a burden."""
+    return BURDEN if burden else BENEFIT
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much was recorded of a group.
+
+    Attributes
+    ----------
+    decisions : Fraction
+        Decisions, or the sum of their weights.
+    units : int or None
+        Sampling units, where a unit can have several decisions.
+    """
+
+    decisions: Fraction
+    units: int | None = None
+
+    @property
+    def few(self) -> bool:
+        """Whether there are fewer than ten draws."""
+        return (self.decisions if self.units is None else self.units) < FEW
+
+    @property
+    def text(self) -> str:
+        """Decisions, for a person: whole numbers as they are, sums of weights rounded down to one decimal."""
+        if self.decisions.denominator == 1:
+            return f"{int(self.decisions):,}"
+        return f"{Decimal(floor(10 * self.decisions)) / 10:,.1f}"
+
+
+Sizes = tuple[Size, Size]
+
+
+@dataclass(frozen=True)
+class Deciding:
+    """What decided the verdict on a target.
+
+    Attributes
+    ----------
+    quantity : {"local", "global"}
+        What the target limits.
+    verdict : {"within", "exceeds", "inconclusive"}
+        Its verdict.
+    end : {"table", "lower", "upper"}
+        Whether the ratio of the table was compared with the limit, or which end of what is known of the population: the lower one for
+        "exceeds", else the upper one.
+    value : Fraction or float
+        That ratio or end.
+    by : str
+        ``"this table"``, ``"the interval"``, or the theorem that gave the upper end.
+    confidence : Fraction or None
+        What was judged: the population at this confidence, or the table.
+    pair : Witness or None
+        The pair of groups whose ratio or end it is, with what each gets in the table; None where a theorem bounds every pair, where nothing
+        is known of the population, and where all groups are alike.
+    """
+
+    quantity: Literal["local", "global"]
+    verdict: Literal["none", "within", "exceeds", "inconclusive"]
+    end: Literal["table", "lower", "upper"]
+    value: Fraction | float
+    by: str
+    confidence: Fraction | None
+    pair: Witness | None
+
+
+def decide(target: Target, measured: Ratio | None, lower: Fraction | float | None, drivers: Drivers) -> Deciding | None:
+    """Say what decided a target; None where nothing could be compared.
+
+    Parameters
+    ----------
+    target : Target
+        The target, judged.
+    measured : Ratio or None
+        Its quantity in the table.
+    lower : Fraction or float or None
+        The lower end of its interval, where there is one.
+    drivers : pair of Witness or None
+        The pairs behind the lower and the upper end of that interval.
+    """
+    if measured is None:
+        return None
+    if target.confidence is None:
+        return Deciding(target.quantity, target.verdict, "table", measured.ratio, THIS_TABLE, None, measured.witness)
+    if target.verdict == "exceeds":
+        return Deciding(target.quantity, "exceeds", "lower", lower or Fraction(1), THE_INTERVAL, target.confidence, drivers[0])
+    value, by = target.upper or (inf, THE_INTERVAL)
+    pair = drivers[1] if by == THE_INTERVAL and target.upper else None
+    return Deciding(target.quantity, target.verdict, "upper", value, by, target.confidence, pair)
+
+
+def foremost(found: Iterable[Deciding | None]) -> Deciding | None:
+    """The first of those that determine the verdict on all targets: "exceeds" before "inconclusive" before "within"."""
+    known = [deciding for deciding in found if deciding is not None]
+    return max(known, key=lambda deciding: Severity[deciding.verdict], default=None)
+
+
+def place(labels: Mapping[str, str]) -> str:
+    """Name a group or context.
+
+    Examples
+    --------
+    >>> place({"Dept": "A", "Year": "1973"})
+    'Dept=A, Year=1973'
+    """
+    return ", ".join(f"{column}={label}" for column, label in labels.items())
+
+
+def percent(value: Fraction | float) -> str:
+    """A probability as a percentage.
+
+    Examples
+    --------
+    >>> percent(Fraction(19, 20))
+    '95 %'
+    """
+    return f"{float(100 * value):.6g} %"
+
+
+def pair_text(witness: Witness, name: Callable[[Mapping[str, str]], str] = place) -> str:
+    """Name a pair of groups, the one with the higher expectation first.
+
+    Examples
+    --------
+    >>> pair_text(Witness({"Dept": "A"}, {"sex": "f"}, {"sex": "m"}, (Fraction(1), Fraction(1, 2))))
+    'Dept=A: sex=f over sex=m'
+    """
+    where = f"{name(witness.context)}: " if witness.context else ""
+    return f"{where}{name(witness.higher)} over {name(witness.lower)}"
+
+
+def size_text(found: Sizes | None) -> str:
+    """How much was recorded of the two groups of a pair, in brackets; empty where that is not known.
+
+    Examples
+    --------
+    >>> size_text((Size(Fraction(108)), Size(Fraction(1825)))), size_text((Size(Fraction(31, 2), 3), Size(Fraction(20), 4)))
+    ('(n = 108 and 1,825)', '(n = 3 and 4 units, 15.5 and 20 decisions)')
+    """
+    if found is None:
+        return ""
+    one, other = found
+    if one.units is None or other.units is None:
+        return f"(n = {one.text} and {other.text})"
+    return f"(n = {one.units:,} and {other.units:,} units, {one.text} and {other.text} decisions)"
+
+
+def sentence(
+    deciding: Deciding | None,
+    local: Ratio | None,
+    global_: Ratio | None,
+    words: Words = BENEFIT,
+    *,
+    sizes_of: Callable[[Witness], Sizes | None] = lambda _: None,
+    name: Callable[[Mapping[str, str]], str] = place,
+    contexts: bool = True,
+    mean: str = "in the table",
+) -> str:
+    """Say who is favoured over whom, where, and by what factor: of the pair that decided, or the most unequal one where there is no target.
+
+    Parameters
+    ----------
+    deciding : Deciding or None
+        What decided the verdict, where a target was judged.
+    local, global_ : Ratio or None
+        Both quantities in the table.
+    words : Words
+        How to speak of what is compared.
+    sizes_of : callable
+        Gives how much was recorded of a pair.
+    name : callable
+        Names a group or context.
+    contexts : bool
+        Whether there are contexts.
+    mean : str
+        What the expectations of a pair behind an interval are.
+
+    Returns
+    -------
+    str
+        One or two sentences.
+    """
+    say = _Speaker(words, sizes_of, name, "over all contexts, " if contexts else "")
+    if deciding is not None:
+        return say.decided(deciding, local if deciding.quantity == "local" else global_, mean)
+    if local is None:
+        opening = "No context has two groups, so nobody is compared within a context; "
+        return opening + (say.table(global_) if global_ else "nothing else can be compared either.")
+    if local.ratio == 1:
+        if global_ is None or global_.ratio == 1:
+            return f"All groups that are compared have the same {words.amount} in every context."
+        why = "because groups are spread differently over them, "
+        return f"In every context all compared groups have the same {words.amount}, but {say.table(global_, why)}"
+    return _capital(say.table(local))
+
+
+@dataclass(frozen=True)
+class _Speaker:
+    """The parts of a sentence."""
+
+    words: Words
+    sizes_of: Callable[[Witness], Sizes | None]
+    name: Callable[[Mapping[str, str]], str]
+    everywhere: str
+
+    def table(self, measured: Ratio, why: str = "", of: str = "") -> str:
+        """What the table shows of its most unequal pair."""
+        witness = measured.witness
+        where = self._where(witness) + why
+        if measured.ratio == 1:
+            return f"{where}all compared groups have the same {self.words.amount}{of}."
+        factor = (
+            f"{approximate(measured.ratio)} times {self.words.much}"
+            if isinstance(measured.ratio, Fraction)
+            else "so R and log R are infinite"
+        )
+        who = f"{self.name(witness.higher)} {self.words.worse} {self.name(witness.lower)}"
+        return f"{where}{who}: {self.words.amounts(witness.expectations)}{of}, {factor}{self._size(witness)}."
+
+    def decided(self, deciding: Deciding, measured: Ratio | None, mean: str) -> str:
+        """What decided, with what the table shows beside it."""
+        if deciding.end == "table" and measured is not None:
+            return _capital(self.table(measured))
+        pair, end, much = deciding.pair, deciding.value, self.words.much
+        if pair is None:
+            beside = "" if measured is None else f" {_capital(self.table(measured, of=' in the table'))}"
+            return f"{self._for_all(deciding)}{beside}"
+        sure = f"in the population, at confidence {percent(deciding.confidence or 0)}"
+        where, high, low = self._where(pair), self.name(pair.higher), self.name(pair.lower)
+        amounts, size = f"{self.words.amounts(pair.expectations)} {mean}", self._size(pair)
+        if deciding.end == "lower":
+            ratio = quotient(*pair.expectations)
+            factor = f", {approximate(ratio)} times {much}" if isinstance(ratio, Fraction) else ""
+            least = f"at least {approximate(end, 'down')} times {sure}"
+            return _capital(f"{where}{high} {self.words.worse} {low}: {amounts}{factor}, and {least}{size}.")
+        if deciding.verdict == "within":
+            most = f"comes closest to the limit: at most {approximate(end, 'up')} times {much} {sure}"
+        elif end == inf:
+            most = f"leaves it open, without an upper end {sure}"
+        else:
+            most = f"leaves it open: up to {approximate(end, 'up')} times {much} {sure}"
+        return _capital(f"{where}{high} over {low} {most}; {amounts}{size}.")
+
+    def _for_all(self, deciding: Deciding) -> str:
+        """What holds for every pair of groups."""
+        if deciding.end == "lower":
+            least = f"At least {approximate(deciding.value, 'down')} times {self.words.much} in the population"
+            return f"{least}, at confidence {percent(deciding.confidence or 0)}, for a pair of groups that only the table names."
+        much = f"{approximate(deciding.value, 'up')} times {self.words.much}"
+        if deciding.by != THE_INTERVAL:
+            if deciding.verdict == "within":
+                return f"{deciding.by} bounds every pair of groups: at most {much}."
+            return f"{deciding.by} gives the smallest upper end, for every pair of groups: {much}."
+        if deciding.value == inf:
+            return "Nothing bounds the population behind the table from above."
+        return f"The interval bounds every pair of groups by {much} in the population, at confidence {percent(deciding.confidence or 0)}."
+
+    def _where(self, witness: Witness) -> str:
+        if witness.context is None:
+            return self.everywhere
+        return f"in {self.name(witness.context)}, " if witness.context else ""
+
+    def _size(self, witness: Witness) -> str:
+        found = size_text(self.sizes_of(witness))
+        return f" {found}" if found else ""
+
+
+def _capital(text: str) -> str:
+    """The same with a capital letter where it begins with a word of ours, not with a label."""
+    return text[:1].upper() + text[1:] if text.startswith(("in ", "over all contexts", "all compared")) else text
+
+
+def sizes(law: Law, witnesses: Sequence[Witness]) -> list[Sizes | None]:
+    """How much was recorded of the two groups of each pair; None where probabilities were given, or the contexts are not those of the law.
+
+    Of a pair within a context that is its two cells, over all contexts all rows of its two groups.
+    """
+    if law.kind != "counts":
+        return [None] * len(witnesses)
+    wanted = {tuple(w.context.values()) for w in witnesses if w.context is not None}
+    context_of = {label: i for i, label in enumerate(law.contexts) if label in wanted}
+    group_of = {label: i for i, label in enumerate(law.groups)}
+
+    @cache
+    def over_contexts(group: int) -> Size | None:
+        chosen = np.flatnonzero(law.cell_group == group).tolist()
+        return Size(Fraction(sum(sum(law.row(cell)) for cell in chosen), law.scale)) if chosen else None
+
+    def of(context: Label | None, group: int) -> Size | None:
+        if context is None:
+            return over_contexts(group)
+        first, last = np.searchsorted(law.cell_context, [context_of.get(context, -1), context_of.get(context, -1) + 1]).tolist()
+        for cell in range(first, last):
+            if law.cell_group[cell] == group:
+                units = law.units.profiles[cell] if law.units is not None and law.units.repeated else None
+                return Size(Fraction(sum(law.row(cell)), law.scale), None if units is None else sum(n for n, _ in units))
+        return None
+
+    found: list[Sizes | None] = []
+    for witness in witnesses:
+        context = None if witness.context is None else tuple(witness.context.values())
+        one, other = (of(context, group_of[tuple(labels.values())]) for labels in (witness.higher, witness.lower))
+        found.append(None if one is None or other is None else (one, other))
+    return found
+
+
+def caution(witness: Witness | None, found: Sizes | None, identifiers: str, name: Callable[[Mapping[str, str]], str] = place) -> str:
+    """What to know before a headline: that a column looks like an identifier, or that hardly any decisions stand behind it.
+
+    Examples
+    --------
+    >>> pair = Witness({"Dept": "A"}, {"sex": "f"}, {"sex": "m"}, (Fraction(1), Fraction(1, 2)))
+    >>> caution(pair, (Size(Fraction(3)), Size(Fraction(100))), "")
+    'Only 3 decisions stand behind sex=f in Dept=A.'
+    """
+    said = [identifiers] if identifiers else []
+    if witness is not None and found is not None:
+        where = f" in {name(witness.context)}" if witness.context else ""
+        few = [(size, labels) for size, labels in zip(found, (witness.higher, witness.lower), strict=True) if size.few]
+        listed = " and ".join(f"{amount_text(size)} behind {name(labels)}" for size, labels in few)
+        if few:
+            verb = "stands" if len(few) == 1 and (few[0][0].units if few[0][0].units is not None else few[0][0].decisions) == 1 else "stand"
+            said.append(f"Only {listed.replace(' behind ', f' {verb} behind ', 1)}{where}.")
+    return " ".join(said)
+
+
+def amount_text(size: Size) -> str:
+    """How much was recorded of a group, in words.
+
+    Examples
+    --------
+    >>> amount_text(Size(Fraction(1825))), amount_text(Size(Fraction(12), 1))
+    ('1,825 decisions', '1 unit (12 decisions)')
+    """
+    if size.units is not None:
+        return f"{size.units:,} unit{'' if size.units == 1 else 's'} ({size.text} decisions)"
+    return f"{size.text} decision{'' if size.decisions == 1 else 's'}"
+
+
+def identifier_text(law: Law, columns: Columns, contexts: Sequence[Any] | None = None) -> str:
+    """Name the columns of groups and contexts that have nearly as many labels as there are decisions, as an identifier has.
+
+    Parameters
+    ----------
+    law : Law
+        What was counted.
+    columns : Columns
+        The names of the columns.
+    contexts : sequence of labels, optional
+        The labels of the contexts, where the law does not have them.
+    """
+    if law.kind != "counts":
+        return ""
+    rows = Fraction(sum(law.cell_mass), law.scale)
+    listed = [(columns.group, law.groups), (columns.context, law.contexts if contexts is None else contexts)]
+    said = []
+    for names, labels in listed:
+        for i, column in enumerate(names):
+            levels = len({label[i] for label in labels})
+            if levels >= LEVELS and 2 * levels > rows:
+                said.append(f"The column {shown(column)} has {levels:,} labels in {Size(rows).text} decisions, like an identifier.")
+    return " ".join(said)
