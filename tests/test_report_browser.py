@@ -125,6 +125,12 @@ def units(**options: Any) -> fa.Result:
     return fa.certify(fa.Law.from_log(log, decision="u", group="a", unit="run"), {"yes": 1}, **options)
 
 
+def given_truth(**options: Any) -> fa.Result:
+    log = {"a": list("ffmmx") * 12, "u": ["yes", "no", "no", "no", "yes", "yes"] * 10, "t": ["yes", "yes", "no", "yes", "no", "no"] * 10}
+    log["x"] = ["day"] * 40 + ["night"] * 20
+    return fa.certify(fa.Law.from_log(log, decision="u", group="a", context="x", truth="t"), {"yes": 1}, **options)
+
+
 def worst(**options: Any) -> Any:
     table = fa.example("ucb-admissions").table()
     law = fa.Law.from_counts(table, decision="Admit", group="Gender", context="Dept", count="Freq")
@@ -145,7 +151,7 @@ def test_the_page_agrees_with_true_certificates(kind: Callable[..., fa.Result], 
     assert not [line for line in browser.findings if line.startswith("–")]  # everything was recomputed
 
 
-@pytest.mark.parametrize("kind", [admissions, small_counts, sampled, units])
+@pytest.mark.parametrize("kind", [admissions, small_counts, sampled, units, given_truth])
 def test_what_rests_on_intervals_is_left_to_verify(kind: Callable[..., fa.Result], browser: Browser, tmp_path: Path) -> None:
     certificate = kind(max_local_ratio="5/4", **({} if kind is units else {"max_global_log": "0.4"})).certificate
     browser.open(saved(tmp_path, html(certificate)))
@@ -180,7 +186,7 @@ def test_without_its_table_nothing_is_claimed(browser: Browser, tmp_path: Path) 
     "kind",
     [*(kind for kind in KINDS if kind.__name__ not in ("huge_and_tiny", "floats")), behind_filters, behind_product, group_utility]
     if FULL
-    else [small_counts, many_columns, behind_filters],
+    else [small_counts, many_columns, behind_filters, given_truth],
 )
 def test_the_page_is_red_on_false_certificates(kind: Callable[..., fa.Result], browser: Browser, tmp_path: Path) -> None:
     result = kind(**FOUR)

@@ -337,7 +337,8 @@ class Content:
     @cached_property
     def expectations(self) -> Expectations | None:
         """What each group gets; None without a table."""
-        return None if self.subject is None else Expectations(self.subject, self.document.get("intervals", {}))
+        ratios = {name: entry for name, entry in self.document.get("intervals", {}).items() if "ratio" in entry}
+        return None if self.subject is None else Expectations(self.subject, ratios)
 
     @property
     def panels(self) -> list[Panel]:
