@@ -1084,6 +1084,8 @@ def _extreme(comparison: Comparison, ends: AllEnds, *, upper: bool) -> tuple[Any
             value = bound(block[i], block[j], ends)
             if value > best or (where is None and value == best):
                 best, where = value, (b, i, j)
+            if best == inf:
+                return best, where
     return best, where
 
 
