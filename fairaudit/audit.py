@@ -43,6 +43,7 @@ from fairaudit.privacy import exp_epsilon
 from fairaudit.rates import NAMES, Difference, GivenTruth, Rate, given_truth
 from fairaudit.sampling import (
     Comparison,
+    Estimand,
     Interval,
     Method,
     Planning,
@@ -121,6 +122,8 @@ class Target:
         What was judged: the population behind the draws at this confidence, or, if None, the table itself.
     upper : tuple of (Fraction or float, str) or None
         Of a target about the population, the smallest sound upper end of the ratio, and where it comes from: a theorem, or the interval.
+    estimand : {"mean over rows", "mean over units"}
+        Of which means the ratio is judged.
     """
 
     quantity: Quantity
@@ -129,6 +132,7 @@ class Target:
     verdict: Verdict
     confidence: Fraction | None = None
     upper: tuple[Fraction | float, str] | None = None
+    estimand: Estimand = "mean over rows"
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,7 +301,8 @@ class Result:
                 rows.append(f"<tr><td>{NAMES[key]}</td><td>{approximate(found.value)}</td><td>{_exactly(found.value)}</td></tr>")
         for quantity, interval in self.intervals.items():
             ends = f"{approximate(interval.lower, 'down')} to {approximate(interval.upper, 'up')}"
-            name = f"{quantity} ratio of the population, at confidence {interval.confidence}"
+            of = "" if interval.of_units is None else f" ({interval.estimand}; {approximate(interval.of_units.ratio)} in this log)"
+            name = f"{quantity} ratio of the population{of}, at confidence {interval.confidence}"
             rows.append(f"<tr><td>{name}</td><td>{ends}</td><td></td></tr>")
         verdict = "no target was set" if self.verdict == "none" else self.verdict
         return f"<p><strong>{verdict}</strong>. <bdi>{escape(plain(self.sentence))}</bdi></p><table>{''.join(rows)}</table>"
@@ -423,7 +428,14 @@ class Result:
                 for claim in self.claims
             ],
             "targets": [
-                {"quantity": t.quantity, "limit": number(t.limit), "unit": t.unit, "judged": _judged(t), "verdict": t.verdict}
+                {
+                    "quantity": t.quantity,
+                    "limit": number(t.limit),
+                    "unit": t.unit,
+                    "judged": _judged(t),
+                    **({} if t.estimand == "mean over rows" else {"estimand": t.estimand}),
+                    "verdict": t.verdict,
+                }
                 for t in self.targets
             ],
             "verdict": self.verdict,
@@ -569,6 +581,7 @@ def certify(
         alpha = (1 - (level or 0)) / max(1, len(named & comparisons.keys()))
         region = default_region(comparison, interval, independent=independent)
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, method=interval, region=region, independent=independent)
+        notes = (*notes, *_two_means(quantity, measured[quantity], comparison))
     sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
     targets, verdict = judged(measured, limits, sampled, intervals, found, constants)
     without = deployment.unfiltered if deployment else None
@@ -681,7 +694,7 @@ def _judge_population(
     upper = min(ends, key=lambda end: end[0], default=None)
     lower = interval.lower if interval is not None else Fraction(1)
     verdict = interval_verdict((lower, max(lower, upper[0] if upper else inf)), **{f"max_{unit}": limit})
-    return Target(quantity, limit, unit, verdict, confidence, upper)
+    return Target(quantity, limit, unit, verdict, confidence, upper, interval.estimand if interval is not None else "mean over rows")
 
 
 def for_any_sampled(theorem: str, scope: str, declared: Mapping[str, Any]) -> bool:
@@ -785,6 +798,16 @@ def _comparison(
         subject.policy, _tabulated(utility, table), subject.group_filter, context, population, local=quantity == "local", limits=limits
     )
     return replace(found, assumptions=(bounds.FRESH, *found.assumptions), limits=limits)
+
+
+def _two_means(quantity: Quantity, over_rows: Ratio | None, comparison: Comparison) -> tuple[str, ...]:
+    """A note, where the mean over units is not the mean over rows."""
+    over_units = comparison.of_units
+    if over_units is None or over_rows is None or over_units.ratio == over_rows.ratio:
+        return ()
+    rows, units = approximate(over_rows.ratio), approximate(over_units.ratio)
+    said = f"the {quantity} ratio of this log is {rows} as the mean over rows and {units} as the mean over units"
+    return (f"{said}; the interval, and a target that is judged by it, is about the mean over units",)
 
 
 def _tabulated(utility: Utility, table: UtilityTable) -> Utility:
@@ -1038,7 +1061,8 @@ def _interval_entry(interval: Interval, comparison: Comparison | None, law: Law 
     if comparison is not None:
         entry["limits"] = None if comparison.limits is None else [number(limit) for limit in comparison.limits]
     entry["ratio"] = [number(interval.lower), number(interval.upper)]
-    if law is not None and law.units is not None and law.units.repeated:
+    if law is not None and law.units is not None and interval.of_units is not None:
+        entry |= {"estimand": interval.estimand, "measured": _ratio_entry(interval.of_units)}
         compared = np.flatnonzero(law.compared).tolist()
         entry["units"] = [[[n, list(rows)] for n, rows in law.units.profiles[cell]] for cell in compared]
     return entry

@@ -1723,6 +1723,7 @@ class Target:
     judged: str
     confidence: Fraction | None  # of what is judged about the population
     verdict: str
+    of_units: bool  # whether the mean over units is judged
 
 
 @dataclass(frozen=True)
@@ -2582,6 +2583,7 @@ def _fault_of_closed_form(value: Rational, multipliers: Iterable[Fraction], prog
 # Intervals for the population behind a sample
 
 METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
+OVER_UNITS = "mean over units"  # what an interval with units is about; without units it is the mean over rows
 BETTING = "betting"  # the method of intervals that hold at every moment of a stream
 SUMMED = 5000  # draws up to which binomial tails are exact sums
 PRECISION = 256  # bits after the point of the enclosures here
@@ -2638,6 +2640,7 @@ class Interval:
     method: str
     limits: tuple[Fraction, Fraction] | None
     units: list[list[tuple[int, list[int]]]] | None
+    measured: dict[str, object] | None  # with units, the ratio of their means in the sample
     ratio: tuple[Rational, Rational]
     evidence: BoxEvidence | LadderEvidence | StreamEvidence
 
@@ -2758,21 +2761,22 @@ def _read_confidence(value: object, where: str) -> Fraction:
 
 
 def _read_intervals(
-    value: object, where: str, kind: str, differences: Sequence[str]
+    value: object, where: str, subject: Subject, differences: Sequence[str]
 ) -> tuple[dict[str, Interval], dict[str, DifferenceInterval]]:
     members = _object(value, where, (), optional=("local", "global", *differences))
     if not members:
         raise _malformed(where, "must not be empty")
-    ratios = {name: _read_interval(members[name], f"{where}.{name}", name, kind) for name in members if name not in differences}
+    ratios = {name: _read_interval(members[name], f"{where}.{name}", name, subject) for name in members if name not in differences}
     return ratios, {name: _read_difference(members[name], f"{where}.{name}") for name in members if name in differences}
 
 
-def _read_interval(value: object, where: str, name: str, kind: str) -> Interval:
+def _read_interval(value: object, where: str, name: str, subject: Subject) -> Interval:
     keys = ["confidence", "side", "region", "independent", "method", "limits", "ratio", "levels", "upper", "lower"]
     of_box = isinstance(value, dict) and value.get("region") == "box"
     of_stream = isinstance(value, dict) and value.get("method") == BETTING
-    with_units = name == "local" and kind == "counts" and not of_stream
-    members = _object(value, where, keys + ["pair"] * of_box, optional=["units"] * with_units)
+    if name == "local" and subject.kind == "counts" and not of_stream and isinstance(value, dict) and "units" in value:
+        keys += ["units", "estimand", "measured"]
+    members = _object(value, where, keys + ["pair"] * of_box)
     _one_of(members["side"], f"{where}.side", ("both",))
     _one_of(members["region"], f"{where}.region", ("box", "product"))
     levels = _object(members["levels"], f"{where}.levels", ("expected", "order") if of_stream else ("upper", "lower"))
@@ -2808,6 +2812,7 @@ def _read_interval(value: object, where: str, name: str, kind: str) -> Interval:
         _one_of(members["method"], f"{where}.method", (*METHODS, BETTING)),
         limits,
         _read_units(members["units"], f"{where}.units") if "units" in members else None,
+        _read_measured(members, where, subject.columns) if "units" in members else None,
         (_rational(ends[0], f"{where}.ratio[0]"), _extended(ends[1], f"{where}.ratio[1]")),
         evidence,
     )
@@ -2856,6 +2861,14 @@ def _read_ladder(value: object, where: str) -> Ladder:
 def _read_pair(value: object, where: str) -> Place:
     block, higher, lower = (_integer(item, f"{where}[{i}]") for i, item in enumerate(_list(value, where, 3)))
     return block, higher, lower
+
+
+def _read_measured(members: Mapping[str, object], where: str, columns: Columns) -> dict[str, object]:
+    _one_of(members["estimand"], f"{where}.estimand", (OVER_UNITS,))
+    metric = _read_metric(members["measured"], f"{where}.measured", "local", columns)
+    if metric is None:
+        raise _malformed(f"{where}.measured", "must not be null")
+    return metric
 
 
 def _read_units(value: object, where: str) -> list[list[tuple[int, list[int]]]]:
@@ -3012,6 +3025,8 @@ def _proven(interval: Interval, table: Table) -> Proven:
     samples, blocks = comparison.samples, comparison.blocks
     if not blocks:
         raise Unproven("the table does not give this quantity")
+    if interval.measured is not None:
+        _check_measured(interval.measured, samples, table)
     if interval.independent and comparison.shared:
         raise Unproven("samples that share draws are not independent")
     if not _at_most(ONE, interval.ratio[0]) or not _at_most(ONE, interval.ratio[1]):
@@ -3025,6 +3040,19 @@ def _proven(interval: Interval, table: Table) -> Proven:
         _prove_by_ladders(interval, interval.evidence, comparison, len(used))
     by = "binomial" if all(samples[i].binary for i in used) else interval.method
     return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by)
+
+
+def _check_measured(stated: Mapping[str, object], samples: Sequence[Sample], table: Table) -> None:
+    """Make sure that the ratio of the means over units is stated as the units of the local interval give it."""
+    means = iter([_pair(sample.total / sample.draws) for sample in samples])
+    found = _Greatest[Rational](_widest_ratio, lambda left, right: {"expectations": [_reduced(*left), _reduced(*right)]})
+    for cells in table.by_context():
+        if len(cells) > 1:
+            found.offer([next(means) for _ in cells], [cell.group for cell in cells], cells[0].context)
+    actual = found.maximum(table.header)
+    expected = None if actual is None else {"ratio": actual.value, "log": log_enclosure(actual.value), "witness": actual.witness}
+    if actual is None or stated != expected:
+        raise Unproven("measured is not what the units give" + ("" if actual is None else f": {shown(actual.value)}"))
 
 
 def _prove_by_box(interval: Interval, evidence: BoxEvidence, comparison: Comparison, used: int, spanned: int) -> None:
@@ -3550,8 +3578,8 @@ DRAWS = (
     "the draws within a cell are independent, each with the law of the cell, and how many there are does not depend on how they came out"
 )
 UNITS = (
-    "different sampling units are independent, and the mean of the utility over the rows of a unit in a cell has the expected utility of "
-    "that cell as its mean"
+    "different sampling units are independent, how many there are does not depend on how they came out, and the mean over the rows of a "
+    "unit in a cell has the same expectation for all units: it is estimated by the mean over units, which is not the mean over rows"
 )
 ONE_ROW = "a sampling unit can have no more than one row in a cell, as is the case here"
 POOLED = "the contexts of each group were drawn from its population, not set by design"
@@ -3792,7 +3820,7 @@ def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], pa
 
 
 def _read_target(value: object, where: str) -> Target:
-    members = _object(value, where, ("quantity", "limit", "unit", "judged", "verdict"))
+    members = _object(value, where, ("quantity", "limit", "unit", "judged", "verdict"), optional=("estimand",))
     judged = _string(members["judged"], f"{where}.judged")
     of_population = judged.startswith(POPULATION)
     target = Target(
@@ -3802,10 +3830,22 @@ def _read_target(value: object, where: str) -> Target:
         judged,
         _read_confidence(judged.removeprefix(POPULATION), f"{where}.judged") if of_population else None,
         _one_of(members["verdict"], f"{where}.verdict", ("within", "exceeds", "inconclusive")),
+        "estimand" in members and bool(_one_of(members["estimand"], f"{where}.estimand", (OVER_UNITS,))),
     )
     if target.unit == "ratio" and not _at_most(ONE, target.limit):
         raise _malformed(f"{where}.limit", "must be at least 1, being the limit of a ratio")
     return target
+
+
+def _check_estimands(targets: Iterable[Target], intervals: "Mapping[str, Interval]") -> None:
+    """Make sure that those targets say that the mean over units is judged which are judged by an interval with units."""
+    for i, target in enumerate(targets):
+        interval = intervals.get(target.quantity)
+        of_units = target.confidence is not None and interval is not None and interval.units is not None
+        if of_units and not target.of_units:
+            raise _malformed(f"targets[{i}]", f"lacks the key 'estimand', being judged by an interval for the {OVER_UNITS}")
+        if target.of_units and not of_units:
+            raise _malformed(f"targets[{i}]", "has the key 'estimand', but is not judged by an interval with units")
 
 
 def _read_certificate(raw: bytes) -> Certificate:
@@ -3831,8 +3871,10 @@ def _read_certificate(raw: bytes) -> Certificate:
     intervals: dict[str, Interval] = {}
     of_differences: dict[str, DifferenceInterval] = {}
     if "intervals" in top:
-        intervals, of_differences = _read_intervals(top["intervals"], "intervals", subject.kind, differences)
+        intervals, of_differences = _read_intervals(top["intervals"], "intervals", subject, differences)
     _object_of_strings(top["versions"], "versions")
+    targets = tuple(_read_target(item, f"targets[{i}]") for i, item in enumerate(_list(top["targets"], "targets")))
+    _check_estimands(targets, intervals)
     return Certificate(
         subject,
         _digest(table["sha256"], "subject.table.sha256"),
@@ -3849,7 +3891,7 @@ def _read_certificate(raw: bytes) -> Certificate:
             for i, item in enumerate(_list(top["not_compared"], "not_compared"))
         ],
         tuple(_read_claim(item, f"claims[{i}]", parameters) for i, item in enumerate(_list(top["claims"], "claims"))),
-        tuple(_read_target(item, f"targets[{i}]") for i, item in enumerate(_list(top["targets"], "targets"))),
+        targets,
         _one_of(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive")),
         intervals,
         _read_positive(about["positive"], "subject.positive") if "positive" in about else None,

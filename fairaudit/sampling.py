@@ -53,7 +53,7 @@ from fairaudit.exact import (
     rational_text,
     shown,
 )
-from fairaudit.fairness import Witness
+from fairaudit.fairness import Ratio, Witness
 from fairaudit.law import MAX_DRAWS, Law, Units
 from fairaudit.limits import ALONE, one_limit, without_bare_limits
 from fairaudit.mechanism import Mechanism
@@ -94,6 +94,7 @@ Form = tuple[tuple[int, Fraction], ...]
 Ends = tuple[Fraction, Fraction]
 AllEnds = Sequence[tuple[Any, Any]] | Mapping[int, tuple[Any, Any]]  # by cell
 Extended = Fraction | float
+Estimand = Literal["mean over rows", "mean over units"]
 Floats = NDArray[np.float64]
 
 EXACT_DRAWS = 5_000
@@ -119,8 +120,8 @@ CELLS = "the draws of different cells are independent of each other"
 DECLARED = "utility, method and confidence were chosen without looking at the draws"
 ONE_ROW = "a sampling unit can have no more than one row in a cell, as is the case here"
 UNITS = (
-    "different sampling units are independent, and the mean of the utility over the rows of a unit in a cell has the expected utility of "
-    "that cell as its mean"
+    "different sampling units are independent, how many there are does not depend on how they came out, and the mean over the rows of a "
+    "unit in a cell has the same expectation for all units: it is estimated by the mean over units, which is not the mean over rows"
 )
 GIVEN_TRUTH = (
     "given the true labels, the decisions are independent, each positive with the rate of its cell, and how many there are of a true label "
@@ -216,6 +217,8 @@ class Comparison:
         What the reader must accept, and what was noticed.
     limits : pair of Fraction or None
         The declared range of g.
+    units : Units or None
+        The sampling units of the log.
     """
 
     cells: tuple[Cell, ...]
@@ -225,6 +228,35 @@ class Comparison:
     assumptions: tuple[str, ...] = (DRAWS, DECLARED)
     notes: tuple[str, ...] = ()
     limits: Ends | None = None
+    units: Units | None = None
+
+    @property
+    def estimand(self) -> Estimand:
+        """What the means of the cells are: over rows, or, where units have several rows in a cell, over units of the mean of each."""
+        return "mean over units" if self.units and self.units.repeated else "mean over rows"
+
+    @cached_property
+    def of_units(self) -> Ratio | None:
+        """The ratio of the sample as the mean over units, with its witness; None where a unit has one row in a cell."""
+        if self.estimand == "mean over rows":
+            return None
+        best: tuple[Extended, int, int, int] | None = None
+        for number, block in enumerate(self.blocks):
+            means = [self.cells[i].mean for ((i, _),) in block]
+            low, high = means.index(min(means)), means.index(max(means))
+            if means[low] == means[high]:
+                found: tuple[Extended, int, int] = Fraction(1), 0, 1
+            elif means[low]:
+                found = means[high] / means[low], high, low
+            else:
+                found = inf, next(i for i, mean in enumerate(means) if mean), low
+            if best is None or found[0] > best[0]:
+                best = found[0], number, *found[1:]
+        if best is None:
+            return None
+        ratio, *place = best
+        witness = _witness(self, place)
+        return None if witness is None else Ratio(ratio, witness)
 
     @cached_property
     def used(self) -> tuple[int, ...]:
@@ -281,6 +313,10 @@ class Interval:
         What a checker needs, as docs/certificate-samples.md describes it.
     pairs : pair of Witness or None, optional
         Of a stream, the pairs that drive the lower and the upper end; `drivers` finds those of others.
+    estimand : {"mean over rows", "mean over units"}
+        Of what the ratio is bounded: with sampling units of several rows in a cell, of the means over units.
+    of_units : Ratio or None
+        Then the ratio of the sample itself as the mean over units, with its witness.
     """
 
     lower: Fraction
@@ -292,6 +328,8 @@ class Interval:
     assumptions: tuple[str, ...]
     evidence: dict[str, Any]
     pairs: tuple[Witness | None, Witness | None] = (None, None)
+    estimand: Estimand = "mean over rows"
+    of_units: Ratio | None = None
 
     @cached_property
     def log(self) -> tuple[Decimal, Decimal]:
@@ -392,7 +430,8 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
     drawn = (UNITS,) if law.units and law.units.repeated else (DRAWS, *((ONE_ROW,) if law.units else ()))
     assumptions = (*drawn, scope.assumption, DECLARED, *law.assumptions)
     notes = _unit_notes(law.units, cells) if law.units else ()
-    return Comparison(tuple(cells), tuple(blocks), tuple(labels), bool(law.units and law.units.spanning), assumptions, notes)
+    dependent = bool(law.units and law.units.spanning)
+    return Comparison(tuple(cells), tuple(blocks), tuple(labels), dependent, assumptions, notes, units=law.units)
 
 
 def global_comparison(
@@ -435,7 +474,7 @@ def global_comparison(
         labels = ((None, tuple(law.group_label(a) for a in groups)),)
         assumptions = (DRAWS, POOLED, scope.assumption, DECLARED, *law.assumptions)
         forms = (tuple(_unit_form(i) for i in range(len(pooled))),)
-        return Comparison(tuple(pooled), forms, labels, bool(law.units), assumptions)
+        return Comparison(tuple(pooled), forms, labels, bool(law.units), assumptions, units=law.units)
     cells = scope.cells(np.ones(len(law.weights), dtype=np.bool_))
     place = {cell.label: i for i, cell in enumerate(cells)}
     weights: dict[Label, list[tuple[int, Fraction]]] = {a: [] for a in law.groups}
@@ -449,7 +488,7 @@ def global_comparison(
     block = tuple(_normalised(weights[a]) for _, a in present)
     labels = ((None, tuple(label for label, _ in present)),)
     assumptions = (DRAWS, POPULATION, scope.assumption, DECLARED, *law.assumptions)
-    return Comparison(tuple(cells), (block,), labels, bool(law.units), assumptions)
+    return Comparison(tuple(cells), (block,), labels, bool(law.units), assumptions, units=law.units)
 
 
 def policy_comparison(
@@ -1291,7 +1330,8 @@ def ratio_interval(
         "blocks": [[[[i, _text(w)] for i, w in form] for form in block] for block in comparison.blocks],
         **evidence,
     }
-    return Interval(lower, upper, _estimate(comparison), level, region, tuple(sorted(kinds)), assumptions, evidence)
+    made = Interval(lower, upper, _estimate(comparison), level, region, tuple(sorted(kinds)), assumptions, evidence)
+    return replace(made, estimand=comparison.estimand, of_units=comparison.of_units)
 
 
 def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witness | None, Witness | None]:
@@ -2055,7 +2095,8 @@ def test_filter(
         raise InputError("the range of the utility differs between groups; a utility that depends on the group refutes nothing")
     interval = ratio_interval(comparison, confidence, method=method, region=region, independent=independent, side="lower")
     refuted = interval.lower > claimed
-    said = f"the ratio is at least {float(interval.lower):.6g} at confidence {_text(interval.confidence)}"
+    of = " of the means over units" if interval.estimand == "mean over units" else ""
+    said = f"the ratio{of} is at least {float(interval.lower):.6g} at confidence {_text(interval.confidence)}"
     if refuted:
         sentence = f"{said}, above e^ε = {shown(str(exp_epsilon))}: the filter is not what it claims, or its draws are not independent."
     else:
@@ -2098,8 +2139,9 @@ def noise_floor(
     rises = first.lower > second.upper
     shown_ends = [f"[{float(i.lower):.4g}, {float(i.upper):.4g}]" for i in (first, second)]
     relation = "rises above" if rises else "does not rise above"
+    of = " (means over units)" if "mean over units" in (first.estimand, second.estimand) else ""
     sentence = (
-        f"The ratio of the groups lies in {shown_ends[0]}, that of the placebo in {shown_ends[1]}, both at confidence {_text(level)}: "
+        f"The ratio of the groups{of} lies in {shown_ends[0]}, that of the placebo in {shown_ends[1]}, both at confidence {_text(level)}: "
         f"the effect {relation} the noise floor."
     )
     return NoiseFloor(first, second, rises, sentence)

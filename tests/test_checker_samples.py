@@ -18,7 +18,7 @@ from assumptions import complete
 from mpmath import mp
 from test_checker_policy import FLOORED, POLICIES, SCHEMA, Policy, digested, write
 from test_checker_policy import by_hand as policy_by_hand
-from test_checker_unit import INF, checker, edited, false_statements, make, raw, text
+from test_checker_unit import INF, checker, edited, false_statements, log_pair, make, raw, text
 
 F = Fraction
 ALPHA = F(1, 10)
@@ -385,6 +385,26 @@ def random_units(certificate: Any, pick: random.Random) -> list[list[list[Any]]]
     return lists
 
 
+def measured(certificate: Any, cells: list[Cell], blocks: list[list[Form]]) -> Any:
+    """The greatest quotient of the means over units, and the first pair that attains it, by definition."""
+    header, rows = rows_of(certificate)
+    places = [(r["context"], r["group"]) for r in rows if sum(other["context"] == r["context"] for other in rows) > 1]
+    means = [cell["sum"] / cell["draws"] for cell in cells]
+    pairs = [(i, j) for block in blocks for i, j in permutations([next(iter(form)) for form in block], 2)]
+    quotients = [F(1) if means[i] == means[j] else means[i] / means[j] if means[j] else INF for i, j in pairs]
+    best = max(quotients)
+    i, j = pairs[quotients.index(best)]
+    labels = {
+        "context": header["contexts"][places[i][0]],
+        "higher": header["groups"][places[i][1]],
+        "lower": header["groups"][places[j][1]],
+    }
+    columns = header["columns"]
+    names = {key: dict(zip(columns["context" if key == "context" else "group"], own, strict=True)) for key, own in labels.items()}
+    witness = names | {"expectations": [str(means[i]), str(means[j])]}
+    return {"ratio": text(best), "log": log_pair(best), "witness": witness}
+
+
 @cache
 def certified(seed: int, name: str) -> tuple[Any, list[Cell], list[list[Form]]] | None:
     """Write the interval of a ratio of a random table, in one of many ways; None when there is nothing to compare."""
@@ -409,7 +429,7 @@ def certified(seed: int, name: str) -> tuple[Any, list[Cell], list[list[Form]]] 
         if found["region"] == "product":
             found.pop("pair", None)
     if units is not None:
-        found["units"] = units
+        found |= {"units": units, "estimand": "mean over units", "measured": measured(certificate, cells, blocks)}
     return with_interval(certificate, name, found, method_of(cells, blocks, found)), cells, blocks
 
 
@@ -419,7 +439,7 @@ SEEDS = range(120)
 # The page read once more: which intervals are proven
 
 
-Derive = Callable[[Any, Any], tuple[list[Cell], list[list[Form]], bool] | None]
+Derive = Callable[[Any, Any], tuple[list[Cell], list[list[Form]], bool, Any] | None]
 
 
 def from_counts(certificate: Any, name: str) -> Derive:
@@ -434,7 +454,8 @@ def from_counts(certificate: Any, name: str) -> Derive:
             sums = [[sum(column) for column in zip(*([n * c for c in own] for n, own in cell), strict=True)] for cell in units]
             if sums != [[*map(int, row["weights"])] for row in compared]:
                 return None
-        return *of_counts(certificate, name, limits, units), units is not None
+        cells, blocks = of_counts(certificate, name, limits, units)
+        return cells, blocks, units is not None, None if units is None else measured(certificate, cells, blocks)
 
     return derive
 
@@ -453,7 +474,9 @@ def read_again(found: dict[str, Any], derive: Derive) -> bool:
     derived = derive(found["limits"], found.get("units")) if shapes and 0 < c < 1 else None
     if derived is None or low < 1 or high < 1 or (found["independent"] and derived[2]):
         return False
-    cells, blocks, _ = derived
+    cells, blocks, of_units, known = derived
+    if found.get("measured") != known or found.get("estimand") != ("mean over units" if of_units and known else None):
+        return False
     used, s, pairs = figures(cells, blocks)
     return (read_box if found["region"] == "box" else read_ladders)(found, cells, blocks, (low, high), 1 - c, (len(used), s, pairs))
 
@@ -629,7 +652,7 @@ def sampled(seed: int) -> tuple[Any, Policy, dict[tuple[int, int], int]]:
 
 def from_policy(p: Policy, draws: dict[tuple[int, int], int], name: str) -> Derive:
     def derive(limits: Any, units: Any) -> Any:
-        return None if limits or units else of_policy(p, draws, name)  # reads no limits
+        return None if limits or units else (*of_policy(p, draws, name), None)  # reads no limits
 
     return derive
 
@@ -1098,7 +1121,7 @@ def test_certificates_as_they_are_written(written: list[Path], at: int) -> None:
     pick = random.Random(at)
     for name, found in certificate["intervals"].items():
         derive = from_counts(certificate, name)
-        cells, blocks, _ = derive(found["limits"], found.get("units")) or ([], [], False)
+        cells, blocks, *_ = derive(found["limits"], found.get("units")) or ([], [], False, None)
         stated = [c for c in certificate["claims"] if c["relation"] == ">=" and c["quantity"] == f"{name}_ratio"]
         assert {c["by"] for c in stated} == {method_of(cells, blocks, found)}
         _, refused = compare_readings(certificate, name, derive, lambda changes: pick.sample(changes, 20))
