@@ -214,6 +214,9 @@ def _targets(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]
             looser = number(now["limit"]) > number(was["limit"])
             weaker |= looser
             notes.append(f"the limit was {'loosened' if looser else 'tightened'} from {was['limit']} to {now['limit']}")
+        if _estimand(was) != _estimand(now):
+            weaker = True
+            notes.append(f"judged by the {_estimand(now)} instead of the {_estimand(was)}")
         if was["judged"] != now["judged"]:
             weaker |= _weaker(was["judged"], now["judged"])
             notes.append(f"judged for {now['judged']} instead of {was['judged']}")
@@ -223,6 +226,12 @@ def _targets(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]
 
 def _said(target: Mapping[str, Any]) -> str:
     return limit_text(target["quantity"], target["unit"], Fraction(number(target["limit"])))
+
+
+def _estimand(entry: Mapping[str, Any]) -> str:
+    """What an interval or a target is about."""
+    said: str = entry.get("estimand", "mean over rows")
+    return said
 
 
 def _weaker(was: str, now: str) -> bool:
@@ -268,7 +277,9 @@ def _intervals(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Chang
         note = ""
         if was is not None and now is not None:
             ends = [[number(end) for end in i["ratio"]] for i in (was, now)]
-            if ends[1][0] > ends[0][1]:
+            if _estimand(was) != _estimand(now):
+                direction, note = "changed", f"about the {_estimand(now)} instead of the {_estimand(was)}"
+            elif ends[1][0] > ends[0][1]:
                 direction, note = "worse", "the intervals do not overlap"
             elif ends[1][1] < ends[0][0]:
                 direction, note = "better", "the intervals do not overlap"

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from fairaudit.bounds import Bound
     from fairaudit.law import Law
     from fairaudit.rates import GivenTruth
-    from fairaudit.sampling import Interval
     from fairaudit.sentences import Deciding
 
 __all__ = ["intervals", "plain", "put", "silence", "summary", "verdict"]
@@ -91,26 +90,37 @@ def verdict(result: Result) -> str:
     lines = []
     for target, deciding in zip(result.targets, result.deciding, strict=True):
         measured = result.local if target.quantity == "local" else result.global_
-        lines.append(f"{target.verdict.upper():<13}{_target(target, measured, result.intervals.get(target.quantity))}")
+        lines.append(f"{target.verdict.upper():<13}{_target(target, measured, result)}")
         if deciding is not None:
             lines.append(f"{'':<13}{_decided(deciding, result)}")
     return "\n".join(lines)
 
 
-def _target(target: Target, measured: Ratio | None, interval: Interval | None) -> str:
+def _target(target: Target, measured: Ratio | None, result: Result) -> str:
+    interval, units = result.intervals.get(target.quantity), result.law.units
     said = limit_text(target.quantity, target.unit, target.limit)
     if measured is None:
         return f"{said}: nothing could be compared"
     value = approximate(measured.ratio) if target.unit == "ratio" else _log(measured)
     if target.confidence is None:
-        return f"{said}: it is {value} (this table, decided exactly)"
+        of = ", mean over rows" if units and units.repeated else ""
+        return f"{said}: it is {value} (this table{of}, decided exactly)"
     if target.upper is None:
         return f"{said}: nothing bounds the population ({value} in the table)"
     lower = interval.lower if interval else Fraction(1)
     upper, source = target.upper
     proved = "" if source == "the interval" else f", by {source}"
     ends = " and ".join(_end(end, target.unit, up=up) for end, up in ((lower, False), (upper, True)))
-    return f"{said}: between {ends}{proved}, at confidence {percent(target.confidence)} ({value} in the table)"
+    of, beside = "", f"{value} in the table"
+    if interval is not None and interval.of_units is not None:
+        of, beside = f"{interval.estimand} ", _both_means(measured, interval.of_units, target.unit)
+    return f"{said}: {of}between {ends}{proved}, at confidence {percent(target.confidence)} ({beside})"
+
+
+def _both_means(over_rows: Ratio, over_units: Ratio, unit: str) -> str:
+    """The ratio of the sample as the mean over units, and over rows where that is another."""
+    units, rows = (approximate(found.ratio) if unit == "ratio" else _log(found) for found in (over_units, over_rows))
+    return f"{units} in the table" if over_units.ratio == over_rows.ratio else f"{units} in the table, and {rows} as mean over rows"
 
 
 def _decided(deciding: Deciding, result: Result) -> str:
@@ -142,7 +152,8 @@ def intervals(result: Result) -> str:
         logs = f"{_rounded(found.log[0], up=False)} to {_rounded(found.log[1], up=True)}"
         ends = f"{approximate(found.lower, 'down')} to {approximate(found.upper, 'up')}"
         method = ", ".join(found.methods) or "nothing was drawn at random"
-        rows.append((f"{quantity} ratio R", ends, f"log R {logs}", f"at confidence {percent(found.confidence)} ({method})"))
+        of = "" if found.of_units is None else f", {found.estimand}"
+        rows.append((f"{quantity} ratio R{of}", ends, f"log R {logs}", f"at confidence {percent(found.confidence)} ({method})"))
     widths = [max(len(row[i]) for row in rows) for i in range(3)]
     lines = ["In the population from which these decisions were drawn"]
     lines += ["  " + "  ".join([*(cell.ljust(width) for cell, width in zip(row[:3], widths, strict=True)), row[3]]) for row in rows]
@@ -210,8 +221,12 @@ def _exact(value: Fraction | float) -> str:
 
 def _figures(result: Result) -> str:
     rows: list[tuple[str, str, str, str]] = [("", "ratio R", "log R", "exactly")]
+    over_units = result.intervals["local"].of_units if "local" in result.intervals else None
+    if over_units is not None and result.local is not None and over_units.ratio == result.local.ratio:
+        over_units = None
     for name, ratio in (
         ("local fairness (worst within a context)", result.local),
+        *([("the same, as mean over units", over_units)] if over_units else []),
         ("global fairness (worst of group means)", result.global_),
         ("worst over group-blind utilities, local", result.local_supremum),
         ("worst over group-blind utilities, global", result.global_supremum),

@@ -313,6 +313,17 @@
     const overall = await greatest(groups.length ? [{ list: groups.map((g) => [g.a, g.mean]) }] : []);
     return { local: stated(law, local, "expectations"), global: stated(law, overall, "expectations") };
   }
+  async function overUnits(law, units) {  // the greatest quotient of the means over units, cell by cell as they are compared
+    const lists = units[Symbol.iterator](), mean = (c) => {
+      const draws = lists.next().value, sums = draws.map(([n, rows]) => {
+        const [g, d] = whole(c.g.map((v) => v || ZERO));
+        return [BigInt(n) * rows.reduce((t, k, u) => t + BigInt(k) * g[u], 0n), d * BigInt(rows.reduce((t, k) => t + k, 0))];
+      });
+      return over(total(sums), [draws.reduce((t, [n]) => t + BigInt(n), 0n), 1n]);
+    };
+    const blocks = localBlocks(law).map((b) => ({ x: b[0].x, list: b.map((c) => [c.a, mean(c)]) }));
+    return stated(law, await greatest(blocks), "expectations");
+  }
   async function measure(law, groups) {
     const blocks = localBlocks(law), each = law.decisions.map((_, u) => u);
     const found = await ratios(law, groups);
@@ -606,9 +617,10 @@
     if (r === undefined) return undefined;
     if (!["local", "global"].includes(target.quantity) || !["ratio", "log"].includes(target.unit)) return false;
     const atMost = (v) => (target.unit === "ratio" ? compare(v, limit) <= 0 : logAtMost(v, limit));
-    if (target.judged === "this table") return target.verdict === (r === null ? "inconclusive" : atMost(r) ? "within" : "exceeds");
+    if (target.judged === "this table") return !("estimand" in target) && target.verdict === (r === null ? "inconclusive" : atMost(r) ? "within" : "exceeds");
     if (!target.judged.startsWith(POPULATION) || !f.together) return false;
     const interval = (f.doc.intervals || {})[target.quantity];
+    if (target.estimand !== (interval && interval.units ? "mean over units" : undefined)) return false;
     let [low, high] = interval ? interval.ratio.map(rational) : [ONE, INF];
     for (const claim of f.doc.claims) {
       const own = claim.quantity === target.quantity + "_ratio" && claim.relation === "<=", declared = f.doc.subject.declared || {};
@@ -699,6 +711,8 @@
       const why = good !== undefined ? "" : claim.scope.startsWith(POPULATION) ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
       say("claim " + claim.quantity.replace(/_/g, " ") + " " + claim.relation + " " + claim.value.slice(0, 60) + " by " + claim.by + ", about " + claim.scope, good, why);
     }
+    const local = (doc.intervals || {}).local;
+    if (local && local.units) say("the ratio of the means over units", local.estimand === "mean over units" && same(await overUnits(law, local.units), local.measured));
     for (const name of Object.keys(doc.intervals || {})) say("interval of the " + (DIFFERENCES.includes(name) ? "difference " + name.replace(/_/g, " ") : name + " ratio"), undefined, "only fairaudit verify checks this");
     for (const t of doc.targets) {
       const good = judgeTarget(t, f);

@@ -72,6 +72,7 @@ class Figure:
     witness: str
     sure: tuple[Value, Value] | None = None
     confidence: str = ""
+    over_units: Value | None = None  # with sampling units, what the interval is about
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +193,7 @@ class Content:
                 {
                     "verdict": target["verdict"],
                     "name": name,
-                    "judged": scope(target["judged"]),
+                    "judged": scope(target["judged"]) + (f" ({target['estimand']})" if "estimand" in target else ""),
                     "exact": limit.exact,
                     "limit": limit.decimal,
                     "pair": "" if deciding is None else self._decided(deciding),
@@ -270,13 +271,14 @@ class Content:
             ("global", "Overall", "The same for the averages of the groups over all contexts."),
         ):
             found = self.measured[key]
-            sure, confidence = None, ""
+            sure, confidence, over_units = None, "", ratio(intervals.get(key, {}).get("measured"))
             if key in intervals:
                 low, high = intervals[key]["ratio"]
                 sure, confidence = (Value(number(low), "down"), Value(number(high), "up")), percent(number(intervals[key]["confidence"]))
             value = None if found is None else Value(found.ratio)
             who = "" if found is None else self._pair(found.witness)
-            listed.append(Figure(key, name, question, value, "" if value is None else value.log, who, sure, confidence))
+            of_units = None if over_units is None else Value(over_units.ratio)
+            listed.append(Figure(key, name, question, value, "" if value is None else value.log, who, sure, confidence, of_units))
         for key, name, question in (
             (
                 "equalized_odds",

@@ -35,6 +35,7 @@ class Member:
     ends: tuple[Value, Value] | None
     before: Value | None
     weight: str
+    over_units: Value | None = None
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class Expectations:
         panels = []
         for start, end in worst:
             context = law.context_label(int(law.cell_context[start]))
-            ends = self._ends("local", context)
+            ends, units = self._ends("local", context), self._over_units(context)
             entries = [
                 (
                     law.group_label(int(law.cell_group[i])),
@@ -94,8 +95,21 @@ class Expectations:
                 )
                 for i in range(start, end)
             ]
-            panels.append(self._panel(named(context) or "All decisions", entries, ends, spread[start, end]))
+            panel = self._panel(named(context) or "All decisions", entries, ends, spread[start, end])
+            if units:
+                members = tuple(replace(member, over_units=Value(units[member.label])) for member in panel.members)
+                panel = replace(panel, members=members)
+            panels.append(panel)
         return panels
+
+    def _over_units(self, context: dict[str, str]) -> dict[str, Fraction]:
+        """What the groups of a context get as mean over units, where the certificate has an interval of those."""
+        comparison = self.comparisons.get("local")
+        if comparison is None or comparison.of_units is None:
+            return {}
+        place = next(i for i, (x, _) in enumerate(comparison.labels) if x == context)
+        groups = zip(comparison.labels[place][1], comparison.blocks[place], strict=True)
+        return {named(label): comparison.cells[form[0][0]].mean for label, form in groups}
 
     @cached_property
     def overall(self) -> Panel | None:

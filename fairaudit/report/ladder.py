@@ -51,13 +51,17 @@ def ladder(document: Mapping[str, Any], name: Literal["local", "global"]) -> lis
     before = ratio((metrics.get("unfiltered") or {}).get(name))
     if before is not None:
         rungs.append(Rung("unfiltered", "measured: the policy without filters", "the policy itself", Value(before.ratio)))
+    over_units = ratio(document.get("intervals", {}).get(name, {}).get("measured"))
+    if over_units is not None:
+        rungs.append(Rung("measured", f"measured: {kind}, mean over units", "this law", Value(over_units.ratio)))
     for claim in document["claims"]:
         if claim["quantity"] != f"{name}_ratio" or claim["relation"] == "=":
             continue
         bounded: Literal["bound", "least"] = "bound" if claim["relation"] == "<=" else "least"
         by = THEOREMS.get(claim["by"], "")
         title = f"{'at most' if bounded == 'bound' else 'at least'}, {by}" + (f" ({claim['by']})" if claim["by"][0] in "Tfl" else "")
-        rungs.append(Rung(bounded, title, scope(claim["scope"]), claimed(claim)))
+        of = ", mean over units" if over_units is not None and "interval" in claim["evidence"] else ""
+        rungs.append(Rung(bounded, title, scope(claim["scope"]) + of, claimed(claim)))
     for target in document["targets"]:
         if target["quantity"] != name:
             continue

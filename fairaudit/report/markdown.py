@@ -40,10 +40,18 @@ def write(page: Content, checked: str = "") -> str:
     for panel in shown:
         blocks.append(f"### What each group {'bears' if page.burden else 'gets'}: {code(panel.title)}")
         rows = [
-            (code(m.label), m.value.decimal, _exact(m.value), m.weight, f"{m.ends[0].decimal} to {m.ends[1].decimal}" if m.ends else "")
+            (
+                code(m.label),
+                m.value.decimal,
+                _exact(m.value),
+                m.weight,
+                m.over_units.decimal if m.over_units else "",
+                f"{m.ends[0].decimal} to {m.ends[1].decimal}" if m.ends else "",
+            )
             for m in panel.members
         ]
-        blocks.append(table(("group", page.amount, "exactly", "recorded", "in the population, each by itself"), rows))
+        heads = ("group", page.amount, "exactly", "recorded", "mean over units", "in the population, each by itself")
+        blocks.append(table(heads, rows))
     if page.not_compared:
         blocks.append("### What was not compared\n\n" + "\n".join(f"* {prose(line)}" for line in page.not_compared))
     judged = [f"* {prose(text)} (for statements about {prose(scopes)})" for text, scopes in page.assumptions]
@@ -102,6 +110,8 @@ def _figure(figure: Figure) -> tuple[str, ...]:
     if figure.value is None:
         return (figure.name, "not compared", "", "", "", "")
     sure = f"{figure.sure[0].decimal} to {figure.sure[1].decimal}" if figure.sure else ""
+    if figure.over_units:
+        sure += f" (mean over units, {figure.over_units.decimal} in the table)"
     return (figure.name, figure.value.decimal, figure.logs, _exact(figure.value), sure, prose(figure.witness))
 
 
