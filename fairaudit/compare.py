@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf
 from typing import Any, Literal
@@ -11,14 +11,15 @@ from typing import Any, Literal
 from fairaudit.certificate_reader import Subject, number, subject
 from fairaudit.exact import InputError, shown
 from fairaudit.fairness import cell_expectation
+from fairaudit.law import Law
 from fairaudit.limits import limit_text
 from fairaudit.sentences import BENEFIT, words_for
 
 __all__ = ["Change", "Comparison", "Moved", "compare"]
 
-Direction = Literal["better", "worse", "same", "changed"]
+Direction = Literal["better", "worse", "same", "changed", "not comparable"]
 
-RANK = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
+RANK = {"none": 0, "within": 1, "inconclusive": 2, "changed": 2, "exceeds": 3}
 METRICS = ("local", "global", "equalized_odds", "demographic_parity", "local_supremum", "global_supremum")
 CONSTANTS = ("gamma", "m", "tau", "lipschitz")
 
@@ -33,8 +34,8 @@ class Change:
         What it is about.
     old, new : str or None
         Its exact value or verdict; None where a certificate does not have it.
-    direction : {"better", "worse", "same", "changed"}
-        "changed" where neither is better.
+    direction : {"better", "worse", "same", "changed", "not comparable"}
+        "changed" where neither is better; "not comparable" where it looks better, but something that was compared is gone.
     note : str
         What else there is to say.
     """
@@ -79,7 +80,10 @@ class Comparison:
     amount : str
         What they are: an expected utility, or an expected burden.
     notes : tuple of str
-        What to keep in mind: what is not comparable, assumptions that came or went.
+        What to keep in mind: assumptions that came or went, figures that describe different things.
+    gone : tuple of str
+        Why the new certificate may look better without being so: groups, contexts or decisions that are not there any more, labels that
+        count as another one in one of the two, decisions that were left out.
     """
 
     verdict: Change
@@ -90,6 +94,7 @@ class Comparison:
     cells: tuple[Moved, ...]
     notes: tuple[str, ...]
     amount: str = BENEFIT.amount
+    gone: tuple[str, ...] = ()
 
     @property
     def worse(self) -> bool:
@@ -137,7 +142,7 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
     try:
         subjects = subject(old), subject(new)
         _refuse_other_questions(old, new, *subjects)
-        return Comparison(
+        found = Comparison(
             _verdict("verdict", old["verdict"], new["verdict"]),
             tuple(_targets(old, new)),
             tuple(
@@ -149,6 +154,7 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
             tuple(_notes(old, new, *subjects)),
             words_for(burden="burden" in new["subject"]["utility"]).amount,
         )
+        return _without_false_progress(found, tuple(_gone(old["subject"], new["subject"], *subjects)), *subjects)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
         if isinstance(error, InputError):
             raise
@@ -179,6 +185,83 @@ def _refuse_other_questions(old: Mapping[str, Any], new: Mapping[str, Any], befo
             raise InputError(f"the certificates cannot be compared: the utility of {shown(label)} is {one_worth} and {other_worth}")
     if before.utility.by_decision != after.utility.by_decision:
         raise InputError("the certificates cannot be compared: the utility depends on the decision alone in one of them only")
+
+
+def _without_false_progress(found: Comparison, gone: tuple[str, ...], before: Subject | None, after: Subject | None) -> Comparison:
+    """The same, but nothing is better if part of what was compared is gone, or nobody knows whether it is."""
+    judged = (found.verdict, *found.targets, *found.metrics, *found.intervals)
+    if (before is None or after is None) and any(change.direction == "better" for change in judged):
+        gone = (*gone, "a certificate does not hold its table, so nobody can see whether every group and context is still there")
+    if not gone:
+        return found
+
+    def told(change: Change) -> Change:
+        return replace(change, direction="not comparable") if change.direction == "better" else change
+
+    kinds = ("targets", "metrics", "intervals", "bounds")
+    changes: dict[str, Any] = {name: tuple(map(told, getattr(found, name))) for name in kinds}
+    return replace(found, verdict=told(found.verdict), gone=gone, **changes)
+
+
+def _gone(one: Mapping[str, Any], other: Mapping[str, Any], before: Subject | None, after: Subject | None) -> Iterator[str]:
+    """What the old certificate compared, and the new one does not, or not by itself."""
+    yield from _left_out(one.get("preparation", ()), other.get("preparation", ()))
+    if before is None or after is None:
+        return
+    was, now = before.law, after.law
+    for what in ("group", "context", "decision"):
+        first, second = (dict.fromkeys(getattr(law, f"{what}s")) for law in (was, now))
+        yield from _listed(f"{what} {shown(label)}" for label in map(_label, first.keys() - second.keys()))
+    old, new = _expectations(before), _expectations(after)
+    cells = [(x, a) for x, a in old if (x, a) not in new and x in now.contexts and a in now.groups]
+    yield from _listed(f"group {shown(_label(a))} in context {shown(_label(x))}" for x, a in cells)
+    for about, law in ((one, now), (other, was)):
+        for entry in about.get("preparation", ()):
+            if entry["step"] in ("mapped", "folded"):
+                own = {label for label in entry["from"] if label in _labels_of(law, entry["column"])}
+                for label in sorted(own - {entry["label"]}):
+                    into = f"counts as {shown(entry['label'])} in one and as a label of its own in the other"
+                    yield f"in column {shown(entry['column'])}, {shown(label)} {into}"
+
+
+def _listed(parts: Iterable[str], most: int = 3) -> Iterator[str]:
+    (*rest,) = sorted(parts)
+    yield from (f"{part} is not there any more" for part in rest[:most])
+    if len(rest) > most:
+        yield f"{len(rest) - most} more like it are not there any more"
+
+
+def _label(label: str | tuple[str, ...]) -> str:
+    return label if isinstance(label, str) else ", ".join(label)
+
+
+def _labels_of(law: Law, column: str) -> set[str]:
+    """Labels of a column, whatever its role."""
+    columns = law.columns
+    if column == columns.decision:
+        return set(law.decisions)
+    for names, labels in ((columns.group, law.groups), (columns.context, law.contexts)):
+        if column in names:
+            return {label[names.index(column)] for label in labels}
+    return set()
+
+
+def _left_out(one: Sequence[Mapping[str, Any]], other: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """More decisions were left out of the new log than of the old one, in proportion, or by number where there is no proportion."""
+    shares = []
+    for entries in (one, other):
+        found: dict[tuple[str, str], tuple[Fraction, str]] = {}
+        for entry in entries:
+            unit = next((unit for unit in ("decisions", "rows", "lines") if unit in entry), "")
+            if entry["step"] == "left out" and unit:
+                amount, of = Fraction(entry[unit]), Fraction(entry.get("of", 1))
+                text = f"{entry[unit]} of {entry['of']} {unit}" if "of" in entry else f"{entry[unit]} {unit}"
+                found[entry["reason"], unit] = (amount / of, f"{text} left out ({entry['reason']})")
+        shares.append(found)
+    for key, (share, text) in shares[1].items():
+        before, told = shares[0].get(key, (Fraction(0), "none before"))
+        if share > before:
+            yield f"{text}, {told}"
 
 
 def _worth(found: Subject) -> dict[str, Fraction]:

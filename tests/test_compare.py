@@ -42,7 +42,8 @@ def test_moves_are_exact(data: st.DataObject) -> None:
     one, two = (fa.certify(law, utility, max_local_ratio="5/4", confidence=None) for law in (first, second))
     found = compare(one.certificate.document, two.certificate.document)
     assert one.local is not None and two.local is not None
-    direction = "same" if one.local.ratio == two.local.ratio else "worse" if two.local.ratio > one.local.ratio else "better"
+    better = "not comparable" if found.gone else "better"
+    direction = "same" if one.local.ratio == two.local.ratio else "worse" if two.local.ratio > one.local.ratio else better
     assert found.metrics[0].direction == direction
     assert found.worse is (RANK[two.verdict] > RANK[one.verdict])
     for moved in found.cells:
@@ -114,6 +115,91 @@ def test_notes_say_what_is_not_comparable() -> None:
     assert [(m.old, m.new) for m in found.cells] == [(None, Fraction(1, 5))]
     hidden = compare(made(3, embed_table=False), made(4))
     assert hidden.cells == () and any("does not hold its table" in note for note in hidden.notes)
+
+
+def counts(rows: dict[tuple[str, str], tuple[int, int]], **options: Any) -> dict[str, Any]:
+    """A certificate about (context, group) -> (yes, no)."""
+    table: dict[str, list[Any]] = {"job": [], "sex": [], "answer": [], "n": []}
+    for (job, sex), (yes, no) in rows.items():
+        for answer, n in (("yes", yes), ("no", no)):
+            for name, value in zip(table, (job, sex, answer, n), strict=True):
+                table[name].append(value)
+    law = fa.Law.from_counts(table, decision="answer", group="sex", context="job", count="n")
+    return fa.certify(law, {"yes": 1}, **{"confidence": None, "max_local_ratio": 2, **options}).certificate.document
+
+
+OLD = {("cook", "f"): (90, 10), ("cook", "m"): (80, 20), ("cook", "x"): (20, 80), ("clean", "f"): (50, 50), ("clean", "m"): (50, 50)}
+
+
+@pytest.mark.parametrize(
+    ("new", "said"),
+    [
+        ({k: v for k, v in OLD.items() if k[1] != "x"}, "group 'x' is not there any more"),
+        ({k: v for k, v in OLD.items() if k[0] != "cook"}, "context 'cook' is not there any more"),
+        (
+            {("cook", "f"): (90, 10), ("cook", "m or x"): (100, 100), ("clean", "f"): (50, 50), ("clean", "m or x"): (50, 50)},
+            "group 'm' is",
+        ),
+        ({**{k: v for k, v in OLD.items() if k[1] != "x"}, ("clean", "x"): (50, 50)}, "group 'x' in context 'cook' is not there any more"),
+    ],
+)
+def test_what_is_gone_is_not_better(new: dict[Any, Any], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The worst group, or its context, is left out or merged into another: the verdict improves, fairness does not."""
+    old, now = counts(OLD), counts(new)
+    found = compare(old, now)
+    assert (found.verdict.old, found.verdict.new, found.verdict.direction) == ("exceeds", "within", "not comparable")
+    assert not found.worse and any(text.startswith(said) for text in found.gone)
+    assert "better" not in {c.direction for c in (*found.targets, *found.metrics, *found.intervals, *found.bounds)}
+    paths = [write(tmp_path, name, document) for name, document in (("old.json", old), ("new.json", now))]
+    for form in ("text", "markdown"):
+        assert command(["compare", *paths, "--format", form]) == 3
+        out = capsys.readouterr().out
+        assert "NOT COMPARABLE" in out and "BETTER" not in out and "better" not in out
+    assert command(["compare", *paths, "--format", "json"]) == 3
+    assert json.loads(capsys.readouterr().out)["not_comparable"] == list(found.gone)
+    assert command(["compare", *reversed(paths)]) == 1  # what comes and exceeds is worse
+    capsys.readouterr()
+
+
+def test_a_decision_that_is_gone_and_one_that_comes() -> None:
+    def made(decisions: dict[str, tuple[int, int]]) -> dict[str, Any]:
+        law = fa.Law.from_array([list(row) for row in zip(*decisions.values(), strict=True)], kind="counts", decisions=list(decisions))
+        return fa.certify(law, {"yes": 1}, confidence=None).certificate.document
+
+    three, two = made({"yes": (5, 5), "maybe": (4, 1), "no": (1, 4)}), made({"yes": (5, 4), "no": (5, 5)})
+    assert compare(three, two).gone == ("decision 'maybe' is not there any more",)
+    assert compare(two, three).gone == ()
+
+
+def test_what_was_prepared_differently_is_not_better() -> None:
+    new = {key: value for key, value in OLD.items() if key != ("cook", "x")} | {("cook", "x"): (80, 80)}
+
+    def prepared(rows: dict[Any, Any], *entries: dict[str, Any]) -> dict[str, Any]:
+        document = counts(rows)
+        return {**document, "subject": {**document["subject"], **({"preparation": list(entries)} if entries else {})}}
+
+    def left(n: int) -> dict[str, Any]:
+        return {"step": "left out", "reason": "missing label", "decisions": str(n), "of": "1300", "columns": {"sex": str(n)}}
+
+    folded = {"step": "folded", "column": "sex", "label": "f", "from": ["F"]}
+    merged = {"step": "mapped", "column": "sex", "label": "f", "from": ["x"]}
+    assert compare(prepared(OLD), prepared(new)).verdict.direction == "better"
+    assert compare(prepared(OLD, left(10)), prepared(new, left(10))).gone == ()
+    assert compare(prepared(OLD, left(10)), prepared(new, left(5))).gone == ()
+    for before, now, said in (
+        (prepared(OLD), prepared(new, left(1100)), "1100 of 1300 decisions left out (missing label), none before"),
+        (prepared(OLD, left(10)), prepared(new, left(1100)), "1100 of 1300 decisions left out (missing label), 10 of 1300 decisions"),
+        (prepared(OLD, merged), prepared(new), "in column 'sex', 'x' counts as 'f' in one and as a label of its own in the other"),
+    ):
+        found = compare(before, now)
+        assert found.verdict.direction == "not comparable" and any(text.startswith(said) for text in found.gone), found.gone
+    assert compare(prepared(OLD, folded), prepared(new)).gone == ()
+
+
+def test_tables_that_are_not_there_show_no_progress() -> None:
+    better = compare(counts(OLD, embed_table=False), counts({k: v for k, v in OLD.items() if k[1] != "x"}, embed_table=False))
+    assert better.verdict.direction == "not comparable" and "does not hold its table" in better.gone[0]
+    assert compare(counts(OLD, embed_table=False), counts(OLD)).gone == ()
 
 
 # The command

@@ -15,7 +15,8 @@ them exactly. Both are checked first, as `fairaudit verify` does."""
 
 EPILOG = """\
 exit codes: 0 no verdict got worse; 1 one did, or a target was dropped, loosened or judged with less certainty (with --fail-on rise also
-when a measure rose); 2 bad input, a certificate with a false statement, or certificates that cannot be compared
+when a measure rose); 2 bad input, a certificate with a false statement, or certificates that cannot be compared; 3 not comparable: a
+group, context or decision of the old certificate is not there any more, or more was left out
 
 examples:
   fairaudit compare last-week.json today.json
@@ -76,22 +77,31 @@ def run(arguments: argparse.Namespace) -> int:
     found = compare(*documents)
     write = {"text": _text, "json": _json, "markdown": _markdown}[arguments.format]
     put(write(found, [*said, *found.notes], arguments.top))
-    return 1 if found.worse or (arguments.fail_on == "rise" and found.risen) else 0
+    if found.worse or (arguments.fail_on == "rise" and found.risen):
+        return 1
+    return 3 if found.gone else 0
 
 
 def _headline(found: Comparison) -> str:
     if found.worse:
         return "WORSE: a verdict got worse, or a target was dropped or weakened"
+    if found.gone:
+        return "NOT COMPARABLE: " + "; ".join(found.gone)
     changes = [found.verdict, *found.targets]
     if any(change.direction == "better" for change in changes):
         return "BETTER: a verdict improved, none got worse"
     return "UNCHANGED verdicts"
 
 
+def _unsaid(found: Comparison) -> list[str]:
+    """What is gone, where the headline says that something got worse."""
+    return [f"not comparable: {text}" for text in found.gone] if found.worse else []
+
+
 def _text(found: Comparison, notes: list[str], top: int) -> str:
     from fairaudit.columns import plain
 
-    blocks = [_headline(found), _aligned([_row(found.verdict), *map(_row, found.targets)])]
+    blocks = [plain(_headline(found)), _aligned([_row(found.verdict), *map(_row, found.targets)])]
     for title, changes in (("Measures", found.metrics), ("Intervals for the population", found.intervals), ("Bounds", found.bounds)):
         shown = changes if title == "Measures" else tuple(c for c in changes if c.direction != "same")
         if shown:
@@ -101,6 +111,7 @@ def _text(found: Comparison, notes: list[str], top: int) -> str:
         more = len(found.cells) - top
         lines += [f"  … and {more} more"] if more > 0 else []
         blocks.append(f"{_moved(found)}\n" + "\n".join(lines))
+    notes = [*_unsaid(found), *notes]
     if notes:
         blocks.append("Keep in mind\n" + "\n".join(f"  - {plain(note)}" for note in notes))
     return "\n\n".join(blocks)
@@ -182,12 +193,14 @@ def _json(found: Comparison, notes: list[str], top: int) -> str:
             for m in found.cells[:top]
         ],
         "moved_in_all": len(found.cells),
+        **({"not_comparable": list(found.gone)} if found.gone else {}),
         "notes": notes,
     }
     return json.dumps(document, ensure_ascii=True, indent=1)
 
 
 def _markdown(found: Comparison, notes: list[str], top: int) -> str:
+    from fairaudit.columns import plain
     from fairaudit.report.markdown import code, prose, table
 
     def rows(changes: tuple[Change, ...]) -> list[tuple[str, ...]]:
@@ -197,7 +210,11 @@ def _markdown(found: Comparison, notes: list[str], top: int) -> str:
         ]
 
     head = ("what", "before", "now", "change", "note")
-    blocks = [f"## Fairness: {_headline(found)}", table(head, rows((found.verdict, *found.targets))), table(head, rows(found.metrics))]
+    blocks = [
+        f"## Fairness: {prose(plain(_headline(found)))}",
+        table(head, rows((found.verdict, *found.targets))),
+        table(head, rows(found.metrics)),
+    ]
     others = (*found.intervals, *(c for c in found.bounds if c.direction != "same"))
     if others:
         blocks.append(f"### Intervals and bounds\n\n{table(head, rows(others))}")
@@ -206,8 +223,7 @@ def _markdown(found: Comparison, notes: list[str], top: int) -> str:
         blocks.append(f"### {_moved(found)}\n\n{table(('group', 'before', 'now'), lines)}")
         if len(found.cells) > top:
             blocks.append(f"… and {len(found.cells) - top} more")
+    notes = [*_unsaid(found), *notes]
     if notes:
-        from fairaudit.columns import plain
-
         blocks.append("### Keep in mind\n\n" + "\n".join(f"* {prose(plain(note))}" for note in notes))
     return "\n\n".join(blocks)
