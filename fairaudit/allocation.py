@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from math import comb, exp, factorial, log, log1p
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ from fairaudit.law import Law
 __all__ = ["Allocation", "read_allocation"]
 
 CHOSEN, NOT_CHOSEN = "chosen", "not chosen"
+FALSE_ALARM = 1 / 1000
+FEW_ORDERS = 5_040
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,8 @@ class Allocation:
         Greatest difference, over profiles and slots, between the share of a profile's runs in which it stood in the slot and 1/n: 0 for
         perfect counterbalancing, about 1 when slots were fixed.
     warnings : tuple of str
-        What stands against reading the profile effect as one of the profile.
+        What stands against reading the profile effect as one of the profile, and against a uniformly random order, which T10 needs. A
+        log whose orders are drawn so gets a warning of the latter kind with probability at most 1/1,000.
     """
 
     position: Law
@@ -102,6 +106,7 @@ def read_allocation(
     position: Counter[tuple[Any, ...]] = Counter()
     profile: Counter[tuple[Any, ...]] = Counter()
     by_position: Counter[tuple[Any, ...]] = Counter()
+    orders: Counter[tuple[tuple[str, ...], tuple[str, ...]]] = Counter()
     stood: Counter[tuple[str, int]] = Counter()
     size = 0
     for i, count in enumerate(counts):
@@ -117,6 +122,7 @@ def read_allocation(
                 f"column {shown(winner)}, {where(i)}: {shown(chosen)} was chosen but is not among the candidates {shown(order)}"
             )
         x = tuple(texts[i] for texts in labels)
+        orders[x, tuple(order)] += count
         for slot, person in enumerate(order, 1):
             decision = CHOSEN if person == chosen else NOT_CHOSEN
             position[(*x, slot, decision)] += count
@@ -136,7 +142,7 @@ def read_allocation(
         runs=sum(counts),
         slots=size,
         imbalance=imbalance,
-        warnings=tuple(_warnings(stood, appearances, size, imbalance)),
+        warnings=(*_warnings(stood, appearances, size, imbalance), *_order_warnings(orders, size)),
     )
 
 
@@ -194,3 +200,43 @@ def _warnings(stood: Counter[tuple[str, int]], appearances: Counter[str], size: 
             "the profile effect may be mixed with that of the slot"
         )
     return found
+
+
+def _order_warnings(orders: Counter[tuple[tuple[str, ...], tuple[str, ...]]], size: int) -> list[str]:
+    """Whether some orders of the candidates came too seldom, or too often, for orders drawn uniformly from all n!.
+
+    Looked at are the runs of each context, and those of them that showed the same candidates; where candidates differ, an order is that
+    of their names. In N uniform draws from n! orders
+
+    * at most D different ones come with probability at most C(n!, D)·(D/n!)^N, and C(n!, D) is at most (e·n!/D)^D;
+    * one of them comes as often as c times (or as seldom) with probability at most n!·e^(−N·KL(c/N, 1/n!)).
+    """
+    pools: dict[Any, Counter[tuple[Any, ...]]] = {}
+    for (x, order), count in orders.items():
+        place = {person: k for k, person in enumerate(sorted(order))}
+        pattern = tuple(place[person] for person in order)
+        for pool in ((x, frozenset(order)), (x,)):
+            pools.setdefault(pool, Counter())[pattern] += count
+    worst = min(((_order_probability(counts, factorial(size)), counts) for counts in pools.values()), key=lambda found: found[0])
+    if worst[0] > log(FALSE_ALARM / (3 * len(pools))):
+        return []
+    counts = worst[1]
+    missing = factorial(size) - len(counts)
+    said = f"{len(counts)} of the {factorial(size)} orders occurred" if missing else f"one came {max(counts.values())} times"
+    where = f"{said} in {sum(counts.values())} runs{' of one context' if len({pool[0] for pool in pools}) > 1 else ''}"
+    return [f"the order of the candidates was not drawn uniformly from all orders: {where}; no bound for a random order applies"]
+
+
+def _order_probability(counts: Counter[tuple[Any, ...]], possible: int) -> float:
+    """Logarithm of a bound on the probability of orders that are as few, or as uneven, as these."""
+    runs, different = sum(counts.values()), len(counts)
+    ways = log(comb(possible, different)) if possible <= FEW_ORDERS else different * (1 + log(possible) - log(different))
+    few = ways + runs * (log(different) - log(possible))
+    extremes = [max(counts.values()), min(counts.values()) if different == possible else 0]
+    return min(few, *(log(possible) - runs * _divergence(count / runs, log(possible)) for count in extremes))
+
+
+def _divergence(p: float, surprise: float) -> float:
+    """Relative entropy of a coin of probability p to one of probability e^(−surprise), in nats."""
+    ends = (p * (log(p) + surprise) if p else 0.0, (1 - p) * (log1p(-p) - log1p(-exp(-surprise))) if p < 1 else 0.0)
+    return sum(ends)

@@ -109,7 +109,9 @@ def _text(found: Allocation, profile: Result, position: Result, within: Result, 
     if within.local is not None:
         worst = f"R = {approximate(within.local.ratio)} ({plain(_where(within.local))})"
         blocks.append(f"Profile effect within a slot, the worst: {worst}; small counts vary by chance")
-    if bound is not None:
+    if bound is not None and found.warnings:
+        blocks.append("No bound for a random order (T10) is given, because the log speaks against one: see the warnings.")
+    elif bound is not None:
         said = f"the chances of two persons differ by at most a factor {approximate(bound.value)} (T10)."
         judge = [f"  - {plain(text)}" for text in bound.assumptions]
         blocks.append("\n".join([f"If every profile passes a filter with this e^ε and the order is drawn at random, {said}", *judge]))
@@ -161,5 +163,5 @@ def _json(found: Allocation, profile: Result, position: Result, within: Result, 
         "position": effect(position),
         "profile": effect(profile),
         "profile_within_slot": measure_entry(within.local) if within.local else None,
-        "random_order_bound": None if bound is None else number(bound.value),
+        "random_order_bound": None if bound is None or found.warnings else number(bound.value),
     }
