@@ -39,6 +39,7 @@ _HOME = {
     "example": "fairaudit.tables.examples",
     "certify_worst_case": "fairaudit.worst_utility_certificate",
     "frontier": "fairaudit.filter_design",
+    "merge_labels": "fairaudit.tables.labels",
     "policy_source": "fairaudit.policy",
     "pure_dp": "fairaudit.privacy",
     "read_allocation": "fairaudit.allocation",
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     from fairaudit.tables.csv import read_csv as read_csv
     from fairaudit.tables.engines import read_log as read_log
     from fairaudit.tables.examples import example as example
+    from fairaudit.tables.labels import merge_labels as merge_labels
     from fairaudit.tables.mechanisms import read_mechanism as read_mechanism
     from fairaudit.utility import Utility as Utility
     from fairaudit.utility_class import UtilityClass as UtilityClass

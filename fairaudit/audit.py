@@ -39,6 +39,7 @@ from fairaudit.limits import MEASURED, Limit, Quantity, Unit, limits_of, without
 from fairaudit.mechanism import Mechanism
 from fairaudit.monitor.bounds import Arrivals, stream_interval
 from fairaudit.policy import Deployment, Policy
+from fairaudit.preparation import Entry
 from fairaudit.privacy import exp_epsilon
 from fairaudit.rates import NAMES, Difference, GivenTruth, Rate, given_truth
 from fairaudit.sampling import (
@@ -71,6 +72,7 @@ from fairaudit.sentences import (
     sizes,
     words_for,
 )
+from fairaudit.tables.labels import spellings
 from fairaudit.utility import Utility, UtilityTable
 
 if TYPE_CHECKING:
@@ -285,6 +287,24 @@ class Result:
         within = {PARITY_WITHIN: self.equalized_odds} if columns.context else {}
         return {**within, "demographic parity": self.demographic_parity}
 
+    @property
+    def preparation(self) -> tuple[Entry, ...]:
+        """What was done to the log before it was counted."""
+        return self.law.preparation
+
+    @cached_property
+    def spellings(self) -> tuple[dict[str, Any], ...]:
+        """Labels of one column that differ in spelling alone, as a certificate lists them."""
+        law = self.deployment.policy.law if self.deployment else self.law
+        columns = self.passed.columns if self.passed else law.columns
+        contexts = self.passed.table.header["contexts"] if self.passed else law.contexts
+        listed: list[tuple[str, list[str]]] = [(columns.decision, list(law.decisions))]
+        for names, labels in ((columns.group, law.groups), (columns.context, contexts)):
+            listed += [(name, list(dict.fromkeys(label[i] for label in labels))) for i, name in enumerate(names)]
+        if law.truth is not None and columns.truth is not None:
+            listed.append((columns.truth, list(law.truth.labels)))
+        return spellings(listed)
+
     def _repr_html_(self) -> str:
         """What a notebook shows: verdict, sentence and figures."""
         rows = []
@@ -441,6 +461,10 @@ class Result:
             "verdict": self.verdict,
             "versions": {"fairaudit": __version__},
         }
+        if self.preparation:
+            document["subject"]["preparation"] = [dict(entry) for entry in self.preparation]
+        if self.spellings:
+            document["subject"]["spellings"] = list(self.spellings)
         if self.intervals:
             document["intervals"] = {
                 quantity: _interval_entry(interval, self.comparisons.get(quantity), law if quantity == "local" else None)

@@ -28,6 +28,7 @@ import os
 import re
 import struct
 import sys
+import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -1074,6 +1075,8 @@ class Policy:
     by_context: list[list[Law]]
     unfiltered: Table | None
     draws: list[list[int]]
+    header: Header  # with the labels of the policy's own rows
+    drawn: int  # all draws together, also for what is never released
 
 
 class _PolicyRows(_Rows):
@@ -1151,7 +1154,10 @@ class _PolicyRows(_Rows):
         induced = chain.from_iterable(_mixed(laws, self.group.maps) for laws in by_context)
         raw = self._rows_of(self.true.contexts, self.true.groups)  # in the order of the true cells
         unfiltered = self._table((self.laws[place] for place in raw.values()), given, "", None) if len(raw) == n else None
-        return self._table(induced, given, digest, Policy(self.group, self.context, rows, by_context, unfiltered, draws))
+        drawn = sum(self.draws.values())
+        return self._table(
+            induced, given, digest, Policy(self.group, self.context, rows, by_context, unfiltered, draws, self.header, drawn)
+        )
 
     def _table(
         self, laws: Iterable[Law], given: Sequence[tuple[Rational, Sequence[Rational | None]]], digest: str, policy: Policy | None
@@ -1748,6 +1754,8 @@ class Certificate:
     positive: Positive | None  # this, the rates, and some metrics are of counts with true labels
     rates: dict[str, list[dict[str, object]] | None]
     differences: "dict[str, DifferenceInterval]"  # intervals, by metric
+    preparation: "tuple[Step, ...]"
+    spellings: tuple[tuple[str, Labels], ...]
 
 
 LAW = "this law"
@@ -3595,13 +3603,15 @@ PAST = "given everything recorded before it, each decision has the expected util
 OWN_PAST = "given the earlier decisions that count in its context and group, each such decision has their expected utility as its mean"
 MIX = "whatever came before, the context of a group's next decision has the same distribution, and so its expected utility stays the same"
 ORDER = "which contexts and groups appear, and in what order they first do, does not depend on how decisions come out"
-# About what was counted: all claims of a certificate list the same ones.
-LEFT_OUT = (
-    re.compile(
-        "(?:0|[1-9][0-9]*) of [1-9][0-9]* rows have a missing label and were left out; they are taken to be no different from the others"
-    ),
-    re.compile("lines of the log could not be counted; they are taken to be no different from the others"),
+# About what was left out of the log: all claims of a certificate list the same ones.
+DECISIONS_LEFT_OUT = (
+    "{decisions} of {of} decisions have a missing label and were left out; they are taken to be no different from the others"
 )
+ROWS_LEFT_OUT = "{rows} of {of} rows have a missing label and were left out; they are taken to be no different from the others"
+LINES_LEFT_OUT = (
+    "{lines} lines of the log could not be counted and were left out ({reason}); they are taken to be no different from the others"
+)
+LEFT_OUT = re.compile(".*(?:were left out|could not be counted).*", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -3645,8 +3655,7 @@ def _assumed_by_interval(interval: "Interval", table: Table) -> Sentences:
 
 def _check_assumptions(stated: Certificate, table: Table) -> None:
     """Refuse a true certificate that keeps from the reader what it rests on, or lists what its claims do not rest on."""
-    listed = dict.fromkeys(text for claim in stated.claims for text in claim.assumptions)
-    counted = [text for text in listed if any(pattern.fullmatch(text) for pattern in LEFT_OUT)]
+    counted = [step.sentence for step in stated.preparation if step.sentence]
     for i, claim in enumerate(stated.claims):
         sentences = _sentences(claim, stated, table)
         quantity, relation, by, scope = claim.key
@@ -3658,12 +3667,249 @@ def _check_assumptions(stated: Certificate, table: Table) -> None:
         for text, times in (own - Counter({*sentences.needed, *sentences.allowed, *counted})).items():
             if own[text] > times:
                 raise _malformed(named, f"lists the assumption {shown(text)} twice")
+            if LEFT_OUT.fullmatch(text):
+                raise Incomplete(printable(f"subject.preparation does not say what was left out, and {named} assumes {shown(text)}"))
             raise _malformed(named, f"lists {shown(text)}, which is no assumption of such a claim")
     for name in (*stated.intervals, *stated.differences):
         if not any(_is_about_population(claim.key) and claim.key[0] in (name, f"{name}_ratio") for claim in stated.claims):
             raise Incomplete(f"there is no claim about intervals.{name} that states what it assumes")
     if table.policy is not None and not stated.claims:
         raise Incomplete("there is no claim that states what the figures of a policy behind filters assume")
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What was done to the log before it was counted, and labels that differ in spelling alone
+
+STEPS = ("intervals", "mapped", "folded", "left out", "level")
+REASONS = ("unreadable line", "missing label", "unusable value", "unknown reason")  # why lines of a log could not be counted
+
+
+@dataclass(frozen=True)
+class Step:
+    """One entry of ``subject.preparation``."""
+
+    step: str
+    column: str = ""
+    edges: tuple[Rational, ...] = ()
+    label: str = ""
+    former: Labels = ()
+    reason: str = ""
+    unit: str = ""  # of the amounts: decisions, rows (of a table of probabilities) or lines (of a log)
+    amount: Rational = ZERO
+    of: Rational = ZERO
+    columns: tuple[tuple[str, Rational], ...] = ()
+    sentence: str = ""  # what every claim has to assume
+
+
+def _read_preparation(value: object, where: str, subject: Subject) -> tuple[Step, ...]:
+    steps = tuple(_read_step(item, f"{where}[{i}]", subject.columns) for i, item in enumerate(_list(value, where)))
+    if not steps:
+        raise _malformed(where, "must not be empty")
+    names = _names(subject.columns)
+    places = [(STEPS.index(s.step), names.index(s.column) if s.column else -1, s.label, s.unit, _reason_rank(s)) for s in steps]
+    if any(one >= other for one, other in pairwise(places)):
+        raise _malformed(where, "is not in the order of steps, columns and labels, each once")
+    return steps
+
+
+def _names(columns: Columns) -> tuple[str, ...]:
+    return (columns.decision, *columns.group, *columns.context, *([] if columns.truth is None else [columns.truth]))
+
+
+def _reason_rank(step: Step) -> int:
+    return REASONS.index(step.reason) if step.unit == "lines" else -1
+
+
+def _read_step(value: object, where: str, columns: Columns) -> Step:
+    name = _one_of(value.get("step"), f"{where}.step", STEPS) if isinstance(value, dict) else STEPS[0]
+    units = [unit for unit in ("decisions", "rows", "lines") if isinstance(value, dict) and unit in value]
+    unit = units[0] if units else "decisions"
+    if name == "left out":
+        keys = ("step", "reason", "lines") if unit == "lines" else ("step", "reason", unit, "of", "columns")
+        members = _object(value, where, keys)
+        reason = _one_of(members["reason"], f"{where}.reason", REASONS if unit == "lines" else ("missing label",))
+        amount = _read_amount(members[unit], f"{where}.{unit}", unit)
+        template = {"decisions": DECISIONS_LEFT_OUT, "rows": ROWS_LEFT_OUT, "lines": LINES_LEFT_OUT}[unit]
+        sentence = template.format(**members)
+        if unit == "lines":
+            return Step(name, reason=reason, unit=unit, amount=amount, sentence=sentence)
+        of = _read_amount(members["of"], f"{where}.of", unit)
+        listed = _object(members["columns"], f"{where}.columns", (), optional=_names(columns))
+        by_column = tuple((column, _read_amount(item, f"{where}.columns[{shown(column)}]", unit)) for column, item in listed.items())
+        return Step(name, reason=reason, unit=unit, amount=amount, of=of, columns=by_column, sentence=sentence)
+    shapes = {"intervals": ("step", "column", "edges"), "level": ("step", "column", "label", unit)}
+    members = _object(value, where, shapes.get(name, ("step", "column", "label", "from")))
+    column = _one_of(members["column"], f"{where}.column", _names(columns))
+    if name == "intervals":
+        edges = tuple(_rational(item, f"{where}.edges[{i}]") for i, item in enumerate(_list(members["edges"], f"{where}.edges")))
+        if not edges or any(_at_most(other, one) for one, other in pairwise(edges)):
+            raise _malformed(f"{where}.edges", "must rise")
+        return Step(name, column, edges)
+    label = _string(members["label"], f"{where}.label")
+    if name == "level":
+        return Step(name, column, label=label, unit=unit, amount=_read_amount(members[unit], f"{where}.{unit}", unit))
+    former = _strings(members["from"], f"{where}.from")
+    if not former or list(former) != sorted(set(former)) or label in former:
+        raise _malformed(f"{where}.from", "must be other labels in the order of their code points, each once")
+    return Step(name, column, label=label, former=former)
+
+
+def _read_amount(value: object, where: str, unit: str) -> Rational:
+    amount = _rational(value, where, nonnegative=True)
+    if amount[0] == 0 or (unit != "decisions" and amount[1] != 1):
+        raise _malformed(where, f"must be {'positive' if unit == 'decisions' else 'a positive integer'}, not {shown(amount)}")
+    return amount
+
+
+def _read_spellings(value: object, where: str) -> tuple[tuple[str, Labels], ...]:
+    entries = [_object(item, f"{where}[{i}]", ("column", "labels")) for i, item in enumerate(_list(value, where))]
+    if not entries:
+        raise _malformed(where, "must not be empty")
+    return tuple(
+        (_string(e["column"], f"{where}[{i}].column"), _strings(e["labels"], f"{where}[{i}].labels")) for i, e in enumerate(entries)
+    )
+
+
+def _labels_by_column(header: Header) -> dict[str, list[str]]:
+    columns = header.subject.columns
+    found = {columns.decision: list(header.decisions)}
+    for names, labels in ((columns.group, header.groups), (columns.context, header.contexts)):
+        found |= {name: list(dict.fromkeys(label[i] for label in labels)) for i, name in enumerate(names)}
+    return found if columns.truth is None else found | {columns.truth: list(header.truths or ())}
+
+
+def _folded(text: str) -> str:
+    """What labels have in common that differ in case, blanks or Unicode form alone: canonical caseless matching, single blanks."""
+    decomposed = unicodedata.normalize("NFD", unicodedata.normalize("NFD", text).casefold())
+    return " ".join(decomposed.split())
+
+
+def _is_settled(text: str) -> bool:
+    """Whether Unicode 3.2 assigns every code point: of those no later version changes the case or the normal forms."""
+    return all(unicodedata.ucd_3_2_0.category(character) != "Cn" for character in text)
+
+
+_NUMBER = re.compile(r"([+-]?)(?:([0-9]+)(?:\.([0-9]*))?|\.([0-9]+))(?:e([+-]?[0-9]{1,4}))?")
+
+
+def _spelling(text: str) -> tuple[str, ...]:
+    """What spellings of one label have in common: the number that they say, or else what is folded."""
+    folded = _folded(text)
+    match = _NUMBER.fullmatch(folded)
+    if match is None:
+        return (folded,)
+    sign, whole, decimals, only, power = match.groups()
+    fraction = decimals or only or ""
+    digits = ((whole or "") + fraction).lstrip("0")
+    shortened = digits.rstrip("0")
+    exponent = int(power or 0) - len(fraction) + len(digits) - len(shortened)
+    return ("a number", "-" if sign == "-" else "", shortened, str(exponent)) if shortened else ("a number", "0")
+
+
+def spellings(header: Header) -> Iterator[tuple[str, Labels]]:
+    """List labels of one column that are spellings of one label."""
+    for column, labels in _labels_by_column(header).items():
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for label in labels:
+            if _is_settled(label):
+                alike.setdefault(_spelling(label), []).append(label)
+        yield from sorted((column, tuple(sorted(several))) for several in alike.values() if len(several) > 1)
+
+
+def _check_spellings(stated: Certificate, table: Table) -> Iterator[Finding]:
+    header = table.header if table.policy is None else table.policy.header
+    actual = tuple(spellings(header))
+    if actual and not stated.spellings:
+        column, labels = actual[0]
+        raise Incomplete(
+            printable(f'subject lacks the key "spellings": the labels {shown(labels)} of column {shown(column)} differ in spelling alone')
+        )
+    if stated.spellings:
+        yield _compared("subject.spellings", stated.spellings, actual)
+
+
+def _check_preparation(stated: Certificate, table: Table) -> Iterator[Finding]:
+    header = table.header if table.policy is None else table.policy.header
+    present = {column: set(labels) for column, labels in _labels_by_column(header).items()}
+    for i, step in enumerate(stated.preparation):
+        fault = _fault_of_step(step, stated.preparation, present, table)
+        what = step.sentence.partition(";")[0] or f"{step.step} {shown(step.column)} {shown(step.label or step.edges)}"
+        yield _finding(f"subject.preparation[{i}]: {what}", not fault, fault)
+
+
+def _fault_of_step(step: Step, steps: Sequence[Step], present: Mapping[str, set[str]], table: Table) -> str:
+    """Say what in the table contradicts an entry; what the log was like before nobody can see from it."""
+    sampled = table.header.subject.kind == "counts" or (table.policy is not None and table.policy.drawn > 0)
+    if step.unit in ("decisions", "rows") and (step.unit == "decisions") != sampled:
+        return f"the table is {'counted' if sampled else 'not counted'}"
+    if step.step == "left out":
+        return "" if step.unit == "lines" else _fault_of_left_out(step, table)
+    labels = present[step.column]
+    if step.step == "intervals":
+        written = {s.label for s in steps if s.column == step.column and s.step != "intervals"}
+        other = next((label for label in sorted(labels - written) if label not in _interval_labels(step.edges)), None)
+        return "" if other is None else f"the label {shown(other)} is none of these intervals"
+    if step.label not in labels:
+        return f"the table has no label {shown(step.label)} in this column"
+    if step.step == "level":
+        amount = _amount_of_label(step, table)
+        return "" if amount in (None, step.amount) else f"the table gives {shown(amount)}"
+    new = {s.label for s in steps if s.column == step.column and s.step == "mapped"} if step.step == "mapped" else set()
+    for former in step.former:
+        if former in labels and former not in new:
+            return f"the table still has the label {shown(former)}"
+        if step.step == "folded" and _is_settled(former + step.label) and _folded(former) != _folded(step.label):
+            return f"{shown(former)} differs in more than case, blanks or Unicode form"
+    return ""
+
+
+def _fault_of_left_out(step: Step, table: Table) -> str:
+    amounts = [amount for _, amount in step.columns]
+    if not amounts or not all(_at_most(amount, step.amount) for amount in amounts) or not _at_most(step.amount, _sum(amounts)):
+        return "the amounts of the columns do not make up the whole"
+    kept = _sum([step.of, (-step.amount[0], step.amount[1])])
+    if step.unit == "rows":
+        most = table.rows * len(table.header.decisions)
+        return "" if 0 < kept[0] <= most else f"the table has at most {most} rows"
+    total = _sum(table.figures.masses()) if table.policy is None else (table.policy.drawn, 1)
+    return "" if kept == total else f"the table gives {shown(total)} decisions that are left"
+
+
+def _interval_labels(edges: Sequence[Rational]) -> set[str]:
+    """Labels of the intervals between edges, which hold their lower edge."""
+    texts = [_finite_decimal(edge) for edge in edges]
+    between = {f"{low} to under {high}" for low, high in pairwise(texts)}
+    return {f"under {texts[0]}", *between, f"{texts[-1]} and over"}
+
+
+def _finite_decimal(value: Rational) -> str:
+    """Write a rational with finitely many decimals (at most 30) as these; others are in no label."""
+    numerator, denominator = value
+    places = next((n for n in range(31) if 10**n % denominator == 0), None)
+    if places is None:
+        return ""
+    digits = _shown_rational(abs(numerator) * 10**places // denominator, 1).rjust(places + 1, "0")
+    text = f"{digits[:-places]}.{digits[-places:]}" if places else digits
+    return f"-{text}" if numerator < 0 else text
+
+
+def _amount_of_label(step: Step, table: Table) -> Rational | None:
+    """Count the decisions with a label in a column; nothing where decisions are not counted by true cells."""
+    header = table.header
+    columns = header.subject.columns
+    if header.subject.kind != "counts" or step.column == columns.truth:
+        return None
+    amounts: list[Rational] = [ZERO]
+    for cell in table.cells:
+        if step.column == columns.decision:
+            weight = cell.law[0][header.decisions.index(step.label)]
+            amounts.append(_product([cell.mass, (weight, cell.law[1])]))
+        else:
+            group = step.column in columns.group
+            names, label = (columns.group, header.groups[cell.group]) if group else (columns.context, header.contexts[cell.context])
+            if label[names.index(step.column)] == step.label:
+                amounts.append(cell.mass)
+    return _sum(amounts)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -3855,7 +4101,8 @@ def _read_certificate(raw: bytes) -> Certificate:
     of_policy = _is_about_policy(top["subject"])
     keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy
     keys_of_subject += ["positive"] * _has_truth(top["subject"])
-    about = _object(top["subject"], "subject", keys_of_subject, optional=() if of_policy else ("class",))
+    also = ("preparation", "spellings") if of_policy else ("class", "preparation", "spellings")
+    about = _object(top["subject"], "subject", keys_of_subject, optional=also)
     utilities = _read_class(about["class"], "subject.class") if "class" in about else None
     parameters = None if utilities is None or utilities.family is None else len(utilities.family.lower)
     subject = _read_subject(about, "subject")
@@ -3897,6 +4144,8 @@ def _read_certificate(raw: bytes) -> Certificate:
         _read_positive(about["positive"], "subject.positive") if "positive" in about else None,
         {name: _read_rates(metrics[name], f"metrics.{name}", subject.columns) for name in rates},
         of_differences,
+        _read_preparation(about["preparation"], "subject.preparation", subject) if "preparation" in about else (),
+        _read_spellings(about["spellings"], "subject.spellings") if "spellings" in about else (),
     )
 
 
@@ -4098,7 +4347,9 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     """
     stated = _read_certificate(certificate)
     findings: list[Finding] = []
-    keep = stated.utilities is not None or bool(stated.intervals)  # else the figures of a plain table are all that is needed of it
+    keep = (
+        stated.utilities is not None or bool(stated.intervals) or any(step.step == "level" for step in stated.preparation)
+    )  # else the figures of a plain table are all that is needed of it
     if stated.embedded is not None:
         names = chain(["subject.table.header"], (f"subject.table.rows[{i}]" for i in range(len(stated.embedded) - 1)))
         law = _read_table(((name, value, None) for name, value in zip(names, stated.embedded, strict=True)), keep, stated.positive)
@@ -4114,6 +4365,8 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     program = None if stated.utilities is None else Program(stated.utilities, law)
     metrics = measure(law)
     findings += _check_subject(stated, law)
+    findings += _check_spellings(stated, law)
+    findings += _check_preparation(stated, law)
     if program is not None:
         findings.append(_check_class(stated, program, metrics))
     if law.given is not None:

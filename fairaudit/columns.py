@@ -10,6 +10,7 @@ from array import array
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
+from fractions import Fraction
 from itertools import islice
 from typing import Any, Literal
 
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.exact import MAX_EXPONENT, InputError, common_denominator, nearest, rational, shown
+from fairaudit.preparation import Entry, Unit, in_order, left_out, level, words
 
 __all__ = [
     "CodedTable",
@@ -65,6 +67,8 @@ class Tally:
         What was noticed while reading.
     find : callable or None
         Says where a distinct row, given by its position, occurs first: ``line 5``.
+    preparation : tuple of mapping
+        What was done to the log before it was counted (`fairaudit.preparation`).
 
     Examples
     --------
@@ -79,6 +83,7 @@ class Tally:
     counts: NDArray[np.int64]
     notes: tuple[str, ...] = ()
     find: Callable[[Tally, int], str] | None = field(default=None, repr=False)
+    preparation: tuple[Entry, ...] = ()
 
     @staticmethod
     def of(
@@ -161,8 +166,10 @@ class CodedTable:
         Codes of the true labels, and what they stand for.
     locate : callable
         Maps a row's position to words for a message.
-    notes, assumptions : tuple of str
-        What was done to rows with missing labels.
+    notes : tuple of str
+        What was done to rows with missing labels, in words.
+    preparation : tuple of mapping
+        What was done to the table before it was counted.
     """
 
     codes: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
@@ -173,9 +180,9 @@ class CodedTable:
     values: dict[str, list[Any]]
     locate: Locate
     notes: tuple[str, ...]
-    assumptions: tuple[str, ...]
     units: tuple[tuple[NDArray[np.int64], list[str]], ...] = ()
     truth: tuple[NDArray[np.int64], list[str]] | None = None
+    preparation: tuple[Entry, ...] = ()
 
 
 def read_columns(
@@ -189,6 +196,8 @@ def read_columns(
     *,
     ordered: bool = False,
     truth: str | None = None,
+    count: str | None = None,
+    measured_in: Unit = "decisions",
 ) -> CodedTable:
     """Read decision, group and context columns as codes, and fetch others.
 
@@ -208,6 +217,10 @@ def read_columns(
         Whether labels are sorted (by code point) instead of listed as they appear.
     truth : str, optional
         Column of the true label.
+    count : str, optional
+        The column among `others` that says how many decisions a row stands for.
+    measured_in : {"decisions", "rows"}
+        What is left out: decisions, or rows of a table of probabilities.
 
     Returns
     -------
@@ -226,11 +239,14 @@ def read_columns(
     if missing not in ("error", "drop", "group"):
         raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop' or 'group'")
     coded = {name: _encoded(table, lists[name], name, where) for name in labelled}
-    notes: list[str] = []
-    for name in labelled:
-        coded[name], note = _missing_labels(*coded[name], name, missing, where, counts)
-        notes += note
     values = {name: lists[name] for name in others}
+    absent = {name: codes < 0 for name, (codes, _) in coded.items()}
+    weighed = _Weights(counts, None if count is None else values[count], count or "", np.all(list(absent.values()), axis=0), where)
+    done: list[Entry] = []
+    for name in labelled:
+        coded[name] = _missing_labels(*coded[name], name, missing, where, counts)
+        if missing == "group" and (amount := weighed(absent[name])):
+            done.append(level(name, MISSING_LABEL, measured_in, amount))
     rows = len(lists[decision])
     units = label_codes(table, unit, where)
     for name, (codes, _) in zip(unit, units, strict=True):
@@ -239,16 +255,13 @@ def read_columns(
         if len(codes) != rows:
             raise InputError(f"column {shown(name)} has {len(codes)} values and column {shown(decision)} {rows}; they must be equally long")
     keep = np.all([codes >= 0 for codes, _ in coded.values()], axis=0)
-    assumptions: tuple[str, ...] = ()
     if not keep.all():
         kept = np.flatnonzero(keep).tolist()
         if not kept:
             raise InputError("every row has a missing label; nothing is left to audit")
-        total = int(counts.sum())
+        if amount := weighed(~keep):
+            done.append(left_out(measured_in, amount, weighed(keep) + amount, {name: weighed(absent[name]) for name in labelled}))
         counts = counts[keep]
-        said = f"{total - int(counts.sum())} of {total} rows have a missing label and were left out"
-        notes.append(said)
-        assumptions = (f"{said}; they are taken to be no different from the others",)
         coded = {name: _recode(codes[keep], texts) for name, (codes, texts) in coded.items()}
         values = {name: [cells[i] for i in kept] for name, cells in values.items()}
         units = [_recode(codes[keep], texts) if (codes[keep] >= 0).all() else (codes[keep], texts) for codes, texts in units]
@@ -258,6 +271,8 @@ def read_columns(
             return everywhere(kept[position])
 
         rows = len(kept)
+    notes = tuple(map(words, done))
+    preparation = in_order((*getattr(table, "preparation", ()), *done), labelled, {name: texts for name, (_, texts) in coded.items()})
     u, decisions = coded[decision]
     x, contexts = combine([coded[name] for name in context], rows)
     a, groups = combine([coded[name] for name in group], rows)
@@ -265,7 +280,33 @@ def read_columns(
     if ordered:
         (u, decisions), (x, contexts), (a, groups) = _sorted(u, decisions), _sorted(x, contexts), _sorted(a, groups)
         true = true and _sorted(*true)
-    return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, tuple(notes), assumptions, tuple(units), true)
+    return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, notes, tuple(units), true, preparation)
+
+
+@dataclass(frozen=True)
+class _Weights:
+    """How many decisions rows stand for, where that is asked: as many as a column says, or else one for each row of the log.
+
+    Blank rows, which have no label and no number either, stand for none.
+    """
+
+    counts: NDArray[np.int64]
+    values: list[Any] | None
+    column: str
+    unlabelled: NDArray[np.bool_]
+    locate: Locate
+
+    def __call__(self, rows: NDArray[np.bool_]) -> Fraction:
+        values = self.values
+        if values is None:
+            return Fraction(int(self.counts[rows].sum()))
+        places = [i for i in np.flatnonzero(rows).tolist() if not self.unlabelled[i] or label_text(values[i]) is not None]
+        if not places:
+            return Fraction(0)
+        listed, scale = numbers([values[i] for i in places], self.column, lambda position: self.locate(places[position]))
+        if listed.dtype.kind == "f":
+            listed, scale = exact_floats(listed)
+        return Fraction(sum(n * times for n, times in zip(listed.tolist(), self.counts[places].tolist(), strict=True)), scale)
 
 
 def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[str, Any]:
@@ -287,22 +328,20 @@ def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[s
 
 def _missing_labels(
     codes: NDArray[np.int64], texts: list[str], name: str, missing: Missing, where: Locate, counts: NDArray[np.int64]
-) -> tuple[tuple[NDArray[np.int64], list[str]], list[str]]:
+) -> tuple[NDArray[np.int64], list[str]]:
     """Refuse missing labels, or make them a level, or leave them to be dropped."""
     absent = codes < 0
     if not absent.any() or missing == "drop":
-        return (codes, texts), []
-    count = int(counts[absent].sum())
+        return codes, texts
     if missing == "error":
         at = int(np.flatnonzero(absent)[0])
         raise InputError(
-            f"column {shown(name)}, {where(at)}: the label is missing ({count} in all); "
+            f"column {shown(name)}, {where(at)}: the label is missing ({int(counts[absent].sum())} in all); "
             "missing=drop (--missing drop) leaves such rows out, missing=group (--missing group) makes them a level"
         )
     if MISSING_LABEL in texts:
         raise InputError(f"column {shown(name)} already has a label {MISSING_LABEL!r}; rename it, or use missing=drop")
-    note = f"{count} rows without a label in column {shown(name)} form the level {MISSING_LABEL!r}"
-    return (np.where(absent, len(texts), codes), [*texts, MISSING_LABEL]), [note]
+    return np.where(absent, len(texts), codes), [*texts, MISSING_LABEL]
 
 
 def distinct(keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -13,6 +13,7 @@ from fairaudit.exact import InputError, shown
 from fairaudit.fairness import cell_expectation
 from fairaudit.law import Law
 from fairaudit.limits import limit_text
+from fairaudit.preparation import said
 from fairaudit.sentences import BENEFIT, words_for
 
 __all__ = ["Change", "Comparison", "Moved", "compare"]
@@ -434,6 +435,9 @@ def _notes(old: Mapping[str, Any], new: Mapping[str, Any], before: Subject | Non
     if one.get("privacy") != other.get("privacy") and "privacy" in one and "privacy" in other:
         first, second = (about["privacy"]["group"]["exp_epsilon"] for about in (one, other))
         yield f"e^epsilon of the group filter: {first} before, {second} now"
+    told = [dict.fromkeys(said(about)) for about in (one, other)]
+    yield from (f"only now: {text}" for text in told[1] if text not in told[0])
+    yield from (f"no longer: {text}" for text in told[0] if text not in told[1])
     if old["not_compared"] != new["not_compared"]:
         yield f"what was not compared differs: {len(old['not_compared'])} entries before, {len(new['not_compared'])} now"
     assumed = [{text for claim in document["claims"] for text in claim["assumptions"]} for document in (old, new)]

@@ -35,6 +35,7 @@ from fairaudit.columns import (
 )
 from fairaudit.dense import least_and_sums
 from fairaudit.exact import InputError, common_denominator, rational, shown
+from fairaudit.preparation import Entry, assumption
 from fairaudit.replication import copies_note
 from fairaudit.tables.frames import tally_frame
 
@@ -132,8 +133,8 @@ class Law:
         P(x,a) up to a common factor, with population "weights".
     notes : tuple of str
         What was noticed while reading, for a person.
-    assumptions : tuple of str
-        What was done to the table and must be judged by the reader of a certificate (rows dropped, say).
+    preparation : tuple of mapping
+        What was done to the log before it was counted, as a certificate records it (`fairaudit.preparation`).
     units : Units or None
         Which rows of a log belong to one draw; None if every row is a draw of its own.
     truth : Truth or None
@@ -160,9 +161,9 @@ class Law:
     scale: int = 1
     mass: tuple[int, ...] | None = None
     notes: tuple[str, ...] = ()
-    assumptions: tuple[str, ...] = ()
     units: Units | None = None
     truth: Truth | None = None
+    preparation: tuple[Entry, ...] = ()
 
     @staticmethod
     def from_counts(
@@ -335,6 +336,11 @@ class Law:
         (('f',), ('m',))
         """
         return _from_array(array, kind, decisions, groups, contexts, population, columns)
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What was done to the log and must be judged by the reader of a certificate: what was left out."""
+        return tuple(text for text in map(assumption, self.preparation) if text)
 
     def with_decisions(self, labels: Sequence[str]) -> Law:
         """The same law with further decisions that never occurred.
@@ -549,6 +555,8 @@ def _read(
         names(unit),
         ordered=value is None or isinstance(table, Tally),
         truth=truth,
+        count=value if kind == "counts" else None,
+        measured_in="decisions" if kind == "counts" else "rows",
     )
     u, x, a = coded.codes
     weights, scale = (coded.counts, 1) if value is None else numbers(coded.values[value], value, coded.locate)
@@ -591,9 +599,9 @@ def _read(
             scale=scale,
             mass=mass,
             notes=(*coded.notes, *_copies(coded, names(unit))) if unit else coded.notes,
-            assumptions=coded.assumptions,
             units=units,
             truth=_truth(coded, columns, weights, cell, len(cells), full),
+            preparation=coded.preparation,
         )
     )
 
@@ -673,8 +681,10 @@ def _refuse_repeats(flat: NDArray[np.int64], coded: CodedTable, columns: Columns
         (columns.decision, *columns.context, *columns.group), (coded.decisions[u], *coded.contexts[x], *coded.groups[a]), strict=True
     )
     said = ", ".join(f"{name}={shown(text)}" for name, text in labels)
+    merged = any(entry["step"] in ("mapped", "folded") for entry in coded.preparation)
+    why = "; probabilities of labels that are merged cannot be added, because how often each occurs is not known: give counts" * merged
     raise InputError(
-        f"{coded.locate(at)}: the probability of {said} was given before, on {coded.locate(first)}; each combination has one row"
+        f"{coded.locate(at)}: the probability of {said} was given before, on {coded.locate(first)}; each combination has one row{why}"
     )
 
 

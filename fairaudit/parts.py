@@ -30,7 +30,7 @@ from fairaudit.limits import MEASURED, Quantity, limits_of, without_bare_limits
 from fairaudit.sampling import confidence_level
 from fairaudit.sentences import Sizes, sizes
 from fairaudit.tables.binning import Bins
-from fairaudit.tables.engines import Report, read_parts
+from fairaudit.tables.engines import Report, cut_columns, read_parts
 from fairaudit.utility import Utility
 
 __all__ = ["certify_in_parts"]
@@ -114,13 +114,14 @@ def certify_in_parts(
             "max_global_log": max_global_log,
         }
     )
+    cut = {name: edges if isinstance(edges, Bins) else Bins.of(name, edges) for name, edges in (bins or {}).items()}
     level = None if confidence is None else confidence_level(confidence)
     supremum: Ratio | None = None
     odds: tuple[Distance, ...] = ()
     pairs: tuple[Ratio, ...] = ()
     recorded: dict[tuple[str, ...], Sizes] = {}
     floors, left_out, contexts = [], [], list[tuple[str, ...]]()
-    opened = read_parts(source, wanted, columns.context, bins=bins, table=table, memory=memory, report=report)
+    opened = read_parts(source, wanted, columns.context, bins=cut, table=table, memory=memory, report=report)
     with closing(opened) as parts, _written() as rows:
         whole = Law.from_log(next(parts), decision=decision, group=columns.group)
         g = (utility if isinstance(utility, Utility) else Utility(utility)).on(whole)
@@ -161,7 +162,7 @@ def certify_in_parts(
     if embed_table is False:
         header["salt"] = new_salt()
     return Result(
-        law=whole,
+        law=replace(whole, preparation=tuple(sorted(cut_columns(cut), key=lambda entry: wanted.index(entry["column"])))),
         utility=g,
         local=local,
         global_=overall,

@@ -324,7 +324,7 @@ class Deployment:
             weights=tensor.reshape(x * a, u),
             mass=self.mass if weights else None,
             notes=base.notes,
-            assumptions=base.assumptions,
+            preparation=base.preparation,
         )
 
 

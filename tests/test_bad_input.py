@@ -396,16 +396,16 @@ def test_a_missing_label(bench: Bench, column: str) -> None:
     assert "missing=drop" in said and "--missing group" in said
 
     document, _, err = bench.certify(content, options(missing="drop"))
-    assert "note: 1 of 5 rows have a missing label and were left out" in err
+    assert f"note: 7 of 13 decisions have a missing label and were left out ('{column}': 7)" in err
     assert document["metrics"]["local"]["ratio"] == "3/2"
     assert document["claims"]
     for claim in document["claims"]:
         assert claim["assumptions"][-1:] == [
-            "1 of 5 rows have a missing label and were left out; they are taken to be no different from the others"
+            "7 of 13 decisions have a missing label and were left out; they are taken to be no different from the others"
         ]
 
     document, _, err = bench.certify(content, options(missing="group"))
-    assert f"note: 1 rows without a label in column '{column}' form the level '(missing)'" in err
+    assert f"note: 7 decisions without a label in column '{column}' form the level '(missing)'" in err
     header = document["subject"]["table"]["header"]
     assert "(missing)" in json.dumps(header[{"d": "decisions", "g": "groups", "x": "contexts"}[column]])
     assert all(claim["assumptions"] == [] for claim in document["claims"] if claim["scope"] == "this law")

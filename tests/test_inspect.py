@@ -70,7 +70,7 @@ def test_blanks_are_missing_and_case_is_warned_about(tmp_path: Path, capsys: pyt
     out, err = capsys.readouterr()
     assert err == "note: the columns are separated by semicolons\n"
     assert "sex     f (1), m (1); 2 missing" in out
-    assert "! 'yes' and 'Yes' differ only in case or blanks" in out
+    assert "! 'Yes' and 'yes' count as different labels, and differ in spelling alone (--fold-labels, or --map FILE)" in out
     assert "! 'n/a' counts as a level" in out
     assert survey_log(path, engine=engine).columns[2].levels == {"1,5": 1, "2,5": 1, "3": 1, "4": 1}
 

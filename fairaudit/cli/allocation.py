@@ -36,6 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
     for name in NOT_HERE:
         if getattr(arguments, name):
             raise InputError(f"--{name.replace('_', '-')} does not go with --slots; each row is one draw, with one winner")
+    if arguments.fold_labels or arguments.map:
+        raise InputError("--fold-labels and --map do not go with --slots; write the labels in one way first")
     if arguments.missing != "error":
         raise InputError("--missing does not go with --slots; a choice whose labels are missing is refused")
     if arguments.table is None or arguments.winner is None:

@@ -18,12 +18,13 @@ from fairaudit.policy import Deployment, Policy
 from fairaudit.tables.csv import CsvTable, read_csv
 from fairaudit.tables.engines import read_log
 from fairaudit.tables.engines.files import form
+from fairaudit.tables.labels import merge_labels, read_label_map
 from fairaudit.utility import Utility
 
 __all__ = ["Audit", "read_audit", "read_policy"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
-TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight")
+TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "fold_labels", "map")
 LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
@@ -165,6 +166,18 @@ def _columns(section: Mapping[str, Any], key: str, where: str) -> tuple[str, ...
 
 
 def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...] = ()) -> CsvTable | Tally:
+    fold = section.get("fold_labels", False)
+    if not isinstance(fold, bool):
+        raise InputError(f"[{where}] fold_labels is {shown(fold)}; true or false is accepted")
+    table, label_map = _read_table(section, where, folder, valued), None
+    if "map" in section:
+        label_map = read_label_map(folder / _text(section, "map", where))
+    labelled = [name for key in ("decision", "group", "context", "truth") for name in _columns(section, key, where)]
+    merged: CsvTable | Tally = merge_labels(table, labelled, fold=fold, label_map=label_map) if fold or label_map else table
+    return merged
+
+
+def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...]) -> CsvTable | Tally:
     path = folder / _text(section, "table", where)
     if (path.is_file() or path.is_dir()) and form(str(path)) != "csv":
         keys = ("decision", "group", "context", "truth", "unit", "count", "probability", "weight")

@@ -104,6 +104,7 @@ def add(commands: Any) -> None:
         default="error",
         help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
     )
+    source.add_label_options(rest)
     source.add_options(rest)
     rest.add_argument(
         "--in-parts",
@@ -234,6 +235,8 @@ def _unfit_for_parts(arguments: argparse.Namespace) -> str:
         "utility_column",
         "truth",
         "positive",
+        "fold_labels",
+        "map",
         "unit",
         "query",
         "report",
@@ -305,6 +308,8 @@ def _audit_file(arguments: argparse.Namespace) -> Audit:
             raise InputError(f"--{name.replace('_', '-')} goes with a table; the audit file {arguments.table} says it itself")
     if arguments.missing != "error":
         raise InputError("--missing goes with a table; an audit file refuses missing labels")
+    if arguments.fold_labels or arguments.map:
+        raise InputError("--fold-labels and --map go with a table; the audit file has fold_labels and map in [law] or [policy]")
     return read_audit(arguments.table)
 
 
@@ -502,6 +507,8 @@ def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility
     from fairaudit.utility import Utility
 
     try:
+        labelled = (decision, *groups, *contexts, *([arguments.truth] if arguments.truth else []))
+        table = source.with_labels(arguments, table, labelled)
         law = law_from_options(arguments, table, decision, groups, contexts, unit, arguments.truth)
         if arguments.utility is not None:
             utility = Utility(utility_spec(arguments.utility))
@@ -576,9 +583,10 @@ def _print_sql(arguments: argparse.Namespace) -> int:
     for option, listed in (("--group", group.names), ("--context", context.names)):
         for name in listed:
             words += [option, '"' + name.replace('"', '""') + '"' if any(c in name for c in ',":') else name]
-    for name in ("utility", "utility_column", "truth", "positive"):
+    for name in ("utility", "utility_column", "truth", "positive", "map"):
         option, value = f"--{name.replace('_', '-')}", getattr(arguments, name)
         words += [option, value] if value is not None else []
+    words += ["--fold-labels"] if arguments.fold_labels else []
     put(f"-- Save the result as CSV with a header line, then: {shlex.join(words)}\n{statement};")
     return 0
 

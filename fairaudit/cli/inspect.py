@@ -120,16 +120,13 @@ def _describe(column: _Column) -> str:
 
 def _warnings(column: _Column) -> list[str]:
     from fairaudit.cli.text import plain
+    from fairaudit.preparation import said
+    from fairaudit.tables.labels import spellings
 
-    warnings = []
-    folded: dict[str, str] = {}
-    for label in column.levels:
-        key = " ".join(label.lower().split())
-        if key in folded:
-            warnings.append(f"'{plain(label)}' and '{plain(folded[key])}' differ only in case or blanks; they count as different levels")
-        folded.setdefault(key, label)
-        if key in MISSING_WORDS:
-            warnings.append(f"'{plain(label)}' counts as a level; only empty cells are missing")
+    found = () if column.numeric and column.different > 12 else spellings([(column.name, column.levels)])
+    warnings = [f"{plain(text.partition(': ')[2])} (--fold-labels, or --map FILE)" for text in said({"spellings": found})]
+    unset = [label for label in column.levels if " ".join(label.lower().split()) in MISSING_WORDS]
+    warnings += [f"'{plain(label)}' counts as a level; only empty cells are missing" for label in unset]
     return warnings[:5]
 
 

@@ -160,7 +160,8 @@ def certify_state(arguments: argparse.Namespace) -> int:
     from fairaudit.cli.certify import check_output, report
     from fairaudit.exact import InputError
     from fairaudit.monitor.state import State
-    from fairaudit.monitor.stream import alarm_counts, subject, withdrawn
+    from fairaudit.monitor.stream import alarm_counts, reasons, subject, withdrawn
+    from fairaudit.preparation import unread
 
     foreign: tuple[str, ...] = (
         "table",
@@ -185,6 +186,8 @@ def certify_state(arguments: argparse.Namespace) -> int:
         "no_table",
         "in_parts",
         "burden",
+        "fold_labels",
+        "map",
     )
     for name in (*foreign, *LIMITS):
         if getattr(arguments, name):
@@ -206,9 +209,8 @@ def certify_state(arguments: argparse.Namespace) -> int:
     found = subject(settings, counts, decisions)
     if found is None:
         raise InputError(f"{arguments.from_monitor}: no two groups have been counted yet")
-    if tally.get("dead"):
-        left_out = "lines of the log could not be counted; they are taken to be no different from the others"
-        found = replace(found, law=replace(found.law, assumptions=(*found.law.assumptions, left_out)))
+    dead = reasons(tally, alarms[0] if arguments.at_alarm else None)
+    found = replace(found, law=replace(found.law, preparation=tuple(unread(reason, n) for reason, n in dead.items())))
     targets: dict[str, Any] = dict(settings.targets or {})
     declared = {"m": settings.low, "gamma": settings.high}
     options: dict[str, Any] = {"confidence": settings.confidence, "arrivals": found.arrivals, "burden": settings.burden}

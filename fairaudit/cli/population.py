@@ -194,6 +194,7 @@ def _placebo_comparisons(arguments: argparse.Namespace, utility: Utility) -> dic
     counts = [] if arguments.count is None else [arguments.count]
     wanted = (decision, *group.names, *context.names, *unit, *counts)
     table = source.read(arguments, arguments.placebo, wanted, {**group.edges, **context.edges}, counts)
+    table = source.with_labels(arguments, table, (decision, *group.names, *context.names))
     law = law_from_options(arguments, table, decision, group.names, context.names, unit)
     return dict(certify(law, utility, declared=utility_range(arguments.utility_range)).comparisons)
 

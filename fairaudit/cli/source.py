@@ -43,6 +43,33 @@ def add_options(parser: argparse._ArgumentGroup) -> None:
     parser.add_argument("--memory", metavar="SIZE", help="what DuckDB may use before it spills to disk, such as 2GB")
 
 
+def add_label_options(parser: argparse._ArgumentGroup) -> None:
+    """Declare the options that merge labels."""
+    parser.add_argument(
+        "--fold-labels",
+        action="store_true",
+        help="merge labels that differ in case, blanks or Unicode form alone, under the most frequent spelling",
+    )
+    parser.add_argument("--map", metavar="FILE", help='write labels anew: TOML with a table for each column, "old" = "new"')
+
+
+def with_labels(arguments: argparse.Namespace, table: CsvTable | Tally, columns: Sequence[str]) -> CsvTable | Tally:
+    """Merge labels as the options say.
+
+    Raises
+    ------
+    InputError
+        If the map is not one of these columns and labels.
+    """
+    from fairaudit.tables.labels import merge_labels, read_label_map
+
+    if not (arguments.fold_labels or arguments.map):
+        return table
+    label_map = None if arguments.map is None else read_label_map(arguments.map)
+    merged: CsvTable | Tally = merge_labels(table, columns, fold=arguments.fold_labels, label_map=label_map)
+    return merged
+
+
 def column_roles(given: Sequence[str] | None) -> Roles:
     """Read column names from repeated options with commas; ``age:18,30`` cuts the column ``age`` at 18 and 30.
 

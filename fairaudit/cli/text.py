@@ -16,6 +16,7 @@ from fairaudit.exact import approximate, rational_text, shown
 from fairaudit.fairness import Ratio, Witness, cell_expectation
 from fairaudit.limits import limit_text
 from fairaudit.mechanism import Mechanism
+from fairaudit.preparation import said
 from fairaudit.privacy import exp_epsilon
 from fairaudit.rates import KINDS, NAMES, OVERALL
 from fairaudit.sentences import THE_INTERVAL, THIS_TABLE, pair_text, percent, size_text, words_for
@@ -31,6 +32,7 @@ __all__ = ["intervals", "plain", "put", "silence", "summary", "verdict"]
 
 SHOW_EXACT = 60
 SHOW_CELLS = 12
+SHOW_SPELLINGS = 5
 THEOREMS = {
     "T1": "privacy and a floor, any utility",
     "T1-paper": "the same in the paper's form",
@@ -62,8 +64,10 @@ def silence() -> None:
 def summary(result: Result, top: int, written: Sequence[str], findings: Sequence[str] = ()) -> str:
     """Describe a result: the verdict, one sentence, the figures, what was found beside them, and what they do not say."""
     blocks = [
+        _spellings(result),
         verdict(result),
         plain(result.sentence),
+        _prepared(result),
         _figures(result),
         intervals(result),
         given_truth(result),
@@ -81,6 +85,21 @@ def summary(result: Result, top: int, written: Sequence[str], findings: Sequence
         beside = f" --table {written[1]}" if len(written) > 1 else ""
         blocks.append(f"Certificate: {plain(', '.join(written))}\nCheck it:    fairaudit verify {plain(written[0] + beside)}")
     return "\n\n".join(block for block in blocks if block)
+
+
+def _spellings(result: Result) -> str:
+    """Labels that are counted apart and look like one."""
+    lines = [f"SPELLINGS    {plain(text)}" for text in said({"spellings": result.spellings[:SHOW_SPELLINGS]})]
+    if more := len(result.spellings) - SHOW_SPELLINGS:
+        lines += [f"SPELLINGS    and {more} more, all in the certificate"] if more > 0 else []
+    advice = "--fold-labels merges labels that differ in case, blanks or Unicode form alone; --map FILE merges any"
+    return "\n".join([*lines, f"             {advice}"]) if lines else ""
+
+
+def _prepared(result: Result) -> str:
+    """What was done to the log before it was counted."""
+    lines = [f"  - {plain(text)}" for text in said({"preparation": result.preparation})]
+    return "\n".join(["Before it was counted", *lines]) if lines else ""
 
 
 def verdict(result: Result) -> str:

@@ -68,6 +68,7 @@ def add(commands: Any) -> None:
         default="error",
         help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
     )
+    source.add_label_options(rest)
     source.add_options(rest)
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
@@ -125,6 +126,7 @@ def _read(arguments: argparse.Namespace) -> Law:
     wanted = (arguments.decision, *group.names, *context.names, *numeric)
     table = source.read(arguments, arguments.table, wanted, {**group.edges, **context.edges}, numeric)
     try:
+        table = source.with_labels(arguments, table, (arguments.decision, *group.names, *context.names))
         return law_of_table(arguments, table, arguments.decision, group.names, context.names)
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None

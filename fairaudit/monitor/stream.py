@@ -35,6 +35,7 @@ __all__ = [
     "alarm_counts",
     "contradiction",
     "pair_labels",
+    "reasons",
     "subject",
     "window_counts",
     "window_share",
@@ -53,6 +54,8 @@ LOOKS = 1.02
 PATIENCE = 40
 FUTURE = 86_400.0
 SHOWN = 2_000
+UNREADABLE, MISSING, UNUSABLE, UNKNOWN = "unreadable line", "missing label", "unusable value", "unknown reason"
+NO_VALUE = "no value in column "
 
 
 @dataclass(frozen=True)
@@ -182,6 +185,21 @@ def pair_labels(pair: Witness | None) -> dict[str, Any] | None:
     return None if pair is None else {"context": pair.context, "higher": pair.higher, "lower": pair.lower}
 
 
+def reasons(tally: dict[str, Any], alarm: dict[str, Any] | None = None) -> dict[str, int]:
+    """How many lines could not be counted so far, or when an alarm was raised, by reason.
+
+    Examples
+    --------
+    >>> reasons({"dead": 5, "reasons": {"unreadable line": 3}})
+    {'unreadable line': 3, 'unknown reason': 2}
+    """
+    known = tally if alarm is None or "dead" not in alarm else alarm
+    listed = known.get("reasons", {})
+    counts = {reason: listed.get(reason, 0) for reason in (UNREADABLE, MISSING, UNUSABLE)}
+    counts[UNKNOWN] = known.get("dead", 0) - sum(counts.values())
+    return {reason: n for reason, n in counts.items() if n}
+
+
 def window_share(number: int) -> Fraction:
     """The part of the error that the windows have together, which window 1, 2, … gets: 1/(i(i+1))."""
     return Fraction(1, number * (number + 1))
@@ -259,6 +277,7 @@ class Monitor:
         self._numbers = {label: number for number, (label, _) in enumerate(self.decisions)}
         self.tally: dict[str, Any] = {
             "dead": 0,
+            "reasons": {},
             "repeats": 0,
             "early": 0,
             "back": 0,
@@ -433,6 +452,8 @@ class Monitor:
             "clock": self.tally["clock"],
             "order": [[list(x), list(a)] for x, a in self.total.order],
             "counts": [[rank, number, n] for (rank, number), n in self.total.n.items()],
+            "dead": self.tally["dead"],
+            "reasons": dict(self.tally["reasons"]),
         }
         self.alarms.append(alarm)
         self._new_alarms.append(alarm)
@@ -482,17 +503,17 @@ class Monitor:
         return data, line
 
     def _take_rows(self, batch: Batch, data: bytes, line: int) -> None:
-        bad = list(batch.bad)
+        bad = [(number, UNREADABLE, reason) for number, reason in batch.bad]
         if self.settings.event_id or self.settings.unit:
             self.state.begin()
         for row in batch.rows or ():
             reason = self._take_row(row)
             if reason:
-                bad.append((row.line, reason))
+                bad.append((row.line, MISSING if reason.startswith(NO_VALUE) else UNUSABLE, reason))
         if bad:
             lines = data.split(b"\n")
-            for number, reason in sorted(bad):
-                self._dead(number, reason, lines[number - line])
+            for number, kind, reason in sorted(bad):
+                self._dead(number, kind, reason, lines[number - line])
 
     def _take_row(self, row: Row) -> str:
         """Count one decision; say why if it cannot be."""
@@ -617,7 +638,7 @@ class Monitor:
                     return f"column {shown(name)}: {error}"
                 text = str(value)
             if text is None:
-                return f"no value in column {shown(name)}"
+                return f"{NO_VALUE}{shown(name)}"
             labels.append(text)
         contexts = len(self.settings.context)
         cell = tuple(labels[:contexts]), tuple(labels[contexts:-1])
@@ -663,8 +684,9 @@ class Monitor:
             raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
         return file
 
-    def _dead(self, line: int, reason: str, text: bytes) -> None:
+    def _dead(self, line: int, kind: str, reason: str, text: bytes) -> None:
         self.tally["dead"] += 1
+        self.tally["reasons"][kind] = self.tally["reasons"].get(kind, 0) + 1
         if self._letters is not None:
             entry = {"line": line, "reason": reason, "text": text[:SHOWN].decode("utf-8", "backslashreplace")}
             self._letters.write(json.dumps(entry).encode("ascii") + b"\n")

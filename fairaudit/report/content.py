@@ -15,6 +15,7 @@ from fairaudit.exact import approximate
 from fairaudit.fairness import Ratio, Witness
 from fairaudit.limits import limit_text
 from fairaudit.monitor.bounds import stream_drivers
+from fairaudit.preparation import said
 from fairaudit.rates import KINDS, NAMES, OVERALL
 from fairaudit.report.expectations import Expectations, Matrix, Panel
 from fairaudit.report.ladder import Calibrated, Rung, calibration, ladder
@@ -238,6 +239,11 @@ class Content:
         if "class" in about:
             said.append(("Class", f"the worst utility of a class, for the {about['class']['quantity']} ratio"))
         return said
+
+    @cached_property
+    def prepared(self) -> list[str]:
+        """Labels in several spellings, and what was done to the log before it was counted."""
+        return [clip(plain(text), 600) for text in said(self.document["subject"])]
 
     def _count(self, what: Literal["groups", "contexts"]) -> str:
         if self.subject is None:

@@ -32,6 +32,8 @@ def write(page: Content, checked: str = "") -> str:
         blocks.append(table(("measure", "value", "log", "exactly", "in the population", "between"), rows))
         listed = [(code(label), true, false) for label, true, false in page.rates]
         blocks += [table(("group", "true positive rate", "false positive rate"), listed)] if listed else []
+    if page.prepared:
+        blocks.append("### Before it was counted\n\n" + "\n".join(f"* {prose(line)}" for line in page.prepared))
     for name, rungs in page.ladders.items():
         title = "within contexts" if name == "local" else "overall"
         blocks.append(f"### What is known of the ratio {title}")

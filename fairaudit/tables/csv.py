@@ -20,6 +20,7 @@ from typing import IO, cast
 
 from fairaudit.columns import Tally, column
 from fairaudit.exact import InputError, shown
+from fairaudit.preparation import Entry
 
 __all__ = ["CsvTable", "Layout", "count_csv", "decimal_commas", "first_row", "layout", "opened", "read_csv", "same_layout", "text_lines"]
 
@@ -46,6 +47,8 @@ class CsvTable:
         What separates the columns.
     notes : tuple of str
         What was noticed while reading.
+    preparation : tuple of mapping
+        What was done to labels since (`fairaudit.preparation`).
     """
 
     name: str
@@ -53,6 +56,7 @@ class CsvTable:
     lines: list[int] = field(repr=False)
     delimiter: str = ","
     notes: tuple[str, ...] = ()
+    preparation: tuple[Entry, ...] = ()
 
     @property
     def columns(self) -> list[str]:

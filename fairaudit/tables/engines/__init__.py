@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from fairaudit.columns import Tally
 from fairaudit.exact import InputError, nearest, shown
+from fairaudit.preparation import Entry, intervals
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.engines.folders import table_format
 from fairaudit.tables.sql import table_name
@@ -19,7 +20,7 @@ from fairaudit.tables.sql import table_name
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Survey
 
-__all__ = ["ENGINES", "ManyRowsError", "Request", "attended", "database_source", "read_log", "read_parts", "survey_log"]
+__all__ = ["ENGINES", "ManyRowsError", "Request", "attended", "cut_columns", "database_source", "read_log", "read_parts", "survey_log"]
 
 ENGINES = ("auto", "duckdb", "python", "spark")
 Report = Callable[[float | None, int | None], None]
@@ -130,7 +131,7 @@ def read_log(
     _check(request, engine)
     if _is_text(source) or _is_paths(source):
         tally: Tally = _from_text(source, request, engine or "auto", "read")
-        return tally
+        return replace(tally, preparation=cut_columns(request.bins))
     from fairaudit.tables.frames import tally_frame
 
     for name, given in (("table", table), ("query", query)):
@@ -139,7 +140,12 @@ def read_log(
     found = tally_frame(source, request.columns, request.bins)
     if found is None:
         raise InputError(f"a log cannot be read from a {type(source).__name__}; use a file, a database, or a frame")
-    return found
+    return replace(found, preparation=cut_columns(request.bins))
+
+
+def cut_columns(bins: Mapping[str, Bins]) -> tuple[Entry, ...]:
+    """Say which columns were cut into intervals, as a certificate records it."""
+    return tuple(intervals(name, cut.limits) for name, cut in bins.items())
 
 
 def read_parts(
