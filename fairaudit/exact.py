@@ -183,8 +183,8 @@ def option_value(value: object) -> tuple[int, int]:
     return parse_rational(str(value))
 
 
-def at_least(name: str, value: object, least: int) -> Fraction:
-    """Read a named number that was given as an option and must not be below a least value, exactly.
+def at_least(name: str, value: object, least: int, read: Callable[[object], tuple[int, int]] = option_value) -> Fraction:
+    """Read a named number that must not be below a least value, exactly; by default one that was given as an option.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def at_least(name: str, value: object, least: int) -> Fraction:
     Fraction(7, 3)
     """
     try:
-        number = Fraction(*option_value(value))
+        number = Fraction(*read(value))
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
     if number < least:

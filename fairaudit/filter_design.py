@@ -27,7 +27,7 @@ import numpy as np
 from fairaudit import bounds, privacy
 from fairaudit.calibration import calibrate, calibrate_policy
 from fairaudit.columns import Label, label_text
-from fairaudit.exact import InputError, at_least, common_denominator, exp_enclosure, log_enclosure, nearest, shown
+from fairaudit.exact import InputError, at_least, common_denominator, exp_enclosure, log_enclosure, nearest, option_value, rational, shown
 from fairaudit.fairness import local_fairness
 from fairaudit.limits import ALONE, one_limit, without_bare_limits
 from fairaudit.mechanism import Constant, Factor, Identity, Mechanism, RandomizedResponse
@@ -505,12 +505,17 @@ def _masses(population: Mapping[Any, Any] | Sequence[Any] | None, labels: tuple[
                 )
         numbers = [given.get(label, Fraction(0)) for label in labels]
     else:
-        numbers = [at_least("population", value, 0) for value in population]
+        numbers = [at_least("population", value, 0, _reader(population)) for value in population]
         if len(numbers) != len(labels):
             raise InputError(f"the population has {len(numbers)} masses for {len(labels)} groups; give one for each")
     if not any(numbers):
         raise InputError("every mass of the population is zero; at least one must be positive")
     return common_denominator([(v.numerator, v.denominator) for v in numbers])[0]
+
+
+def _reader(given: Any) -> Callable[[object], tuple[int, int]]:
+    """How numbers are read: entries of an array as what they store, others as options."""
+    return rational if isinstance(given, np.ndarray) else option_value
 
 
 def _label(value: Any) -> Label:
@@ -540,7 +545,7 @@ def _costs(distortion: Distortion | None, labels: tuple[Label, ...]) -> list[lis
         return [[Fraction(int(a != b)) for b in labels] for a in labels]
 
     def number(a: Label, b: Label, value: Any) -> Fraction:
-        return at_least(f"the distortion of {', '.join(a)} released as {', '.join(b)}", value, 0)
+        return at_least(f"the distortion of {', '.join(a)} released as {', '.join(b)}", value, 0, _reader(distortion))
 
     if callable(distortion):
         bare = [label[0] if len(label) == 1 else label for label in labels]

@@ -24,6 +24,7 @@ __all__ = [
     "Quantity",
     "Unit",
     "instead",
+    "limit_cells",
     "limit_readings",
     "limit_text",
     "limits_of",
@@ -177,11 +178,23 @@ def limit_text(quantity: str, unit: str, limit: Fraction) -> str:
     """
     if unit == "ratio" and limit < 1:  # no limit of ours, but a document of others may say it
         return f"{quantity} ratio at most {approximate(limit)}"
-    ratio, least, log = _readings(unit, limit)
+    ratio, least, log = limit_cells(unit, limit)
     if unit == "ratio":
-        return f"{quantity} ratio at most {approximate(limit)} (least at least {approximate(least[0])} of the greatest; log {_near(log)})"
-    factor = approximate(ratio[0]) if ratio[1] < inf else f"above {approximate(ratio[0])}"
-    return f"{quantity} log-ratio at most {approximate(limit)} (ratio {factor}; least at least {approximate(least[1])} of the greatest)"
+        return f"{quantity} ratio at most {ratio} (least at least {least} of the greatest; log {log})"
+    return f"{quantity} log-ratio at most {log} (ratio {ratio}; least at least {least} of the greatest)"
+
+
+def limit_cells(unit: str, limit: Fraction) -> tuple[str, str, str]:
+    """A limit as the ratio, as least over greatest, and as the logarithm, in four digits each.
+
+    Examples
+    --------
+    >>> limit_cells("ratio", Fraction(5, 4))
+    ('1.25', '0.8', '0.2231')
+    """
+    ratio, least, log = _readings(unit, limit)
+    above = "" if ratio[1] < inf else "above "
+    return above + approximate(ratio[0]), approximate(least[1]), approximate((log[0] + log[1]) / 2)
 
 
 def limit_readings(unit: str, limit: Fraction) -> dict[str, list[str]]:
@@ -207,10 +220,6 @@ def _readings(unit: str, limit: Fraction) -> tuple[tuple[Any, Any], tuple[Any, A
         return (low, inf), (Fraction(0), 1 / low), (limit, limit)
     ends = (Fraction(1), Fraction(1)) if limit == 0 else (low, high)
     return ends, (1 / ends[1], 1 / ends[0]), (limit, limit)
-
-
-def _near(ends: tuple[Fraction, Fraction]) -> str:
-    return approximate((ends[0] + ends[1]) / 2 if ends[0] else ends[1] if ends[1] else Fraction(0))
 
 
 def _ends(ends: tuple[Any, Any]) -> list[str]:

@@ -7,6 +7,8 @@ from math import inf, isfinite, log
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from fairaudit.audit import Result
 from fairaudit.calibration import Calibration
 from fairaudit.certificate_reader import Subject
@@ -175,7 +177,8 @@ def plot_truth_kept(found: Sequence[Calibration] | Sequence[Design] | Frontier, 
     Returns
     -------
     Axes
-        With the targets as log-ratios on the horizontal axis; of calibrations of several attributes, the probability of the first.
+        With the targets on the horizontal axis, as logarithms below and as ratios above; of calibrations of several attributes, the
+        probability of the first.
 
     Raises
     ------
@@ -189,7 +192,7 @@ def plot_truth_kept(found: Sequence[Calibration] | Sequence[Design] | Frontier, 
     axes.plot([x for x, _ in kept], [y for _, y in kept], marker="o", color=HIGH, label=name)
     if known:
         axes.plot([x for x, _ in known], [y for _, y in known], marker="s", linestyle="--", color=LOW, label=beside)
-    axes.set_xlabel("target L (nats)")
+    _label_targets(axes)
     axes.set_ylabel("probability of keeping the truth")
     axes.set_ylim(bottom=0)
     axes.legend()
@@ -219,15 +222,22 @@ def save_truth_kept(found: Sequence[Calibration] | Sequence[Design] | Frontier, 
         targets = [log(c.target) for c in calibrations]
         finite = [(t, float(c.epsilon[0])) for t, c in zip(targets, calibrations, strict=True) if c.exp_epsilon != inf]
         epsilon.plot([t for t, _ in finite], [e for _, e in finite], marker="o", color=HIGH)
-        epsilon.set_xlabel("target L (nats)")
+        _label_targets(epsilon)
         epsilon.set_ylabel("ε of the whole filter (nats)")
         epsilon.set_ylim(bottom=0)
         guarantee.plot(targets, targets, linestyle=":", color=MID, label="target")
         guarantee.plot(targets, [log(c.achieved or 1) for c in calibrations], marker="o", linestyle="none", color=HIGH, label="guaranteed")
-        guarantee.set_xlabel("target L (nats)")
+        _label_targets(guarantee)
         guarantee.set_ylabel("L (nats)")
         guarantee.legend()
     _save(figure, path)
+
+
+def _label_targets(axes: Axes) -> None:
+    """Name a horizontal axis of targets in both readings: the logarithm below, the ratio above."""
+    axes.set_xlabel("target: natural logarithm of the ratio")
+    above = axes.secondary_xaxis("top", functions=(np.exp, lambda ratio: np.log(np.maximum(ratio, 1e-9))))
+    above.set_xlabel("target: ratio")
 
 
 Points = list[tuple[float, float]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.columns import Label, label_text
-from fairaudit.exact import InputError, nearest, option_value, shown
+from fairaudit.exact import InputError, nearest, option_value, rational, shown
 from fairaudit.law import Law
 from fairaudit.utility import Utility
 
@@ -306,9 +306,9 @@ def _affine(variable: Any, constraints: Sequence[Any]) -> Iterator[tuple[NDArray
         yield np.vstack((matrix, -matrix[:equal])), np.concatenate((bounds, -bounds[:equal]))
 
 
-def _number(name: str, value: Any) -> Fraction:
+def _number(name: str, value: Any, read: Callable[[object], tuple[int, int]] = option_value) -> Fraction:
     try:
-        return Fraction(*option_value(value))
+        return Fraction(*read(value))
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
@@ -665,7 +665,8 @@ def _metric(law: Law, of: UtilityClass) -> list[list[Fraction]] | None:
         raw = [list(row) for row in of.metric]
         if len(raw) != size or any(len(row) != size for row in raw):
             raise InputError(f"the metric is not a square table over the {size} groups of the law")
-    d = [[_number("the metric", value) for value in row] for row in raw]
+    read = rational if isinstance(of.metric, np.ndarray) else option_value
+    d = [[_number("the metric", value, read) for value in row] for row in raw]
     name = law.group_label
     for i in range(size):
         for j in range(size):

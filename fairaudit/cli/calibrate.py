@@ -205,17 +205,18 @@ def _text(found: Calibration) -> str:
 
 def _table(found: list[Calibration]) -> str:
     from fairaudit.exact import approximate
+    from fairaudit.limits import limit_cells
 
-    rows = [("target R", "epsilon", "keep probability", "guaranteed R", "paper keeps")]
+    rows = [("ratio at most", "least/greatest", "log", "epsilon", "keep probability", "guaranteed R", "paper keeps")]
     for c in found:
         if not c.feasible:
-            rows.append((approximate(c.target), "-", "infeasible" if c.settled else "not found", "-", "-"))
+            rows.append((*limit_cells("ratio", c.target), "-", "infeasible" if c.settled else "not found", "-", "-"))
             continue
         low, _ = c.epsilon
         epsilon = "none needed" if low.is_infinite() else f"{float(low):.6g}"
         paper = ", ".join(f"{float(p):.4g}" for p in c.paper_keep_probabilities) or "-"
-        rows.append((approximate(c.target), epsilon, _kept(c), approximate(c.achieved or c.target), paper))
-    widths = [max(len(row[i]) for row in rows) for i in range(5)]
+        rows.append((*limit_cells("ratio", c.target), epsilon, _kept(c), approximate(c.achieved or c.target), paper))
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     scopes = {c.scope for c in found if c.feasible}
     table = "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
     return table + "".join(f"\n\nScope: {scope}" for scope in sorted(scopes))

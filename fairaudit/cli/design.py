@@ -283,18 +283,19 @@ def _filter(mechanism: Mechanism) -> str:
 
 def _table(found: Sequence[Design]) -> str:
     from fairaudit.exact import approximate
+    from fairaudit.limits import limit_cells
 
-    rows = [["target R", "truth kept", "distortion", "randomized response keeps", "R, exact", "epsilon"]]
+    rows = [["ratio at most", "least/greatest", "log", "truth kept", "distortion", "randomized response keeps", "R, exact", "epsilon"]]
     for d in found:
-        target = "none" if d.target is None else approximate(d.target)
+        target = ("none", "-", "-") if d.target is None else limit_cells("ratio", d.target)
         if d.distortion is None or d.truth_kept is None:
-            rows.append([target, "infeasible", "-", "-", "-", "-"])
+            rows.append([*target, "infeasible", "-", "-", "-", "-"])
             continue
         low, _ = d.epsilon
         response = "-" if d.response_truth_kept is None else _percent(d.response_truth_kept)
         achieved = "-" if d.achieved is None else approximate(d.achieved)
         epsilon = "infinite" if low.is_infinite() else f"{float(low):.6g}"
-        rows.append([target, _percent(d.truth_kept), approximate(d.distortion), response, achieved, epsilon])
+        rows.append([*target, _percent(d.truth_kept), approximate(d.distortion), response, achieved, epsilon])
     said = [f"Scope: {scope}" for scope in sorted({d.scope for d in found if d.feasible})]
     said += sorted({f"Infeasible: {d.reason}" for d in found if not d.feasible})
     return "\n\n".join([_aligned(rows), *said])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite, log
+from math import exp, isfinite, log
 
 from fairaudit.report.ladder import Calibrated, Rung
 from fairaudit.report.words import Value
@@ -68,7 +68,9 @@ def curve(found: Calibrated) -> str:
         parts.append(f'<line class="rail" x1="{left}" x2="{width - right}" y1="{y(level):.1f}" y2="{y(level):.1f}"/>')
         parts.append(f'<text x="{left - 8}" y="{y(level) + 4:.1f}" text-anchor="end">{100 * level:.0f} %</text>')
         parts.append(f'<text x="{x(span * level):.1f}" y="{height - 24}" text-anchor="middle">{span * level:.2f}</text>')
-    parts.append(f'<text x="{(left + width - right) / 2}" y="{height - 6}" text-anchor="middle">target log-ratio L</text>')
+    parts.append(
+        f'<text x="{(left + width - right) / 2}" y="{height - 6}" text-anchor="middle">log of the target for the local ratio</text>'
+    )
     if found.target is not None:
         parts.append(f'<line class="limit" x1="{x(found.target):.1f}" x2="{x(found.target):.1f}" y1="{upper}" y2="{height - lower}"/>')
     line = " ".join(f"{x(a):.1f},{y(b):.1f}" for a, b in points)
@@ -79,5 +81,5 @@ def curve(found: Calibrated) -> str:
         parts.insert(-1, f'<circle class="here" cx="{x(found.here[0]):.1f}" cy="{y(found.here[1]):.1f}" r="6"/>')
         parts.append(" The large dot: the audited group filter.")
     if found.target is not None:
-        parts.append(" The dashed line: the target.")
+        parts.append(f" The dashed line: the target, a ratio of {exp(found.target):.4g} (log {found.target:.4g}).")
     return "".join(parts) + "</figcaption>"

@@ -19,7 +19,7 @@ from typing import Any, Literal
 
 import fairaudit as fa
 from fairaudit.exact import InputError
-from fairaudit.limits import LIMITS
+from fairaudit.limits import LIMITS, Limit, limits_of
 from fairaudit.plugins.vlm.answers import UNREADABLE, Reading, read_answer
 from fairaudit.plugins.vlm.experiment import Experiment, Profile, Setting, Slots
 from fairaudit.plugins.vlm.journal import Draw, Journal
@@ -78,6 +78,8 @@ class Finding:
         The least bound of each theorem on the local ratio.
     targets : dict
         Verdict on each target, unreadable answers allowed for.
+    limits : tuple
+        The limits that the targets set: quantity, unit and number.
     """
 
     question: Question
@@ -88,6 +90,7 @@ class Finding:
     exp_epsilon: Number
     bounds: Mapping[str, Number]
     targets: Mapping[str, str]
+    limits: tuple[Limit, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -227,7 +230,7 @@ def certify(
         if quantity == "local" and (interval or not drawn_already):  # T2 is about the population: draws may stray from it
             high = max(low, min(high, factor))
         verdicts[name] = judge((low, high), **{f"max_{unit}": limit})
-    return Finding(question, setting, result, meanings, interval, factor, best, verdicts)
+    return Finding(question, setting, result, meanings, interval, factor, best, verdicts, tuple(limits_of(limits)))
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from typing import Any, Literal
 from fairaudit.certificate import number, write_atomically
 from fairaudit.cli.text import plain
 from fairaudit.exact import InputError, approximate
+from fairaudit.limits import limit_readings, limit_text
 from fairaudit.plugins.vlm.analyse import Finding, Table, certify, logarithm, questions, readings, settings_of, tables
 from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.journal import Journal
@@ -98,6 +99,8 @@ def said(found: Found, form: str) -> str:
         plain(found.experiment.title),
         f"Utility: {plain(found.experiment.utility_name)}. Each interval holds at the confidence of its certificate, by itself.",
     ]
+    judged = dict.fromkeys(limit for _, _, finding in found.findings for limit in finding.limits)
+    lines += [f"Target: {limit_text(*limit)}." for limit in judged]
     head = None
     asked, models = questions(found.experiment), [model for model, _, _ in found.findings]
     by_question = sorted(found.findings, key=lambda f: (models.index(f[0]), asked.index(f[2].question)))
@@ -244,6 +247,14 @@ def _entry(experiment: Experiment, model: str, table: Table, finding: Finding) -
         "table": both(finding.meanings),
         "interval": both(finding.interval),
         "bounds": {name: number(value) for name, value in finding.bounds.items()},
-        "targets": dict(finding.targets),
+        "targets": [
+            {
+                "target": f"max_{quantity}_{unit}",
+                "limit": number(limit),
+                "readings": limit_readings(unit, limit),
+                "verdict": finding.targets[f"max_{quantity}_{unit}"],
+            }
+            for quantity, unit, limit in finding.limits
+        ],
         "verdict": finding.verdict,
     }
