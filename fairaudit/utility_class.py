@@ -257,8 +257,8 @@ class UtilityClass:
                 for j in np.flatnonzero(coefficients).tolist():
                     row, u = divmod(j, n)
                     x, a = slots[row]
-                    terms.append((law.contexts[x], None if a is None else law.groups[a], law.decisions[u], coefficients[j]))
-                rows.append(LinearRow(terms, bound))
+                    terms.append((law.contexts[x], None if a is None else law.groups[a], law.decisions[u], Fraction(coefficients[j])))
+                rows.append(LinearRow(terms, Fraction(bound)))
         return UtilityClass(**{**options, "rows": (*options.get("rows", ()), *rows)})
 
     @property
