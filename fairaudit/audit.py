@@ -335,8 +335,9 @@ class Result:
         ]
         planned = []
         for t in open_targets:
-            limit: dict[str, Any] = {f"max_{t.unit}": t.limit}
-            planned.append((t, further_draws(self.comparisons[t.quantity], self.intervals[t.quantity].confidence, **limit)))
+            interval = self.intervals[t.quantity]
+            limit: dict[str, Any] = {f"max_{t.unit}": t.limit, "interval": interval}
+            planned.append((t, further_draws(self.comparisons[t.quantity], interval.confidence, **limit)))
         return tuple(planned)
 
     def most_unequal(self, count: int = 3) -> dict[str, tuple[Ratio, ...] | tuple[Distance, ...]]:

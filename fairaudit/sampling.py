@@ -42,6 +42,7 @@ from numpy.typing import NDArray
 from fairaudit.columns import Label, names
 from fairaudit.exact import (
     InputError,
+    approximate,
     compare_log,
     exp_enclosure,
     log_enclosure,
@@ -366,14 +367,20 @@ class Planning:
     draws : tuple of int or None
         Draws per cell (in all for `plan`, further ones for `further_draws`); None if no number up to the limit would do.
     decides : {"within", "exceeds"} or None
-        Which verdict they are expected to give.
+        Which verdict they are expected to give; None also where nothing is expected, because what was measured may be chance alone.
     sentence : str
         The same in words.
+    total : int or None
+        How many further draws that is, or, of a log with sampling units, how many further units.
+    total_if_equal : int or None
+        How many it would be if all compared groups were equal, where the draws do not exclude that.
     """
 
     draws: tuple[int, ...] | None
     decides: Literal["within", "exceeds"] | None
     sentence: str
+    total: int | None = None
+    total_if_equal: int | None = None
 
 
 # What is compared
@@ -2157,9 +2164,13 @@ def further_draws(
     *,
     max_ratio: Any = None,
     max_log: Any = None,
+    interval: Interval | None = None,
     greatest: int = 10**12,
 ) -> Planning:
-    """Estimate how many more draws would decide a target, if the means stay what they are and all cells grow alike.
+    """Estimate how many more draws would decide a target, if the truth were as measured and all cells grew alike.
+
+    What was measured is itself subject to chance. Where the draws do not exclude that all compared groups are equal, a measured ratio
+    above the limit is no reason to expect "exceeds": then no verdict is expected, and what equal groups would need is said, too.
 
     Parameters
     ----------
@@ -2169,6 +2180,8 @@ def further_draws(
         Of the interval; it is planned for with the box, and hoeffding-kl where draws are not binary.
     max_ratio, max_log
         The target, as for `verdict`.
+    interval : Interval, optional
+        The interval so far, which says whether equal groups are excluded; by default what the box is expected to give.
     greatest : int
         Give up when a cell would need more draws than this.
 
@@ -2176,31 +2189,76 @@ def further_draws(
     -------
     Planning
         A planning estimate: about one time in two the draws will not suffice.
+
+    Examples
+    --------
+    >>> law = Law.from_array([[12, 28], [8, 32]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> planned = further_draws(local_comparison(law, Utility({"yes": 1}).on(law)), max_ratio="5/4")
+    >>> planned.decides, planned.total > 0, planned.total_if_equal > 0
+    (None, True, True)
     """
     level = confidence_level(confidence)
     cells = comparison.cells
     if any(not cells[i].draws for block in comparison.blocks for form in block for i, _ in form):
         return Planning(None, None, "Planning estimate: some cells have no draws; draw from every cell first.")
     goal = _float_limit(max_ratio, max_log)
+
+    def least_factor(means: Sequence[float]) -> tuple[float, Literal["within", "exceeds"] | None]:
+        expected = _expectation(comparison, means, level, 0.0)
+
+        def decides(factor: float) -> Literal["within", "exceeds"] | None:
+            lower, upper = expected(lambda i: max(cells[i].draws, ceil(cells[i].draws * factor)))
+            return "within" if upper <= goal else "exceeds" if lower > goal else None
+
+        found: tuple[float, Literal["within", "exceeds"] | None] = _least(decides, greatest / max(cell.draws for cell in cells))
+        return found
+
     means = [float(cell.mean) for cell in cells]
+    factor, found = least_factor(means)
+    lower = interval.lower if interval else _expectation(comparison, means, level, 0.0)(lambda i: cells[i].draws)[0]
+    equal_factor, equal = least_factor(_equal_means(comparison)) if lower <= 1 else (1.0, None)
+    more = None if found is None else tuple(max(0, ceil(cell.draws * factor) - cell.draws) for cell in cells)
+    total, if_equal = _further(comparison, factor, found), _further(comparison, equal_factor, equal)
+    by_chance = lower <= 1 and found != "within"
+    sentence = _planned(comparison, (total, factor), None if by_chance else found)
+    if by_chance:
+        needed = "no number of draws would decide" if if_equal is None else f"it would take about {if_equal}"
+        sentence += f" These draws do not exclude that all groups are equal, and their ratio may be chance alone; if so, {needed}."
+    return Planning(more, None if by_chance else found, sentence, total, if_equal)
 
-    expected = _expectation(comparison, means, level, 0.0)
 
-    def decides(factor: float) -> Literal["within", "exceeds"] | None:
-        lower, upper = expected(lambda i: max(cells[i].draws, ceil(cells[i].draws * factor)))
-        return "within" if upper <= goal else "exceeds" if lower > goal else None
+def _equal_means(comparison: Comparison) -> list[float]:
+    """Means of the cells if the forms of each block were equal, as near to the draws as that."""
+    cells = comparison.cells
+    sets = [[i for form in block for i, _ in form] for block in comparison.blocks] if comparison.single else [list(range(len(cells)))]
+    means = [float(cell.mean) for cell in cells]
+    for members in sets:
+        pooled = float(_sum([cells[i].total for i in members]) / sum(cells[i].draws for i in members))
+        for i in members:
+            means[i] = min(max(pooled, float(cells[i].low)), float(cells[i].high))
+    return means
 
-    factor, found = _least(decides, greatest / max(cell.draws for cell in cells))
+
+def _further(comparison: Comparison, factor: float, found: str | None) -> int | None:
+    """How many further draws a factor means, or further units, which count once however many cells they have rows in."""
     if found is None:
-        return Planning(
-            None, None, "Planning estimate: no number of further draws is expected to decide; the ratio is too close to the limit."
-        )
-    more = tuple(max(0, ceil(cell.draws * factor) - cell.draws) for cell in cells)
-    return Planning(
-        more,
-        found,
-        f"Planning estimate, not a guarantee: about {sum(more)} further draws ({factor:.3g} times as many in all) would show {found!r}.",
-    )
+        return None
+    units = comparison.units
+    counts = [units.total] if units and units.total else [cell.draws for cell in comparison.cells]
+    return sum(max(0, ceil(count * factor) - count) for count in counts)
+
+
+def _planned(comparison: Comparison, further: tuple[int | None, float], found: str | None) -> str:
+    """What it would take if the truth were as measured."""
+    measured, (total, factor) = _estimate(comparison), further
+    ratio = "" if measured is None else f" (a ratio of {approximate(measured)})"
+    start = f"Planning estimate, not a guarantee: if the truth were as measured{ratio},"
+    if total is None:
+        return f"{start} no number of further draws would be expected to decide."
+    units = comparison.units
+    what = f"units of {', '.join(map(shown, units.columns))}" if units and units.total else "draws"
+    verdict = "" if found is None else f" ({found})"
+    return f"{start} about {total} further {what}, {factor:.3g} times as many in all, would decide{verdict}."
 
 
 @without_bare_limits(ALONE)
@@ -2281,7 +2339,7 @@ def plan(
     return Planning(
         (count,) * len(means),
         found,
-        f"Planning estimate, not a guarantee: about {count} draws per cell would show {found!r} if the guesses are right.",
+        f"Planning estimate, not a guarantee: if the guesses are right, about {count} draws per cell would show {found!r}.",
     )
 
 

@@ -740,8 +740,11 @@ def test_planning_agrees_with_what_happens() -> None:
     assert verdict(ratio_interval(one_block(binary(n, n // 2), binary(n, n // 2))), max_log="0.201") == "within"
     assert verdict(ratio_interval(one_block(binary(n // 2, n // 4), binary(n // 2, n // 4))), max_log="0.2") == "inconclusive"
     assert further_draws(one_block(binary(40, 30), binary(40, 10)), max_log="0.2").draws == (0, 0)
-    exceeding = further_draws(one_block(binary(40, 21), binary(40, 14)), max_log="0.2")
-    assert exceeding.decides == "exceeds" and exceeding.draws[0] > 0
+    chance = further_draws(one_block(binary(40, 21), binary(40, 14)), max_log="0.2")
+    assert chance.decides is None and chance.draws[0] > 0 and chance.total < chance.total_if_equal
+    assert "if the truth were as measured (a ratio of 1.5)" in chance.sentence and "may be chance alone" in chance.sentence
+    exceeding = further_draws(one_block(binary(400, 210), binary(400, 150)), max_log="0.2")
+    assert exceeding.decides == "exceeds" and exceeding.draws[0] > 0 and exceeding.total_if_equal is None
     assert further_draws(one_block(binary(40, 30), binary(40, 20)), max_ratio="3/2").draws is None
     assert further_draws(one_block(binary(40, 20), Cell(0, F(0), None, F(0), F(1), True)), max_log="0.2").draws is None
 

@@ -616,7 +616,15 @@ def _json(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
         },
         "findings": [{"test": found.test, "sentence": found.sentence, **found.figures} for found in findings],
         "further_draws": [
-            {"quantity": target.quantity, "unit": target.unit, "draws": planned.draws, "sentence": planned.sentence}
+            {
+                "quantity": target.quantity,
+                "unit": target.unit,
+                "draws": planned.draws,
+                "decides": planned.decides,
+                "total": planned.total,
+                "total_if_equal": planned.total_if_equal,
+                "sentence": planned.sentence,
+            }
             for target, planned in result.further_draws
         ],
         "notes": list(result.notes),
