@@ -65,6 +65,7 @@ from fairaudit.sentences import (
     Sizes,
     caution,
     decide,
+    few_of_policy,
     foremost,
     identifier_text,
     place,
@@ -245,7 +246,7 @@ class Result:
         headline = headline_pair(deciding, self.local, self.global_)
         identifiers = identifier_text(self.law, self.columns, None if self.passed is None else self.passed.table.header["contexts"])
         first = caution(headline, None if headline is None else self.sizes_of(headline), identifiers)
-        return f"{first} {said}" if first else said
+        return " ".join(text for text in (first, few_of_policy(self.deployment, headline), said) if text)
 
     @property
     def columns(self) -> Columns:

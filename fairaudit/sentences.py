@@ -16,6 +16,8 @@ from fairaudit.columns import Label
 from fairaudit.exact import approximate, quotient, shown
 from fairaudit.fairness import Ratio, Witness
 from fairaudit.law import Columns, Law
+from fairaudit.mechanism import Mechanism
+from fairaudit.policy import Deployment
 
 if TYPE_CHECKING:
     from fairaudit.audit import Target
@@ -30,6 +32,7 @@ __all__ = [
     "amount_text",
     "caution",
     "decide",
+    "few_of_policy",
     "foremost",
     "identifier_text",
     "pair_text",
@@ -105,9 +108,14 @@ class Size:
     units: int | None = None
 
     @property
+    def draws(self) -> Fraction | int:
+        """Units, where there are any, else decisions."""
+        return self.decisions if self.units is None else self.units
+
+    @property
     def few(self) -> bool:
         """Whether there are fewer than ten draws."""
-        return (self.decisions if self.units is None else self.units) < FEW
+        return self.draws < FEW
 
     @property
     def text(self) -> str:
@@ -406,11 +414,35 @@ def caution(witness: Witness | None, found: Sizes | None, identifiers: str, name
     if witness is not None and found is not None:
         where = f" in {name(witness.context)}" if witness.context else ""
         few = [(size, labels) for size, labels in zip(found, (witness.higher, witness.lower), strict=True) if size.few]
-        listed = " and ".join(f"{amount_text(size)} behind {name(labels)}" for size, labels in few)
-        if few:
-            verb = "stands" if len(few) == 1 and (few[0][0].units if few[0][0].units is not None else few[0][0].decisions) == 1 else "stand"
-            said.append(f"Only {listed.replace(' behind ', f' {verb} behind ', 1)}{where}.")
+        verbs = [f"stand{'s' if size.draws == 1 else ''} " if i == 0 else "" for i, (size, _) in enumerate(few)]
+        listed = [f"{amount_text(size)} {verb}behind {name(labels)}" for verb, (size, labels) in zip(verbs, few, strict=True)]
+        said += [f"Only {' and '.join(listed)}{where}."] if few else []
     return " ".join(said)
+
+
+def few_of_policy(deployment: Deployment | None, witness: Witness | None) -> str:
+    """Say if hardly any decisions show what a policy does with something that its filters can show it of a pair of groups."""
+    if deployment is None or witness is None or deployment.policy.law.kind != "counts":
+        return ""
+    law, contexts = deployment.policy.law, deployment.contexts if witness.context is None else (tuple(witness.context.values()),)
+    groups = [tuple(labels.values()) for labels in (witness.higher, witness.lower)]
+    seen_groups = {label for group in groups for label in _released(deployment.group_filter, group)}
+    filtered = deployment.context_filter
+    seen = {label for context in contexts for label in ([context] if filtered is None else _released(filtered, context))}
+    totals = [
+        (Fraction(sum(law.row(cell)), law.scale), x, a)
+        for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True))
+        if law.contexts[x] in seen and law.groups[a] in seen_groups
+    ]
+    if not totals or not (least := Size(min(totals)[0])).few:
+        return ""
+    _, x, a = min(totals)
+    where = f" in {place(law.context_label(x))}" if law.contexts[x] else ""
+    return f"Only {amount_text(least)} show{'s' if least.draws == 1 else ''} what the policy does with {place(law.group_label(a))}{where}."
+
+
+def _released(mechanism: Mechanism, value: Label) -> list[Label]:
+    return [out for out, weight in zip(mechanism.outputs, mechanism.row(value), strict=True) if weight]
 
 
 def amount_text(size: Size) -> str:
@@ -446,6 +478,6 @@ def identifier_text(law: Law, columns: Columns, contexts: Sequence[Any] | None =
     for names, labels in listed:
         for i, column in enumerate(names):
             levels = len({label[i] for label in labels})
-            if levels >= LEVELS and 2 * levels > rows:
+            if levels >= LEVELS and 2 * levels >= rows:
                 said.append(f"The column {shown(column)} has {levels:,} labels in {Size(rows).text} decisions, like an identifier.")
     return " ".join(said)

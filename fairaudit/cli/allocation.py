@@ -50,9 +50,9 @@ def run(arguments: argparse.Namespace) -> int:
     judged, embed = confidence_option(arguments.confidence), False if arguments.no_table else None
     try:
         found = read_allocation(table, slots=slots, winner=arguments.winner, context=context.names)
-        profile = certify(found.profile, {CHOSEN: 1}, **targets, confidence=judged, embed_table=embed)
-        position = certify(found.position, {CHOSEN: 1}, confidence=judged, embed_table=embed)
-        within = certify(found.profile_by_position, {CHOSEN: 1}, confidence=None)
+        profile = certify(found.profile, {CHOSEN: 1}, **targets, confidence=judged, embed_table=embed, burden=arguments.burden)
+        position = certify(found.position, {CHOSEN: 1}, confidence=judged, embed_table=embed, burden=arguments.burden)
+        within = certify(found.profile_by_position, {CHOSEN: 1}, confidence=None, burden=arguments.burden)
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
     written: list[Path] = []

@@ -587,6 +587,7 @@ def _print_sql(arguments: argparse.Namespace) -> int:
         option, value = f"--{name.replace('_', '-')}", getattr(arguments, name)
         words += [option, value] if value is not None else []
     words += ["--fold-labels"] if arguments.fold_labels else []
+    words += ["--burden"] if arguments.burden else []
     put(f"-- Save the result as CSV with a header line, then: {shlex.join(words)}\n{statement};")
     return 0
 

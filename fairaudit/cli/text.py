@@ -307,7 +307,8 @@ def _before_and_after(result: Result) -> str:
     if len(changes) > SHOW_CELLS:
         lines.append(f"  … and {len(changes) - SHOW_CELLS} smaller changes")
     worse = sum(now < was for was, now, _ in changes)
-    lines.append(f"  {worse} of {len(changes)} combinations of context and group get less with the filters than without.")
+    verb = "bear" if result.burden else "get"
+    lines.append(f"  {worse} of {len(changes)} combinations of context and group {verb} less with the filters than without.")
     return "\n".join(lines)
 
 

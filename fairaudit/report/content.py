@@ -31,6 +31,7 @@ from fairaudit.sentences import (
     Words,
     caution,
     decide,
+    few_of_policy,
     foremost,
     identifier_text,
     pair_text,
@@ -158,7 +159,7 @@ class Content:
     def lead(self) -> str:
         """The sentence, in the words of the decisions where the utility only says which decisions count."""
         counted = " or ".join(f"“{clip(label)}”" for label in self._counted)
-        return self._said(replace(words_for(burden=self.burden), counted=counted), named)
+        return plain(self._said(replace(words_for(burden=self.burden), counted=counted), named))
 
     def _said(self, words: Words, name: Callable[[Mapping[str, str]], str]) -> str:
         deciding, (local, overall) = foremost(self.deciding), self.measured.values()
@@ -169,7 +170,8 @@ class Content:
         pair = headline_pair(deciding, local, overall)
         identifiers = "" if self.subject is None else identifier_text(self.subject.law, self.subject.law.columns)
         first = caution(pair, None if pair is None else self.sizes_of(pair), identifiers, name)
-        return f"{first} {said}" if first else said
+        few = few_of_policy(None if self.subject is None else self.subject.deployment, pair)
+        return " ".join(text for text in (first, few, said) if text)
 
     @cached_property
     def _counted(self) -> list[str]:
