@@ -368,6 +368,11 @@ class Law:
             notes=(*self.notes, f"{listed} never occurred; {kept}"),
         )
 
+    @property
+    def without_truth(self) -> Law:
+        """The same law, its true labels forgotten."""
+        return self if self.truth is None else replace(self, truth=None, columns=replace(self.columns, truth=None))
+
     @cached_property
     def totals(self) -> NDArray[Any]:
         """Row sums, exact; for float rows use `row` instead."""

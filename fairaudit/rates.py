@@ -85,6 +85,8 @@ class Difference:
         The groups with the higher and the lower rate.
     rates : pair of Fraction
         Their rates.
+    draws : pair of Fraction
+        How many decisions these are rates of.
     """
 
     kind: Kind
@@ -92,6 +94,7 @@ class Difference:
     higher: dict[str, str]
     lower: dict[str, str]
     rates: tuple[Fraction, Fraction]
+    draws: tuple[Fraction, Fraction]
 
     @property
     def value(self) -> Fraction:
@@ -164,7 +167,8 @@ class GivenTruth:
             return None
         _, high, low = best
         context = None if high.context is None else self.law.context_label(high.context)
-        return Difference(kind, context, self.law.group_label(high.group), self.law.group_label(low.group), (high.value, low.value))
+        names = self.law.group_label(high.group), self.law.group_label(low.group)
+        return Difference(kind, context, *names, (high.value, low.value), (high.draws, low.draws))
 
     @cached_property
     def not_compared(self) -> tuple[dict[str, Any], ...]:

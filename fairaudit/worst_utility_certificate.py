@@ -47,7 +47,7 @@ def certify_worst_case(found: WorstCase, *, embed_table: bool | None = None) -> 
     >>> claim["relation"], claim["value"], claim["scope"]
     ('<=', '2', 'every utility of the class')
     """
-    result = certify(found.law, found.certified_utility, confidence=None, embed_table=embed_table)
+    result = certify(found.law.without_truth, found.certified_utility, confidence=None, embed_table=embed_table)
     measured = result.local if found.quantity == "local" else result.global_
     if measured is None or not _keeps(found, measured):
         raise InputError(

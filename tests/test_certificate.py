@@ -166,7 +166,7 @@ def true_labels(**options: Any) -> fa.Result:
     rows = [("yes", "fit", "f", "A", 3), ("no", "fit", "f", "A", 1), ("yes", "not", "f", "A", 1), ("no", "not", "f", "A", 6)]
     rows += [("call", "fit", "m", "A", 1), ("no", "fit", "m", "A", 4), ("yes", "not", "m", "A", 2), ("no", "?", "m", "A", 3)]
     rows += [("yes", "fit", "f", "B", 2), ("no", "not", "f", "B", 5), ("yes", "not", "m", "B", 3), ("no", "fit", "x", "C", "5/2")]
-    rows += [("no", "not", "y", "A", 2), ("no", "not", "y", "C", 1)]
+    rows += [("no", "not", "y", "A", 2), ("yes", "not", "y", "A", 1), ("no", "not", "y", "C", 1)]
     law = fa.Law.from_counts(table("u t a x n", *rows), decision="u", group="a", context="x", count="n", truth="t")
     return fa.certify(law, {"yes": 1, "call": 1}, positive="fit", **options)
 
@@ -555,12 +555,12 @@ def swapped_sections(document: Any, others: list[Any]) -> Iterator[bytes]:
     for one, other in permutations(document["metrics"], 2):
         yield as_bytes(put(text, ("metrics", one), document["metrics"][other]))
     for name, metric in document["metrics"].items():
-        if metric is None:
+        if not isinstance(metric, dict):
             continue
         witness = metric["witness"]
         turned = witness | {"higher": witness["lower"], "lower": witness["higher"]}
         yield as_bytes(put(text, ("metrics", name, "witness"), turned))
-        for key in ("expectations", "probabilities"):
+        for key in ("expectations", "probabilities", "rates"):
             if key in turned:
                 yield as_bytes(put(text, ("metrics", name, "witness"), turned | {key: turned[key][::-1]}))
     for i, claim in enumerate(document["claims"]):
@@ -647,7 +647,7 @@ def other_tables(document: Any) -> Iterator[bytes]:
         yield redigested(put(text, ("subject", "table", "header", name), [*header[name], header[name][0]]))
 
 
-LONG_TABLE = [small_counts, fractional_counts, weighted, by_group, by_context, infinite, never_locally, never_globally]
+LONG_TABLE = [small_counts, fractional_counts, weighted, by_group, by_context, infinite, never_locally, never_globally, true_labels]
 
 
 @cache
@@ -686,7 +686,16 @@ def assert_rejected(original: Any, mutants: Iterator[bytes], lines: list[bytes] 
 
 @pytest.mark.parametrize(
     ("kind", "step"),  # all changes of one certificate, and every second to fifth of some more
-    [(small_counts, 2), (never_globally, 1), (weighted, 4), (by_group, 4), (independent, 5), (infinite, 5), (never_locally, 5)],
+    [
+        (small_counts, 2),
+        (never_globally, 1),
+        (weighted, 4),
+        (by_group, 4),
+        (independent, 5),
+        (infinite, 5),
+        (never_locally, 5),
+        (true_labels, 9),
+    ],
 )
 def test_changed_values(kind: Callable[..., fa.Result], step: int, tmp_path: Path) -> None:
     document, lines = mutable(kind)
@@ -694,7 +703,7 @@ def test_changed_values(kind: Callable[..., fa.Result], step: int, tmp_path: Pat
     assert lines is None
 
 
-@pytest.mark.parametrize(("kind", "step"), [(small_counts, 4), (weighted, 2)])
+@pytest.mark.parametrize(("kind", "step"), [(small_counts, 4), (weighted, 2), (true_labels, 9)])
 def test_changed_values_beside_a_table_in_a_file(kind: Callable[..., fa.Result], step: int, tmp_path: Path) -> None:
     document, lines = mutable(kind, embed=False)
     assert lines is not None
@@ -715,7 +724,7 @@ def test_parts_of_other_certificates(kind: Callable[..., fa.Result], tmp_path: P
     assert assert_rejected(document, swapped_sections(document, others), None, tmp_path) > 200
 
 
-@pytest.mark.parametrize("kind", [small_counts, fractional_counts, weighted, by_group, by_context])
+@pytest.mark.parametrize("kind", [small_counts, fractional_counts, weighted, by_group, by_context, true_labels])
 def test_another_table_with_its_own_digest(kind: Callable[..., fa.Result], tmp_path: Path) -> None:
     document, _ = mutable(kind)
     assert redigested(json.loads(json.dumps(document))) == as_bytes(document)
@@ -747,7 +756,7 @@ def spoiled_tables(lines: list[bytes]) -> Iterator[bytes]:
         yield whole[: match.start()] + b"\\u%04x" % ord(match[0]) + whole[match.end() :]
 
 
-@pytest.mark.parametrize("kind", [small_counts, weighted, by_group, many_columns])
+@pytest.mark.parametrize("kind", [small_counts, weighted, by_group, many_columns, true_labels])
 def test_spoiled_tables(kind: Callable[..., fa.Result], tmp_path: Path) -> None:
     document, lines = mutable(kind, embed=False)
     assert lines is not None

@@ -315,6 +315,15 @@ def test_no_interval_where_none_can_be() -> None:
     accepted(fa.certify(law, {"y": 1}).certificate)
 
 
+def test_the_worst_utility_of_a_law_forgets_its_true_labels() -> None:
+    law = fa.Law.from_log(
+        columns([("y", "p", "f"), ("n", "q", "f"), ("y", "q", "m"), ("n", "p", "m")] * 3, "u t a"), decision="u", group="a", truth="t"
+    )
+    certificate = fa.certify_worst_case(fa.worst_case(law, fa.UtilityClass(gamma=1, tau="0.3")))
+    assert "truth" not in certificate.document["subject"]["columns"]
+    accepted(certificate)
+
+
 # Tampering
 
 
@@ -489,7 +498,7 @@ def test_text_page_markdown_and_json(log: Path, tmp_path: Path, capsys: pytest.C
     printed = capsys.readouterr().out
     for line in (
         "Given the true label in column 't' (positive: decision 'y', true label 'y')",
-        "equal opportunity: a difference of 0.3077 (true positive rate 0.6923 for a=f, 0.3846 for a=m)",
+        "equal opportunity: a difference of 0.3077 (true positive rate 0.6923 for a=f, 0.3846 for a=m; n = 13 and 13)",
         "a=f  0.6923 (9 of 13)    0.1429 (1 of 7)",
         "a=x  no draws            0 (0 of 2)",
         "Each interval holds at its confidence by itself.",

@@ -198,7 +198,8 @@ def given_truth(result: Result) -> str:
             continue
         where = f"{_place(found.context)}: " if found.context else ""
         high, low = map(approximate, found.rates)
-        pair = f"{where}{NAMES[found.kind]} {high} for {_place(found.higher)}, {low} for {_place(found.lower)}"
+        sizes = " and ".join(map(approximate, found.draws))
+        pair = f"{where}{NAMES[found.kind]} {high} for {_place(found.higher)}, {low} for {_place(found.lower)}; n = {sizes}"
         lines.append(f"  {NAMES[name]}: a difference of {approximate(found.value)} ({pair})")
         if interval := given.intervals.get(name):
             ends = f"between {approximate(interval.lower, 'down')} and {approximate(interval.upper, 'up')}"
