@@ -1594,10 +1594,17 @@ class GivenTruth:
             raise _malformed("subject.positive.decision", "is not in the order of the decisions of the table")
         self.truth = truths.index(positive.truth)
         self.cells: list[tuple[Share, Share]] = []
+        self.totals = _Total()  # by true label
+
+    def of_label(self, label: str) -> Rational:
+        """How many decisions have a true label."""
+        numerators, below = self.totals.value() if self.cells else ([0] * len(self.header.truths or ()), 1)
+        return _reduced(numerators[(self.header.truths or ()).index(label)], below)
 
     def add(self, place: tuple[int, int], counts: tuple[list[list[int]], int]) -> None:
         """Take in the next cell."""
         rows, below = counts
+        self.totals.add([*map(sum, rows)], below)
         sums = []
         for wanted in (True, False):
             own = [row for t, row in enumerate(rows) if (t == self.truth) is wanted]
@@ -3844,6 +3851,8 @@ def _fault_of_step(step: Step, steps: Sequence[Step], present: Mapping[str, set[
         return f"the table is {'counted' if sampled else 'not counted'}"
     if step.step == "left out":
         return "" if step.unit == "lines" else _fault_of_left_out(step, table)
+    if step.column not in present:
+        return "the table has no such column"
     labels = present[step.column]
     if step.step == "intervals":
         written = {s.label for s in steps if s.column == step.column and s.step != "intervals"}
@@ -3897,7 +3906,9 @@ def _amount_of_label(step: Step, table: Table) -> Rational | None:
     """Count the decisions with a label in a column; nothing where decisions are not counted by true cells."""
     header = table.header
     columns = header.subject.columns
-    if header.subject.kind != "counts" or step.column == columns.truth:
+    if step.column == columns.truth:
+        return None if table.given is None else table.given.of_label(step.label)
+    if header.subject.kind != "counts":
         return None
     amounts: list[Rational] = [ZERO]
     for cell in table.cells:

@@ -196,7 +196,7 @@ def test_counts_and_their_log_say_the_same() -> None:
         columns([(*row[:-1], f"{row[-1]}/2") for row in counted], "u t a x n"), decision="u", group="a", context="x", count="n", truth="t"
     )
     half = fa.certify(halves, {"y": 1}, confidence="0.9")
-    assert half.given_truth.differences == counts.given_truth.differences and not half.given_truth.intervals
+    assert half.certificate.document["metrics"] == counts.certificate.document["metrics"] and not half.given_truth.intervals
     assert any("rates given the true label" in note for note in half.notes)
     accepted(half.certificate)
 
@@ -444,8 +444,36 @@ def test_without_true_labels_nothing_given_them_may_be_stated() -> None:
     for claim in document["claims"]:
         if claim["quantity"].startswith(("equal_", "equalized_odds_")):
             assert outcome({**plain, "claims": [*plain["claims"], claim]}) != "true"
-    units = changed(document, ("intervals", "local", "units"), [[[1, [1, 0]]]])
-    assert outcome(units) == "false"
+
+
+def test_rows_of_one_unit_are_no_draws_of_a_rate() -> None:
+    """An interval that would be right of independent rows, put beside the units that say that they are not."""
+    rows = [("y", "y", "f", "A"), ("y", "y", "f", "A"), ("n", "y", "m", "A"), ("y", "n", "f", "A"), ("n", "n", "m", "A")] * 6
+    log = columns(rows) | {"run": [str(i // 2) for i in range(len(rows))]}
+    law = fa.Law.from_log(log, decision="u", group="a", context="x", truth="t", unit="run")
+    own, other = (json.loads(result.certificate.text) for result in (fa.certify(law, {"y": 1}), measured(rows)))
+    assert outcome(own) == outcome(other) == "true" and own["subject"] == other["subject"]
+    name = "equal_opportunity"
+    claims = [claim for claim in other["claims"] if claim["quantity"] == name and claim["by"] == "binomial"]
+    both = {**own, "intervals": {**own["intervals"], name: other["intervals"][name]}, "claims": [*own["claims"], *claims]}
+    assert outcome(both) == "false"
+
+
+def test_missing_true_labels_are_recorded_and_checked() -> None:
+    log = columns([("y", "y", "f"), ("n", "", "f"), ("y", "y", "m"), ("n", "n", "m")] * 3, "u t a")
+    for missing, step in (("group", {"step": "level", "column": "t", "label": "(missing)", "decisions": "3"}), ("drop", None)):
+        result = fa.certify(fa.Law.from_log(log, decision="u", group="a", truth="t", missing=missing), {"y": 1}, positive="y")
+        accepted(result.certificate)
+        document = json.loads(result.certificate.text)
+        (done,) = document["subject"]["preparation"]
+        if step is None:
+            assert done["columns"] == {"t": "3"}
+            continue
+        assert done == step
+        assert outcome(changed(document, ("subject", "preparation", 0, "decisions"), "2")) == "false"
+        renamed = changed(document, ("subject", "preparation", 0, "column"), "T")
+        renamed["subject"]["columns"]["truth"] = "T"
+        assert outcome(renamed) == "false"
 
 
 # Faces
