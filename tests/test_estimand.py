@@ -80,6 +80,8 @@ def test_text_page_and_markdown_show_both(tmp_path: Path, capsys: pytest.Capture
     assert "mean over units between 1 and 1.0" in first and "(1 in the table, and 2 as mean over rows)" in first
     assert "local ratio R, mean over units" in out and "the same, as mean over units" in out
     assert "2 as the mean over rows" in err
+    assert main([*command, "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["targets"][0]["estimand"] == "mean over units"
     assert main([*command, "--confidence", "none"]) == 1
     assert "(this table, mean over rows, decided exactly)" in capsys.readouterr().out
     document = json.loads((tmp_path / "c.json").read_text())

@@ -607,6 +607,7 @@ def _json(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
                 "unit": target.unit,
                 "limit": rational_text((target.limit.numerator, target.limit.denominator)),
                 "readings": limit_readings(target.unit, target.limit),
+                **({"estimand": target.estimand} if result.law.units else {}),
                 "verdict": target.verdict,
             }
             for target in result.targets

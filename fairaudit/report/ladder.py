@@ -68,7 +68,8 @@ def ladder(document: Mapping[str, Any], name: Literal["local", "global"]) -> lis
         limit = number(target["limit"])
         shown = Value(limit) if target["unit"] == "ratio" else _exponential(limit)
         said = limit_text(name, target["unit"], Fraction(limit))
-        rungs.append(Rung("target", f"target: {said}", scope(target["judged"]), shown))
+        of = f", {target['estimand']}" if "estimand" in target else ""
+        rungs.append(Rung("target", f"target: {said}", scope(target["judged"]) + of, shown))
     return sorted(rungs, key=lambda rung: (float(rung.value), rung.kind != "measured"))
 
 
