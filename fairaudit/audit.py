@@ -238,7 +238,7 @@ class Result:
         Without targets it is the most unequal pair, within a context if there is one. What makes little of it, such as a handful of
         decisions behind it, is said first. Labels are as in the input, unescaped.
         """
-        deciding = foremost(self.deciding)
+        deciding = foremost([target.verdict for target in self.targets], self.deciding)
         mean = "as mean over units" if deciding and self._by_unit(deciding) else "in the table"
         contexts = bool(self.columns.context)
         options: dict[str, Any] = {"sizes_of": self.sizes_of, "contexts": contexts, "mean": mean}

@@ -49,7 +49,7 @@ LEVELS = 10
 THE_INTERVAL = "the interval"
 THIS_TABLE = "this table"
 Drivers = tuple[Witness | None, Witness | None]
-Severity: dict[str, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
+SEVERITY = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
 
 
 @dataclass(frozen=True)
@@ -186,10 +186,10 @@ def decide(target: Target, measured: Ratio | None, lower: Fraction | float | Non
     return Deciding(target.quantity, target.verdict, "upper", value, by, target.confidence, pair)
 
 
-def foremost(found: Iterable[Deciding | None]) -> Deciding | None:
-    """The first of those that determine the verdict on all targets: "exceeds" before "inconclusive" before "within"."""
-    known = [deciding for deciding in found if deciding is not None]
-    return max(known, key=lambda deciding: Severity[deciding.verdict], default=None)
+def foremost(verdicts: Iterable[str], found: Iterable[Deciding | None]) -> Deciding | None:
+    """What decided the first target of those that determine the verdict on all: "exceeds" before "inconclusive" before "within"."""
+    judged = zip(verdicts, found, strict=True)
+    return max(judged, key=lambda target: SEVERITY[target[0]], default=("none", None))[1]
 
 
 def place(labels: Mapping[str, str]) -> str:

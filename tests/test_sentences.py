@@ -115,6 +115,16 @@ def test_the_sentence_is_about_what_decided(targets: dict[str, Any], opening: st
     assert describe(result.certificate.document).sentence == result.sentence
 
 
+def test_a_target_for_which_nothing_was_compared_keeps_the_sentence() -> None:
+    """It makes the verdict inconclusive, whatever the other target says."""
+    log = {"u": ["yes", "no", "yes", "yes"] * 20, "a": ["f"] * 40 + ["m"] * 40, "x": ["p"] * 40 + ["q"] * 40}
+    law = fa.Law.from_log(log, decision="u", group="a", context="x")
+    result = fa.certify(law, {"yes": 1}, max_local_ratio=2, max_global_ratio=5)
+    assert [target.verdict for target in result.targets] == ["inconclusive", "within"]
+    assert result.sentence.startswith("No context has two groups, so nobody is compared within a context; over all contexts, all compared")
+    same_in_the_report(result)
+
+
 def test_a_theorem_that_decides_is_named() -> None:
     """Draws leave the ratio of a policy open; its filter and a declared floor bound it, for every pair."""
     rows = {"u": ["y", "n"] * 2, "a": ["f", "f", "m", "m"], "n": [3, 1, 2, 2]}

@@ -162,7 +162,8 @@ class Content:
         return plain(self._said(replace(words_for(burden=self.burden), counted=counted), named))
 
     def _said(self, words: Words, name: Callable[[Mapping[str, str]], str]) -> str:
-        deciding, (local, overall) = foremost(self.deciding), self.measured.values()
+        deciding = foremost([target["verdict"] for target in self.document["targets"]], self.deciding)
+        local, overall = self.measured["local"], self.measured["global"]
         units = self.subject is not None and self.subject.law.units is not None and self.subject.law.units.repeated
         mean = "as mean over units" if units and deciding is not None and deciding.quantity == "local" else "in the table"
         contexts = bool(self.document["subject"]["columns"]["context"])
