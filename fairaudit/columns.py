@@ -7,17 +7,20 @@ from __future__ import annotations
 
 import unicodedata
 from array import array
-from collections.abc import Callable, Hashable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import date, time
 from decimal import Decimal
 from fractions import Fraction
 from itertools import islice
 from typing import Any, Literal
+from uuid import UUID
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact import MAX_EXPONENT, InputError, common_denominator, nearest, rational, shown
+from fairaudit.exact import InputError, common_denominator, nearest, rational, shown
+from fairaudit.label_text import ACCEPTED, PLAIN, Reader, label_text, native_values
 from fairaudit.preparation import Entry, Unit, in_order, left_out, level, words
 
 __all__ = [
@@ -31,6 +34,7 @@ __all__ = [
     "label_codes",
     "label_text",
     "locator",
+    "merged",
     "names",
     "numbers",
     "plain",
@@ -91,10 +95,36 @@ class Tally:
         columns: Sequence[str],
         cells: Iterable[Sequence[Any]],
         *,
+        read: Mapping[str, Reader] | None = None,
+        equal: Collection[str] = (),
         find: Callable[[Tally, int], str] | None = None,
         notes: tuple[str, ...] = (),
     ) -> Tally:
-        """Encode distinct rows as they come, each a value per column and then a count."""
+        """Encode distinct rows as they come, each a value per column and then a count.
+
+        Parameters
+        ----------
+        name : str
+            Name of what was read.
+        columns : sequence of str
+            Its columns.
+        cells : iterable of sequence
+            The rows.
+        read : mapping of str to callable, optional
+            What makes values of a column of what the engine gives for them.
+        equal : collection of str
+            Columns in `read` of which different texts, as those of JSON, may have equal values; their rows are added up.
+        find, notes
+            As in the attributes.
+
+        Raises
+        ------
+        InputError
+            If two rows are equal, because values that the engine tells apart have become one; 0 and -0, and the forms of a missing
+            value, are added up.
+        """
+        readers = {position: Reading(column, (read or {}).get(column)) for position, column in enumerate(columns)}
+        later = {position for position, column in enumerate(columns) if column in equal}
         known: list[dict[type, dict[Hashable, int]]] = [{} for _ in columns]
         levels: list[list[Any]] = [[] for _ in columns]
         listed = [array("q") for _ in range(len(columns) + 1)]
@@ -104,8 +134,8 @@ class Tally:
             listed[-1].extend(map(int, counts))
             for position, held in enumerate(values):
                 part: Sequence[Any] = held
-                if len({*map(type, part)}) > 1 or type(part[0]) not in (str, int):
-                    part = [_plain(value, columns[position]) for value in part]
+                if position not in later and (readers[position].read or len({*map(type, part)}) > 1 or type(part[0]) not in (str, int)):
+                    part = list(map(readers[position], part))
                 kinds = {*map(type, part)}
                 codes = {kind: known[position].setdefault(kind, {}) for kind in kinds}
                 for value in dict.fromkeys(part) if len(kinds) == 1 else part:
@@ -117,7 +147,31 @@ class Tally:
                 else:
                     listed[position].extend(codes[type(value)][value] for value in part)
         arrays = [np.array(part, dtype=np.int64) for part in listed]
-        return Tally(name, dict(zip(columns, arrays, strict=False)), dict(zip(columns, levels, strict=True)), arrays[-1], notes, find)
+        found = Tally(name, dict(zip(columns, arrays, strict=False)), dict(zip(columns, levels, strict=True)), arrays[-1], notes, find)
+        return _unmarked(found.checked(), [readers[position] if position in later else None for position in range(len(columns))])
+
+    def checked(self) -> Tally:
+        """Give the tally back if its rows differ.
+
+        Raises
+        ------
+        InputError
+            If two rows are equal.
+        """
+        keys, span = np.zeros(len(self), dtype=np.int64), 1
+        for column, codes in self.codes.items():
+            size = len(self.levels[column]) or 1
+            if span * size > INT64:
+                keys, span = np.unique(keys, return_inverse=True)[1], len(self)
+            keys, span = keys * size + codes, span * size
+        values, first = np.unique(keys, return_index=True)
+        if len(values) < len(keys):
+            again = np.setdiff1d(np.arange(len(keys)), first)[0]
+            raise InputError(
+                f"{self.name}: rows that differ where they are held have become equal ({self.locate(int(again))}); "
+                "cast the columns to text so that different values have different texts"
+            )
+        return self
 
     @property
     def columns(self) -> list[str]:
@@ -399,52 +453,6 @@ def plain(text: str) -> str:
     return "".join(c if unicodedata.category(c) not in STEERING else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
-def label_text(value: object) -> str | None:
-    """Text of a label, or None for a missing one.
-
-    Raises
-    ------
-    InputError
-        If it is not a text, number, truth value or date.
-
-    Examples
-    --------
-    >>> label_text("A"), label_text(3), label_text(True), label_text(""), label_text(float("nan"))
-    ('A', '3', 'True', None, None)
-    """
-    if isinstance(value, str):
-        try:
-            value.encode("utf-8")
-        except UnicodeEncodeError:
-            raise InputError(f"the label {shown(value)} is not valid Unicode") from None
-        return value if value.strip() else None
-    if value is None or type(value).__name__ in ("NAType", "NaTType"):
-        return None
-    if isinstance(value, np.generic):
-        return label_text(value.item())
-    if isinstance(value, float):
-        return None if value != value else repr(value)
-    if isinstance(value, (bool, int)):
-        return str(value)
-    if isinstance(value, Decimal):
-        return _decimal_text(value)
-    iso = getattr(value, "isoformat", None)
-    if callable(iso):
-        return str(iso())
-    raise InputError(f"a label of type {type(value).__name__} is not accepted; use text, numbers, truth values or dates")
-
-
-def _decimal_text(value: Decimal) -> str | None:
-    """Digits of a decimal without closing zeros, so that equal numbers have one text."""
-    if not value.is_finite():
-        return None
-    if value and abs(value.adjusted()) > MAX_EXPONENT:
-        raise InputError(f"the number {shown(str(value))} has an exponent beyond ±{MAX_EXPONENT}")
-    text = format(value, "f")
-    text = text.rstrip("0").rstrip(".") if "." in text else text
-    return "0" if text == "-0" else text
-
-
 def names(columns: str | Sequence[str] | None) -> tuple[str, ...]:
     """Column names as a tuple; a single name stands for itself."""
     if columns is None:
@@ -473,7 +481,10 @@ def column(table: Any, name: str) -> list[Any]:
     values = table[name]
     if getattr(values, "ndim", 1) != 1:
         raise InputError(f"the column name {shown(name)} occurs more than once; give each column its own name")
-    return list(values.tolist() if hasattr(values, "tolist") else values)
+    try:
+        return native_values(values)
+    except InputError as error:
+        raise InputError(f"column {shown(name)}: {error}") from None
 
 
 def _encoded(table: Any, values: list[Any], name: str, locate: Locate) -> tuple[NDArray[np.int64], list[str]]:
@@ -507,51 +518,133 @@ def label_codes(table: Any, columns: Sequence[str], locate: Locate) -> list[tupl
     return [_encoded(table, [] if name in held else column(table, name), name, locate) for name in columns]
 
 
-def _plain(value: Any, name: str) -> Any:
-    """One object for all missing numbers, and a message instead of a value that cannot be looked up."""
-    if value is None or type(value).__name__ in ("NAType", "NaTType") or (isinstance(value, float) and value != value):
-        return None
-    if isinstance(value, np.generic):
-        return _plain(value.item(), name)
-    try:
-        hash(value)
-    except TypeError:
-        raise InputError(
-            f"column {shown(name)} holds {shown(value)}, which is not a label; use text, numbers, truth values or dates"
-        ) from None
-    return value
+class _Mark(str):
+    """What stands for -0 and for a missing value while rows are told apart."""
+
+    __slots__ = ()
+
+
+class _NotANumber:
+    """What stands for a NaN, which equals no other."""
+
+
+class Reading:
+    """Values of a column as a `Tally` keeps them: numbers, truth values and texts; each different one is looked at once."""
+
+    def __init__(self, column: str, read: Reader | None) -> None:
+        self.column, self.read = column, read
+        self.known: dict[tuple[type, Hashable], Any] = {}
+
+    def __call__(self, value: Any) -> Any:
+        """Read a value."""
+        if isinstance(value, (float, np.floating)):
+            return _zero_or_number(float(value))
+        try:
+            if isinstance(value, (date, time)):  # equal to others of another fold
+                return self._plain(value)
+            key = (type(value), value)
+            if key not in self.known:
+                self.known[key] = self._plain(value)
+        except TypeError:
+            raise InputError(f"column {shown(self.column)} holds {shown(value)}, which is not a label; {ACCEPTED}") from None
+        except InputError as error:
+            raise InputError(f"column {shown(self.column)}: {error}") from None
+        return self.known[key]
+
+    def _plain(self, value: Any) -> Any:
+        if self.read is not None:
+            value = self.read(value)
+        if value is None:
+            return None
+        if type(value).__name__ in ("NAType", "NaTType"):
+            return _Mark(type(value).__name__)
+        if isinstance(value, np.generic) and not isinstance(value, (np.datetime64, np.timedelta64)):
+            value = value.item()
+        if isinstance(value, Decimal) and value.is_nan():
+            return _NotANumber()
+        return label_text(value) if isinstance(value, (date, time, UUID, np.datetime64)) else value
+
+
+def _zero_or_number(value: float) -> Any:
+    if value != value:
+        return _NotANumber()
+    return _Mark("-0") if value == 0 and str(value) == "-0.0" else value
+
+
+def _unmarked(tally: Tally, readers: Sequence[Reading | None]) -> Tally:
+    """Put values for what stands for them, and add up the rows that have become equal."""
+    levels: dict[str, list[Any]] = {}
+    for (name, held), reader in zip(tally.levels.items(), readers, strict=True):
+        values = list(held if reader is None else map(reader, held))
+        levels[name] = [
+            (0.0 if value == "-0" else None) if type(value) is _Mark else None if type(value) is _NotANumber else value for value in values
+        ]
+    found = replace(tally, levels=levels)
+    same = any(len({(type(value), value) for value in values}) < len(values) for values in levels.values())
+    return merged(found) if same else found
+
+
+def merged(tally: Tally) -> Tally:
+    """Add up rows that have become equal."""
+    codes: dict[str, Any] = {}
+    levels: dict[str, list[Any]] = {}
+    for name, values in tally.levels.items():
+        known = {key: code for code, key in enumerate(dict.fromkeys((type(value), value) for value in values))}
+        codes[name] = np.array([known[type(value), value] for value in values], dtype=np.int64)[tally.codes[name]]
+        levels[name] = [value for _, value in known]
+    keys = np.column_stack(list(codes.values()))
+    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    counts = np.zeros(len(first), dtype=np.int64)
+    np.add.at(counts, inverse.ravel(), tally.counts)
+    return replace(
+        tally,
+        codes={name: part[first] for name, part in codes.items()},
+        levels=levels,
+        counts=counts,
+        find=lambda _, position: tally.locate(int(first[position])),
+    )
 
 
 def encode(values: list[Any], name: str, locate: Locate) -> tuple[NDArray[np.int64], list[str]]:
     """Codes of labels in order of first appearance; -1 where the label is missing."""
-    kinds = set(map(type, values))
-    keys: list[Hashable] = values if len(kinds) <= 1 else [(type(v), v) for v in values]
-    try:
-        first: dict[Hashable, int] = {}
-        for position, key in enumerate(keys):
-            if key not in first:
-                first[key] = position
-    except TypeError:
-        raise InputError(f"column {shown(name)} holds values that are not labels; use text, numbers, truth values or dates") from None
+    keys = _keys(values, name, locate)
+    first: dict[Hashable, int] = {}
+    for position, key in enumerate(keys):
+        if key not in first:
+            first[key] = position
     codes: dict[Hashable, int] = {}
     seen: dict[str, tuple[int, Any]] = {}
     for key, position in first.items():
         value = values[position]
-        try:
-            text = label_text(value)
-        except InputError as error:
-            raise InputError(f"column {shown(name)}, {locate(position)}: {error}") from None
+        text = _label(value, name, position, locate)
         if text is None:
             codes[key] = -1
             continue
         code, other = seen.setdefault(text, (len(seen), value))
-        if type(other) is not type(value) and other != value:
+        if other != value and not (type(other) is type(value) and type(value) not in PLAIN):
             raise InputError(
                 f"column {shown(name)}, {locate(position)}: {shown(value)} and {shown(other)} are different values with the same text; "
                 "make the column of one type"
             )
         codes[key] = code
     return np.fromiter(map(codes.__getitem__, keys), dtype=np.int64, count=len(keys)), list(seen)
+
+
+def _keys(values: list[Any], name: str, locate: Locate) -> Sequence[Hashable]:
+    """What tells the values of a column apart; dates and times by their texts, because Python takes two moments of one hour for equal."""
+    kinds = set(map(type, values))
+    if kinds <= PLAIN:
+        return values if len(kinds) <= 1 else [(type(value), value) for value in values]
+    return [
+        (type(value), value if type(value) in PLAIN else _label(value, name, position, locate)) for position, value in enumerate(values)
+    ]
+
+
+def _label(value: Any, name: str, position: int, locate: Locate) -> str | None:
+    try:
+        return label_text(value)
+    except InputError as error:
+        raise InputError(f"column {shown(name)}, {locate(position)}: {error}") from None
 
 
 def combine(parts: Sequence[tuple[NDArray[np.int64], list[str]]], rows: int) -> tuple[NDArray[np.int64], list[Label]]:

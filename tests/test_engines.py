@@ -602,7 +602,7 @@ def test_files_that_do_not_belong_together(files: dict[str, str], tmp_path: Path
         ([tmp_path / "none*.parquet"], "none that the pattern fits"),
         ([tmp_path / "*.parquet"], "there is no such file"),
         ([files["log.csv"], files["log.csv"]], "named twice"),
-        ([mixed / "*.parquet"], "DuckDB cannot read it"),
+        ([mixed / "*.parquet"], "write it with one type in files that are read together"),
         ([tmp_path], "this is a directory"),
         ([files["log.db"]], "is a database"),
         ([f"sqlite:{files['log.db']}"], "--table"),

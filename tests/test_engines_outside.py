@@ -237,11 +237,11 @@ def test_spark_takes_json_as_duckdb_does(spark: object, tmp_path: Path) -> None:
     (tmp_path / "values.jsonl").write_text("".join(f'{{"v": {value}, "w": 1}}\n' for value in values) + '{"w": 1}\n', "utf-8")
     found = [dict(zip(map(repr, t["v"]), t.counts.tolist(), strict=True)) for t in read_both(spark, tmp_path / "values.jsonl", "v")]
     assert found[0] == found[1] and len(found[0]) > 8
-    for value in ("1", '"1"', "true", '"True"'):
+    for value in ("1", '"1"', "true", '"true"'):
         (tmp_path / "one.jsonl").write_text(f'{{"v": {value}}}\n')
         (first,), (second,) = (t.levels["v"] for t in read_both(spark, tmp_path / "one.jsonl", "v"))
         assert first == second and type(first) is type(second)
-    for two in (("1", '"1"'), ("true", '"True"')):
+    for two in (("1", '"1"'), ("true", '"true"')):
         (tmp_path / "two.jsonl").write_text("".join(f'{{"answer": "yes", "sex": {value}}}\n' for value in two))
         for engine in (spark, "duckdb"):
             with pytest.raises(InputError, match="different values with the same text"):

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from test_engines import counts, log
 
 from fairaudit import InputError, Law, certify
-from fairaudit.columns import Tally, label_text
+from fairaudit.columns import label_text
 from fairaudit.tables import coded
 from fairaudit.tables.engines import read_log
 from fairaudit.tables.frames import tally_frame
@@ -86,9 +86,8 @@ def test_a_frame_is_the_log_of_its_rows(make: Callable[[], Any], group: Any, con
 
 @pytest.mark.parametrize("make", FRAMES, ids=lambda make: make.__name__)
 def test_a_frame_is_cut_into_intervals(make: Callable[[], Any]) -> None:
-    expected = counts(Tally.of("t", ["x", "age"], [(row["dept"], row["age"], 1) for row in ROWS]))
     found = read_log(make(), ["dept", "age", "score"], bins={"age": [18, 40], "score": [5.25, "10"]})
-    assert found.rows == len(ROWS) == sum(expected.values())
+    assert found.rows == len(ROWS)
     labels = [
         (
             "under 18" if r["age"] < 18 else "18 to under 40" if r["age"] < 40 else "40 and over",
@@ -134,7 +133,7 @@ def test_values_that_libraries_take_for_equal_stay_apart() -> None:
     columns = {"u": ["y", "n", "y"], "a": [1, True, "x"]}
     frame = pd.DataFrame(columns, dtype=object)
     assert tally_frame(frame, ["u", "a"]) is None
-    assert Law.from_log(frame, decision="u", group="a").groups == (("1",), ("True",), ("x",))
+    assert Law.from_log(frame, decision="u", group="a").groups == (("1",), ("true",), ("x",))
     with pytest.raises(InputError, match="different values with the same text"):
         Law.from_log(pd.DataFrame({"u": ["y", "n"], "a": [1, "1"]}, dtype=object), decision="u", group="a")
 
@@ -148,7 +147,7 @@ def test_frames_say_what_is_wrong_with_them() -> None:
         Law.from_log(pl.LazyFrame({"u": ["y"], "a": ["f"]}), decision="u", group="b")
     with pytest.raises(InputError, match="occurs more than once"):
         Law.from_log(pd.DataFrame([["y", "f", "m"]], columns=["u", "a", "a"]), decision="u", group="a")
-    with pytest.raises(InputError, match="is not a label"):
+    with pytest.raises(InputError, match=r"column 'a' is of type List.*; cast the column"):
         Law.from_log(pl.DataFrame({"u": ["y", "n"], "a": [[1], [2]]}), decision="u", group="a")
     with pytest.raises(InputError, match="no rows"):
         Law.from_log(pa.table({"u": pa.array([], pa.string()), "a": pa.array([], pa.string())}), decision="u", group="a")

@@ -113,7 +113,7 @@ def test_json_is_taken_as_it_is(tmp_path: Path) -> None:
     values = ['"1"', "true", "1.50", "null", '""', "1.5", '"2026-01-31"', '"\\u00fc"', '"ü"']
     path.write_text("".join(f'{{"v": {value}, "Answer": "yes"}}\n' for value in values) + '{"Answer": "no"}\n')
     seen = survey_log(path).columns[0]
-    assert (seen.levels, seen.different, seen.missing) == ({"1.5": 2, "ü": 2, "1": 1, "2026-01-31": 1, "True": 1}, 5, 3)
+    assert (seen.levels, seen.different, seen.missing) == ({"1.5": 2, "ü": 2, "1": 1, "2026-01-31": 1, "true": 1}, 5, 3)
 
 
 @pytest.mark.parametrize(

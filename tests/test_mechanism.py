@@ -129,7 +129,7 @@ def test_values_of_other_types_are_their_text() -> None:
     assert [mechanism.release(v) for v in (1, "1", True, 2.5, day, 7, np.float64(2.5))] == [
         "1",
         "1",
-        "True",
+        "true",
         "2.5",
         "2024-02-29",
         "7",

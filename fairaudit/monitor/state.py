@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import sqlite3
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -11,12 +12,14 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from fairaudit.columns import Label
-from fairaudit.exact import InputError
+from fairaudit.exact import InputError, shown
 from fairaudit.monitor.settings import EARLIER, Settings
 
 __all__ = ["Counts", "Place", "State"]
 
 FORMAT = "fairaudit-monitor/1"
+SPELLING = 2
+OLD_SPELLING = re.compile(r"True|False|-?\d+\.0|-?\d+(\.\d+)?e[+-]\d+", re.ASCII)
 SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE cells (window INTEGER, rank INTEGER, context TEXT NOT NULL, label TEXT NOT NULL, PRIMARY KEY (window, rank)) WITHOUT ROWID;
@@ -118,7 +121,23 @@ class State:
             raise InputError(f"{self.path} is the state of another audit: {'; '.join(settings.differences(stored))}; name another state")
         if not read_only:
             self._claim()
+            self._refuse_old_spellings(stored)
         return stored
+
+    def _refuse_old_spellings(self, settings: Settings) -> None:
+        """Refuse to count on where truth values and numbers of JSON had other texts than now."""
+        if settings.layout != "jsonl" or self.get("spelling") == SPELLING:
+            return
+        labels = {label for label, _ in settings.decisions}
+        for parts in self.db.execute("SELECT context, label FROM cells"):
+            labels.update(label for part in parts for label in json.loads(part))
+        for label in sorted(labels):
+            if OLD_SPELLING.fullmatch(label):
+                raise InputError(
+                    f"{self.path} holds the label {shown(label)}, which earlier versions wrote for truth values and numbers of JSON; "
+                    "they are now true, false, and digits such as 1 and 0.5: start a new state"
+                )
+        self.db.execute("INSERT OR REPLACE INTO meta VALUES ('spelling', ?)", (str(SPELLING),))
 
     def _stored(self) -> Settings | None:
         row = self.db.execute("SELECT count(*) FROM sqlite_master WHERE name = 'meta'").fetchone()
@@ -136,7 +155,7 @@ class State:
         self.db.execute("BEGIN IMMEDIATE")
         for statement in SCHEMA.split(";\n"):
             self.db.execute(statement)
-        for key, value in (("format", FORMAT), ("audit", settings.text), ("digest", settings.digest)):
+        for key, value in (("format", FORMAT), ("spelling", str(SPELLING)), ("audit", settings.text), ("digest", settings.digest)):
             self.db.execute("INSERT INTO meta VALUES (?, ?)", (key, value))
         self.db.executemany(
             "INSERT INTO decisions VALUES (?, ?, ?)", [(k, label, str(g)) for k, (label, g) in enumerate(settings.decisions)]

@@ -9,6 +9,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from decimal import Decimal
 from fractions import Fraction
 from math import inf
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import Any, Literal
 from fairaudit.columns import Label, label_text
 from fairaudit.exact import InputError, rational, rational_text, shown
 from fairaudit.fairness import Witness
+from fairaudit.label_text import json_number
 from fairaudit.law import Law
 from fairaudit.limits import LIMITS
 from fairaudit.monitor.bounds import Arrivals, Quantity, stream_interval
@@ -632,11 +634,9 @@ class Monitor:
             if isinstance(value, (list, dict)):
                 return f"column {shown(name)} holds no label"
             try:
-                text = label_text(float(value) if type(value).__name__ == "Decimal" and name != names[-1] else value)
+                text = label_text(json_number(str(value)) if isinstance(value, Decimal) else value)
             except InputError as error:
-                if type(value).__name__ != "Decimal":
-                    return f"column {shown(name)}: {error}"
-                text = str(value)
+                return f"column {shown(name)}: {error}"
             if text is None:
                 return f"{NO_VALUE}{shown(name)}"
             labels.append(text)

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.columns import Tally, label_text
+from fairaudit.columns import Tally, label_text, merged
 from fairaudit.exact import InputError, option_value, rational, shown
 
-__all__ = ["Bins", "apply_bins", "merged"]
+__all__ = ["Bins", "apply_bins"]
 
 RAW = "="
 
@@ -124,27 +124,6 @@ def apply_bins(tally: Tally, bins: Mapping[str, Bins], cut: Collection[str] = ()
                 raise InputError(f"column {shown(name)}, {tally.locate(at)}: {error}; intervals need numbers") from None
         levels[name] = found
     return merged(replace(tally, levels=levels))
-
-
-def merged(tally: Tally) -> Tally:
-    """Add up rows that have become equal."""
-    codes: dict[str, Any] = {}
-    levels: dict[str, list[Any]] = {}
-    for name, values in tally.levels.items():
-        known = {key: code for code, key in enumerate(dict.fromkeys((type(value), value) for value in values))}
-        codes[name] = np.array([known[type(value), value] for value in values], dtype=np.int64)[tally.codes[name]]
-        levels[name] = [value for _, value in known]
-    keys = np.column_stack(list(codes.values()))
-    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    counts = np.zeros(len(first), dtype=np.int64)
-    np.add.at(counts, inverse.ravel(), tally.counts)
-    return replace(
-        tally,
-        codes={name: part[first] for name, part in codes.items()},
-        levels=levels,
-        counts=counts,
-        find=lambda _, position: tally.locate(int(first[position])),
-    )
 
 
 def _decimal(value: Fraction) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.dense import each_block
+from fairaudit.label_text import native_values
 
 __all__ = ["DENSE", "Coded", "UnknownValueError", "coded_column", "count_combinations"]
 
@@ -80,7 +81,7 @@ def coded_column(column: Any, *, sampled: bool = False) -> Coded | None:
     from pandas import StringDtype
 
     if str(column.dtype) == "category":
-        return Coded.of(column.cat.codes.to_numpy(), [None, *column.cat.categories.tolist()], -1)
+        return Coded.of(column.cat.codes.to_numpy(), [None, *native_values(column.cat.categories.to_series())], -1)
     if isinstance(column.dtype, np.dtype):
         values = column.to_numpy()
         found = _same_objects(values, sampled) if values.dtype == object else _whole(values, sampled)
@@ -92,7 +93,7 @@ def coded_column(column: Any, *, sampled: bool = False) -> Coded | None:
 
 
 def count_combinations(columns: Sequence[Coded]) -> Iterator[tuple[Any, ...]]:
-    """Count the combinations of values: a value for each column, and how many rows have them; equal values may come several times.
+    """Count the combinations of values: a value for each column, and how many rows have them.
 
     Raises
     ------
@@ -126,9 +127,23 @@ def count_combinations(columns: Sequence[Coded]) -> Iterator[tuple[Any, ...]]:
             np.add(counts, found, out=counts)
 
     each_block(columns[0].rows, max(BLOCK_ROWS, len(counts)), work)
+    counts = _of_equal_values(counts, columns)
     cells = np.flatnonzero(counts)
     for place, count in zip(zip(*np.unravel_index(cells, shape), strict=True), counts[cells].tolist(), strict=True):
         yield (*(column.values[at] for column, at in zip(columns, place, strict=True)), count)
+
+
+def _of_equal_values(counts: Codes, columns: Sequence[Coded]) -> Codes:
+    """Counts with those of equal texts, of which memory holds several, added up in the place of the first."""
+    held = counts.reshape([len(column.values) for column in columns])
+    for axis, column in enumerate(columns):
+        first: dict[tuple[type, Any], int] = {}
+        at = [first.setdefault((type(value), value), place) for place, value in enumerate(column.values)]
+        if len(first) < len(at):
+            added = np.zeros_like(held)
+            np.add.at(np.moveaxis(added, axis, 0), at, np.moveaxis(held, axis, 0))
+            held = added
+    return held.ravel()
 
 
 def _whole(values: NDArray[Any], sampled: bool) -> Coded | None:

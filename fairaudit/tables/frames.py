@@ -8,17 +8,20 @@ from math import ceil
 from typing import Any
 
 from fairaudit.columns import Tally, column
-from fairaudit.exact import InputError
-from fairaudit.tables.binning import Bins, apply_bins, merged
+from fairaudit.exact import InputError, shown
+from fairaudit.label_text import label_text, native_values
+from fairaudit.tables.binning import Bins, apply_bins
 from fairaudit.tables.coded import DENSE, Coded, UnknownValueError, coded_column, count_combinations
-from fairaudit.tables.sql import COUNT_COLUMN
+from fairaudit.tables.sql import AS_IS, COUNT_COLUMN, Written, identifier, refused_type, written
 
 __all__ = ["is_frame", "tally_frame"]
 
 LIBRARIES = frozenset(
     ("cudf", "dask", "dask_expr", "duckdb", "_duckdb", "ibis", "modin", "narwhals", "pandas", "polars", "pyarrow", "pyspark", "sqlframe")
 )
-WHOLE = frozenset(("string", "boolean", "integer", "floating", "date", "datetime", "decimal", "empty"))
+WHOLE = frozenset(("string", "boolean", "integer", "floating", "date", "decimal", "empty"))
+MOMENTS = frozenset(("datetime", "datetime64", "time"))
+REFUSED = frozenset(("Array", "Binary", "Duration", "List", "Struct"))
 
 
 def is_frame(table: Any) -> bool:
@@ -62,27 +65,41 @@ def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | N
     names = list(dict.fromkeys(columns))
     for name in names:
         column(dict.fromkeys(schema.names(), ()), name)
+        if type(schema[name]).__name__ in REFUSED:
+            raise refused_type(name, str(schema[name]))
+    if wrapped.implementation.is_pandas_like():
+        frame = _with_texts(frame, names)
+        wrapped = nw.from_native(frame)
+    elif wrapped.implementation.is_pyarrow():
+        wrapped = nw.from_native(_plain_columns(frame.select(names)))
     if not bins and (tally := _dense(frame, wrapped, names)) is not None:
         return tally
     if wrapped.implementation.is_pandas_like() and not all(_one_type(frame[name]) for name in names):
         return None
-    cut = {name for name in bins or {} if schema[name].is_numeric()}
+    tally = _grouped(wrapped, names, {name: edges for name, edges in (bins or {}).items() if schema[name].is_numeric()})
+    if not len(tally):
+        raise InputError("the table has no rows")
+    return apply_bins(tally, bins or {}, [name for name in bins or {} if schema[name].is_numeric()])
+
+
+def _grouped(wrapped: Any, names: Sequence[str], cut: Mapping[str, Bins]) -> Tally:
+    """Let the library count, numeric columns cut into intervals."""
+    import narwhals as nw
+
+    schema = wrapped.collect_schema()
+    kinds = {name: kind for name, kind in _kinds(wrapped, names).items() if name not in cut}
+    library = type(wrapped.to_native()).__name__
     count = COUNT_COLUMN
     while count in names:
         count += "_"
     try:
-        picked = wrapped.select(*(_interval(nw, name, (bins or {})[name], schema[name]) if name in cut else nw.col(name) for name in names))
-        grouped = picked.group_by(*names, drop_null_keys=False).agg(nw.len().alias(count))
-        tally = Tally.of(type(frame).__name__, names, _rows(grouped.select(*names, count)))
-    except InputError:
-        raise
-    except (KeyboardInterrupt, MemoryError):
+        picked = wrapped.select(*(_interval(nw, name, cut[name], schema[name]) if name in cut else nw.col(name) for name in names))
+        rows = _rows(picked.group_by(*names, drop_null_keys=False).agg(nw.len().alias(count)).select(*names, count), kinds)
+        return Tally.of(library, names, rows, read={name: kind.read for name, kind in kinds.items() if kind.read is not None})
+    except (InputError, KeyboardInterrupt, MemoryError):
         raise
     except Exception as error:
-        raise InputError(f"the rows of the {type(frame).__name__} cannot be counted: {_first_line(error)}") from None
-    if not len(tally):
-        raise InputError("the table has no rows")
-    return apply_bins(tally, bins or {}, cut)
+        raise InputError(f"the rows of the {library} cannot be counted: {_first_line(error)}") from None
 
 
 def _dense(frame: Any, wrapped: Any, names: Sequence[str], *, sampled: bool = True) -> Tally | None:
@@ -95,7 +112,7 @@ def _dense(frame: Any, wrapped: Any, names: Sequence[str], *, sampled: bool = Tr
     coded = []
     size = 1
     for name in names:
-        if not pandas and not frame[name].dtype.is_integer():
+        if not pandas and not (frame[name].dtype.is_integer() and "128" not in str(frame[name].dtype)):
             return None
         part = coded_column(frame[name] if pandas else frame[name].to_numpy(), sampled=sampled)
         if part is None and pandas and _one_type(frame[name]):
@@ -104,29 +121,74 @@ def _dense(frame: Any, wrapped: Any, names: Sequence[str], *, sampled: bool = Tr
             return None
         coded.append(part)
     try:
-        tally = Tally.of(type(frame).__name__, names, count_combinations(coded))
+        return Tally.of(type(frame).__name__, names, count_combinations(coded))
     except UnknownValueError:
         return _dense(frame, wrapped, names, sampled=False)
-    return merged(tally) if any(len({*part.values}) < len(part.values) for part in coded) else tally
 
 
 def _factorized(series: Any) -> tuple[Any, list[Any], int]:
     codes, values = series.factorize()
-    return codes, [None, *values.tolist()], -1
+    return codes, [None, *native_values(values.to_series() if hasattr(values, "to_series") else type(series)(values))], -1
 
 
-def _rows(grouped: Any) -> Iterable[Sequence[Any]]:
-    """Rows of a small frame as Python values."""
+def _with_texts(frame: Any, names: Sequence[str]) -> Any:
+    """Write the moments that a pandas column holds as Python objects as texts: two in one hour may be equal to Python and differ."""
+    from pandas.api.types import infer_dtype
+
+    objects = [name for name in names if str(getattr(frame[name], "dtype", "")) == "object"]
+    texts: dict[str, list[str | None]] = {}
+    for name in objects:
+        if infer_dtype(frame[name], skipna=True) in MOMENTS:
+            try:
+                texts[name] = [label_text(value) for value in frame[name]]
+            except InputError as error:
+                raise InputError(f"column {shown(name)}: {error}") from None
+    return frame.assign(**texts) if texts else frame
+
+
+def _plain_columns(table: Any) -> Any:
+    """Decode what Arrow cannot count: values behind a dictionary or an extension."""
+    import pyarrow as pa
+
+    for place, entry in enumerate(table.schema):
+        if isinstance(entry.type, pa.BaseExtensionType):
+            if entry.type.extension_name not in ("arrow.uuid", "arrow.bool8"):
+                raise refused_type(entry.name, str(entry.type))
+            texts = pa.array(map(label_text, native_values(table.column(place))), pa.string())
+            table = table.set_column(place, entry.name, texts)
+        elif pa.types.is_dictionary(entry.type):
+            table = table.set_column(place, entry.name, table.column(place).cast(entry.type.value_type))
+    return table
+
+
+def _kinds(wrapped: Any, names: Sequence[str]) -> dict[str, Written]:
+    """How the engine behind a lazy frame writes its columns."""
+    native = wrapped.to_native()
+    if wrapped.implementation.is_duckdb():
+        types = dict(zip(native.columns, map(str, native.types), strict=True))
+        return {name: written(types[name], "duckdb", name) for name in names}
+    if wrapped.implementation.is_pyspark() or wrapped.implementation.is_pyspark_connect():
+        types = dict(native.dtypes)
+        return {name: written(types[name], "spark", name) for name in names}
+    return {}
+
+
+def _rows(grouped: Any, kinds: Mapping[str, Written]) -> Iterable[Sequence[Any]]:
+    """Rows of a small frame as values that Python can keep."""
     native = grouped.to_native()
-    if grouped.implementation.is_duckdb():
-        rows: Iterable[Sequence[Any]] = native.fetchall()
-        return rows
-    if grouped.implementation.is_pyspark():
-        return list(native.toLocalIterator())
+    dialect = "duckdb" if grouped.implementation.is_duckdb() else "spark"
+    if kinds or dialect == "duckdb":
+        quoted = {name: identifier(name, dialect) for name in native.columns}
+        picked = [f"{kinds.get(name, AS_IS).of(alias)} as {alias}" for name, alias in quoted.items()]
+        if dialect == "duckdb":
+            rows: Iterable[Sequence[Any]] = native.project(", ".join(picked)).fetchall()
+            return rows
+        return list(native.selectExpr(*picked).toLocalIterator())
     import narwhals as nw
 
     eager: Any = grouped.collect() if isinstance(grouped, nw.LazyFrame) else grouped
-    return list(eager.rows())
+    held = eager.to_native()
+    return list(zip(*(native_values(held[name]) for name in eager.columns), strict=True))
 
 
 def _one_type(series: Any) -> bool:

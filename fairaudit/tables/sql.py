@@ -7,11 +7,24 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from fairaudit.exact import InputError, nearest, shown
+from fairaudit.label_text import ACCEPTED, Reader, iso_text
 from fairaudit.tables.binning import RAW, Bins
 
-__all__ = ["COUNT_COLUMN", "DIALECTS", "common_statement", "count_statement", "identifier", "table_name"]
+__all__ = [
+    "AS_IS",
+    "COUNT_COLUMN",
+    "DIALECTS",
+    "Written",
+    "common_statement",
+    "count_statement",
+    "identifier",
+    "refused_type",
+    "table_name",
+    "written",
+]
 
 QUOTES = {
     "bigquery": "`",
@@ -25,6 +38,97 @@ QUOTES = {
 DIALECTS = tuple(QUOTES)
 COUNT_COLUMN = "row_count"
 LARGEST = "1.7976931348623157E308"
+
+
+@dataclass(frozen=True)
+class Written:
+    """How a statement writes the values of a type for their labels, whatever the time zone of machine, server and session.
+
+    Attributes
+    ----------
+    expression : str
+        What is selected, with ``{}`` for the value.
+    read : callable or None
+        What makes the label's text of it.
+    """
+
+    expression: str = "{}"
+    read: Reader | None = None
+
+    def of(self, quoted: str) -> str:
+        """Write the value of a quoted column."""
+        return self.expression.replace("{}", quoted)
+
+
+AS_IS = Written()
+DUCKDB_MOMENT = "case when isfinite(cast({{}} as timestamptz)) then cast(epoch_{}({{}}) as varchar) else cast({{}} as varchar) end"
+WRITTEN: dict[str, tuple[tuple[str, Written], ...]] = {
+    "duckdb": (
+        (r"U?(TINY|SMALL|BIG|HUGE)INT|U?INTEGER|BOOLEAN|FLOAT|DOUBLE|DECIMAL\(.*\)|VARCHAR|ENUM\(.*\)|JSON|\"NULL\"", AS_IS),
+        (r"BIGNUM|UUID", Written("cast({} as varchar)")),
+        (r"DATE", Written("cast({} as varchar)", iso_text("date"))),
+        (r"TIME(_NS)?", Written("cast({} as varchar)", iso_text("time"))),
+        (r"TIMESTAMP(_S|_MS|_NS)?", Written("cast({} as varchar)", iso_text("timestamp"))),
+        (r"TIMESTAMP WITH TIME ZONE", Written(DUCKDB_MOMENT.format("us"), iso_text("timestamp", zone=True, unit="us"))),
+        (r"TIMESTAMPTZ_NS", Written(DUCKDB_MOMENT.format("ns"), iso_text("timestamp", zone=True, unit="ns"))),
+    ),
+    "postgres": (
+        (r"bool|int2|int4|int8|oid|numeric|float8|enum|string|unknown", AS_IS),
+        (r"float4", Written("cast({} as float8)")),
+        (r"uuid", Written("cast({} as text)")),
+        (r"date", Written("cast({} as text)", iso_text("date"))),
+        (r"time", Written("cast({} as text)", iso_text("time"))),
+        (r"timestamp", Written("cast({} as text)", iso_text("timestamp"))),
+        (r"timestamptz", Written("cast(({} at time zone 'UTC') as text)", iso_text("timestamp", zone=True))),
+    ),
+    "spark": (
+        (r"string|(var)?char\(.*\)|boolean|tinyint|smallint|int|bigint|float|double|decimal\(.*\)|void", AS_IS),
+        (r"date", Written("cast({} as string)", iso_text("date"))),
+        (r"time\(.*\)", Written("cast({} as string)", iso_text("time"))),
+        (r"timestamp_ntz", Written("cast({} as string)", iso_text("timestamp"))),
+        (r"timestamp", Written("cast(unix_micros({}) as string)", iso_text("timestamp", zone=True, unit="us"))),
+    ),
+}
+
+
+def written(kind: str, dialect: str, name: str) -> Written:
+    """Say how a statement writes the values of a column for their labels.
+
+    Parameters
+    ----------
+    kind : str
+        The column's type, as the engine calls it.
+    dialect : {"duckdb", "postgres", "spark"}
+        The engine.
+    name : str
+        The column, for the message.
+
+    Raises
+    ------
+    InputError
+        If values of that type have no one text in all engines.
+
+    Examples
+    --------
+    >>> entry = written("timestamp", "spark", "seen")
+    >>> entry.of("`seen`"), entry.read("1769860800000001")
+    ('cast(unix_micros(`seen`) as string)', '2026-01-31T12:00:00.000001+00:00')
+    """
+    for pattern, entry in WRITTEN[dialect]:
+        if re.fullmatch(pattern, kind, re.DOTALL):
+            return entry
+    raise refused_type(name, kind)
+
+
+def refused_type(name: str, kind: str) -> InputError:
+    """Make the message that values of a type are no labels.
+
+    Examples
+    --------
+    >>> print(refused_type("stay", "INTERVAL"))  # doctest: +ELLIPSIS
+    column 'stay' is of type INTERVAL, which has no one text; text, numbers, truth values, dates, times and UUIDs are accepted; ...
+    """
+    return InputError(f"column {shown(name)} is of type {kind[:60]}, which has no one text; {ACCEPTED}")
 
 
 def identifier(name: str, dialect: str) -> str:
@@ -77,6 +181,7 @@ def count_statement(
     names: Sequence[str] | None = None,
     exact_ties: Iterable[str] = (),
     enums: Mapping[str, str] | None = None,
+    kinds: Mapping[str, Written] | None = None,
     ordered: bool = False,
 ) -> str:
     """Write the statement that counts equal rows.
@@ -98,6 +203,8 @@ def count_statement(
     enums : mapping of str to str, optional
         Text columns to count as values of these types (DuckDB only). Each adds a column to the result, ``text0``, ``text1``, …: how many of
         the texts are not null, which for a row without a value are those that the type does not have.
+    kinds : mapping of str to Written, optional
+        How the result writes the values of columns; rows are told apart by the values themselves.
     ordered : bool
         Whether the result is sorted.
 
@@ -130,14 +237,18 @@ def count_statement(
         inner.append(f"{quoted} as {alias}")
     keys = ", ".join(f"{alias}{collated}" for alias in listed)
     counted = f"(select {', '.join(inner)} from {source}) as counted"  # noqa: S608
-    text = f"select {', '.join(listed)}, count(*) as {identifier(COUNT_COLUMN, dialect)}{''.join(texts)}\nfrom {counted}\ngroup by {keys}"
+    selected = [
+        alias if (entry := (kinds or {}).get(name, AS_IS)) is AS_IS else f"{entry.of(alias)} as {alias}"
+        for name, alias in zip(columns, listed, strict=True)
+    ]
+    text = f"select {', '.join(selected)}, count(*) as {identifier(COUNT_COLUMN, dialect)}{''.join(texts)}\nfrom {counted}\ngroup by {keys}"
     return f"{text}\norder by {', '.join(listed)}" if ordered else text
 
 
-def common_statement(name: str, source: str, dialect: str, most: int) -> str:
+def common_statement(name: str, source: str, dialect: str, most: int, kind: Written = AS_IS) -> str:
     """Write the statement that fetches the most common values of a column, those that may be missing labels before all others.
 
-    Each row of the result has a value, how often it occurs, how many different values there are, and how many rows.
+    Each row of the result has a value, written as `kind` says, how often it occurs, how many different values there are, and how many rows.
 
     Examples
     --------
@@ -152,9 +263,10 @@ def common_statement(name: str, source: str, dialect: str, most: int) -> str:
     value, count, different, total = (identifier(word, dialect) for word in ("k0", COUNT_COLUMN, "different", "total"))
     text = "string" if dialect in ("bigquery", "spark") else "varchar"
     first = f"case when {value} is null or trim(cast({value} as {text})) in ('', '\"\"', 'null') then 0 else 1 end"
+    counted = count_statement([name], source, dialect, kinds={name: kind})
     return (
         f"select {value}, {count}, count(*) over () as {different}, sum({count}) over () as {total}\n"
-        f"from ({count_statement([name], source, dialect)}) as common\norder by {first}, {count} desc, {value}\nlimit {most}"
+        f"from ({counted}) as common\norder by {first}, {count} desc, {value}\nlimit {most}"
     )
 
 

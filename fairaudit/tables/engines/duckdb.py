@@ -8,9 +8,8 @@ import re
 import shutil
 import tempfile
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from decimal import Decimal
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -20,30 +19,34 @@ import numpy as np
 
 from fairaudit.columns import Tally, column, distinct
 from fairaudit.exact import InputError, shown
-from fairaudit.tables.binning import Bins, apply_bins, merged
+from fairaudit.label_text import Reader, json_number
+from fairaudit.tables.binning import Bins, apply_bins
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines import ManyRowsError, Request, attended, database_source
 from fairaudit.tables.engines.files import Form, read_text
-from fairaudit.tables.sql import COUNT_COLUMN, count_statement, identifier
+from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written
 
 __all__ = [
+    "JSON",
     "DelimitedText",
-    "JsonTexts",
     "bad_json",
     "connected",
-    "decoded_rows",
     "delimited_text",
     "fetched_rows",
     "json_form",
     "json_texts",
+    "json_value",
     "literal",
     "literal_path",
     "literals",
+    "parquet_faults",
     "progress",
     "read_database",
     "read_files",
     "read_parts",
+    "readers",
     "told",
+    "writing",
 ]
 
 BATCH = 50_000
@@ -53,6 +56,8 @@ PART = 2_000_000
 BLOCK = 1 << 24
 BOM = codecs.BOM_UTF8
 WHOLE = ("TINYINT", "SMALLINT", "INTEGER", "BIGINT", "UTINYINT", "USMALLINT", "UINTEGER", "BOOLEAN")
+ROUNDED = re.compile(r"TIME|DOUBLE|FLOAT")
+WHOLE_NUMBER = re.compile(r"U?(TINY|SMALL|BIG)INT|U?INTEGER")
 NUMERIC = re.compile(r"U?(TINY|SMALL|BIG|HUGE)INT|U?INTEGER|FLOAT|DOUBLE|DECIMAL.*")
 
 
@@ -64,7 +69,9 @@ def read_files(paths: Sequence[str], kind: Form, request: Request) -> Tally:
         return _read_json(paths, request)
     source = f"read_parquet({literals(map(literal_path, paths))})"
     with connected(request) as connection, told(request, paths[0]):
-        return _count(connection, Path(paths[0]).name, source, _types(connection, source, request.columns), request, quick=True)
+        types = _types(connection, source, request.columns)
+        _refuse_rounded(connection, paths, types)
+        return _count(connection, Path(paths[0]).name, source, types, request, quick=True)
 
 
 def read_database(path: str, request: Request) -> Tally:
@@ -97,10 +104,12 @@ class _Counted:
         """Fetch rows of the table, or of a query with the same columns."""
         if all(c in self.enums or (self.types[c] in WHOLE and c not in self.bins) for c in columns):
             return self._by_column(connection, columns, source)
-        parsed = {i: JsonTexts(c) for i, c in enumerate(columns) if self.types[c] == "JSON"}
-        cursor = connection.execute(f"select {', '.join([*map(self.key, columns), COUNT_COLUMN])} from {source}")  # noqa: S608
-        tally = Tally.of(self.name, columns, decoded_rows(fetched_rows(cursor), parsed) if parsed else fetched_rows(cursor))
-        return apply_bins(merged(tally) if parsed else tally, {c: self.bins[c] for c in columns if c in self.bins}, self.cut, self.tied)
+        kinds = {c: writing(self.types[c], c) for c in columns if c not in self.cut}
+        picked = [kinds[c].of(self.key(c)) if c in kinds else self.key(c) for c in columns]
+        cursor = connection.execute(f"select {', '.join([*picked, COUNT_COLUMN])} from {source}")  # noqa: S608
+        json_texts = [c for c in kinds if self.types[c] == "JSON"]
+        tally = Tally.of(self.name, columns, fetched_rows(cursor), read=readers(kinds), equal=json_texts)
+        return apply_bins(tally, {c: self.bins[c] for c in columns if c in self.bins}, self.cut, self.tied)
 
     def _by_column(self, connection: Any, columns: Sequence[str], source: str) -> Tally:
         """Fetch whole numbers, truth values and enumerated texts column by column."""
@@ -120,7 +129,7 @@ class _Counted:
             elif part.dtype == np.bool_:
                 listed = [bool(value) for value in listed]
             levels[c] = [*listed, None] if absent.any() else listed
-        return Tally(self.name, codes, levels, np.asarray(found[COUNT_COLUMN], dtype=np.int64))
+        return Tally(self.name, codes, levels, np.asarray(found[COUNT_COLUMN], dtype=np.int64)).checked()
 
 
 def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Generator[Tally, None, None]:
@@ -133,6 +142,8 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
     source = f"read_parquet({literals(map(literal_path, paths))})" if request.table is None else database_source(request, "duckdb")
     with connected(request, database) as connection, told(request, paths[0]):
         types = _types(connection, source, request.columns)
+        if request.table is None:
+            _refuse_rounded(connection, paths, types)
         if unfit := _unfit(types, request.bins, by):
             raise InputError(unfit)
 
@@ -229,6 +240,16 @@ def _enums(connection: Any, source: str, columns: Sequence[str]) -> dict[str, st
     return found
 
 
+def writing(kind: str, name: str) -> Written:
+    """Say how a statement of DuckDB writes the values of a column, JSON as its text."""
+    return JSON if kind == "JSON" else written(kind, "duckdb", name)
+
+
+def readers(kinds: Mapping[str, Written]) -> dict[str, Reader]:
+    """List what reads what a statement has written."""
+    return {name: kind.read for name, kind in kinds.items() if kind.read is not None}
+
+
 def fetched_rows(cursor: Any) -> Iterator[tuple[Any, ...]]:
     """Rows of a result, fetched many at a time."""
     while batch := cursor.fetchmany(BATCH):
@@ -278,36 +299,30 @@ def bad_json(paths: Sequence[str]) -> str | None:
     return None
 
 
-class JsonTexts(dict[str, Any]):
-    """JSON texts of a column and the values that they stand for."""
+def json_value(text: str | None) -> Any:
+    """Read the JSON text of a label.
 
-    def __init__(self, column: str) -> None:
-        self.column = column
-
-    def __missing__(self, text: str) -> Any:
-        """Read a text that is met for the first time."""
-        try:
-            value = json.loads(text, parse_float=Decimal, parse_constant=_refuse)
-        except (ValueError, RecursionError):
-            raise InputError(f"column {shown(self.column)} holds {shown(text)}, which is not a JSON value") from None
-        if isinstance(value, (dict, list)):
-            raise InputError(f"column {shown(self.column)} holds {shown(text)}; a label is a text, a number or a truth value")
-        self[text] = value
-        return value
+    Raises
+    ------
+    InputError
+        If it is not the text of a text, number or truth value.
+    """
+    if text is None:
+        return None
+    try:
+        value = json.loads(text, parse_float=json_number, parse_constant=_refuse)
+    except (ValueError, RecursionError):
+        raise InputError(f"it holds {shown(text)}, which is not a JSON value") from None
+    if isinstance(value, (dict, list)):
+        raise InputError(f"it holds {shown(text)}; a label is a text, a number or a truth value")
+    return value
 
 
 def _refuse(text: str) -> Any:
     raise ValueError(text)
 
 
-def decoded_rows(rows: Iterator[tuple[Any, ...]], parsed: dict[int, JsonTexts]) -> Iterator[list[Any]]:
-    """Rows with values for JSON texts; rows whose texts stand for equal values are added up later."""
-    for row in rows:
-        listed = list(row)
-        for position, known in parsed.items():
-            if listed[position] is not None:
-                listed[position] = known[listed[position]]
-        yield listed
+JSON = Written(read=json_value)
 
 
 def _read_csv(paths: Sequence[str], request: Request) -> Tally:
@@ -453,7 +468,59 @@ def _types(connection: Any, source: str, columns: Sequence[str]) -> dict[str, st
     known = {name: str(kind) for name, kind, *_ in connection.execute(f"describe select * from {source}").fetchall()}  # noqa: S608
     for name in columns:
         column(dict.fromkeys(known, ()), name)
+        writing(known[name], name)
     return {name: known[name] for name in columns}
+
+
+def parquet_faults(connection: Any, paths: Sequence[str], types: Mapping[str, str]) -> dict[str, str]:
+    """Say which columns of Parquet files DuckDB would round when it reads them, and why.
+
+    It takes the types of the first file for those of all, wide decimals for floats, and moments in the old format of 96 bits (and, in
+    older versions, those with a zone) for microseconds.
+    """
+    suspects = [name for name, kind in types.items() if len(paths) > 1 or ROUNDED.match(kind)]
+    if not suspects:
+        return {}
+    faults: dict[str, str] = {}
+    cursor = connection.execute(f"select * from parquet_schema({literals(map(literal_path, paths))})")  # noqa: S608
+    words = [entry[0] for entry in cursor.description]
+    first: dict[str, tuple[str, str]] = {}
+    for entry in _leading(dict(zip(words, row, strict=True)) for row in fetched_rows(cursor)):
+        name = entry["name"]
+        if name not in suspects or name in faults:
+            continue
+        fine = "NANOS=NanoSeconds" in str(entry["logical_type"])
+        kind = entry.get("duckdb_type") or f"{entry['type']} {entry['converted_type']}"
+        kind, where = "INTEGER" if WHOLE_NUMBER.fullmatch(kind) else kind, entry["file_name"]
+        other, before = first.setdefault(name, (kind, where))
+        if kind != other:
+            faults[name] = f"is {other} in {before} and {kind} in {where}; write it with one type in files that are read together"
+        elif entry["type"] == "INT96":
+            faults[name] = "holds moments of 96 bits, which do not say whether they are in UTC; write it as a timestamp of 64 bits"
+        elif (entry["precision"] or 0) > 38:
+            faults[name] = f"holds decimals of {entry['precision']} digits, which DuckDB rounds; write it with 38 digits, or as text"
+        elif fine and not types[name].endswith("_NS"):
+            faults[name] = "holds nanoseconds, which this version of DuckDB rounds; write it in microseconds, or as text"
+    return faults
+
+
+def _leading(entries: Iterator[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Entries of columns that are part of no other, in the schemas of Parquet files one after the other."""
+    open_parts: list[int] = []
+    for entry in entries:
+        if len(open_parts) == 1:
+            yield entry
+        if open_parts:
+            open_parts[-1] -= 1
+        if entry["num_children"]:
+            open_parts.append(entry["num_children"])
+        while open_parts and not open_parts[-1]:
+            open_parts.pop()
+
+
+def _refuse_rounded(connection: Any, paths: Sequence[str], types: Mapping[str, str]) -> None:
+    for name, fault in parquet_faults(connection, paths, types).items():
+        raise InputError(f"column {shown(name)} {fault}")
 
 
 def progress(connection: Any) -> float | None:
@@ -479,6 +546,8 @@ def connected(request: Request, path: str = ":memory:") -> Iterator[Any]:
         try:
             connection = duckdb.connect(path, read_only=path != ":memory:", config=config)
             connection.execute("set enable_progress_bar = true; set enable_progress_bar_print = false; set perfect_ht_threshold = 22")
+            with suppress(duckdb.CatalogException):  # an installation without time zones
+                connection.execute("set TimeZone = 'UTC'")
         except duckdb.Error as error:
             raise InputError(_sentence(error, request)) from None
         yield connection

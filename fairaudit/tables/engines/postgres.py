@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
@@ -11,14 +11,18 @@ from fairaudit.columns import Tally, column
 from fairaudit.exact import InputError
 from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.engines import Request, attended, database_source
-from fairaudit.tables.engines.survey import MOST, Survey
-from fairaudit.tables.sql import common_statement, count_statement
+from fairaudit.tables.engines.duckdb import json_value, readers
+from fairaudit.tables.engines.survey import MOST, Survey, read_first
+from fairaudit.tables.sql import Written, common_statement, count_statement, written
 
 __all__ = ["read", "survey"]
 
 BATCH = 50_000
-NUMERIC = frozenset((20, 21, 23, 700, 701, 1700))  # int8, int2, int4, float4, float8, numeric
-UNEQUAL = frozenset((114, 142, 600, 602, 604))  # json, xml, point, path, polygon
+NUMERIC = frozenset(("int2", "int4", "int8", "float4", "float8", "numeric"))
+SETTINGS = "set local timezone = 'UTC'; set local datestyle = 'ISO, YMD'; set local extra_float_digits = 3"
+TYPES = """
+select oid, case when typcategory = 'S' then 'string' when typcategory = 'E' then 'enum' else typname end from pg_type where oid = any(%s)
+"""
 
 
 def read(url: str, request: Request) -> Tally:
@@ -30,14 +34,18 @@ def read(url: str, request: Request) -> Tally:
     with _opened(url, request) as (connection, source, types):
         for wanted in request.columns:
             column(dict.fromkeys(types, ()), wanted)
+        kinds = {wanted: _writing(types[wanted], wanted) for wanted in request.columns}
         cut = {wanted for wanted in request.bins if types[wanted] in NUMERIC}
-        statement = count_statement(request.columns, source, "postgres", bins={wanted: request.bins[wanted] for wanted in cut})
+        kinds = {wanted: kind for wanted, kind in kinds.items() if wanted not in cut}
+        bins = {wanted: request.bins[wanted] for wanted in cut}
+        statement = count_statement(request.columns, source, "postgres", bins=bins, kinds=kinds)
 
         def work() -> Tally:
             with connection.cursor("fairaudit") as cursor:
                 cursor.itersize = BATCH
                 cursor.execute(statement)
-                return Tally.of(name, request.columns, cursor)
+                json_texts = [wanted for wanted in kinds if types[wanted] == "jsonb"]
+                return Tally.of(name, request.columns, cursor, read=readers(kinds), equal=json_texts)
 
         tally = attended(work, connection.cancel_safe, request)
     if not len(tally):
@@ -49,16 +57,20 @@ def survey(url: str, request: Request) -> Survey:
     """Look at every column of a table, or of the result of a query, on a PostgreSQL server."""
     with _opened(url, request) as (connection, source, types):
 
-        def common(wanted: str) -> list[Any]:
-            if types[wanted] in UNEQUAL:
-                raise InputError("a value of such a type equals no other; a label is a text, a number or a truth value")
-            return list(connection.execute(common_statement(wanted, source, "postgres", MOST)))
+        def common(wanted: str) -> Iterable[Sequence[Any]]:
+            kind = _writing(types[wanted], wanted)
+            rows = list(connection.execute(common_statement(wanted, source, "postgres", MOST, kind)))
+            return read_first(rows, wanted, kind)
 
         return attended(lambda: Survey.of(list(types), common), connection.cancel_safe, request)
 
 
+def _writing(kind: str, name: str) -> Written:
+    return Written("cast({} as text)", json_value) if kind == "jsonb" else written(kind, "postgres", name)
+
+
 @contextmanager
-def _opened(url: str, request: Request) -> Iterator[tuple[Any, str, dict[str, int]]]:
+def _opened(url: str, request: Request) -> Iterator[tuple[Any, str, dict[str, str]]]:
     """Connect for reading, and say what is counted and which columns of which types it has."""
     try:
         import psycopg
@@ -68,8 +80,10 @@ def _opened(url: str, request: Request) -> Iterator[tuple[Any, str, dict[str, in
     try:
         with psycopg.connect(url, connect_timeout=30, application_name="fairaudit") as connection:
             connection.read_only = True
+            connection.execute(SETTINGS)
             described = connection.execute(f"select * from {source} limit 0").description or []  # noqa: S608
-            yield connection, source, {entry.name: entry.type_code for entry in described}
+            named: dict[int, str] = dict(connection.execute(TYPES, [[entry.type_code for entry in described]]).fetchall())
+            yield connection, source, {entry.name: named[entry.type_code] for entry in described}
     except psycopg.Error as error:
         said = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"{_name(url)}: PostgreSQL says: {said[:400]}") from None

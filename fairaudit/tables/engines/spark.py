@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.columns import Tally, column
-from fairaudit.exact import InputError
-from fairaudit.tables.binning import apply_bins, merged
+from fairaudit.exact import InputError, shown
+from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.csv import layout, same_layout
 from fairaudit.tables.engines import Request, attended, database_source
-from fairaudit.tables.engines.duckdb import JsonTexts, bad_json, decoded_rows
+from fairaudit.tables.engines.duckdb import JSON, bad_json, connected, parquet_faults, readers, told
 from fairaudit.tables.engines.files import JSON_NAME, expand, form
-from fairaudit.tables.engines.survey import MOST, Survey
-from fairaudit.tables.sql import common_statement, count_statement, identifier
+from fairaudit.tables.engines.survey import MOST, Survey, read_first
+from fairaudit.tables.sql import Written, common_statement, count_statement, identifier, written
 
 __all__ = ["read", "survey"]
 
@@ -36,16 +36,17 @@ def read(sources: Sequence[str], request: Request, session: Any = None) -> Tally
         types = dict(log.spark.sql(f"select * from {log.source} limit 0").dtypes)  # noqa: S608
         for name in request.columns:
             column(dict.fromkeys(types, ()), name)
+        kinds = {name: _writing(types[name], name, log) for name in request.columns}
+        for name, fault in _faults(log, request.columns, request).items():
+            raise InputError(f"column {shown(name)} {fault}")
         cut = {name for name in request.bins if types[name].startswith(NUMERIC)}
         bins = {name: request.bins[name] for name in cut}
-        statement = count_statement(request.columns, log.source, "spark", bins=bins)
-        parsed = {i: JsonTexts(name) for i, name in enumerate(request.columns)} if log.kind == "json" else {}
+        kinds = {name: kind for name, kind in kinds.items() if name not in cut}
+        statement = count_statement(request.columns, log.source, "spark", bins=bins, kinds=kinds)
 
         def work() -> Tally:
             rows = log.spark.sql(statement).toLocalIterator()
-            if parsed:
-                return merged(Tally.of(log.name, request.columns, decoded_rows(rows, parsed)))
-            return Tally.of(log.name, request.columns, rows)
+            return Tally.of(log.name, request.columns, rows, read=readers(kinds), equal=kinds if log.kind == "json" else ())
 
         tally = attended(work, lambda: log.spark.sparkContext.cancelAllJobs(), request)
         for name in request.columns:
@@ -62,17 +63,30 @@ def survey(sources: Sequence[str], request: Request, session: Any = None) -> Sur
     """Look at every column of files, or of a table of Spark's catalogue."""
     with _opened(sources, request, session) as log:
         types = dict(log.spark.sql(f"select * from {log.source} limit 0").dtypes)  # noqa: S608
+        faults = _faults(log, list(types), request)
 
         def common(name: str) -> Iterable[Sequence[Any]]:
-            if types[name].startswith(("map", "variant")):
-                raise InputError("a value of such a type equals no other; a label is a text, a number or a truth value")
-            rows = log.spark.sql(common_statement(name, log.source, "spark", MOST)).toLocalIterator()
-            return decoded_rows(rows, {0: JsonTexts(name)}) if log.kind == "json" else rows
+            if name in faults:
+                raise InputError(f"column {shown(name)} {faults[name]}")
+            kind = _writing(types[name], name, log)
+            return read_first(log.spark.sql(common_statement(name, log.source, "spark", MOST, kind)).toLocalIterator(), name, kind)
 
         found = attended(lambda: Survey.of(list(types), common), lambda: log.spark.sparkContext.cancelAllJobs(), request)
     if log.kind in ("csv", "json") and any(REPLACED in text for seen in found.columns for text in seen.levels):
         raise InputError(_replaced(log))
     return found
+
+
+def _writing(kind: str, name: str, log: _Log) -> Written:
+    return JSON if log.kind == "json" else written(kind, "spark", name)
+
+
+def _faults(log: _Log, columns: Sequence[str], request: Request) -> dict[str, str]:
+    """Say what of files on this machine Spark would round, as DuckDB would."""
+    if log.kind != "parquet" or not _local(log.paths):
+        return {}
+    with connected(request) as connection, told(request, log.paths[0]):
+        return parquet_faults(connection, log.paths, dict.fromkeys(columns, "TIMESTAMP_NS"))
 
 
 @dataclass(frozen=True)

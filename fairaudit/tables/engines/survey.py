@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fairaudit.columns import label_text
-from fairaudit.exact import InputError
+from fairaudit.exact import InputError, shown
 from fairaudit.tables.csv import count_csv, layout
-from fairaudit.tables.sql import common_statement
+from fairaudit.tables.sql import Written, common_statement
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines import Request
     from fairaudit.tables.engines.files import Form
 
-__all__ = ["MOST", "Seen", "Survey", "of_database", "of_files", "of_text"]
+__all__ = ["MOST", "Seen", "Survey", "of_database", "of_files", "of_text", "read_first"]
 
 MOST = 10_000
 
@@ -109,13 +109,14 @@ def of_files(paths: Sequence[str], kind: Form, request: Request) -> Survey:
         return _of_csv(paths, request)
     if kind == "parquet":
         with engine.connected(request) as connection, engine.told(request, paths[0]):
-            return _of_source(connection, f"read_parquet({engine.literals(map(engine.literal_path, paths))})", request)
+            source = f"read_parquet({engine.literals(map(engine.literal_path, paths))})"
+            return _of_source(connection, source, request, engine.parquet_faults(connection, paths, _types(connection, source)))
     form, lines = engine.json_form(paths)
     with engine.connected(request) as connection:
         try:
             with engine.told(request, paths[0]):
-                names = _names(connection, f"read_json({form}, sample_size=-1, maximum_depth=1, map_inference_threshold=-1)")
-                return _of_source(connection, engine.json_texts(form, names), request, decoded=True)
+                names = list(_types(connection, f"read_json({form}, sample_size=-1, maximum_depth=1, map_inference_threshold=-1)"))
+                return _of_source(connection, engine.json_texts(form, names), request)
         except InputError as error:
             raise InputError((engine.bad_json(paths) if lines else None) or str(error)) from None
 
@@ -150,18 +151,31 @@ def _of_csv(paths: Sequence[str], request: Request) -> Survey:
     return Survey(seen.rows, tuple(named), text.layout.notes)
 
 
-def _of_source(connection: Any, source: str, request: Request, *, decoded: bool = False) -> Survey:
-    """Look at what stands after ``from`` in DuckDB; `decoded` if values are JSON texts."""
+def _of_source(connection: Any, source: str, request: Request, faults: Mapping[str, str] | None = None) -> Survey:
+    """Look at what stands after ``from`` in DuckDB; some columns may be known to be at fault."""
     from fairaudit.tables.engines import attended
     from fairaudit.tables.engines import duckdb as engine
 
+    types = _types(connection, source)
+
     def common(name: str) -> Iterable[Sequence[Any]]:
-        found: Iterator[Any] = engine.fetched_rows(connection.execute(common_statement(name, source, "duckdb", MOST)))
-        return engine.decoded_rows(found, {0: engine.JsonTexts(name)}) if decoded else found
+        if faults and name in faults:
+            raise InputError(f"column {shown(name)} {faults[name]}")
+        kind = engine.writing(types[name], name)
+        found = engine.fetched_rows(connection.execute(common_statement(name, source, "duckdb", MOST, kind)))
+        return read_first(found, name, kind)
 
-    names = _names(connection, source)
-    return attended(lambda: Survey.of(names, common), connection.interrupt, request, lambda: engine.progress(connection))
+    return attended(lambda: Survey.of(list(types), common), connection.interrupt, request, lambda: engine.progress(connection))
 
 
-def _names(connection: Any, source: str) -> list[str]:
-    return [name for name, *_ in connection.execute(f"describe select * from {source}").fetchall()]  # noqa: S608
+def read_first(rows: Iterable[Sequence[Any]], name: str, kind: Written) -> Iterator[Sequence[Any]]:
+    """Make values of what a statement has written in the first column of its result."""
+    for value, *rest in rows:
+        try:
+            yield (value if kind.read is None else kind.read(value), *rest)
+        except InputError as error:
+            raise InputError(f"column {shown(name)}: {error}") from None
+
+
+def _types(connection: Any, source: str) -> dict[str, str]:
+    return {name: str(kind) for name, kind, *_ in connection.execute(f"describe select * from {source}").fetchall()}  # noqa: S608

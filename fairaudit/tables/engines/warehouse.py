@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 
 from fairaudit.columns import Tally, column
 from fairaudit.exact import InputError, nearest, shown
+from fairaudit.label_text import native_values
 from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.engines import Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey
@@ -78,4 +79,4 @@ def _attended(url: str, request: Request, work: Callable[[Any, str, str, Any], T
 
 def _rows(result: Any) -> Iterator[tuple[Any, ...]]:
     for batch in result.to_pyarrow_batches():
-        yield from zip(*(part.to_pylist() for part in batch.columns), strict=True)
+        yield from zip(*map(native_values, batch.columns), strict=True)
