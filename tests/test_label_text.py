@@ -126,11 +126,11 @@ def table(seed: int) -> dict[str, Column]:
     found = {}
     for name in COLUMNS:
         kind = pick.choice(tuple(WRITTEN))
-        values = pick.sample(known := pool(kind, pick), pick.randrange(2, len(known) + 1))
+        values = pick.sample(known := list(dict.fromkeys(pool(kind, pick))), pick.randrange(2, len(known) + 1))
         absent = pick.random() < 0.2
         column: list[Any] = [pick.choice(values) for _ in range(rows)]
         column = [None if absent and pick.random() < 0.2 else value for value in column]
-        column[0] = values[0]
+        column[:2] = values[:2]
         found[name] = Column(kind, column, ["" if value is None else WRITTEN[kind](value) for value in column])
     return found
 

@@ -7,10 +7,10 @@ import json
 import re
 import shutil
 import tempfile
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -482,10 +482,16 @@ def parquet_faults(connection: Any, paths: Sequence[str], types: Mapping[str, st
     if not suspects:
         return {}
     faults: dict[str, str] = {}
+    connection.execute("set preserve_insertion_order = true")
     cursor = connection.execute(f"select * from parquet_schema({literals(map(literal_path, paths))})")  # noqa: S608
     words = [entry[0] for entry in cursor.description]
+    schemas: dict[str, list[dict[str, Any]]] = {}
+    for row in fetched_rows(cursor):
+        entry = dict(zip(words, row, strict=True))
+        schemas.setdefault(entry["file_name"], []).append(entry)
+    connection.execute("set preserve_insertion_order = false")
     first: dict[str, tuple[str, str]] = {}
-    for entry in _leading(dict(zip(words, row, strict=True)) for row in fetched_rows(cursor)):
+    for entry in chain.from_iterable(_leading(schemas[path]) for path in sorted(schemas)):
         name = entry["name"]
         if name not in suspects or name in faults:
             continue
@@ -504,18 +510,18 @@ def parquet_faults(connection: Any, paths: Sequence[str], types: Mapping[str, st
     return faults
 
 
-def _leading(entries: Iterator[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Entries of columns that are part of no other, in the schemas of Parquet files one after the other."""
-    open_parts: list[int] = []
+def _leading(entries: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Entries of columns that are part of no other, in the schema of a Parquet file."""
+    left: list[int] = []
     for entry in entries:
-        if len(open_parts) == 1:
+        if len(left) == 1:
             yield entry
-        if open_parts:
-            open_parts[-1] -= 1
+        if left:
+            left[-1] -= 1
         if entry["num_children"]:
-            open_parts.append(entry["num_children"])
-        while open_parts and not open_parts[-1]:
-            open_parts.pop()
+            left.append(entry["num_children"])
+        while left and not left[-1]:
+            left.pop()
 
 
 def _refuse_rounded(connection: Any, paths: Sequence[str], types: Mapping[str, str]) -> None:
