@@ -13,10 +13,9 @@ from unicodedata import normalize, ucd_3_2_0
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.columns import Tally, column, counted, label_codes, label_text, locator, names
+from fairaudit.columns import Tally, column, counted, label_codes, label_text, locator, merged, names
 from fairaudit.exact import InputError, nearest, shown
 from fairaudit.preparation import Entry, merged_labels
-from fairaudit.tables.binning import merged
 from fairaudit.tables.csv import CsvTable
 
 __all__ = ["PreparedTable", "merge_labels", "read_label_map", "spellings"]
