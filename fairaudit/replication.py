@@ -82,7 +82,7 @@ def copies_note(
     rank[chosen] = np.arange(len(chosen))
     unit = rank[units[0]]
     kept = unit >= 0
-    rows = np.repeat(np.column_stack((unit, context, group, decision))[kept], counts[kept], axis=0)
+    rows = np.repeat(np.column_stack([codes[kept] for codes in (unit, context, group, decision)]), counts[kept], axis=0)
     rows = rows[np.lexsort(rows.T[::-1])]
     found = _Arrangement.of(rows)
     alike = found.alike(found.answers)
@@ -106,13 +106,11 @@ def _chosen(units: tuple[Codes, Sequence[tuple[str, ...]]], context: Codes, grou
     """The units with at least two questions, in the order of their labels; evenly thinned out where they have too many rows."""
     codes, labels = units
     question = context * (int(group.max()) + 1) + group
-    order = np.lexsort((question, codes))
-    new = np.diff(codes[order], prepend=-1) != 0
-    fresh = new | (np.diff(question[order], prepend=-1) != 0)
-    asked = np.bincount(codes[order][fresh], minlength=len(labels))
-    size = np.bincount(codes, weights=counts, minlength=len(labels))
-    able = np.flatnonzero(asked > 1).tolist()
+    one = np.empty(len(labels), dtype=np.int64)
+    one[codes] = question
+    able = np.flatnonzero(np.bincount(codes[question != one[codes]], minlength=len(labels))).tolist()
     able.sort(key=labels.__getitem__)
+    size = np.bincount(codes, weights=counts, minlength=len(labels))
     total = float(size[able].sum())
     step = max(1.0, total / ROWS)
     thinned = [able[int(place)] for place in np.arange(0, len(able), step)] if step > 1 else able

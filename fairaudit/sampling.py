@@ -1691,7 +1691,7 @@ def difference_interval(
     --------
     >>> found = difference_interval([[(90, 100), (50, 100)]], "0.95")
     >>> round(float(found.lower), 3), round(float(found.upper), 3)
-    (0.235, 0.55)
+    (0.197, 0.571)
     """
     level = confidence_level(confidence)
     cells = [Cell(n, Fraction(k), None, Fraction(0), Fraction(1), binary=True) for block in blocks for k, n in block]
