@@ -194,7 +194,7 @@ def limit_cells(unit: str, limit: Fraction) -> tuple[str, str, str]:
     """
     ratio, least, log = _readings(unit, limit)
     above = "" if ratio[1] < inf else "above "
-    return above + approximate(ratio[0]), approximate(least[1]), approximate((log[0] + log[1]) / 2)
+    return above + approximate(ratio[0]), approximate(least[0]), approximate((log[0] + log[1]) / 2)
 
 
 def limit_readings(unit: str, limit: Fraction) -> dict[str, list[str]]:

@@ -362,6 +362,22 @@ def test_readings_enclose_each_other(limit: Fraction, unit: str) -> None:
     assert text.startswith("local ") and "of the greatest" in text
 
 
+def test_a_limit_beyond_numbers_is_said_soundly() -> None:
+    assert (
+        limit_text("local", "log", F(20_000)) == "local log-ratio at most 2e+04 (ratio above 8.807e+4342; least at least 0 of the greatest)"
+    )
+    assert limit_text("local", "ratio", F(1)) == "local ratio at most 1 (least at least 1 of the greatest; log 0)"
+
+
+def test_a_limit_that_is_refused_is_named_as_it_was_given(log: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("plan --guess 0.5,0.5", "calibrate --groups 4", "design --groups 4"):
+        for option, value in (("--max-ratio", "0"), ("--max-ratio", "inf"), ("--max-log", "-1"), ("--max-log", "nan")):
+            assert refused(capsys, *command.split(), f"{option}={value}").startswith(f"fairaudit: {option}")
+    for name in ("max_local_ratio", "max_global_ratio"):
+        for value in ("0", "-1", "nan", "inf"):
+            assert f"{name}" in refused(capsys, "certify", log, *COLUMNS, f"--{name.replace('_', '-')}={value}")
+
+
 def test_limits_keep_their_order() -> None:
     """Certificates list targets in one order, whatever order they are given in."""
     given_ = {"max_global_ratio": 2, "max_local_ratio": 3, "max_global_log": 1, "max_local_log": 2}

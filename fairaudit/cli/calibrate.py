@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         found = [solve({"quantity": "global" if arguments.overall else "local", **limit}) for limit in limits.single(arguments)]
     except InputError as error:
-        raise InputError(str(error).replace("max_ratio", "--max-ratio").replace("max_log", "--max-log")) from None
+        raise InputError(limits.as_options(str(error))) from None
     if arguments.plot is not None:
         from fairaudit.plots import save_truth_kept
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any, NoReturn
 
-__all__ = ["add_options", "add_single", "given", "single"]
+__all__ = ["add_options", "add_single", "as_options", "given", "single"]
 
 
 def add_options(group: Any) -> None:
@@ -40,6 +40,17 @@ def single(arguments: argparse.Namespace) -> list[dict[str, str]]:
     name = "max_log" if arguments.max_ratio is None else "max_ratio"
     text = getattr(arguments, name)
     return [] if text is None else [{name: part.strip()} for part in text.split(",")]
+
+
+def as_options(message: str) -> str:
+    """Name the options of `add_single` in a message instead of the keywords.
+
+    Examples
+    --------
+    >>> as_options("max_ratio: 'x' is not a number")
+    "--max-ratio: 'x' is not a number"
+    """
+    return message.replace("max_ratio", "--max-ratio").replace("max_log", "--max-log")
 
 
 def _refuse(group: Any, option: str, names: tuple[str, str]) -> None:

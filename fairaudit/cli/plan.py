@@ -55,7 +55,10 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(f"--guess {shown(row[0])} names one group; at least two are compared, such as --guess 0.5,0.45")
     ends = utility_range(arguments.utility_range)
     top, bottom = rational(arguments.power)
-    unit, limit = one_limit(arguments.max_ratio, arguments.max_log)
+    try:
+        unit, limit = one_limit(arguments.max_ratio, arguments.max_log)
+    except InputError as error:
+        raise InputError(limits.as_options(str(error))) from None
     found = plan(
         rows,
         arguments.confidence,
