@@ -297,7 +297,9 @@ def _targets(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]
         if was["limit"] != now["limit"]:
             looser = number(now["limit"]) > number(was["limit"])
             weaker |= looser
-            notes.append(f"the limit was {'loosened' if looser else 'tightened'} from {was['limit']} to {now['limit']}")
+            notes.append(
+                f"the limit was {'loosened' if looser else 'tightened'} from {was['limit']} to {now['limit']}; it was: {_said(was)}"
+            )
         if _estimand(was) != _estimand(now):
             weaker = True
             notes.append(f"judged by the {_estimand(now)} instead of the {_estimand(was)}")

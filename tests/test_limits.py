@@ -293,9 +293,16 @@ def test_four_fifths_exceed_and_both_readings_are_shown(log: str, tmp_path: Path
         page = (tmp_path / form).read_text()
         assert f"global {FOUR_FIFTHS}" in page and f"local {FIFTH}" in page
     capsys.readouterr()
-    assert main(["compare", str(path), str(path)]) == 0
-    said = capsys.readouterr().out
-    assert f"global {FOUR_FIFTHS}" in said and f"local {FIFTH}" in said
+    looser = tmp_path / "looser.json"
+    assert (
+        main(["certify", log, *COLUMNS, "--max-global-ratio", "0.75", "--max-local-log", "1", "--confidence", "none", "-o", str(looser)])
+        == 1
+    )
+    for other in (path, looser):
+        capsys.readouterr()
+        assert main(["compare", str(path), str(other)]) == (other == looser)
+        said = capsys.readouterr().out
+        assert f"global {FOUR_FIFTHS}" in said and f"local {FIFTH}" in said
     assert main(["certify", log, *COLUMNS, "--max-global-ratio", "0.8", "--format", "json"]) == 1
     target = json.loads(capsys.readouterr().out)["targets"][0]
     assert target["limit"] == "5/4" and target["readings"] == limit_readings("ratio", F(5, 4))
