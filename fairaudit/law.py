@@ -354,7 +354,10 @@ class Law:
         if not labels:
             return self
         nothing = np.zeros((len(self.weights), len(labels)), dtype=self.weights.dtype)
-        units = self.units
+        units, truth = self.units, self.truth
+        if truth is not None:
+            spread = np.zeros((*truth.weights.shape[:2], len(labels)), dtype=truth.weights.dtype)
+            truth = replace(truth, weights=np.concatenate((truth.weights, spread), axis=2))
         if units is not None:
             none = (0,) * len(labels)
             units = replace(units, profiles=tuple(tuple((n, rows + none) for n, rows in cell) for cell in units.profiles))
@@ -365,6 +368,7 @@ class Law:
             decisions=(*self.decisions, *labels),
             weights=np.concatenate((self.weights, nothing), axis=1),
             units=units,
+            truth=truth,
             notes=(*self.notes, f"{listed} never occurred; {kept}"),
         )
 

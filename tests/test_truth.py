@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import time
 from collections.abc import Iterator, Sequence
@@ -254,6 +255,14 @@ def test_true_labels_that_cannot_be_used_are_refused() -> None:
         fa.certify(policy.behind(group=fa.RandomizedResponse(["f", "m"], keep_probability="0.8")), {"hire": 1}, confidence=None)
 
 
+def test_positive_decisions_that_never_occurred_count() -> None:
+    law = fa.Law.from_log(columns([("n", "y", "f"), ("n", "y", "m"), ("call", "n", "f")], "u t a"), decision="u", group="a", truth="t")
+    result = fa.certify(law, {"hired": 1, "call": 1}, positive="y", confidence=None)
+    assert result.given_truth.positive.decision == ("call", "hired")
+    assert result.given_truth.differences["equal_opportunity"].value == 0
+    accepted(result.certificate)
+
+
 # Intervals
 
 
@@ -386,6 +395,77 @@ def test_intervals_that_were_tampered_with_are_false() -> None:
                 old_low, old_high = (Fraction(end) for end in document["intervals"][name]["difference"])
                 assert wider or (low <= old_low and high >= old_high), (path, value, other)
     assert seen > 300
+
+
+def proves(interval: dict[str, Any], cells: list[list[tuple[int, int]]]) -> bool:
+    """Whether the evidence proves an interval, by the definitions, with sums of fractions."""
+
+    def tail(n: int, k: int, p: Fraction) -> Fraction:
+        return sum((comb(n, i) * p**i * (1 - p) ** (n - i) for i in range(k + 1)), Fraction(0))
+
+    counts = [cell for block in cells for cell in block]
+    beta, other = (Fraction(interval["levels"][side]) for side in ("upper", "lower"))
+    if not 0 < other <= beta < 1 or 2 * beta + (2 * len(counts) - 2) * other > 1 - Fraction(interval["confidence"]):
+        return False
+    outermost, innermost = Fraction(0), Fraction(0)
+    for side, level in (("upper", beta), ("lower", other)):
+        ends = [(Fraction(lo), Fraction(hi)) for lo, hi in interval[side]]
+        for (k, n), (lo, hi) in zip(counts, ends, strict=True):
+            if not 0 <= lo <= hi <= 1 or (hi < 1 and tail(n, k, hi) > level) or (lo > 0 and tail(n, n - k, 1 - lo) > level):
+                return False
+        parts = iter(ends)
+        for block in cells:
+            own = [next(parts) for _ in block]
+            pairs = [(one, two) for i, one in enumerate(own) for j, two in enumerate(own) if i != j]
+            if side == "upper":
+                outermost = max(outermost, *(one[1] - two[0] for one, two in pairs))
+            else:
+                innermost = max(innermost, *(one[0] - two[1] for one, two in pairs))
+    low, high = map(Fraction, interval["difference"])
+    return 0 <= low <= innermost and high >= min(Fraction(1), outermost)
+
+
+@given(data=st.data(), quantity=st.sampled_from(["equal_opportunity", "equalized_odds_true_label"]))
+@settings(max_examples=int(os.environ.get("FAIRAUDIT_EXAMPLES", "400")))
+def test_forged_intervals_are_accepted_only_where_the_evidence_proves_them(data: st.DataObject, quantity: str) -> None:
+    """Small tables; levels, ends and differences moved at random, one or all of them, towards claiming more and towards claiming less."""
+    seed = data.draw(st.integers(0, 10**9))
+    source = random.Random(seed)
+    cells = [
+        [((n := source.randrange(1, 9)), source.randrange(0, n + 1))[::-1] for _ in range(source.choice([2, 2, 3]))]
+        for _ in range(2 if quantity == "equalized_odds_true_label" else 1)
+    ]
+    if len(cells) == 2:
+        cells[1] = (cells[1] * 2)[: len(cells[0])]
+    rows = [
+        row
+        for kind, block in zip("yn", cells, strict=False)
+        for a, (k, n) in zip("fmx", block, strict=False)
+        for row in [("y", kind, a)] * k + [("n", kind, a)] * (n - k)
+    ]
+    rows += [("n", "n", a) for a in "fmx"[: len(cells[0])]] if quantity == "equal_opportunity" else []
+    law = fa.Law.from_log(columns(rows, "u t a"), decision="u", group="a", truth="t")
+    utility = fa.Utility({"y": 1, "n": 0})
+    document = json.loads(fa.certify(law, utility, positive="y", confidence="4/5").certificate.text)
+    interval = document["intervals"][quantity]
+    for path, value in list(leaves(interval)):
+        if path == ("confidence",) or source.random() > 0.25:
+            continue
+        place = interval
+        for step in path[:-1]:
+            place = place[step]
+        place[path[-1]] = str(
+            Fraction(value) + Fraction(source.choice([-1, 1]) * source.randrange(0, 40), source.choice([100, 1000, 10**6]))
+        )
+    document["claims"] = [claim for claim in document["claims"] if claim["quantity"] != quantity or claim["by"] == "enumeration"]
+    try:
+        findings = checker.check(json.dumps(document).encode()).findings
+    except checker.FormatError:
+        negative = any(Fraction(value) < 0 for path, value in leaves(interval))
+        assert negative or proves(interval, cells)  # without claims about it, a proved interval is incomplete
+        return
+    (found,) = [finding for finding in findings if finding.statement.startswith(f"intervals.{quantity}:")]
+    assert found.true is proves(interval, cells), (interval, found.detail)
 
 
 @pytest.mark.parametrize(
