@@ -1355,7 +1355,8 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witnes
     -------
     pair of Witness or None
         The pair that proves the lower end, and the one that attains the upper end: the greatest quotient over the box, or, for the product
-        region, the greatest upper end of a pair by itself. Ties go to input order; None for an end of 1 and for one that was not asked for.
+        region, the greatest upper end of a pair by itself. Of pairs without an upper end it is the one that is most unequal in the draws,
+        other ties go to input order; None for an end of 1 and for one that was not asked for.
 
     Examples
     --------
@@ -1370,7 +1371,7 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witnes
         if evidence["upper"] is not None:
             ends = [(Fraction(*rational(a)), Fraction(*rational(b))) for a, b in evidence["upper"]]
             greatest, upper = _extreme(comparison, ends, upper=True)
-            upper = upper if greatest > 1 else None
+            upper = _vanishing(comparison, ends) if greatest == inf else upper if greatest > 1 else None
     else:
         lower = None if evidence["lower"] is None else evidence["lower"]["pair"]
         levels = evidence["levels"]["upper"]
@@ -1379,18 +1380,36 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witnes
     return _witness(comparison, lower), _witness(comparison, upper)
 
 
+def _vanishing(comparison: Comparison, ends: AllEnds) -> tuple[int, int, int] | None:
+    """Which pair is most unequal in the draws, of those whose quotient is infinite somewhere in a box."""
+    best: Extended = -1.0
+    where = None
+    for b, block in enumerate(comparison.blocks):
+        bottoms = [j for j, form in enumerate(block) if not any(ends[i][0] for i, _ in form)] if len(block) > 1 else []
+        means = [_mean(comparison, form) for form in block] if bottoms else []
+        ranked = sorted(range(len(means)), key=lambda i: -means[i])
+        for j in bottoms:
+            tops = (i for i in ranked if i != j and greatest_ratio(block[i], block[j], ends) == inf)
+            i = next(tops, None)
+            if i is not None and (value := quotient(means[i], means[j])) > best:
+                best, where = value, (b, i, j)
+            if best == inf:
+                return where
+    return where
+
+
+def _mean(comparison: Comparison, form: Form) -> Fraction:
+    cells = [(comparison.cells[i], w) for i, w in form]
+    return sum((w * (cell.mean if cell.draws else cell.low) for cell, w in cells), Fraction(0))
+
+
 def _witness(comparison: Comparison, found: Sequence[int] | None) -> Witness | None:
     if found is None:
         return None
     block, higher, lower = found
     context, groups = comparison.labels[block]
-
-    def mean(form: Form) -> Fraction:
-        cells = [(comparison.cells[i], w) for i, w in form]
-        return sum((w * (cell.mean if cell.draws else cell.low) for cell, w in cells), Fraction(0))
-
     forms = comparison.blocks[block]
-    return Witness(context, groups[higher], groups[lower], (mean(forms[higher]), mean(forms[lower])))
+    return Witness(context, groups[higher], groups[lower], (_mean(comparison, forms[higher]), _mean(comparison, forms[lower])))
 
 
 def _product_driver(comparison: Comparison, guard: Fraction, c: Fraction) -> tuple[int, int, int] | None:
@@ -1400,9 +1419,13 @@ def _product_driver(comparison: Comparison, guard: Fraction, c: Fraction) -> tup
     for b, block in enumerate(comparison.blocks):
         members = [form[0][0] for form in block] if len(block) > 1 else []
         ends |= {i: cell_ends(comparison.cells[i], guard) for i in members}
-        reach += [(-quotient(ends[i][1], ends[j][0]), b, h, k) for (h, i), (k, j) in permutations(enumerate(members), 2)]
+        means = [_mean(comparison, form) for form in block]
+        reach += [
+            (-quotient(ends[i][1], ends[j][0]), -quotient(means[h], means[k]), b, h, k)
+            for (h, i), (k, j) in permutations(enumerate(members), 2)
+        ]
     best, where = 1.0, None
-    for most, b, h, k in sorted(reach):
+    for most, _, b, h, k in sorted(reach):
         if -most <= best:
             break
         top, bottom = (replace(comparison.cells[comparison.blocks[b][form][0][0]]) for form in (h, k))

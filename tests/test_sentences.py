@@ -187,6 +187,10 @@ def check_box(comparison: Comparison, interval: Interval, drivers: Any) -> None:
             assert drivers[k] is None
         else:
             assert known[labels(drivers[k])] == end == max(known.values())
+        if end == inf:
+            points = [(cell.mean if cell.draws else cell.low,) for cell in comparison.cells]
+            apart = of_pairs(comparison, points, upper=True)
+            assert apart[labels(drivers[k])] == max(apart[place] for place, value in known.items() if value == inf)
 
 
 def same_in_the_report(result: fa.Result) -> None:

@@ -462,12 +462,14 @@ class _Box:
 
     def _ratios(self, ends: list[list[tuple[Fraction, Fraction]]]) -> tuple[Fraction, Fraction | float, list[int] | None]:
         lower, pair, outer = Fraction(1), None, None
+        means = [[low + (high - low) * cell.mean for cell in block] for low, high in [self.limits] for block in self.cells]
+        unequal: Fraction | float = 0
         greatest: Fraction | float = Fraction(1)
         for b, block in enumerate(ends):
             for i, j in permutations(range(len(block)), 2):
-                most = quotient(block[i][1], block[j][0])
-                if most > greatest:
-                    greatest, outer = most, [b, i, j]
+                most, apart = quotient(block[i][1], block[j][0]), quotient(means[b][i], means[b][j])
+                if most > greatest or (most == greatest == inf and apart > unequal):
+                    greatest, outer, unequal = most, [b, i, j], apart
                 least = block[i][0] / block[j][1] if block[j][1] else Fraction(0)
                 if least > lower:
                     lower, pair = least, [b, i, j]
@@ -568,9 +570,10 @@ class _Product:
         for b, curves in enumerate(self.curves):
             for i, j in permutations(range(len(curves)), 2):
                 top, bottom = self._mean(curves[i].end), self._mean(curves[j].start)
-                tried.append((-top / bottom if bottom > 0 else -inf, b, i, j))
+                high, low = self._mean(curves[i].mean), self._mean(curves[j].mean)
+                tried.append((-top / bottom if bottom > 0 else -inf, -high / low if low > 0 else -inf if high > 0 else -1.0, b, i, j))
         best, where = 1.0, None
-        for most, b, i, j in sorted(tried):
+        for most, _, b, i, j in sorted(tried):
             if -most <= best:
                 break
             found = self._least(b, i, j)
