@@ -156,7 +156,7 @@ def test_dead_letters_of_a_run_that_never_committed_are_taken_back(tmp_path: Pat
     letters.write_text("of another audit\n")
     state = State(str(tmp_path / "state.db"), SETTINGS)
     cut = Monitor(state, str(log), str(letters))
-    cut._dead(1, "not JSON", b"broken")
+    cut._dead(1, "unreadable line", "not JSON", b"broken")
     cut._letters.flush()  # written, and then killed before anything was committed
     state.close()
     cut._letters.close()

@@ -714,6 +714,9 @@
     const local = (doc.intervals || {}).local;
     if (local && local.units) say("the ratio of the means over units", local.estimand === "mean over units" && same(await overUnits(law, local.units), local.measured));
     for (const name of Object.keys(doc.intervals || {})) say("interval of the " + (DIFFERENCES.includes(name) ? "difference " + name.replace(/_/g, " ") : name + " ratio"), undefined, "only fairaudit verify checks this");
+    for (const [key, what] of [["preparation", "what was done to the log before it was counted"], ["spellings", "labels that differ in spelling alone"]]) {
+      if (doc.subject[key]) say(what, undefined, "only fairaudit verify checks this");
+    }
     for (const t of doc.targets) {
       const good = judgeTarget(t, f);
       say("target " + t.quantity + " " + t.unit + " at most " + t.limit.slice(0, 60) + ": " + t.verdict, good, good === undefined ? "follows from the interval, which only fairaudit verify checks" : "");
