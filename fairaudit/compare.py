@@ -21,6 +21,7 @@ __all__ = ["Change", "Comparison", "Moved", "compare"]
 Direction = Literal["better", "worse", "same", "changed", "not comparable"]
 
 RANK = {"none": 0, "within": 1, "inconclusive": 2, "changed": 2, "exceeds": 3}
+GIVEN_TRUTH = ("equal_opportunity", "equalized_odds_true_label", "equal_opportunity_overall", "equalized_odds_true_label_overall")
 METRICS = ("local", "global", "equalized_odds", "demographic_parity", "local_supremum", "global_supremum")
 CONSTANTS = ("gamma", "m", "tau", "lipschitz")
 
@@ -105,7 +106,7 @@ class Comparison:
     @property
     def risen(self) -> bool:
         """Whether a ratio or distance of the table rose, however little."""
-        return any(change.direction == "worse" for change in self.metrics if change.what in METRICS[:4])
+        return any(change.direction == "worse" for change in self.metrics if change.what in (*METRICS[:4], *GIVEN_TRUTH))
 
 
 def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
@@ -166,11 +167,14 @@ def _refuse_other_questions(old: Mapping[str, Any], new: Mapping[str, Any], befo
     """Refuse certificates whose figures answer different questions."""
     one, other = old["subject"], new["subject"]
     if one["columns"] != other["columns"]:
-        role = next(name for name in ("decision", "group", "context") if one["columns"][name] != other["columns"][name])
-        raise InputError(
-            f"the certificates cannot be compared: the {role} column is {shown(one['columns'][role])} in one "
-            f"and {shown(other['columns'][role])} in the other"
+        names = ("decision", "group", "context", "truth")
+        role, was, now = next(
+            (n, one["columns"].get(n), other["columns"].get(n)) for n in names if one["columns"].get(n) != other["columns"].get(n)
         )
+        raise InputError(f"the certificates cannot be compared: the {role} column is {shown(was)} in one and {shown(now)} in the other")
+    if one.get("positive") != other.get("positive"):
+        was, now = shown(one.get("positive"), 200), shown(other.get("positive"), 200)
+        raise InputError(f"the certificates cannot be compared: positive is {was} in one and {now} in the other")
     if ("class" in one) != ("class" in other):
         raise InputError("the certificates cannot be compared: one is about the worst utility of a class, the other about one utility")
     if "class" in one:
@@ -327,7 +331,7 @@ def _weaker(was: str, now: str) -> bool:
 
 
 def _metrics(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
-    for name in METRICS:
+    for name in (*METRICS, *(name for name in GIVEN_TRUTH if name in old and name in new)):
         was, now = old[name], new[name]
         first, second = (None if m is None else m.get("ratio", m.get("value")) for m in (was, now))
         note = ""
@@ -341,7 +345,7 @@ def _metrics(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]
             yield Change(f"{name} without filters", first, second, _direction(first, second))
 
 
-VALUES = {"expectations": 0, "probabilities": 0}
+VALUES = {"expectations": 0, "probabilities": 0, "rates": 0}
 
 
 def _direction(old: str | None, new: str | None) -> Direction:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import time
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
@@ -627,6 +628,31 @@ def test_text_page_markdown_and_json(log: Path, tmp_path: Path, capsys: pytest.C
     assert apart["metrics"]["true_positive_rate"] is None and "rows" not in apart["subject"]["table"]
     assert main(["verify", str(tmp_path / "d.json"), "--table", str(tmp_path / "d.table.jsonl")]) == 0
     assert html(apart).count(">Given the true label<") == 1
+
+
+def test_differences_are_compared(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A rate that moved is a measure that moved; other true labels, or other positive ones, are another question."""
+    rows = [("y", "y", "f"), ("y", "y", "m"), ("n", "n", "f"), ("n", "n", "m")] * 3
+    made = {}
+    for name, more, truth, positive in (
+        ("old", [], "t", "y"),
+        ("new", [("n", "y", "f"), ("y", "n", "f")], "t", "y"),
+        ("other", [], "t", "n"),
+        ("none", [], None, None),
+    ):
+        law = fa.Law.from_log(columns([*rows, *more], "u t a"), decision="u", group="a", truth=truth)
+        made[name] = tmp_path / f"{name}.json"
+        fa.certify(law, {"y": 1}, positive=positive).certificate.save(made[name])
+    assert main(["compare", str(made["old"]), str(made["new"]), "--fail-on", "rise"]) == 1
+    printed = capsys.readouterr().out
+    assert re.search(r"equal opportunity +0 -> 0.25 \(1/4\) +worse", printed), printed
+    assert "equalized odds given the true label" in printed
+    for other, said in (
+        ("other", "positive is {'decision': ['y'], 'truth': 'y'} in one"),
+        ("none", "the truth column is 't' in one and None"),
+    ):
+        assert main(["compare", str(made["old"]), str(made[other])]) == 2
+        assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,10 @@ NAMES = {
     "global_supremum": "worst global ratio over group-blind utilities",
     "local without filters": "local ratio without filters",
     "global without filters": "global ratio without filters",
+    "equal_opportunity": "equal opportunity",
+    "equal_opportunity_overall": "equal opportunity, over all contexts",
+    "equalized_odds_true_label": "equalized odds given the true label",
+    "equalized_odds_true_label_overall": "equalized odds given the true label, over all contexts",
 }
 
 
