@@ -125,6 +125,15 @@ def test_a_target_for_which_nothing_was_compared_keeps_the_sentence() -> None:
     same_in_the_report(result)
 
 
+def test_intervals_of_differences_drive_no_pair() -> None:
+    """Given the true label there are intervals of differences beside those of the ratios."""
+    log = {"a": list("ffmmx") * 12, "u": ["yes", "no", "no", "no", "yes", "yes"] * 10, "t": ["yes", "yes", "no", "yes", "no", "no"] * 10}
+    result = fa.certify(fa.Law.from_log(log, decision="u", group="a", truth="t"), {"yes": 1}, max_local_ratio=2)
+    assert "equalized_odds_true_label" in result.certificate.document["intervals"]
+    same_in_the_report(result)
+    assert "leaves it open" in markdown(result.certificate)
+
+
 def test_a_theorem_that_decides_is_named() -> None:
     """Draws leave the ratio of a policy open; its filter and a declared floor bound it, for every pair."""
     rows = {"u": ["y", "n"] * 2, "a": ["f", "f", "m", "m"], "n": [3, 1, 2, 2]}

@@ -131,7 +131,11 @@ class Content:
         found: dict[str, Drivers] = {}
         if self.subject is None or self.expectations is None:
             return found
-        for name, entry in self.document.get("intervals", {}).items():
+        names: tuple[Literal["local", "global"], ...] = ("local", "global")
+        for name in names:
+            entry = self.document.get("intervals", {}).get(name)
+            if entry is None:
+                continue
             if entry["method"] == "betting":
                 found[name] = stream_drivers(self.subject.law, self.subject.utility, name, entry)
             elif name in self.expectations.comparisons:
