@@ -40,7 +40,7 @@ from fairaudit.mechanism import Mechanism
 from fairaudit.monitor.bounds import Arrivals, stream_interval
 from fairaudit.policy import Deployment, Policy
 from fairaudit.preparation import Entry
-from fairaudit.privacy import exp_epsilon
+from fairaudit.privacy import exp_epsilon, joint_ratios
 from fairaudit.rates import NAMES, Difference, GivenTruth, Rate, given_truth
 from fairaudit.sampling import (
     Comparison,
@@ -91,6 +91,11 @@ CONFIRMED = (
     "the utilities of two groups differ",
 )
 PARITY_WITHIN = "parity within contexts (the paper's equalized odds)"
+PAIR_RATIOS = 500_000
+TOO_WIDE = (
+    f"the bounds by T1, T3 and T4 for this filter are left out: its pairs of rows have more than {PAIR_RATIOS} joint likelihood ratios, "
+    "which no certificate may ask a reader to go through"
+)
 RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
 
 
@@ -594,6 +599,7 @@ def certify(
     constants = _constants(table, tau, declared or {}, deployment)
     given, said = _given_truth(subject, table, positive, None if arrivals else level, embed_table)
     found = () if deployment is None else tuple(_bounds(deployment, table, tau, constants, law))
+    too_wide = deployment is not None and joint_ratios(deployment.group_filter) > PAIR_RATIOS
     named = {quantity for quantity, _, _ in limits}
     comparisons: dict[Quantity, Comparison] = {}
     notes: tuple[str, ...] = ()
@@ -624,7 +630,7 @@ def certify(
         not_compared=(*not_compared(law), *(given.not_compared if given else ())),
         targets=targets,
         verdict=verdict,
-        notes=(*law.notes, *notes, *said),
+        notes=(*law.notes, *notes, *said, *((TOO_WIDE,) if too_wide else ())),
         deployment=deployment,
         unfiltered=None if without is None else _both(without, replace(table, law=without)),
         bounds=found,
@@ -878,7 +884,7 @@ def _bounds(
     group = deployment.group_filter
     gamma, m = declared.get("gamma", table.gamma), declared.get("m", table.m)
     gap = declared.get("lipschitz", table.lipschitz())
-    factor = exp_epsilon(group)
+    factor, narrow = exp_epsilon(group), joint_ratios(group) <= PAIR_RATIOS
     if gap == 0:
         if factor < inf:
             yield bounds.t2(factor)
@@ -886,7 +892,7 @@ def _bounds(
         own: Fraction | float = raw.ratio if raw else Fraction(1)
         if min(factor, own) < inf:
             yield bounds.t12(factor, own)
-        if m > 0:
+        if m > 0 and narrow:
             yield bounds.t4(group, gamma, m)
         least = _policy_floor(deployment, table)
         if factor < inf and least > 0:
@@ -898,10 +904,10 @@ def _bounds(
         cap = bounds.floor_cap(gamma, low, floor=floor)
         cap = replace(cap, theorem="floor", multipliers=(), assumptions=(bounds.FRESH, *cap.assumptions))
         yield cap
-        found = [bounds.t1(group, gamma, low, gap, floor=floor)]
+        found = [bounds.t1(group, gamma, low, gap, floor=floor)] if narrow else []
         if factor < inf:
             found.append(replace(bounds.t1_paper(factor, 0, gamma, low, gap, floor=floor), theorem="T1-paper", multipliers=()))
-        if low <= gamma - gap:
+        if low <= gamma - gap and narrow:
             found.append(bounds.t3_general(group, gamma, low, gap, floor=floor))
         yield from (bound for bound in found if bound.value < cap.value)
     yield from _global_bounds(deployment, table, gap, factor, law)

@@ -1354,22 +1354,36 @@ def _least_over_k(pair: PairLaw, top: Fraction, least: Fraction, low: Fraction) 
     """
     if top == least:
         return Fraction(1), Fraction(1)
-    span, bottom = top - least, pair.denominator
-    start = (low - least) / span
+    scale = lcm(top.denominator, least.denominator, low.denominator)
+    base, floor = int(least * scale), int(low * scale)
+    span, bottom = int(top * scale) - base, pair.denominator
+    start = (floor - base) * bottom  # of the levels, all of which are taken times span and bottom
+
+    def with_least(n: int, d: int, stick: int) -> tuple[int, int]:
+        """What n/d proves, with H_k = stick / (d * bottom)."""
+        return n * floor * bottom + max(0, span * stick - (n - d) * base * bottom), d * floor * bottom
+
+    tried = [(with_least(0, 1, bottom), (0, 1))]
+    greatest = 0, 1
     spent, gained = 0, 0
-    tried = [(Fraction(0), Fraction(1))]
-    greatest = Fraction(0)
     for p, q in pair.columns:
         if q:
-            k = Fraction(p, q)
-            tried.append((k, (gained - k * spent) / bottom))
-            entered = max(Fraction(spent, bottom), start)
-            if entered <= Fraction(spent + q, bottom):
-                reached = (gained + k * (entered * bottom - spent)) / bottom
-                greatest = max(greatest, (least + span * reached) / (least + span * entered))
+            tried.append((with_least(p, q, gained * q - p * spent), (p, q)))
+            entered = max(spent * span, start)
+            if entered <= (spent + q) * span:
+                above = q * (base * bottom + gained * span) + p * (entered - spent * span)
+                below = q * (base * bottom + entered)
+                if above * greatest[1] > greatest[0] * below:
+                    greatest = above, below
         spent, gained = spent + q, gained + p
-    tried.append((greatest, hockey_stick(pair, greatest)))
-    return min((_with_least(k, stick, top, least, low), k) for k, stick in tried)
+    stick = sum(max(0, p * greatest[1] - greatest[0] * q) for p, q in pair.columns)
+    tried.append((with_least(*greatest, stick), greatest))
+    best, k = tried[0]
+    for value, other in tried[1:]:
+        order = value[0] * best[1] - best[0] * value[1]
+        if order < 0 or (order == 0 and other[0] * k[1] < k[0] * other[1]):
+            best, k = value, other
+    return Fraction(*best), Fraction(*k)
 
 
 # Curves and enclosures

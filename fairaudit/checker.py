@@ -31,6 +31,7 @@ import sys
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -43,7 +44,12 @@ CERTIFICATE_FORMAT = "fairaudit-certificate/1"
 TABLE_FORMAT = "fairaudit-table/1"
 MAX_DIGITS = 100_000
 MAX_BYTES = 1 << 30  # of a certificate, and of one line of a table
-MAX_ENTRIES = 10**8  # of the law that a policy and its filters induce
+MAX_STEPS = 50_000_000  # of a document with its table; a step is an operation on numbers of at most 256 bits
+MAX_BLOCKS = 8_000_000  # that are kept; a block is a number of at most 256 bits
+FREE_BYTES = 1_000_000  # of the document and its table; each further byte adds to the steps and blocks
+STEPS_PER_BYTE = 250
+BLOCKS_PER_BYTE = 8
+PAIR_ENTRIES = 500_000  # of the joint likelihood ratios of pairs of rows of a product of filters
 LOG_SCALE = 10**12
 
 Rational = tuple[int, int]
@@ -61,6 +67,10 @@ class FormatError(ValueError):
 
 class Incomplete(FormatError):
     """The certificate does not state what its claims assume."""
+
+
+class TooMuch(FormatError):
+    """Checking the certificate would take more work than a document of its length is given."""
 
 
 class TableNeeded(Exception):
@@ -87,6 +97,72 @@ class Report:
     def ok(self) -> bool:
         """Whether every statement is true."""
         return all(finding.true for finding in self.findings)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Work: counted before it is done, so that a short document cannot keep its reader busy for long
+
+
+class _Work:
+    """What is left of the steps and blocks of a document, and the part of it that is being checked."""
+
+    def __init__(self, steps: int = MAX_STEPS, blocks: int = MAX_BLOCKS) -> None:
+        self.steps, self.blocks, self.bytes = steps, blocks, 0
+        self.part = "the certificate"
+
+    def grant(self, count: int) -> None:
+        """Take note of bytes that were read."""
+        before, self.bytes = self.bytes, self.bytes + count
+        beyond = max(0, self.bytes - FREE_BYTES) - max(0, before - FREE_BYTES)
+        self.steps += STEPS_PER_BYTE * beyond
+        self.blocks += BLOCKS_PER_BYTE * beyond
+
+    def refusal(self, limit: str) -> TooMuch:
+        """Say which limit was hit, and where."""
+        size = "1 MB" if self.bytes <= FREE_BYTES else f"{self.bytes} bytes"
+        return TooMuch(f"{self.part} takes more than {limit} of a document of {size}")
+
+
+_WORK: ContextVar[_Work | None] = ContextVar("_WORK", default=None)
+
+
+def _spend(times: int, left: int = 0, right: int = 0) -> None:
+    """Count operations that are about to be made on numbers of so many bits: products, quotients, greatest common divisors."""
+    work = _WORK.get()
+    if work is not None:
+        work.steps -= times * (1 + (left >> 8)) * (1 + (right >> 8))
+        if work.steps < 0:
+            raise work.refusal("the steps")
+
+
+def _keep(count: int, bits: int = 0) -> None:
+    """Count numbers of so many bits that are about to be kept."""
+    work = _WORK.get()
+    if work is not None:
+        work.blocks -= count * (1 + (bits >> 8))
+        if work.blocks < 0:
+            raise work.refusal("the memory")
+
+
+def _working_on(part: str) -> None:
+    work = _WORK.get()
+    if work is not None:
+        work.part = part
+
+
+def _granted(count: int) -> None:
+    work = _WORK.get()
+    if work is not None:
+        work.grant(count)
+
+
+def _bits(*values: Fraction | Rational) -> int:
+    """Count the bits of some rationals together."""
+    total = 0
+    for value in values:
+        n, d = (value.numerator, value.denominator) if isinstance(value, Fraction) else value
+        total += n.bit_length() + d.bit_length()
+    return total
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -313,6 +389,10 @@ def _rational(value: object, where: str, nonnegative: bool = False) -> Rational:
     sign, above, below = match.groups()
     if len(above) > MAX_DIGITS or (below is not None and len(below) > MAX_DIGITS):
         raise _malformed(where, f"has more than {MAX_DIGITS} digits")
+    if len(above) > 500 or (below is not None and len(below) > 500):
+        digits = max(len(above), len(below or ""))
+        _spend(3, 4 * digits, 4 * digits)
+        _keep(1, 4 * (len(above) + len(below or "")))
     numerator = _whole(above)
     denominator = 1 if below is None else _whole(below)
     if below is not None and (denominator == 1 or gcd(numerator, denominator) != 1):
@@ -343,12 +423,17 @@ def _rationals(value: object, where: str, length: int) -> list[Rational]:
 
 
 def _reduced(numerator: int, denominator: int) -> Rational:
+    if denominator.bit_length() > 512:
+        _spend(3, numerator.bit_length(), denominator.bit_length())
     divisor = gcd(numerator, denominator)
     return numerator // divisor, denominator // divisor
 
 
 def _product(factors: Iterable[Rational]) -> Rational:
     numerators, denominators = zip(*factors, strict=True)
+    for numbers in (numerators, denominators):
+        bits = sum(number.bit_length() for number in numbers)
+        _spend(1, bits, bits)
     return _reduced(prod(numerators), prod(denominators))
 
 
@@ -356,16 +441,38 @@ def _at_most(left: Rational, right: Rational) -> bool:
     return left[0] * right[1] <= right[0] * left[1]
 
 
+def _common(denominators: Iterable[int]) -> int:
+    """Find the least common multiple."""
+    common = 1
+    for denominator in denominators:
+        if (bits := common.bit_length()) > 256:
+            _spend(3, bits, denominator.bit_length())
+        common = lcm(common, denominator)
+    return common
+
+
 def _over_common_denominator(values: Sequence[Rational]) -> tuple[list[int], int]:
-    common = lcm(*(denominator for _, denominator in values))
+    common = _common({denominator for _, denominator in values})
     if common == 1:
         return [numerator for numerator, _ in values], 1
+    if (bits := common.bit_length()) > 256:
+        _spend(2 * len(values), bits, max(d.bit_length() + n.bit_length() for n, d in values))
+        _keep(len(values), 2 * bits)
     return [numerator * (common // denominator) for numerator, denominator in values], common
+
+
+def _spend_on_order(first: Rational, rest: Sequence[Rational]) -> None:
+    """Count the steps of comparing numbers with the extremes of those before."""
+    bits = max(first[0].bit_length(), first[1].bit_length())
+    for n, d in rest:
+        bits = max(bits, n.bit_length(), d.bit_length())
+    _spend(4 * len(rest), bits, bits)
 
 
 def _ends(values: Iterable[Rational]) -> tuple[int, int]:
     """Find the positions of the first greatest and the first least of some rationals."""
     first, *rest = values
+    _spend_on_order(first, rest)
     greatest, least = first, first
     top, low = 0, 0
     for i, value in enumerate(rest, 1):
@@ -395,6 +502,8 @@ class _Total:
 
     def add(self, numerators: list[int], denominator: int) -> None:
         """Add a vector."""
+        if (bits := denominator.bit_length()) > 256:
+            _keep(len(numerators), 2 * bits)
         parts = self.parts
         if parts and parts[-1][1][1] == denominator:
             own = parts[-1][1][0]
@@ -417,6 +526,11 @@ class _Total:
 
 
 def _sum_of_two(left: Vector, right: Vector) -> Vector:
+    one, other = left[1].bit_length(), right[1].bit_length()
+    if one + other > 256:
+        widest = max(map(int.bit_length, chain(left[0], right[0])))
+        _spend(2 * len(left[0]) + 3, one + other, max(widest, one, other))
+        _keep(len(left[0]), one + other + widest)
     divisor = gcd(left[1], right[1])
     p, q = right[1] // divisor, left[1] // divisor
     return [a * p + b * q for a, b in zip(left[0], right[0], strict=True)], left[1] * p
@@ -457,6 +571,8 @@ def _log_bounds(n: int, d: int, bits: int) -> tuple[int, int]:
     """
     size, closeness = n.bit_length() - d.bit_length() + 1, d.bit_length() - (n - d).bit_length()
     roots = max(0, size.bit_length() + 8 + isqrt(bits) // 4 - max(0, closeness))
+    _spend(4 * (roots + bits // (roots + 4)) + 40, bits, bits)
+    _spend(2, n.bit_length() + bits, d.bit_length())
     one = 1 << bits
     low = (n << bits) // d
     high = low + 1
@@ -688,8 +804,10 @@ def _read_header(value: object, where: str) -> Header:
         context = _read_filter(filters["context"], f"{where}.filters.context", len(subject.columns.context))
     if group.size < 2:
         raise _malformed(f"{where}.filters.group", "has fewer than two inputs")
-    if (context.size if context else len(header.contexts)) * max(group.size, group.released) * len(decisions) > MAX_ENTRIES:
-        raise _malformed(f"{where}.filters", f"induce a law of more than {MAX_ENTRIES} entries")
+    true_contexts = context.size if context else len(header.contexts)
+    _working_on("the law that the filters induce")
+    _spend(true_contexts * (group.size * (100 + 10 * len(decisions)) + 3 * group.released * len(decisions)))
+    _keep(true_contexts * (12 * group.size + max(group.size, group.released) * len(decisions)))
     return replace(header, group_filter=group, context_filter=context)
 
 
@@ -746,6 +864,9 @@ def _read_place(members: Mapping[str, object], where: str, header: Header, prefi
 
 def _law(weights: Sequence[int], total: int) -> Law:
     """Divide by the common factor: then equal laws have equal weights, which saves comparisons later."""
+    if (bits := total.bit_length()) > 256:
+        _spend(2 * len(weights), bits, bits)
+        _keep(len(weights), bits)
     divisor = gcd(*weights)
     return tuple(weight // divisor for weight in weights), total // divisor
 
@@ -779,6 +900,8 @@ def _gains(utility: Sequence[Rational | None]) -> Vector:
 
 
 def _mean(weights: Sequence[int], total: int, gains: Vector) -> Rational:
+    if total.bit_length() + gains[1].bit_length() > 256:
+        _spend(2 * len(weights), total.bit_length(), max(map(int.bit_length, gains[0])) + gains[1].bit_length())
     return _reduced(sum(map(mul, weights, gains[0])), total * gains[1])
 
 
@@ -799,6 +922,8 @@ def _read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = 
             reader = _Rows(header, keep, positive) if header.group_filter is None else _PolicyRows(header, header.group_filter)
         else:
             reader.add(value, where)
+        if raw is not None:
+            _granted(len(raw))
         text = _canonical(value)
         if raw is not None and raw != text:
             raise _malformed(where, "is not the canonical text of its value, ended by one line feed")
@@ -895,6 +1020,12 @@ class _Map:
         """Multiply along one axis of a tensor, the neighbours on which are ``step`` apart."""
         result: list[int] = []
         width = len(self.base)
+        bits = max(map(int.bit_length, values))
+        own = max(self.denominator.bit_length(), *map(int.bit_length, self.base))
+        terms = width + len(self.rows) + sum(len(further) for _, further in self.rows)
+        _spend(len(values) // width * terms, bits, own)
+        if bits + own > 256:
+            _keep(len(values) // width * len(self.rows), bits + own)
         for start in range(0, len(values), step * width):
             parts = [values[i : i + step] for i in range(start, start + step * width, step)]
             common = _combination(self.base, parts)
@@ -913,13 +1044,18 @@ def _combination(coefficients: Sequence[int], vectors: Sequence[list[int]]) -> l
 
 def _map(matrix: Sequence[Sequence[int]], total: int) -> _Map:
     """Find the base: the most frequent entry of each column; a row that follows it in half of its entries is a multiple of it."""
+    entries = len(matrix) * len(matrix[0])
+    _spend(12 * entries, total.bit_length(), total.bit_length())
     base = [Counter(column).most_common(1)[0][0] for column in zip(*matrix, strict=True)]
     multiples: list[Rational] = []
     for row in matrix:
         ratios = Counter(_reduced(entry, common) for entry, common in zip(row, base, strict=True) if common)
         [(multiple, count)] = ratios.most_common(1) or [(ZERO, 0)]
         multiples.append(multiple if 2 * count >= len(row) else ZERO)
-    unit = lcm(*(d for _, d in multiples))
+    unit = _common({d for _, d in multiples})
+    if (bits := unit.bit_length()) > 256:
+        _spend(entries, bits, total.bit_length())
+        _keep(entries, bits + total.bit_length())
     rows: list[tuple[int, list[tuple[int, int]]]] = []
     for row, (n, d) in zip(matrix, multiples, strict=True):
         scale = n * (unit // d)
@@ -941,7 +1077,10 @@ def _through(values: list[int], maps: Sequence[_Map]) -> list[int]:
 def _mixed(laws: Sequence[Law], maps: Sequence[_Map]) -> list[Law]:
     """Mix laws, listed by what is released (a last axis may be left alone), into the laws by what is true."""
     width = len(laws[0][0])
-    common = lcm(*(total for _, total in laws))
+    common = _common({total for _, total in laws})
+    if (bits := common.bit_length()) > 256:
+        _spend(len(laws) * width, bits, bits)
+        _keep(len(laws) * width, bits)
     values = _through([weight * (common // total) for weights, total in laws for weight in weights], maps)
     total = common * prod(m.denominator for m in maps)
     return [_law(values[i : i + width], total) for i in range(0, len(values), width)]
@@ -983,8 +1122,22 @@ class Factor:
 
     def pairs(self) -> set[Distribution]:
         """List the different distributions of p/q over the ordered pairs of rows of different inputs."""
-        alike = {frozenset(Counter(zip(one, other, strict=True)).items()) for one, other in permutations(self.matrix, 2)}
-        return {_by_likelihood_ratio((p * n, q * n) for (p, q), n in counts) for counts in alike}
+        rows, bits = len(self.matrix), self.total.bit_length()
+        _spend(rows * (rows - 1) * (len(self.outputs) + 4), bits, bits)
+        alike: set[frozenset[tuple[tuple[int, int], int]]] = set()
+        found: set[Distribution] = set()
+        entries = 0
+        for one, other in permutations(self.matrix, 2):
+            counts = frozenset(Counter(zip(one, other, strict=True)).items())
+            if counts not in alike:
+                _keep(4 * len(counts), bits)
+                alike.add(counts)
+                distribution = _by_likelihood_ratio((p * n, q * n) for (p, q), n in counts)
+                if distribution not in found:
+                    found.add(distribution)
+                    entries += len(distribution)
+                    _check_entries(entries, bits)
+        return found
 
 
 @dataclass(frozen=True)
@@ -1020,6 +1173,9 @@ class Filter:
 
     def releases(self) -> list[list[int]]:
         """List for each joint input which of the joint outputs it can release."""
+        size = prod(sum(map(bool, chain.from_iterable(factor.matrix))) for factor in self.factors)
+        _spend(2 * size)
+        _keep(size // 4)
         lists = [[0]]
         for factor in self.factors:
             own = [[j for j, entry in enumerate(row) if entry] for row in factor.matrix]
@@ -1028,6 +1184,9 @@ class Filter:
 
     def matrix(self) -> tuple[list[list[int]], int]:
         """Multiply out the probabilities of the joint outputs under each joint input, over one denominator."""
+        bits = sum(factor.total.bit_length() for factor in self.factors)
+        _spend(self.size * self.released * 2, bits, bits)
+        _keep(self.size * self.released, bits)
         rows = [[1]]
         for factor in self.factors:
             rows = [[p * q for p in before for q in after] for before in rows for after in factor.matrix]
@@ -1050,10 +1209,20 @@ class Filter:
             agree: Distribution = ((factor.total, factor.total),)
             own = factor.pairs()
             before = differing
+            entries = (1 + sum(map(len, before))) * (1 + sum(map(len, own)))
+            bits = unit.bit_length() + factor.total.bit_length()
+            _check_entries(entries, bits)
+            _spend(20 * entries, bits, bits)
+            _keep(2 * entries, 2 * bits)
             differing = {_joint(pair, other) for pair in before for other in {*own, agree}}
             differing |= {_joint(((unit, unit),), other) for other in own}
             unit *= factor.total
         return differing, unit
+
+
+def _check_entries(entries: int, bits: int) -> None:
+    if entries * (1 + (bits >> 8)) ** 2 > PAIR_ENTRIES:
+        raise TooMuch(f"the pairs of rows of the group filter have more than {PAIR_ENTRIES} joint likelihood ratios")
 
 
 def _joint(one: Distribution, other: Distribution) -> Distribution:
@@ -1219,20 +1388,26 @@ def _widest_ratio(values: Sequence[Rational]) -> tuple[Rational, int, int]:
 
 def _widest_distance(laws: Sequence[Law]) -> tuple[Rational, int, int]:
     """Find the greatest total variation distance of two of the laws, and the first positions that attain it."""
+    bits = max(total.bit_length() for _, total in laws)
     if len(laws[0][0]) <= 2:  # the distance is the difference of the probabilities of the first decision
         values = [(weights[0], total) for weights, total in laws]
         top, low = _ends(values)
         (n, d), (p, q) = values[top], values[low]
+        _spend(3, bits, bits)
         return ((n * q - p * d, d * q), min(top, low), max(top, low)) if n * q > p * d else (ZERO, 0, 1)
     # The first pair that attains a positive maximum consists of first occurrences, so that repetitions can be left out.
     first: dict[tuple[int, ...], int] = {}
     for i, (weights, _) in enumerate(laws):
         first.setdefault(weights, i)
     places = list(first.values())
+    each = 10 + 2 * len(laws[0][0])
+    _spend(len(places) * (len(places) * len(laws[0][0]) // 40 + each))
     screen = _Screen([laws[i] for i in places]) if len(places) > 32 else None
     best: tuple[Rational, int, int] = (ZERO, 0, 1)
     for at, i in enumerate(places):
-        for later in screen.farther(best[0]) if screen else range(len(places) - at - 1):
+        others = screen.farther(best[0]) if screen else range(len(places) - at - 1)
+        _spend(len(others) * each, bits, bits)
+        for later in others:
             j = places[at + 1 + later]
             distance = _distance(laws[i], laws[j])
             if not _at_most(distance, best[0]):
@@ -1966,6 +2141,8 @@ def _fault_of_bound(claim: Claim, rule: Rule, facts: Facts) -> str:
     _, _, by, scope = claim.key
     gamma, m, lipschitz = (facts.constants[key] for key in ("gamma", "m", "lipschitz"))
     n, d = facts.policy.group.exp_epsilon
+    bits = _bits(gamma, m, lipschitz, (n, d), claim.value)
+    _spend(20, bits, bits)
     tau: Fraction | None = Fraction(1)
     if by in ("T1-paper", "T1", "T3", "floor"):
         tau = facts.floor(scope)
@@ -2012,28 +2189,35 @@ def _fault_of_multipliers(claim: Claim, facts: Facts, tau: Fraction) -> str:
     """
     _, _, by, scope = claim.key
     gamma, m, lipschitz = (facts.constants[key] for key in ("gamma", "m", "lipschitz"))
-
-    def bound(k: Fraction, h: Fraction) -> Fraction:
-        match by:
-            case "T1":
-                return k + (lipschitz + gamma * h) / tau
-            case "T3":
-                return k + (lipschitz + (gamma - lipschitz) * h) / tau
-        return k + max(Fraction(0), (gamma - m) * h - (k - 1) * m) / tau  # T4, with tau = m
-
+    # What is bounded is k + max(0, add + weight H_k - (k - 1) shed) / tau, which is convex in k.
+    add, weight, shed = {"T1": (lipschitz, gamma, 0), "T3": (lipschitz, gamma - lipschitz, 0)}.get(by, (Fraction(0), gamma - m, m))
     n, d = facts.policy.group.exp_epsilon
     # The second is the one pair that stands for all filters of this epsilon.
     pairs, unit = facts.policy.group.pairs if scope != GROUP_FILTERS else ({((n, d), (d, n))}, n + d)
-    multipliers: list[Fraction] = list(claim.evidence) if isinstance(claim.evidence, list) else []
+    multipliers: list[Fraction] = sorted(claim.evidence) if isinstance(claim.evidence, list) else []
+    bits = _bits(gamma, m, lipschitz, tau, claim.value) + unit.bit_length()
+    hint = 0  # where the last multiplier that did was found
     for pair in pairs:
+        low, high, at = 0, len(multipliers), hint
         least: Fraction | None = None
-        for i, k in enumerate(multipliers):
-            excess = sum(e for p, q in pair if (e := p * k.denominator - q * k.numerator) > 0)
-            value = bound(k, Fraction(excess, unit * k.denominator))
+        while low < high:
+            k = multipliers[at]
+            _spend(4 * len(pair), unit.bit_length(), _bits(k))
+            _spend(60, bits + _bits(k), bits + _bits(k))
+            exceeding = [(p, q) for p, q in pair if p * k.denominator > q * k.numerator]
+            sum_p, sum_q = sum(p for p, _ in exceeding), sum(q for _, q in exceeding)
+            h = Fraction(sum_p * k.denominator - sum_q * k.numerator, unit * k.denominator)
+            excess = add + weight * h - (k - 1) * shed
+            value = k + max(Fraction(0), excess) / tau
             if _at_most(_pair(value), claim.value):
-                multipliers.insert(0, multipliers.pop(i))  # it may do for the next pair too
+                hint = at
                 break
             least = value if least is None else min(least, value)
+            if excess > 0 and tau < weight * Fraction(sum_q, unit) + shed:  # the slope to the right is negative
+                low = at + 1
+            else:
+                high = at
+            at = (low + high) // 2
         else:
             return f"for some pair of groups the multipliers prove no less than {shown(_pair(least or Fraction(0)))}"
     return ""
@@ -2144,7 +2328,8 @@ def _read_distances(value: object, where: str) -> list[list[Rational]]:
     """Read a metric, and make sure that it is one."""
     n = len(_list(value, where))
     distances = [_rationals(row, f"{where}[{i}]", n) for i, row in enumerate(_list(value, where))]
-    flat, _ = _over_common_denominator([ONE, *chain.from_iterable(distances)])
+    flat, unit = _over_common_denominator([ONE, *chain.from_iterable(distances)])
+    _spend(n * n * (n + 5) // 2, unit.bit_length())
     rows = [flat[i : i + n] for i in range(1, n * n + 1, n or 1)]
     for i, row in enumerate(rows):
         for j, distance in enumerate(row):
@@ -2233,7 +2418,11 @@ CONSTANT = -1
 def _affine_sum(terms: Iterable[tuple[Rational, Affine]]) -> Affine:
     """Add up multiples of affine forms."""
     kept = [(n, d * denominator, form) for (n, d), (form, denominator) in terms if n]
-    common = lcm(*(d for _, d, _ in kept))
+    common = _common({d for _, d, _ in kept})
+    count = sum(len(form) for _, _, form in kept)
+    bits = max((n.bit_length() + max(map(int.bit_length, form.values()), default=0) for n, _, form in kept), default=0)
+    _spend(3 * count, bits + common.bit_length(), bits)
+    _keep(count, bits + common.bit_length())
     total: dict[int, int] = {}
     for n, d, form in kept:
         factor = n * (common // d)
@@ -2328,6 +2517,7 @@ class Program:
         """Write E(x,a), or the mean of E(.,a) when the context is -1."""
         if (context, group) not in self._means:
             if context >= 0:
+                _spend(len(self.by_context[context]))
                 form = self._expectation(next(cell for cell in self.by_context[context] if cell.group == group))
             else:
                 n, d = _sum(cell.mass for cell in self.by_group[group])
@@ -2347,12 +2537,16 @@ class Program:
             return []
         if self.utilities.tau_on == "pair":
             return [higher, lower]
+        _spend(len(self.everywhere if context < 0 else self.by_context[context]))
         return self.everywhere if context < 0 else [cell.group for cell in self.by_context[context]]
 
     def _differing_cells(self, context: int) -> list[tuple[Cell, Cell]]:
         """List the ordered pairs of different cells of a context, or of every context when it is -1."""
         if context not in self._differing:
             lists = self.by_context if context < 0 else [self.by_context[context]]
+            count = sum(len(cells) ** 2 for cells in lists)
+            _spend(3 * count)
+            _keep(3 * count)
             self._differing[context] = [pair for cells in lists for pair in permutations(cells, 2)]
         return self._differing[context]
 
@@ -2406,6 +2600,7 @@ class Program:
     def greatest(self, form: Affine) -> Rational:
         """Find the greatest value of an affine form when every variable is in its box, whatever the constraints say."""
         coefficients, denominator = form
+        _spend(3 * len(coefficients), max(map(int.bit_length, coefficients.values()), default=0), self.unit_of_box.bit_length())
         total = coefficients.get(CONSTANT, 0) * self.unit_of_box
         for j, coefficient in coefficients.items():
             if j != CONSTANT:
@@ -2437,11 +2632,15 @@ def _outside(program: Program, metric: Maximum | None, theta: Sequence[Rational]
         by_context: list[list[tuple[Cell, list[Fraction]]]] = [[] for _ in table.header.contexts]
         for cell, own in zip(table.cells, gains, strict=True):
             by_context[cell.context].append((cell, own))
+        bits = 2 * max((_bits(g) for own in gains for g in own), default=0)
+        _spend(sum(len(cells) ** 2 for cells in by_context) * 15 * (1 + program.decisions), bits, bits)
         for (left, one), (right, other) in chain.from_iterable(combinations(cells, 2) for cells in by_context):
             allowed = Fraction(*program.allowed(left, right))
             if one != other and any(abs(g - h) > allowed for g, h in zip(one, other, strict=True)):
                 return f"the utility violates the Lipschitz constraint between group {right.group} and the cell {_place(table, left)}"
     for i, (terms, bound) in enumerate(utilities.rows):
+        bits = _bits(bound) + sum(_bits(c) + _bits(first[program.places[x, a]][u]) for x, a, u, c in terms)
+        _spend(20 * len(terms), bits // max(1, len(terms)), bits)
         if sum(Fraction(*c) * first[program.places[x, a]][u] for x, a, u, c in terms) > Fraction(*bound):
             return f"the utility violates subject.class.rows[{i}]"
     if utilities.family is not None and (fault := _outside_family(utilities.family, table, gains, theta)):
@@ -2461,11 +2660,16 @@ def _outside_family(family: Family, table: Table, gains: Sequence[Sequence[Fract
     for k, (low, high) in enumerate(zip(family.lower, family.upper, strict=True)):
         if not Fraction(*low) <= own[k] <= Fraction(*high):
             return f"theta[{k}] is not within its ends"
+    widest = _bits(*own)
     for i, (coefficients, bound) in enumerate(family.rows):
+        bits = widest + _bits(*coefficients)
+        _spend(20 * len(own), bits // len(own), bits)
         if sum(Fraction(*c) * parameter for c, parameter in zip(coefficients, own, strict=True)) > Fraction(*bound):
             return f"theta violates subject.class.family.rows[{i}]"
     for cell, features, values in zip(table.cells, family.features, gains, strict=True):
         for phi, g in zip(features, values, strict=True):
+            bits = widest + _bits(*phi)
+            _spend(20 * len(own), bits // len(own), bits)
             if sum(Fraction(*f) * parameter for f, parameter in zip(phi, own, strict=True)) != g:
                 return f"theta does not give the utility {_place(table, cell)}"
     return ""
@@ -2518,6 +2722,7 @@ def _fault_of_dual(value: Rational, evidence: Dual, program: Program) -> str:
     for context, groups in program.compared():
         # The expectations of a blind utility under equal laws are equal.
         alike = utilities.blind and context >= 0 and len({cell.law for cell in program.by_context[context]}) == 1
+        _spend(3 * len(groups) ** 2)
         for higher, lower in permutations(groups, 2):
             pair = context, higher, lower
             named = f"{'' if context < 0 else f'context {context}, '}groups {higher} and {lower}"
@@ -2562,6 +2767,9 @@ def _fault_of_closed_form(value: Rational, multipliers: Iterable[Fraction], prog
         at = hint
         while low < high:
             n, d = _pair(ks[at])
+            bits = common.bit_length()
+            _spend(4 * len(p[0]) + 10, bits, d.bit_length() + n.bit_length())
+            _spend(4, bits + _bits(value) + floor.bit_length(), d.bit_length() + n.bit_length() + gamma.bit_length())
             # P > k Q means p * raised > q * lowered; H_k is the sum of the differences over common * d
             raised, lowered = q[1] * d, p[1] * n
             sum_p = sum_q = 0
@@ -2586,7 +2794,10 @@ def _fault_of_closed_form(value: Rational, multipliers: Iterable[Fraction], prog
             laws = [cell.law for cell in program.by_context[context]]
         else:
             forms = [program.mean(-1, group) for group in groups]
+            _spend(len(groups) * len(program.values))
+            _keep(len(groups) * len(program.values) // 3)
             laws = [_law([form.get(j, 0) for j in range(len(program.values))], total) for form, total in forms]
+        _spend(3 * len(groups) ** 2)
         for (higher, p), (lower, q) in permutations(zip(groups, laws, strict=True), 2):
             if p != q and not proved(p, q):
                 place = "" if context < 0 else f"context {context}, "
@@ -2934,9 +3145,15 @@ def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, 
         rows = [
             (n, [(count, values[g]) for count, g in zip(counts, utility, strict=True) if count and g is not None]) for n, counts in units
         ]
-        draws = [(n, sum((c * g for c, g in own), Fraction(0)) / sum(c for c, _ in own)) for n, own in rows]
-    total, squares = (sum((n * value**power for n, value in draws), Fraction(0)) for power in (1, 2))
+        draws = [(n, _weighted(own) / sum(c for c, _ in own)) for n, own in rows]
+    _spend(40 * len(draws))
+    total, squares = (_weighted((n, value**power) for n, value in draws) for power in (1, 2))
     return Sample(sum(n for n, _ in draws), total, squares, low, high, binary)
+
+
+def _weighted(terms: Iterable[tuple[int, Fraction]]) -> Fraction:
+    """Add up multiples of fractions."""
+    return Fraction(*_sum([ZERO, *((n * value.numerator, value.denominator) for n, value in terms)]))
 
 
 class _Sampling:
@@ -2996,6 +3213,9 @@ class _Sampling:
             matrix, scale = policy.context.matrix()
             contexts = [[(x, p) for x, p in enumerate(row) if p] for row in matrix]
         by_group, by_context = constants(table)["depends_on_group"], table.header.utility is None
+        pairs = sum(map(len, contexts)) * sum(map(len, groups))
+        _spend(20 * pairs, (scale * unit).bit_length())
+        _keep(4 * pairs, (scale * unit).bit_length())
         numbers: dict[tuple[int, int, int, int], int] = {}
         samples: list[Sample] = []
         forms: list[Affine] = []
@@ -3007,6 +3227,8 @@ class _Sampling:
                     number = numbers.setdefault((x, a, *own), len(samples))
                     form[number] = p * q
                     if number == len(samples):
+                        _spend(100 + 40 * len(cell.utility))
+                        _keep(40)
                         weights, total = policy.rows[x][a]
                         counts = [weight * (policy.draws[x][a] // total) for weight in weights]
                         samples.append(_sample([(counts, cell.utility)], None, self.limits([cell]), self.declared))
@@ -3048,6 +3270,7 @@ def _proven(interval: Interval, table: Table) -> Proven:
         raise Unproven("no ratio is less than 1")
     supports = [[frozenset(i for i in form if samples[i].informative) for form, _ in block] for block in blocks]
     used: frozenset[int] = frozenset().union(*chain.from_iterable(supports))
+    _spend(sum(len(block) * sum(4 + len(support) for support in block) for block in supports))
     if isinstance(interval.evidence, BoxEvidence):
         spanned = max(len(one | other) for block in supports for one, other in combinations(block, 2))
         _prove_by_box(interval, interval.evidence, comparison, len(used), spanned)
@@ -3107,6 +3330,8 @@ def _all_hold(beta: Fraction, other: Fraction, used: int, spanned: int, confiden
     if pair <= 0 or rest <= 0:
         return False
     if used <= 1000:
+        bits = used * (_bits(pair) + _bits(rest))
+        _spend(4, bits, bits + _bits(confidence))
         return pair**spanned * rest ** (used - spanned) >= confidence
     return _log_form([(Fraction(spanned), pair), (Fraction(used - spanned), rest), (Fraction(-1), confidence)]) >= 0
 
@@ -3129,6 +3354,9 @@ def _at_most_times(one: Affine, other: Affine, ratio: Fraction, box: Sequence[tu
     """Decide whether one form is at most ``ratio`` times another one everywhere in a box."""
     (w, w_unit), (v, v_unit) = one, other
     n, d = ratio.numerator * w_unit, ratio.denominator * v_unit
+    units = w_unit.bit_length() + v_unit.bit_length()
+    widest = max((box[i][1].bit_length() for i in w.keys() | v.keys()), default=0)
+    _spend(8 * (len(w) + len(v)), _bits(ratio) + units, widest + units)
     greatest = 0
     for i in w.keys() | v.keys():
         coefficient = w.get(i, 0) * d - v.get(i, 0) * n
@@ -3139,7 +3367,8 @@ def _at_most_times(one: Affine, other: Affine, ratio: Fraction, box: Sequence[tu
 def _check_block(block: Sequence[Affine], number: int, ratio: Fraction, box: Sequence[tuple[int, int]]) -> None:
     """Make sure that no form of a block can be more than ``ratio`` times another one."""
     ends = [(sum(c * box[i][side] for i, c in form.items()), unit) for side in (0, 1) for form, unit in block]
-    values, _ = _over_common_denominator(ends)
+    values, unit = _over_common_denominator(ends)
+    _spend(4 * len(values) + len(block) ** 2, max(map(int.bit_length, values)) + unit.bit_length(), 256 + _bits(ratio))
     least = [ratio.numerator * value for value in values[: len(block)]]
     greatest = [ratio.denominator * value for value in values[len(block) :]]
     for (i, top), (j, bottom) in product(enumerate(greatest), enumerate(least)):
@@ -3188,6 +3417,8 @@ Tail = tuple[int, Fraction, Fraction, bool]
 
 def _log_form(terms: Sequence[tuple[Fraction, Fraction]]) -> int:
     """Bound 2^PRECISION (the sum of c log x) from below, for terms (c, x), x > 0."""
+    for c, x in terms:
+        _spend(100, _bits(c), _bits(x))
     bits = PRECISION + max(int(abs(c)).bit_length() for c, _ in terms)
     total = 0
     for c, x in terms:
@@ -3210,10 +3441,12 @@ def _is_summed(tail: Tail) -> bool:
 def _rarity(tail: Tail) -> int | None:
     """Bound -2^PRECISION log B from below, where B is the bound of a tail; None if B is 0."""
     n, k, p, binary = tail
+    _keep(20, _bits(k) + _bits(p))
     if p <= 0 or k == n:
         return 0
     if p >= 1:
         return None
+    _spend(250, _bits(k) + _bits(p), _bits(k) + _bits(p))
     if _is_summed(tail):
         terms = [(k, 1 / p), (n - k, 1 / (1 - p)), (Fraction(1), Fraction(1 << PRECISION, comb(n, int(k)) * _relative_sum(n, int(k), p)))]
         return max(0, _log_form(terms))
@@ -3234,6 +3467,8 @@ def _relative_sum(n: int, k: int, p: Fraction) -> int:
     a, b = p.numerator, p.denominator - p.numerator
     total = term = 1 << PRECISION
     for i in range(k, 0, -1):
+        if i % 64 == 0 or i == k:
+            _spend(8 * min(i, 64), _bits(p))
         term = -(-term * i * b // ((n - i + 1) * a))
         total += term
         if term == 1:  # the quotients of successive terms fall: no term from here on is greater
@@ -3248,6 +3483,9 @@ def _binomial(tail: Tail) -> Fraction:
         return Fraction(1)
     a, b = p.numerator, p.denominator - p.numerator
     total, term = 0, 1
+    bits = _bits(p)
+    _spend(4 * int(k) + 4, n * bits, bits)
+    _spend(2, n * bits, n * bits)
     for i in range(int(k) + 1):
         total = total * b + term
         term = term * (n - i) * a // (i + 1)
@@ -3329,6 +3567,7 @@ def _check_ladder(
             raise Unproven(f"{where} ends too low")
     certain: Tail = (1, Fraction(1), Fraction(1, 2), True)
     for number, (p, q) in enumerate(pairwise(knots)):
+        _spend(250 * (len(tops) + len(bottoms)), _bits(ratio), _bits(p))
         above = {i: s.tail(ratio * p, True) if s.informative else certain for i, s in tops.items() if ratio * p < s.high}
         below = {i: s.tail(q, False) if s.informative else certain for i, s in bottoms.items()}
         # For each top the likeliest bottom of another index is one of the two likeliest of all.
@@ -3348,7 +3587,7 @@ MANTISSA = 160  # bits of a wealth and of what it is computed from
 
 Tally = dict[Fraction, int]  # how often each utility was drawn, scaled to [0, 1]
 Wealth = tuple[int, int]  # m, e: a number of at least m 2^e
-Levels = list[list[list[Fraction]]]  # by block, of the pairs of its cells
+Levels = list[dict[int, Fraction]]  # by block, and by the rank of the later cell of a pair
 
 
 def _share(bet: int) -> Fraction:
@@ -3380,6 +3619,8 @@ def _power(base: Wealth, exponent: int) -> Wealth:
 def _wealth(tally: Tally, mean: Fraction) -> Wealth:
     """Bound from below what bets that the mean is greater than this one have won: mean > 0."""
     found = [_floored(IDLE)]
+    bits = _bits(mean) + max(map(_bits, tally), default=0)
+    _spend(len(BETS) * (60 + sum(60 + 8 * n.bit_length() for n in tally.values())), bits, bits)
     for power in BETS:
         bet = min(Fraction(2) ** power, CAP / mean)
         m, e = _floored(_share(power))
@@ -3393,7 +3634,10 @@ def _wealth(tally: Tally, mean: Fraction) -> Wealth:
 
 def _reach(one: Wealth, other: Wealth, level: Fraction) -> bool:
     """Decide whether the product of two wealths is at least 1/level."""
+    _spend(10, _bits(level), MANTISSA)
     m, e = one[0] * other[0] * level.numerator, one[1] + other[1]
+    if (excess := m.bit_length() + e - level.denominator.bit_length()) not in (0, 1):
+        return excess > 0
     return m << e >= level.denominator if e >= 0 else m >= level.denominator << -e
 
 
@@ -3441,6 +3685,7 @@ class _Stream:
         """What a cell proves of its mean: that it is above, or below, another one inside the range."""
         key = block, cell, mean, above
         if key not in self.known:
+            _keep(20, _bits(mean))
             tally, scaled = self.blocks[block][cell], (mean - self.low) / (self.high - self.low)
             self.known[key] = _wealth(tally, scaled) if above else _wealth({1 - value: n for value, n in tally.items()}, 1 - scaled)
         return self.known[key]
@@ -3471,6 +3716,7 @@ class _Stream:
                     raise Unproven(f"the upper end {shown(_pair(hi))} of cell {i} of block {b} is not excluded")
         low, high = (Fraction(*end) if end != INFINITY else None for end in self.interval.ratio)
         for b, block in enumerate(box):
+            _spend(20 * len(block) ** 2)
             for i, j in permutations(range(len(block)), 2):
                 if high is not None and block[i][1] > high * block[j][0]:
                     raise Unproven(f"cells {i} and {j} of block {b} can have a greater quotient than the upper end")
@@ -3488,20 +3734,19 @@ class _Stream:
         return place
 
     def _levels(self) -> Levels:
-        """The level of each pair, in either direction.
+        """For each block, the level of a pair, in either direction, by the rank of the later one of its cells.
 
         The cells that found others in their block share out the error in the order in which they came; each divides its part
         among the two directions of its pairs with those that it found.
         """
-        later = sorted(rank for ranks in self.ranks for rank in ranks if rank > min(ranks))
+        first = [min(ranks) for ranks in self.ranks]
+        later = sorted(rank for ranks, least in zip(self.ranks, first, strict=True) for rank in ranks if rank > least)
         number = {rank: i for i, rank in enumerate(later, 1)}
         expected = (self.evidence.expected + 1) // 2
-
-        def level(one: int, other: int, ranks: Sequence[int]) -> Fraction:
-            last = max(one, other)
-            return self.error * self._share(number[last], expected) / (2 * sum(rank < last for rank in ranks))
-
-        return [[[level(one, other, ranks) if one != other else Fraction(0) for other in ranks] for one in ranks] for ranks in self.ranks]
+        return [
+            {last: self.error * self._share(number[last], expected) / (2 * found) for found, last in enumerate(sorted(ranks)) if found}
+            for ranks in self.ranks
+        ]
 
     def _prove_by_ladders(self) -> None:
         levels = self._levels()
@@ -3513,6 +3758,7 @@ class _Stream:
             if len(ladders) != len(self.blocks):
                 raise Unproven(f"there must be {len(self.blocks)} ladders, not {len(ladders)}")
             for b, ladder in enumerate(ladders):
+                _keep(4 * len(self.blocks[b]) ** 2)
                 pairs = [*permutations(range(len(self.blocks[b])), 2)]
                 self._check_ladder(ladder, b, pairs, Fraction(*high), levels, f"upper[{b}]")
         if proof is not None:
@@ -3539,7 +3785,7 @@ class _Stream:
                     top = self._wealth(b, i, ratio * p, False)
                 if q is not None and q > self.low:
                     bottom = self._wealth(b, j, q, True)
-                if not _reach(top, bottom, levels[b][i][j]):
+                if not _reach(top, bottom, levels[b][max(self.ranks[b][i], self.ranks[b][j])]):
                     raise Unproven(f"{where} does not hold between the knots {shown(p and _pair(p))} and {shown(q and _pair(q))}")
 
 
@@ -4232,6 +4478,7 @@ def _check_intervals(stated: Certificate, table: Table) -> tuple[list[Finding], 
     proven: dict[str, Proven] = {}
     for name, interval in stated.intervals.items():
         fault = ""
+        _working_on(f"intervals.{name}")
         try:
             local = stated.intervals.get("local")
             units = [] if local is None or name == "local" else local.units or []
@@ -4279,7 +4526,8 @@ def _faults_of_claims(claims: Sequence[Claim], facts: Facts) -> list[str]:
     """Say of each claim what is wrong with it; nothing if it is true."""
     faults: list[str] = []
     seen: set[tuple[str, str, str, str]] = set()
-    for claim in claims:
+    for i, claim in enumerate(claims):
+        _working_on(f"claims[{i}]")
         faults.append("a claim that occurs twice" if claim.key in seen else _fault(claim, facts))
         seen.add(claim.key)
     return faults
@@ -4305,9 +4553,11 @@ def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
 def _check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim]) -> Iterator[Finding]:
     named = {target.quantity for target in stated.targets if target.confidence is not None}
     spent = sum((facts.proven[quantity].error for quantity in named & facts.proven.keys()), Fraction(0))
+    confidences = {target.confidence for target in stated.targets} - {None}
     verdicts: list[str] = []
     seen: set[tuple[str, str]] = set()
     for i, target in enumerate(stated.targets):
+        _working_on(f"targets[{i}]")
         metric = facts.metrics[target.quantity]
         ends = (ONE, INFINITY) if metric is None else (metric.value, metric.value)
         if target.confidence is not None:
@@ -4319,7 +4569,7 @@ def _check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Clai
         if target.confidence is not None:
             if facts.table.header.subject.kind == "probabilities":
                 fault = "probabilities are not a sample from a population"
-            if any(other.confidence not in (None, target.confidence) for other in stated.targets):
+            if confidences != {target.confidence}:
                 fault = "another target is judged at another confidence"
             if spent > 1 - target.confidence:
                 fault = f"the intervals do not hold together at this confidence, but only at {shown(_pair(1 - spent))}"
@@ -4352,12 +4602,24 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     Raises
     ------
     FormatError
-        If the certificate or the table is not well formed; if the certificate keeps back what it assumes it is `Incomplete`.
+        If the certificate or the table is not well formed; `Incomplete` if the certificate keeps back what it assumes, `TooMuch` if
+        checking it takes more work than a document of its length is given.
     TableNeeded
         If the table is not embedded and not given.
     """
+    token = _WORK.set(_Work())
+    try:
+        return _checked(certificate, table)
+    finally:
+        _WORK.reset(token)
+        _rarity.cache_clear()
+
+
+def _checked(certificate: bytes, table: Iterable[bytes] | None) -> Report:
+    _granted(len(certificate))
     stated = _read_certificate(certificate)
     findings: list[Finding] = []
+    _working_on("the table")
     keep = (
         stated.utilities is not None or bool(stated.intervals) or any(step.step == "level" for step in stated.preparation)
     )  # else the figures of a plain table are all that is needed of it
@@ -4373,13 +4635,17 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
         law = _read_table(_lines_of_file(table), keep, stated.positive)
     else:
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
+    _working_on("the class of utilities")
     program = None if stated.utilities is None else Program(stated.utilities, law)
+    _working_on("the metrics")
     metrics = measure(law)
     findings += _check_subject(stated, law)
     findings += _check_spellings(stated, law)
     findings += _check_preparation(stated, law)
     if program is not None:
+        _working_on("the class of utilities")
         findings.append(_check_class(stated, program, metrics))
+    _working_on("the metrics")
     if law.given is not None:
         metrics |= law.given.differences()
     findings += _check_metrics(stated.metrics, metrics, "metrics")
@@ -4472,6 +4738,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _failed(str(error), 3)
     except Incomplete as error:
         return _failed(f"The certificate is incomplete: {error}.", 2)
+    except TooMuch as error:
+        return _failed(f"The certificate is not checked: {error}.", 2)
     except FormatError as error:
         return _failed(f"Not a certificate of the format {CERTIFICATE_FORMAT}: {error}.", 2)
     except (OSError, ValueError) as error:  # ValueError: a path with a null character

@@ -223,6 +223,22 @@ def pair_laws(mechanism: Mechanism) -> tuple[PairLaw, ...]:
     )
 
 
+def joint_ratios(mechanism: Mechanism) -> int:
+    """Bound the likelihood ratios of the different pairs of rows, which bounds with multipliers go through; long numbers count more.
+
+    Examples
+    --------
+    >>> from fairaudit.mechanism import RandomizedResponse
+    >>> joint_ratios(RandomizedResponse(["a", "b", "c"], keep_probability="0.5"))
+    4
+    """
+    count, bits = 1, 0
+    for factor in mechanism.factors:
+        count *= 1 + sum(len(pair.columns) for pair in pair_laws(Mechanism((factor,))))
+        bits += factor.denominator.bit_length()
+    return count * (1 + (bits >> 8)) ** 2
+
+
 def hockey_stick(pair: PairLaw, k: Fraction) -> Fraction:
     """H_k(P, Q) = Σ max(0, P − kQ), exact: the δ of this ordered pair at e^ε = k ≥ 0.
 

@@ -1,0 +1,105 @@
+"""Hostile documents: no document of less than a megabyte keeps the checker busy for long, or fills the memory.
+
+All 1,000 of them: FAIRAUDIT_FULL=1 pytest -n0 tests/test_checker_work.py
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+import time
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hostile import FAMILIES, hostile
+
+import fairaudit as fa
+from fairaudit import checker
+from fairaudit.law import Columns
+from fairaudit.mechanism import Mechanism
+from fairaudit.policy import Policy
+
+F = Fraction
+
+FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
+DOCUMENTS = 1000 if FULL else 2 * len(FAMILIES)
+SECONDS, MEGABYTES = 10, 1000
+
+
+def measured(document: bytes) -> tuple[str, float, float]:
+    """What the checker says of a document in a process of its own, its seconds of work, and its megabytes of memory."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
+        try:
+            said = "true" if checker.check(document).ok else "false"
+        except checker.TooMuch as error:
+            said = f"too much: {error}"
+        except checker.FormatError:
+            said = "malformed"
+        except BaseException as error:
+            said = f"crash: {error!r}"
+        os.write(writing, said.encode()[:4000])
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as stream:
+        said = stream.read().decode()
+    _, _, usage = os.wait4(child, 0)
+    return said, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+
+
+@pytest.mark.parametrize("seeds", [range(start, start + 20) for start in range(0, DOCUMENTS, 20)], ids=str)
+def test_hostile_documents_are_done_with_soon(seeds: range) -> None:
+    for seed in seeds:
+        document = hostile(seed)
+        assert len(document) < 1_000_000
+        said, seconds, megabytes = measured(document)
+        name = FAMILIES[seed % len(FAMILIES)].__name__
+        print(f"{seed} {name} {len(document)} bytes: {seconds:.1f} s, {megabytes:.0f} MB, {said[:60]}", file=sys.stderr)
+        assert said in ("false", "malformed", "true") or said.startswith("too much"), (seed, name, said)
+        assert seconds < SECONDS and megabytes < MEGABYTES, (seed, name, said)
+
+
+def _generic(size: int, seed: int) -> Mechanism:
+    numbers = np.random.default_rng(seed).integers(1, 20, (size, size)).tolist()
+    return Mechanism.from_array([[F(v, sum(row)) for v in row] for row in numbers], [f"v{seed}-{i}" for i in range(size)])
+
+
+def _behind(*factors: Mechanism) -> fa.Result:
+    group = fa.Product({f"c{i}": factor for i, factor in enumerate(factors)})
+    shares = np.random.default_rng(5).integers(1, 100, (2, len(group.outputs))).tolist()
+    array = np.array([[[F(v, 100), F(100 - v, 100)] for v in row] for row in shares], dtype=object)
+    columns = Columns("u", tuple(f"c{i}" for i in range(len(factors))), ("x",))
+    law = fa.Law.from_array(array, decisions=["yes", "no"], groups=group.outputs, contexts=["p", "q"], columns=columns)
+    return fa.certify(Policy(law).behind(group=group), {"yes": 1, "no": "1/3"})
+
+
+def test_two_generic_filters_are_certified_and_checked_in_seconds() -> None:
+    start = time.process_time()
+    result = _behind(_generic(9, 1), _generic(9, 2))
+    assert {"T1", "T3", "T4"} <= {claim.by for claim in result.claims}
+    assert checker.check(result.certificate.text.encode()).ok
+    assert time.process_time() - start < 20
+
+
+def test_the_writer_leaves_out_what_the_checker_would_refuse() -> None:
+    result = _behind(_generic(24, 1), _generic(24, 2))
+    assert not {"T1", "T4"} & {claim.by for claim in result.claims}
+    assert any("joint likelihood ratios" in note for note in result.notes)
+    document = result.certificate.document
+    report = checker.check(result.certificate.text.encode())
+    assert report.ok
+    floored = {"quantity": "local_ratio", "relation": "<=", "value": "99", "scope": "this law", "by": "T1"}
+    fresh = next(claim["assumptions"] for claim in document["claims"])
+    document["claims"].append(floored | {"assumptions": fresh, "evidence": {"multipliers": ["1"]}})
+    said, seconds, megabytes = measured(result.certificate.text.encode())
+    assert said.startswith("too much") and "500000 joint likelihood ratios" in said
+    assert seconds < SECONDS and megabytes < MEGABYTES
+
+
+def test_a_refusal_names_the_limit_and_the_part() -> None:
+    said, _, _ = measured(hostile(next(i for i, family in enumerate(FAMILIES) if family.__name__ == "streams")))
+    assert said == "too much: intervals.local takes more than the steps of a document of 1 MB"
