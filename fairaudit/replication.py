@@ -1,10 +1,11 @@
 """Are sampling units copies of each other? A test over the whole log with a stated rate of false alarms.
 
-A unit has answered questions (a context and a group), some of them several times. Hypothesis: the log-odds of an answer are the sum of a
-part that belongs to the question and one that belongs to the unit, and given these the answers are independent. Where a unit saw several
-groups in one context it has a part of its own for each context, so that a quota (one winner for each run and job) is no coincidence.
-Given how often each question got each answer, and how often each unit gave it (in each context), all arrangements of the answers over the
-rows are then equally likely, whatever the parts are.
+A unit has answered questions (a context and a group), some of them several times. Its answer to a question is what it said there in all,
+in whatever order: the rows of a unit in a cell may depend on each other in any way, as they do where the same items are behind them.
+Hypothesis: the log-odds of an answer are the sum of a part that belongs to the question (and how often it was asked) and one that belongs
+to the unit, and given these the answers to different questions are independent. Where a unit saw several groups in one context it has a
+part of its own for each context, so that a quota (one winner for each run and job) is no coincidence. Given how often each question got
+each answer, and how often each unit gave it (in each context), all arrangements of the answers are then equally likely, whatever the parts.
 
 The statistic is the number of pairs of units that gave the same answers, as often, to the same questions. A reversible chain with those
 arrangements as its uniform law is run from the observed one, so many steps in one direction and the others in the opposite one, with a
@@ -119,11 +120,11 @@ def _chosen(units: tuple[Codes, Sequence[tuple[str, ...]]], context: Codes, grou
 
 @dataclass(frozen=True)
 class _Arrangement:
-    """Rows of units that were asked: for each its unit, its question and place there, its stratum, and the answer as observed."""
+    """Answers of units: for each its unit, its question, the question with the times it was asked, its stratum, and the answer itself."""
 
     unit: Codes
-    column: Codes
     question: Codes
+    column: Codes
     stratum: Codes
     by_context: NDArray[np.bool_]
     answers: Codes
@@ -134,33 +135,23 @@ class _Arrangement:
         """From rows (unit, context, group, decision), sorted, each unit having at least one."""
         unit, context, group, decision = rows.T
         _, context = np.unique(context, return_inverse=True)
-        _, answers = np.unique(decision, return_inverse=True)
         _, question = np.unique(context * (int(group.max()) + 1) + group, return_inverse=True)
+        first = np.flatnonzero((np.diff(unit, prepend=-1) != 0) | (np.diff(question, prepend=-1) != 0))
+        sizes = np.diff(first, append=len(rows))
+        _, answers = np.unique(np.add.reduceat(_mixed(decision), first), return_inverse=True)
+        unit, context, question = unit[first], context[first], question[first]
         starts = np.flatnonzero(np.diff(unit, prepend=-1))
-        block = np.flatnonzero((np.diff(unit, prepend=-1) != 0) | (np.diff(question, prepend=-1) != 0))
-        sizes = np.diff(block, append=len(rows))
-        slot = np.arange(len(rows)) - np.repeat(block, sizes)
-        column = question * (int(slot.max()) + 1) + slot
         # A unit that saw several groups in one context may have a quota there.
-        places = unit[block] * (int(context.max()) + 1) + context[block]
-        several, times = np.unique(places, return_counts=True)
+        several, times = np.unique(unit * (int(context.max()) + 1) + context, return_counts=True)
         by_context = np.zeros(len(starts), dtype=np.bool_)
         by_context[several[times > 1] // (int(context.max()) + 1)] = True
-        return _Arrangement(unit, column, question, context, by_context, answers, starts)
+        column = question * (int(sizes.max()) + 1) + sizes
+        return _Arrangement(unit, question, column, context, by_context, answers, starts)
 
     def alike(self, answers: Codes) -> NDArray[np.uint64]:
         """A number for each unit, the same for those with the same answers to the same questions, whatever their order."""
-        code = (self.question * (int(self.answers.max()) + 1) + answers).astype(np.uint64) + np.uint64(1)
-        for factor in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB):
-            code = code * np.uint64(factor)
-            code ^= code >> np.uint64(29)
-        found: NDArray[np.uint64] = np.add.reduceat(code, self.starts)
+        found: NDArray[np.uint64] = np.add.reduceat(_mixed(self.question * (int(self.answers.max()) + 1) + answers), self.starts)
         return found
-
-    def shuffled(self, answers: Codes, pick: np.random.Generator) -> Codes:
-        """Answers in random order among the rows of a unit with the same question."""
-        order = np.lexsort((pick.random(len(answers)), self.question, self.unit))
-        return answers[order]
 
     def step(self, answers: Codes, pick: np.random.Generator) -> Codes:
         """One step of the chain."""
@@ -184,6 +175,15 @@ class _Arrangement:
         return made
 
 
+def _mixed(codes: Codes) -> NDArray[np.uint64]:
+    """Scrambled codes, whose sums tell sets of them apart."""
+    mixed = codes.astype(np.uint64) + np.uint64(1)
+    for factor in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB):
+        mixed = mixed * np.uint64(factor)
+        mixed ^= mixed >> np.uint64(29)
+    return mixed
+
+
 def _pairs(alike: NDArray[np.uint64]) -> int:
     _, times = np.unique(alike, return_counts=True)
     return int((times * (times - 1) // 2).sum())
@@ -193,10 +193,9 @@ def _exceptional(found: _Arrangement, pairs: int, rows: Codes) -> bool:
     """Whether the observed arrangement alone has so many pairs among all of the chain."""
     seed = sha256(np.ascontiguousarray(rows, dtype="<i8").tobytes()).digest()
     pick = np.random.Generator(np.random.PCG64(int.from_bytes(seed, "big")))
-    start = found.shuffled(found.answers, pick)
     before = int(pick.integers(STEPS + 1))
     for steps in (before, STEPS - before):
-        answers = start
+        answers = found.answers
         for _ in range(steps):
             answers = found.step(answers, pick)
             if _pairs(found.alike(answers)) >= pairs:

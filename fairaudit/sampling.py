@@ -301,7 +301,7 @@ class Interval:
     upper : Fraction or float
         Possibly `math.inf`.
     estimate : Fraction or float or None
-        The ratio of the table itself; None if a cell has no draws.
+        The ratio of the sample itself, of the means that are estimated; None if a cell has no draws.
     confidence : Fraction
         The probability, before the draws, that both ends are right (or the one that was asked for).
     region : {"box", "product"}

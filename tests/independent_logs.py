@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["SHAPES", "Rows", "persons", "runs", "winners"]
+__all__ = ["SHAPES", "Rows", "items", "persons", "runs", "winners"]
 
 Rows = list[tuple[int, int, int, int]]  # unit, context, group, answer
 Pick = np.random.Generator
@@ -61,6 +61,13 @@ def winners(pick: Pick, count: int = 200, contexts: int = 1, groups: int = 8) ->
     return rows
 
 
+def items(pick: Pick, count: int = 30, contexts: int = 2, groups: int = 3, within: int = 8) -> Rows:
+    """Each run answers the same items of each context and group, which no column names, and hardly varies in any of them."""
+    leaning = 4.0 * pick.normal(0, 1, (contexts, groups, within, 2))
+    places = [(x, a, i) for x in range(contexts) for a in range(groups) for i in range(within)]
+    return [(unit, x, a, _answer(pick, leaning[x, a, i])) for unit in range(count) for x, a, i in places]
+
+
 SHAPES: dict[str, Callable[[Pick], Rows]] = {
     "persons who answer once": persons,
     "persons who answer thrice": lambda pick: persons(pick, 300, 2, 3),
@@ -70,6 +77,7 @@ SHAPES: dict[str, Callable[[Pick], Rows]] = {
     "runs": runs,
     "runs with moods": lambda pick: runs(pick, 30, 3, 6, 3, tendency=1.5),
     "runs that hardly vary": lambda pick: runs(pick, 12, 6, extreme=6.0),
+    "runs that answer the same items": items,
     "one winner": winners,
     "one winner for each job": lambda pick: winners(pick, 60, 4, 5),
 }

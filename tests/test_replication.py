@@ -54,7 +54,7 @@ MADE: dict[str, Callable[[np.random.Generator], Rows]] = {
     "each of five runs three times": lambda pick: copied(runs(pick, count=5), 3),
     "each of forty persons twice": lambda pick: copied(persons(pick, 40, 10), 2),
     "each of twenty rankings twice": lambda pick: copied(winners(pick, count=20, contexts=5), 2),
-    "one run of many rows, ten times": lambda pick: copied(runs(pick, count=1, contexts=2, groups=2, times=40), 10),
+    "each of ten runs that ask twice, thrice": lambda pick: copied(runs(pick, count=10, times=2), 3),
 }
 
 
@@ -79,10 +79,10 @@ def test_the_order_of_the_rows_does_not_matter() -> None:
 def test_answers_in_another_order_are_the_same_answers() -> None:
     """Two rows of a unit with one question have no order: yes and no is no and yes."""
     pick = np.random.default_rng(2)
-    once = runs(pick, count=4, contexts=6, times=2)
-    again = [(unit + 4, x, a, u) for unit, x, a, u in reversed(once)]
+    once = runs(pick, count=12, contexts=8, times=2)
+    again = [(unit + 12, x, a, u) for unit, x, a, u in reversed(once)]
     (note,) = noticed(once + again)
-    assert note.startswith("pseudo-replication: 4 pairs of units of 'unit', such as ")
+    assert note.startswith("pseudo-replication: 12 pairs of units of 'unit', such as ")
 
 
 def test_nothing_is_said_of_what_cannot_be_seen() -> None:
@@ -90,6 +90,7 @@ def test_nothing_is_said_of_what_cannot_be_seen() -> None:
     rows = MADE["each of five runs three times"](np.random.default_rng(1))
     table = {name: [str(row[i]) for row in rows] for i, name in enumerate(NAMES)}
     assert not fa.Law.from_log(table, decision="u", group="a", context="x").notes
+    assert noticed(copied(runs(np.random.default_rng(1), count=1, times=9), 10)) == []
     alike = [(unit, x, a, (x + a) % 2) for unit in range(9) for x in range(8) for a in range(2)]
     assert noticed(alike) == []
     assert noticed([(unit, 0, unit % 2, unit % 3) for unit in range(30)]) == []  # one question each
