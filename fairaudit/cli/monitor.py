@@ -360,7 +360,8 @@ class _Screen:
 
         entry = {key: value for key, value in alarm.items() if not key.endswith(("order", "counts"))}
         if self.json:
-            entry["readings"] = limit_readings(LIMITS[alarm["target"]][1], Fraction(alarm["limit"]))
+            if "target" in alarm:
+                entry["readings"] = limit_readings(LIMITS[alarm["target"]][1], Fraction(alarm["limit"]))
             print(json.dumps({"alarm": entry}), flush=True)
         elif "changed" in alarm:
             self._clear()
