@@ -1752,6 +1752,11 @@ class Share(NamedTuple):
     group: int
     positives: Fraction
     draws: Fraction
+    rate: Fraction | None  # none where there are no draws
+
+
+def _rated(context: int, group: int, positives: Fraction, draws: Fraction) -> Share:
+    return Share(context, group, positives, draws, positives / draws if draws else None)
 
 
 class GivenTruth:
@@ -1770,6 +1775,7 @@ class GivenTruth:
         self.truth = truths.index(positive.truth)
         self.cells: list[tuple[Share, Share]] = []
         self.totals = _Total()  # by true label
+        self.pooled: dict[str, list[Share]] = {}
 
     def of_label(self, label: str) -> Rational:
         """How many decisions have a true label."""
@@ -1784,7 +1790,7 @@ class GivenTruth:
         for wanted in (True, False):
             own = [row for t, row in enumerate(rows) if (t == self.truth) is wanted]
             numbers = (sum(row[u] for row in own for u in self.decisions), sum(map(sum, own)))
-            sums.append(Share(*place, *(Fraction(number, below) for number in numbers)))
+            sums.append(_rated(*place, *(Fraction(*_reduced(number, below)) for number in numbers)))
         self.cells.append((sums[0], sums[1]))
 
     def _shares(self, name: str) -> list[Share]:
@@ -1793,16 +1799,18 @@ class GivenTruth:
         own = [shares[position] for shares in self.cells]
         if not name.endswith(OVERALL):
             return own
-        totals: dict[int, list[tuple[Fraction, Fraction]]] = {}
-        for share in own:
-            totals.setdefault(share.group, []).append((share.positives, share.draws))
-        return [Share(-1, a, *map(_fraction_sum, zip(*totals[a], strict=True))) for a in sorted(totals)]
+        if name not in self.pooled:
+            totals: dict[int, list[tuple[Fraction, Fraction]]] = {}
+            for share in own:
+                totals.setdefault(share.group, []).append((share.positives, share.draws))
+            self.pooled[name] = [_rated(-1, a, *map(_fraction_sum, zip(*totals[a], strict=True))) for a in sorted(totals)]
+        return self.pooled[name]
 
     def blocks(self, name: str) -> list[list[Share]]:
         """The rates of one name that are compared with each other."""
         lists: dict[int, list[Share]] = {}
         for share in self._shares(name):
-            if share.draws:
+            if share.rate is not None:
                 lists.setdefault(share.context, []).append(share)
         return [block for block in lists.values() if len(block) > 1]
 
@@ -1810,7 +1818,7 @@ class GivenTruth:
         """All rates that exist, as a certificate lists them."""
         names, _ = _stated_given_truth(self.header.subject.columns)
         return {
-            name: [self._named(share) | {"rate": _pair(share.positives / share.draws)} for share in self._shares(name) if share.draws]
+            name: [self._named(share) | {"rate": _pair(share.rate)} for share in self._shares(name) if share.rate is not None]
             for name in names
         }
 
@@ -1839,7 +1847,7 @@ class GivenTruth:
     def _widest(self, name: str) -> Maximum | None:
         best: tuple[Fraction, Share, Share] | None = None
         for block in self.blocks(name):
-            values = [share.positives / share.draws for share in block]
+            values = [share.rate for share in block if share.rate is not None]
             gap = max(values) - min(values)
             if best is None or gap > best[0]:
                 lower = values.index(min(values)) if gap else 1
@@ -1850,7 +1858,7 @@ class GivenTruth:
         upper, under = self._named(high), self._named(low)
         witness = {key: upper[key] for key in upper if key == "context"}
         witness |= {"rate": name.removesuffix(OVERALL), "higher": upper["group"], "lower": under["group"]}
-        witness["rates"] = [_pair(share.positives / share.draws) for share in (high, low)]
+        witness["rates"] = [_pair(share.rate) for share in (high, low) if share.rate is not None]
         return Maximum(_pair(gap), witness, (high.context if high.context >= 0 else None, high.group, low.group))
 
     def not_compared(self) -> Iterator[dict[str, object]]:
