@@ -1756,6 +1756,9 @@ class Share(NamedTuple):
 
 
 def _rated(context: int, group: int, positives: Fraction, draws: Fraction) -> Share:
+    bits = _bits(positives, draws)
+    _spend(12, bits, bits)  # the quotient, and comparisons with others
+    _keep(12, bits)
     return Share(context, group, positives, draws, positives / draws if draws else None)
 
 
@@ -1785,6 +1788,7 @@ class GivenTruth:
     def add(self, place: tuple[int, int], counts: tuple[list[list[int]], int]) -> None:
         """Take in the next cell."""
         rows, below = counts
+        _spend(len(rows) * len(rows[0]), below.bit_length(), below.bit_length())
         self.totals.add([*map(sum, rows)], below)
         sums = []
         for wanted in (True, False):
