@@ -16,7 +16,7 @@ import numpy as np
 
 from fairaudit import __version__, bounds
 from fairaudit.bounds import Bound
-from fairaudit.certificate import FORMAT, Certificate, Table, WrittenTable, column_names, number, with_table
+from fairaudit.certificate import EMBED_LIMIT, FORMAT, Certificate, Table, WrittenTable, column_names, number, with_table
 from fairaudit.columns import plain
 from fairaudit.exact import InputError, approximate, compare_log, nearest, option_value, rational_text, shown
 from fairaudit.fairness import (
@@ -37,7 +37,7 @@ from fairaudit.fairness import (
 from fairaudit.law import Columns, Law
 from fairaudit.limits import MEASURED, Limit, Quantity, Unit, limits_of, without_bare_limits
 from fairaudit.mechanism import Mechanism
-from fairaudit.monitor.bounds import Arrivals, stream_interval
+from fairaudit.monitor.bounds import Arrivals, Change, Window, change_of, stream_interval
 from fairaudit.policy import Deployment, Policy
 from fairaudit.preparation import Entry
 from fairaudit.privacy import exp_epsilon, joint_ratios
@@ -64,6 +64,7 @@ from fairaudit.sentences import (
     Drivers,
     Sizes,
     caution,
+    change_text,
     decide,
     few_of_policy,
     foremost,
@@ -81,7 +82,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Claim", "Result", "Target", "certify", "place"]
 
-Verdict = Literal["none", "within", "exceeds", "inconclusive"]
+Verdict = Literal["none", "within", "exceeds", "inconclusive", "changed"]
 ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that releases these contexts"
 CONFIRMED = (
     bounds.GROUP_FREE,
@@ -96,7 +97,8 @@ TOO_WIDE = (
     f"the bounds by T1, T3 and T4 for this filter are left out: its pairs of rows have more than {PAIR_RATIOS} joint likelihood ratios, "
     "which no certificate may ask a reader to go through"
 )
-RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
+RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3, "changed": 4}
+WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows share, and where windows begin was fixed beforehand"
 
 
 @dataclass(frozen=True)
@@ -124,8 +126,8 @@ class Target:
         The limit: on L or L̄ (``unit="log"``, nats) or on R or R̄ (``unit="ratio"``).
     unit : {"log", "ratio"}
         Which of the two.
-    verdict : {"within", "exceeds", "inconclusive"}
-        Decided exactly; inconclusive when nothing was compared, or the draws do not decide.
+    verdict : {"within", "exceeds", "inconclusive", "changed"}
+        Decided exactly; inconclusive when nothing was compared, or the draws do not decide; changed when a window contradicts the stream.
     confidence : Fraction or None
         What was judged: the population behind the draws at this confidence, or, if None, the table itself.
     upper : tuple of (Fraction or float, str) or None
@@ -190,8 +192,8 @@ class Result:
         What was left out, and why.
     targets : tuple of Target
         The limits that were asked for.
-    verdict : {"none", "within", "exceeds", "inconclusive"}
-        "exceeds" before "inconclusive" before "within"; "none" without targets.
+    verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
+        "changed" before "exceeds" before "inconclusive" before "within"; "none" without targets.
     notes : tuple of str
         What was noticed while reading.
     deployment : Deployment or None
@@ -210,6 +212,8 @@ class Result:
         Rates of true and false positives, equal opportunity and equalized odds given the true label, where it is known.
     burden : bool
         Whether the utility counts a burden, so that the group with the higher expectation is disadvantaged.
+    changed : Change or None
+        A window that contradicts the stream, so that nothing is said of one constant ratio.
     """
 
     law: Law
@@ -235,6 +239,14 @@ class Result:
     passed: Passed | None = field(default=None, repr=False)
     given_truth: GivenTruth | None = field(default=None, repr=False)
     burden: bool = False
+    changed: Change | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """0 within or no target, 1 a target is exceeded, 3 inconclusive, or changed without an exceeded target."""
+        if self.verdict == "changed":
+            return 1 if any(target.verdict == "exceeds" for target in self.targets) else 3
+        return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[self.verdict]
 
     @cached_property
     def sentence(self) -> str:
@@ -251,7 +263,12 @@ class Result:
         headline = headline_pair(deciding, self.local, self.global_)
         identifiers = identifier_text(self.law, self.columns, None if self.passed is None else self.passed.table.header["contexts"])
         first = caution(headline, None if headline is None else self.sizes_of(headline), identifiers)
-        return " ".join(text for text in (first, few_of_policy(self.deployment, headline), said) if text)
+        changed = ""
+        if self.changed is not None:
+            found = self.changed
+            ends = (found.stream.lower, found.stream.upper), (found.part.lower, found.part.upper)
+            changed = change_text(found.quantity, found.window.number, *ends, found.confidence)
+        return " ".join(text for text in (changed, first, few_of_policy(self.deployment, headline), said) if text)
 
     @property
     def columns(self) -> Columns:
@@ -479,6 +496,8 @@ class Result:
             }
         if self.given_truth is not None:
             _add_given_truth(document, self.given_truth)
+        if self.changed is not None:
+            document["changed"] = _change_entry(self.changed)
         if deployment is None:
             made = with_table(document, self.passed.table if self.passed else Table(law, self.utility), embed=self.embed)
             if self.given_truth is not None and made.table is None:
@@ -508,6 +527,7 @@ def certify(
     declared: Mapping[str, Any] | None = None,
     embed_table: bool | None = None,
     arrivals: Arrivals | None = None,
+    changed: tuple[Quantity, Window] | None = None,
     positive: Any = None,
     burden: bool = False,
 ) -> Result:
@@ -541,6 +561,9 @@ def certify(
     arrivals : Arrivals, optional
         The law was counted from a stream, whose cells first appeared in this order: then the intervals hold at every moment at once,
         whenever the counting stopped. Needs ``gamma`` and ``m`` to be declared; `interval` and `independent` have no meaning.
+    changed : tuple of (quantity, Window), optional
+        With `arrivals`: a window whose interval of that ratio has no ratio in common with the stream's. Its verdict is then "changed", and
+        nothing is claimed of the ratios of the whole stream.
     positive : label, optional
         The positive true label of a law with true labels (``truth=``), where the positive decisions do not name it; positive decisions are
         those that are worth more than nothing.
@@ -615,7 +638,15 @@ def certify(
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, method=interval, region=region, independent=independent)
         notes = (*notes, *_two_means(quantity, measured[quantity], comparison))
     sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
+    change = None
+    if changed is not None:
+        if changed[0] not in intervals or arrivals is None:
+            raise InputError("a window contradicts the interval of a stream; there is none without arrivals and a confidence")
+        change = change_of(intervals[changed[0]], changed[1], changed[0], (constants["m"], constants["gamma"]))
+        intervals = {quantity: own for quantity, own in intervals.items() if quantity not in change.withdrawn}
     targets, verdict = judged(measured, limits, sampled, intervals, found, constants)
+    if change is not None:
+        targets, verdict = _judged_by_window(targets, verdict, change)
     without = deployment.unfiltered if deployment else None
     return Result(
         law=law,
@@ -640,7 +671,37 @@ def certify(
         embed=embed_table,
         given_truth=given,
         burden=burden,
+        changed=change,
     )
+
+
+def _judged_by_window(targets: tuple[Target, ...], verdict: Verdict, change: Change) -> tuple[tuple[Target, ...], Verdict]:
+    """Of ratios that changed, a target is exceeded if it is in the window; nothing else is said."""
+
+    def judge(target: Target) -> Target:
+        if target.quantity not in change.withdrawn:
+            return target
+        own = target.quantity == change.quantity and interval_verdict(change.part, **{f"max_{target.unit}": target.limit}) == "exceeds"
+        return replace(target, verdict="exceeds" if own else "changed", upper=None)
+
+    judged_ = {target.quantity for target in targets} or change.withdrawn
+    return tuple(map(judge, targets)), "changed" if judged_ & change.withdrawn else verdict
+
+
+def _change_entry(change: Change) -> dict[str, Any]:
+    """The change as a certificate stores it: docs/certificate-monitor.md."""
+    window = Table(change.window.law, change.window.utility)
+    if window.cells > EMBED_LIMIT:
+        raise InputError(f"the window has a table of {window.cells} entries; a certificate about a change holds at most {EMBED_LIMIT}")
+    return {
+        "quantity": change.quantity,
+        "window": change.window.number,
+        "confidence": number(change.confidence),
+        "stream": _interval_entry(change.stream, None, None),
+        "table": {"sha256": window.sha256, "cells": window.cells, "header": window.header, "rows": list(window.rows())},
+        "ratio": _interval_entry(change.part, None, None),
+        "assumptions": [*change.stream.assumptions, WINDOWS],
+    }
 
 
 def _given_truth(

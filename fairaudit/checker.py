@@ -1927,6 +1927,21 @@ class Target:
 
 
 @dataclass(frozen=True)
+class Change:
+    """A window of a stream that contradicts the whole stream until then, as the certificate states it."""
+
+    quantity: str
+    window: int
+    confidence: Fraction
+    stream: "Interval"
+    digest: str
+    cells: int
+    lines: tuple[object, ...]  # the header and the rows of the window's table
+    ratio: "Interval"
+    assumptions: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Certificate:
     """A certificate as it stands: well formed, and perhaps untrue."""
 
@@ -1950,6 +1965,14 @@ class Certificate:
     differences: "dict[str, DifferenceInterval]"  # intervals, by metric
     preparation: "tuple[Step, ...]"
     spellings: tuple[tuple[str, Labels], ...]
+    change: Change | None = None
+
+    @property
+    def withdrawn(self) -> frozenset[str]:
+        """The ratios of the stream that a change leaves nothing to say about: the mix of contexts is behind one of them only."""
+        if self.change is None:
+            return frozenset()
+        return frozenset(("global",) if self.change.quantity == "global" and self.subject.columns.context else ("local", "global"))
 
 
 LAW = "this law"
@@ -3056,6 +3079,30 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
     )
 
 
+def _read_change(value: object, where: str, subject: Subject) -> Change:
+    keys = ("quantity", "window", "confidence", "stream", "table", "ratio", "assumptions")
+    members = _object(value, where, keys)
+    quantity = _one_of(members["quantity"], f"{where}.quantity", ("local", "global"))
+    window = _integer(members["window"], f"{where}.window")
+    if subject.kind != "counts" or window == 0:
+        raise _malformed(where, "must be about counts, and a window with a number of at least 1")
+    stream, ratio = (_read_interval(members[name], f"{where}.{name}", quantity, subject) for name in ("stream", "ratio"))
+    if not isinstance(stream.evidence, StreamEvidence) or not isinstance(ratio.evidence, StreamEvidence):
+        raise _malformed(where, f"must have intervals of a stream, by the method {shown(BETTING)}")
+    table = _object(members["table"], f"{where}.table", ("sha256", "cells", "header", "rows"))
+    return Change(
+        quantity,
+        window,
+        _read_confidence(members["confidence"], f"{where}.confidence"),
+        stream,
+        _digest(table["sha256"], f"{where}.table.sha256"),
+        _integer(table["cells"], f"{where}.table.cells"),
+        (table["header"], *_list(table["rows"], f"{where}.table.rows")),
+        ratio,
+        _strings(members["assumptions"], f"{where}.assumptions"),
+    )
+
+
 def _read_stream(members: Mapping[str, object], levels: Mapping[str, object], where: str, of_box: bool) -> StreamEvidence:
     expected = _integer(levels["expected"], f"{where}.levels.expected")
     listed = _list(levels["order"], f"{where}.levels.order")
@@ -3867,6 +3914,7 @@ CELLS = "the draws of different cells are independent of each other"
 PAST = "given everything recorded before it, each decision has the expected utility of its context and group as its mean"
 OWN_PAST = "given the earlier decisions that count in its context and group, each such decision has their expected utility as its mean"
 MIX = "whatever came before, the context of a group's next decision has the same distribution, and so its expected utility stays the same"
+WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows share, and where windows begin was fixed beforehand"
 ORDER = "which contexts and groups appear, and in what order they first do, does not depend on how decisions come out"
 # About what was left out of the log: all claims of a certificate list the same ones.
 DECISIONS_LEFT_OUT = (
@@ -3918,23 +3966,29 @@ def _assumed_by_interval(interval: "Interval", table: Table) -> Sentences:
     return Sentences((DRAWS, *common, *cells), allowed=(ONE_ROW,))
 
 
+def _check_listed(named: str, listed: Iterable[str], sentences: Sentences, counted: Sequence[str]) -> None:
+    own = Counter(listed)
+    for text in (*sentences.needed, *counted):
+        if text not in own:
+            raise Incomplete(printable(f"{named} lacks the assumption {json.dumps(text, ensure_ascii=False)}"))
+    for text, times in (own - Counter({*sentences.needed, *sentences.allowed, *counted})).items():
+        if own[text] > times:
+            raise _malformed(named, f"lists the assumption {shown(text)} twice")
+        if LEFT_OUT.fullmatch(text):
+            raise Incomplete(printable(f"subject.preparation does not say what was left out, and {named} assumes {shown(text)}"))
+        raise _malformed(named, f"lists {shown(text)}, which is no assumption of such a claim")
+
+
 def _check_assumptions(stated: Certificate, table: Table) -> None:
     """Refuse a true certificate that keeps from the reader what it rests on, or lists what its claims do not rest on."""
     counted = [step.sentence for step in stated.preparation if step.sentence]
     for i, claim in enumerate(stated.claims):
-        sentences = _sentences(claim, stated, table)
         quantity, relation, by, scope = claim.key
         named = f"claims[{i}] ({quantity} {relation} by {by} for {shown(scope)[1:-1]})"
-        own = Counter(claim.assumptions)
-        for text in (*sentences.needed, *counted):
-            if text not in own:
-                raise Incomplete(printable(f"{named} lacks the assumption {json.dumps(text, ensure_ascii=False)}"))
-        for text, times in (own - Counter({*sentences.needed, *sentences.allowed, *counted})).items():
-            if own[text] > times:
-                raise _malformed(named, f"lists the assumption {shown(text)} twice")
-            if LEFT_OUT.fullmatch(text):
-                raise Incomplete(printable(f"subject.preparation does not say what was left out, and {named} assumes {shown(text)}"))
-            raise _malformed(named, f"lists {shown(text)}, which is no assumption of such a claim")
+        _check_listed(named, claim.assumptions, _sentences(claim, stated, table), counted)
+    if stated.change is not None:
+        assumed = _assumed_by_interval(stated.change.stream, table)
+        _check_listed("changed", stated.change.assumptions, replace(assumed, needed=(*assumed.needed, WINDOWS)), counted)
     for name in (*stated.intervals, *stated.differences):
         if not any(_is_about_population(claim.key) and claim.key[0] in (name, f"{name}_ratio") for claim in stated.claims):
             raise Incomplete(f"there is no claim about intervals.{name} that states what it assumes")
@@ -4344,7 +4398,7 @@ def _read_target(value: object, where: str) -> Target:
         _one_of(members["unit"], f"{where}.unit", ("log", "ratio")),
         judged,
         _read_confidence(judged.removeprefix(POPULATION), f"{where}.judged") if of_population else None,
-        _one_of(members["verdict"], f"{where}.verdict", ("within", "exceeds", "inconclusive")),
+        _one_of(members["verdict"], f"{where}.verdict", ("within", "exceeds", "inconclusive", "changed")),
         "estimand" in members and bool(_one_of(members["estimand"], f"{where}.estimand", (OVER_UNITS,))),
     )
     if target.unit == "ratio" and not _at_most(ONE, target.limit):
@@ -4365,7 +4419,7 @@ def _check_estimands(targets: Iterable[Target], intervals: "Mapping[str, Interva
 
 def _read_certificate(raw: bytes) -> Certificate:
     keys = ("format", "subject", "metrics", "not_compared", "claims", "targets", "verdict", "versions")
-    top = _object(_decoded(raw, "the certificate"), "the certificate", keys, optional=("intervals",))
+    top = _object(_decoded(raw, "the certificate"), "the certificate", keys, optional=("intervals", "changed"))
     _one_of(top["format"], "format", (CERTIFICATE_FORMAT,))
     of_policy = _is_about_policy(top["subject"])
     keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy
@@ -4388,10 +4442,11 @@ def _read_certificate(raw: bytes) -> Certificate:
     of_differences: dict[str, DifferenceInterval] = {}
     if "intervals" in top:
         intervals, of_differences = _read_intervals(top["intervals"], "intervals", subject, differences)
+    change = _read_change(top["changed"], "changed", subject) if "changed" in top else None
     _object_of_strings(top["versions"], "versions")
     targets = tuple(_read_target(item, f"targets[{i}]") for i, item in enumerate(_list(top["targets"], "targets")))
     _check_estimands(targets, intervals)
-    return Certificate(
+    read = Certificate(
         subject,
         _digest(table["sha256"], "subject.table.sha256"),
         _integer(table["cells"], "subject.table.cells"),
@@ -4408,14 +4463,18 @@ def _read_certificate(raw: bytes) -> Certificate:
         ],
         tuple(_read_claim(item, f"claims[{i}]", parameters) for i, item in enumerate(_list(top["claims"], "claims"))),
         targets,
-        _one_of(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive")),
+        _one_of(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive", "changed")),
         intervals,
         _read_positive(about["positive"], "subject.positive") if "positive" in about else None,
         {name: _read_rates(metrics[name], f"metrics.{name}", subject.columns) for name in rates},
         of_differences,
         _read_preparation(about["preparation"], "subject.preparation", subject) if "preparation" in about else (),
         _read_spellings(about["spellings"], "subject.spellings") if "spellings" in about else (),
+        change,
     )
+    if read.withdrawn & intervals.keys():
+        raise _malformed("intervals", "has an interval of a ratio that changed, which must not be there")
+    return read
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -4554,6 +4613,51 @@ def _check_claims(claims: Sequence[Claim], faults: Sequence[str]) -> Iterator[Fi
         yield _finding(statement, not fault, fault or assumed)
 
 
+def _check_change(change: Change, table: Table) -> tuple[list[Finding], Proven | None]:
+    """Check that the window contradicts the stream, and say what holds of the window."""
+    _working_on("the window that contradicts the stream")
+    names = chain(["changed.table.header"], (f"changed.table.rows[{i}]" for i in range(len(change.lines) - 1)))
+    part = _read_table((name, value, None) for name, value in zip(names, change.lines, strict=True))
+    findings = [
+        _compared("changed.table.sha256", change.digest, part.digest),
+        _compared("changed.table.cells", change.cells, part.rows * len(part.header.decisions)),
+    ]
+    fault, proven = "", None
+    try:
+        _check_part(part, table)
+        stream, proven = _proven(change.stream, table), _proven(change.ratio, part)
+        if change.stream.limits != change.ratio.limits or change.stream.region != change.ratio.region:
+            raise Unproven("the window has another range, or another region, than the stream")
+        if _at_most(stream.ratio[0], proven.ratio[1]) and _at_most(proven.ratio[0], stream.ratio[1]):
+            raise Unproven("the two intervals have a ratio in common")
+        if change.confidence > 1 - stream.error - change.window**2 * proven.error:
+            raise Unproven("the intervals of the stream and of the windows do not hold together at this confidence")
+    except Unproven as error:
+        fault, proven = str(error), None
+    ends = [" and ".join(map(shown, interval.ratio)) for interval in (change.ratio, change.stream)]
+    statement = f"changed: the {change.quantity} ratio is between {ends[0]} in window {change.window}, between {ends[1]} in the stream"
+    findings.append(_finding(statement, not fault, fault))
+    return findings, proven
+
+
+def _check_part(part: Table, whole: Table) -> None:
+    """Make sure that a window is part of a stream: the same columns, decisions and utility, and in no cell more decisions."""
+    one, other = part.header, whole.header
+    if one.subject != other.subject or one.decisions != other.decisions or one.utility is None or one.utility != other.utility:
+        raise Unproven("the window has other columns, decisions or utilities than the stream")
+    counts = {(whole.header.contexts[cell.context], whole.header.groups[cell.group]): _counts(cell) for cell in whole.cells}
+    for cell in part.cells:
+        listed = counts.get((part.header.contexts[cell.context], part.header.groups[cell.group]))
+        if listed is None or any(n > m for n, m in zip(_counts(cell), listed, strict=True)):
+            raise Unproven(f"the window has more decisions than the stream {_place(part, cell)}")
+
+
+def _counts(cell: Cell) -> list[Fraction]:
+    weights, total = cell.law
+    _spend(40 * len(weights), total.bit_length(), _bits(Fraction(*cell.mass)))
+    return [Fraction(*cell.mass) * weight / total for weight in weights]
+
+
 def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
     """Judge a ratio of which only ends are known."""
     decide = log_at_most if target.unit == "log" else _at_most
@@ -4562,7 +4666,7 @@ def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
     return "within" if decide(ends[1], target.limit) else "inconclusive"
 
 
-def _check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim]) -> Iterator[Finding]:
+def _check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim], window: Proven | None) -> Iterator[Finding]:
     named = {target.quantity for target in stated.targets if target.confidence is not None}
     spent = sum((facts.proven[quantity].error for quantity in named & facts.proven.keys()), Fraction(0))
     confidences = {target.confidence for target in stated.targets} - {None}
@@ -4575,6 +4679,10 @@ def _check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Clai
         if target.confidence is not None:
             ends = _ends_of_population(target.quantity, facts, true_claims)
         verdicts.append(_judge(target, ends))
+        if stated.change is not None and target.quantity in stated.withdrawn and target.confidence is not None:
+            own = window is not None and stated.change.quantity == target.quantity and window.error <= 1 - target.confidence
+            exceeded = own and window is not None and _judge(target, window.ratio) == "exceeds"
+            verdicts[-1] = "exceeds" if exceeded else "changed"
         fault = "" if target.verdict == verdicts[-1] else f"the table gives {shown(verdicts[-1])}"
         if target.confidence is None and target.judged != "this table":
             fault = f'judged must be "this table" or a population at some confidence, not {shown(target.judged)}'
@@ -4592,7 +4700,10 @@ def _check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Clai
         statement = f"targets[{i}]: {target.quantity} {target.unit}, limit {shown(target.limit)}: {target.verdict}{judged}"
         yield _finding(statement, not fault, fault)
     order = ("exceeds", "inconclusive", "within", "none")
-    yield _compared("verdict", stated.verdict, next(verdict for verdict in order if verdict in [*verdicts, "none"]))
+    overall = next(verdict for verdict in order if verdict in [*verdicts, "none"])
+    if stated.withdrawn & ({target.quantity for target in stated.targets} or stated.withdrawn):
+        overall = "changed"
+    yield _compared("verdict", stated.verdict, overall)
 
 
 def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
@@ -4632,7 +4743,7 @@ def _checked(certificate: bytes, table: Iterable[bytes] | None) -> Report:
     stated = _read_certificate(certificate)
     findings: list[Finding] = []
     _working_on("the table")
-    keep = (
+    keep = stated.change is not None or (
         stated.utilities is not None or bool(stated.intervals) or any(step.step == "level" for step in stated.preparation)
     )  # else the figures of a plain table are all that is needed of it
     if stated.embedded is not None:
@@ -4670,10 +4781,14 @@ def _checked(certificate: bytes, table: Iterable[bytes] | None) -> Report:
     of_differences, held = _check_differences(stated, law)
     findings += of_differences
     proven |= held
+    window: Proven | None = None
+    if stated.change is not None:
+        of_change, window = _check_change(stated.change, law)
+        findings += of_change
     facts = Facts(law, metrics, stated.declared, program, proven)
     faults = _faults_of_claims(stated.claims, facts)
     findings += _check_claims(stated.claims, faults)
-    findings += _check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault])
+    findings += _check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault], window)
     report = Report(tuple(findings), stated.verdict)
     if report.ok:
         _check_assumptions(stated, law)

@@ -31,6 +31,7 @@ __all__ = [
     "Words",
     "amount_text",
     "caution",
+    "change_text",
     "decide",
     "few_of_policy",
     "foremost",
@@ -49,7 +50,7 @@ LEVELS = 10
 THE_INTERVAL = "the interval"
 THIS_TABLE = "this table"
 Drivers = tuple[Witness | None, Witness | None]
-SEVERITY = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}
+SEVERITY = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3, "changed": 4}
 
 
 @dataclass(frozen=True)
@@ -153,7 +154,7 @@ class Deciding:
     """
 
     quantity: Literal["local", "global"]
-    verdict: Literal["none", "within", "exceeds", "inconclusive"]
+    verdict: Literal["none", "within", "exceeds", "inconclusive", "changed"]
     end: Literal["table", "lower", "upper"]
     value: Fraction | float
     by: str
@@ -162,7 +163,7 @@ class Deciding:
 
 
 def decide(target: Target, measured: Ratio | None, lower: Fraction | float | None, drivers: Drivers) -> Deciding | None:
-    """Say what decided a target; None where nothing could be compared.
+    """Say what decided a target; None where nothing could be compared, or a window contradicts the stream.
 
     Parameters
     ----------
@@ -175,7 +176,7 @@ def decide(target: Target, measured: Ratio | None, lower: Fraction | float | Non
     drivers : pair of Witness or None
         The pairs behind the lower and the upper end of that interval.
     """
-    if measured is None:
+    if measured is None or target.verdict == "changed" or (target.confidence is not None and target.verdict == "exceeds" and lower is None):
         return None
     if target.confidence is None:
         return Deciding(target.quantity, target.verdict, "table", measured.ratio, THIS_TABLE, None, measured.witness)
@@ -240,6 +241,21 @@ def size_text(found: Sizes | None) -> str:
     if one.units is None or other.units is None:
         return f"(n = {one.text} and {other.text})"
     return f"(n = {one.units:,} and {other.units:,} units, {one.text} and {other.text} decisions)"
+
+
+def change_text(
+    quantity: str,
+    window: int,
+    stream: tuple[Fraction | float, Fraction | float],
+    ratio: tuple[Fraction | float, Fraction | float],
+    confidence: Fraction,
+) -> str:
+    """Say that a window contradicts the stream."""
+    ends = [f"{approximate(low, 'down')} to {approximate(high, 'up')}" for low, high in (ratio, stream)]
+    return (
+        f"The {quantity} ratio changed: {ends[0]} in window {window}, {ends[1]} in the whole stream until then; a constant ratio would "
+        f"show this with probability at most {approximate(1 - confidence, 'up')}."
+    )
 
 
 def sentence(

@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 
+import fairaudit
 from fairaudit.cli import main
 from fairaudit.exact import InputError
 from fairaudit.monitor import reader
@@ -456,6 +457,65 @@ def test_a_window_that_contradicts_the_stream_is_no_within(tmp_path: Path, capsy
     assert Fraction(alarm["error"]) == Fraction(1, 20) + sum(Fraction(1, 20 * i * (i + 1)) for i in range(1, alarm["window"] + 1))
 
 
+def certified(tmp_path: Path, state: Path, code: int) -> dict[str, Any]:
+    target = tmp_path / "changed.json"
+    assert main(["certify", "--from-monitor", str(state), "-o", str(target), "--report", str(tmp_path / "page.html")]) == code
+    assert main(["verify", str(target)]) == 0
+    assert main(["verify", str(target), "--require", "within"]) == 1
+    assert (
+        "The local ratio changed" in (tmp_path / "page.html").read_text()
+        or "The global ratio changed" in (tmp_path / "page.html").read_text()
+    )
+    return json.loads(target.read_text())
+
+
+def test_a_certificate_of_a_stream_that_changed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It claims nothing of one constant ratio, proves the contradiction from both tables, and cannot be made to say more."""
+    jsonschema = pytest.importorskip("jsonschema")
+    log, state = write(tmp_path / "log.jsonl", turned(TURNED)), tmp_path / "s.db"
+    args = ["monitor", str(log), "--state", str(state), *OPTIONS, "--window", "1500", "--max-local-ratio", "3/2", "--max-global-log", "9"]
+    assert main([*args, "--format", "json"]) == 1
+    entry = json.loads(capsys.readouterr().out.splitlines()[-1])
+    (alarm,) = [a for a in entry["alarms"] if "changed" in a]
+    document = certified(tmp_path, state, 1)
+    out = capsys.readouterr().out
+    assert "The local ratio changed" in out and "WITHIN" not in out
+    assert (document["verdict"], [t["verdict"] for t in document["targets"]]) == ("changed", ["exceeds", "changed"])
+    assert "intervals" not in document and not any(c["scope"].startswith("population") for c in document["claims"])
+    assert document["changed"]["ratio"]["ratio"] == alarm["ratio"] and document["changed"]["stream"]["ratio"] == alarm["stream"]
+    assert Fraction(document["changed"]["confidence"]) == 1 - Fraction(alarm["error"])
+    schema = json.loads((Path(fairaudit.__file__).parent / "certificate.schema.json").read_text())
+    jsonschema.Draft202012Validator(schema).validate(document)
+
+    def forged(change: Any) -> int:
+        copy = json.loads(json.dumps(document))
+        change(copy)
+        (tmp_path / "forged.json").write_text(json.dumps(copy))
+        return main(["verify", str(tmp_path / "forged.json")])
+
+    changed = document["changed"]
+    stream = {"local": changed["stream"]}
+    plain = {k: v for k, v in document.items() if k != "changed"}
+    for change, code in (
+        (lambda d: d.update(verdict="within"), 1),
+        (lambda d: d["targets"][1].update(verdict="within"), 1),
+        (lambda d: d["targets"][0].update(verdict="changed"), 1),
+        (lambda d: d["changed"].update(confidence="24/25"), 1),
+        (lambda d: d["changed"].update(window=changed["window"] + 1), 1),
+        (lambda d: d["changed"]["ratio"].update(ratio=["3", changed["ratio"]["ratio"][1]]), 1),
+        (lambda d: d["changed"]["stream"].update(ratio=["1", "101/100"]), 1),
+        (lambda d: d["changed"].update(ratio=changed["stream"], table=d["subject"]["table"]), 1),
+        (lambda d: d["changed"]["table"]["rows"][0].update(weights=["1", "0"]), 1),
+        (lambda d: d["changed"]["assumptions"].pop(), 2),
+        (lambda d: d["changed"].update(more=1), 2),
+        (lambda d: d["changed"].update(window=0), 2),
+        (lambda d: d.update(intervals=stream), 2),
+        (lambda d: (d.clear(), d.update(plain)), 1),
+    ):
+        assert forged(change) == code, change.__code__.co_firstlineno
+    capsys.readouterr()
+
+
 def test_a_change_without_an_exceeded_target_ends_with_3(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = write(tmp_path / "log.jsonl", turned(TURNED))
     args = ["monitor", str(log), *OPTIONS, "--window", "1500", "--format", "json"]
@@ -492,6 +552,9 @@ def test_the_mix_of_contexts_touches_the_global_ratio_alone(tmp_path: Path) -> N
     again.close()
     assert shown.verdict == "changed" and set(shown.intervals) == {"local"}
     assert shown.verdicts == {"max_local_ratio": "within", "max_global_ratio": "exceeds"} and shown.exit_code == 1
+    document = certified(tmp_path, path, 1)
+    assert [t["verdict"] for t in document["targets"]] == ["within", "exceeds"] and document["verdict"] == "changed"
+    assert set(document["intervals"]) == {"local"} and document["changed"]["quantity"] == "global"
     only = run(log, settings=Settings(**{**vars(settings), "targets": {"max_local_ratio": "2"}}))
     assert only.withdrawn == frozenset({"global"})
 

@@ -219,8 +219,7 @@ def report(arguments: argparse.Namespace, result: Result, findings: list[Finding
         for note in (*result.notes, *notes):
             print(f"note: {plain(note)}", file=sys.stderr)
         put(summary(result, arguments.top, [str(path) for path in written], [plain(finding.sentence) for finding in findings]))
-    code = {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[result.verdict]
-    return 1 if any(finding.refuted for finding in findings) else code
+    return 1 if any(finding.refuted for finding in findings) else result.exit_code
 
 
 def _unfit_for_parts(arguments: argparse.Namespace) -> str:

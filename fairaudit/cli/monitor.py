@@ -160,7 +160,7 @@ def certify_state(arguments: argparse.Namespace) -> int:
     from fairaudit.cli.certify import check_output, report
     from fairaudit.exact import InputError
     from fairaudit.monitor.state import State
-    from fairaudit.monitor.stream import alarm_counts, reasons, subject, withdrawn
+    from fairaudit.monitor.stream import alarm_counts, reasons, subject, window_of
     from fairaudit.preparation import unread
 
     foreign: tuple[str, ...] = (
@@ -201,21 +201,23 @@ def certify_state(arguments: argparse.Namespace) -> int:
         if not alarms:
             raise InputError(f"{arguments.from_monitor}: no alarm has been raised")
         counts, alarms = alarm_counts(alarms[0]), alarms[:1]
-    if withdrawn(settings, alarms):
-        raise InputError(
-            f"{arguments.from_monitor}: a window contradicts the whole stream, so nothing can be certified about one constant ratio; begin "
-            "anew (another state, or --since)"
-        )
+    moment = alarms[0] if arguments.at_alarm else None
+    changes = sorted((alarm for alarm in alarms if "changed" in alarm), key=lambda alarm: alarm["changed"] != "local")
+    if changes:
+        moment = changes[0]
+        counts = alarm_counts(moment)
     found = subject(settings, counts, decisions)
     if found is None:
         raise InputError(f"{arguments.from_monitor}: no two groups have been counted yet")
-    dead = reasons(tally, alarms[0] if arguments.at_alarm else None)
+    dead = reasons(tally, moment)
     found = replace(found, law=replace(found.law, preparation=tuple(unread(reason, n) for reason, n in dead.items())))
     targets: dict[str, Any] = dict(settings.targets or {})
     declared = {"m": settings.low, "gamma": settings.high}
     options: dict[str, Any] = {"confidence": settings.confidence, "arrivals": found.arrivals, "burden": settings.burden}
-    result = certify(found.law, found.utility, declared=declared, **options, **targets)
-    notes = [f"{tally[key]} {what}" for key, what in TALLIED if tally.get(key)]
+    changed = (changes[0]["changed"], window_of(settings, changes[0], decisions)) if changes else None
+    result = certify(found.law, found.utility, declared=declared, changed=changed, **options, **targets)
+    notes = [f"the certificate is about the first {changes[0]['events']} decisions, at which the change showed"] if changes else []
+    notes += [f"{tally[key]} {what}" for key, what in TALLIED if tally.get(key)]
     return report(arguments, result, [], notes)
 
 

@@ -21,7 +21,7 @@ from fairaudit.fairness import Witness
 from fairaudit.label_text import json_number
 from fairaudit.law import Law
 from fairaudit.limits import LIMITS
-from fairaudit.monitor.bounds import Arrivals, Quantity, stream_interval
+from fairaudit.monitor.bounds import Arrivals, Quantity, Window, stream_interval
 from fairaudit.monitor.reader import Batch, Decoder, Row, decoder, moment
 from fairaudit.monitor.settings import OTHER, Settings
 from fairaudit.monitor.state import Counts, State
@@ -39,7 +39,7 @@ __all__ = [
     "pair_labels",
     "reasons",
     "subject",
-    "window_counts",
+    "window_of",
     "window_share",
     "withdrawn",
 ]
@@ -177,9 +177,13 @@ def alarm_counts(alarm: dict[str, Any]) -> Counts:
     return Counts(order, {(rank, number): n for rank, number, n in alarm["counts"]})
 
 
-def window_counts(alarm: dict[str, Any]) -> Counts:
-    """What had been counted in the window that contradicted the stream."""
-    return alarm_counts({"order": alarm["window_order"], "counts": alarm["window_counts"]})
+def window_of(settings: Settings, alarm: dict[str, Any], decisions: list[tuple[str, str]]) -> Window:
+    """The window that contradicted the stream, as it was when the alarm was raised."""
+    found = subject(settings, alarm_counts({"order": alarm["window_order"], "counts": alarm["window_counts"]}), decisions)
+    if found is None:
+        raise InputError("the window of an alarm holds no two groups; the state was altered")
+    table = found.utility.on(found.law)
+    return Window(alarm["window"], table.law, table, found.arrivals)
 
 
 def pair_labels(pair: Witness | None) -> dict[str, Any] | None:

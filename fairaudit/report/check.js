@@ -612,6 +612,15 @@
     const error = (c) => minus(ONE, rational(c)), spent = names.reduce((t, q) => add(t, error(doc.intervals[q].confidence)), ZERO);
     return compare(spent, error(judged[0].judged.slice(POPULATION.length))) <= 0;
   }
+  function withdrawn(doc) {  // the ratios of a stream that a window contradicts
+    if (!doc.changed) return [];
+    return doc.changed.quantity === "global" && doc.subject.columns.context.length ? ["global"] : ["local", "global"];
+  }
+  function overall(doc) {
+    const verdicts = doc.targets.map((t) => t.verdict), gone = withdrawn(doc);
+    if (gone.length && (!doc.targets.length || doc.targets.some((t) => gone.includes(t.quantity)))) return "changed";
+    return ["exceeds", "inconclusive", "within"].find((v) => verdicts.includes(v)) || "none";
+  }
   function judgeTarget(target, f) {  // true, false, or undefined when it rests on an interval
     const r = f.metric(target.quantity + "_ratio"), limit = rational(target.limit);
     if (r === undefined) return undefined;
@@ -619,6 +628,7 @@
     const atMost = (v) => (target.unit === "ratio" ? compare(v, limit) <= 0 : logAtMost(v, limit));
     if (target.judged === "this table") return !("estimand" in target) && target.verdict === (r === null ? "inconclusive" : atMost(r) ? "within" : "exceeds");
     if (!target.judged.startsWith(POPULATION) || !f.together) return false;
+    if (withdrawn(f.doc).includes(target.quantity)) return ["changed", "exceeds"].includes(target.verdict) ? undefined : false;
     const interval = (f.doc.intervals || {})[target.quantity];
     if (target.estimand !== (interval && interval.units ? "mean over units" : undefined)) return false;
     let [low, high] = interval ? interval.ratio.map(rational) : [ONE, INF];
@@ -721,8 +731,7 @@
       const good = judgeTarget(t, f);
       say("target " + t.quantity + " " + t.unit + " at most " + t.limit.slice(0, 60) + ": " + t.verdict, good, good === undefined ? "follows from the interval, which only fairaudit verify checks" : "");
     }
-    const verdicts = doc.targets.map((t) => t.verdict);
-    say("the overall verdict follows from the targets", doc.verdict === (["exceeds", "inconclusive", "within"].find((v) => verdicts.includes(v)) || "none"));
+    say("the overall verdict follows from the targets", doc.verdict === overall(doc));
     return { findings, law };
   }
 

@@ -30,6 +30,7 @@ from fairaudit.sentences import (
     Sizes,
     Words,
     caution,
+    change_text,
     decide,
     few_of_policy,
     foremost,
@@ -58,6 +59,7 @@ VERDICTS = {
     "within": ("Within the target", "Within the targets"),
     "exceeds": ("Exceeds the target", "Exceeds a target"),
     "inconclusive": ("Inconclusive", "Inconclusive"),
+    "changed": ("The ratio changed", "The ratio changed"),
     "none": ("No target was set", "No target was set"),
 }
 
@@ -108,6 +110,8 @@ class Content:
         """What the verdict means, where its word does not say it."""
         if self.verdict == "inconclusive":
             return "What was recorded does not settle whether the target is met."
+        if self.verdict == "changed":
+            return "A window of the stream contradicts the rest, so nothing is claimed about one constant ratio."
         return "These are the figures, without a judgement." if self.verdict == "none" else ""
 
     @property
@@ -176,7 +180,15 @@ class Content:
         identifiers = "" if self.subject is None else identifier_text(self.subject.law, self.subject.law.columns)
         first = caution(pair, None if pair is None else self.sizes_of(pair), identifiers, name)
         few = few_of_policy(None if self.subject is None else self.subject.deployment, pair)
-        return " ".join(text for text in (first, few, said) if text)
+        changed = self._changed if "changed" in self.document else ""
+        return " ".join(text for text in (changed, first, few, said) if text)
+
+    @property
+    def _changed(self) -> str:
+        """What a window of the stream says against the whole of it."""
+        found = self.document["changed"]
+        low, high, first, last = (number(end) for key in ("stream", "ratio") for end in found[key]["ratio"])
+        return change_text(found["quantity"], found["window"], (low, high), (first, last), Fraction(number(found["confidence"])))
 
     @cached_property
     def _counted(self) -> list[str]:
