@@ -39,7 +39,7 @@ from fairaudit.limits import MEASURED, Limit, Quantity, Unit, limits_of, without
 from fairaudit.mechanism import Mechanism
 from fairaudit.monitor.bounds import Arrivals, Change, Window, change_of, stream_interval
 from fairaudit.policy import Deployment, Policy
-from fairaudit.preparation import Entry
+from fairaudit.preparation import Entry, said
 from fairaudit.privacy import exp_epsilon, joint_ratios
 from fairaudit.rates import NAMES, Difference, GivenTruth, Rate, given_truth
 from fairaudit.sampling import (
@@ -348,7 +348,9 @@ class Result:
             name = f"{quantity} ratio of the population{of}, at confidence {interval.confidence}"
             rows.append(f"<tr><td>{name}</td><td>{ends}</td><td></td></tr>")
         verdict = "no target was set" if self.verdict == "none" else self.verdict
-        return f"<p><strong>{verdict}</strong>. <bdi>{escape(plain(self.sentence))}</bdi></p><table>{''.join(rows)}</table>"
+        noted = said({"spellings": self.spellings, "preparation": self.preparation})
+        before = "".join(f"<p><bdi>{escape(plain(text))}</bdi></p>" for text in noted)
+        return f"{before}<p><strong>{verdict}</strong>. <bdi>{escape(plain(self.sentence))}</bdi></p><table>{''.join(rows)}</table>"
 
     @cached_property
     def further_draws(self) -> tuple[tuple[Target, Planning], ...]:

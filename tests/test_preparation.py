@@ -232,6 +232,10 @@ def test_what_was_done_is_accepted_and_nothing_else(kind: Callable[[], fa.Result
     assert outcome(mutant).startswith("malformed")
 
 
+def test_notebooks_say_it_too() -> None:
+    assert "21/4 of 43/4 decisions have a missing label" in prepared_counts()._repr_html_()
+
+
 def test_what_was_done_is_told_in_order() -> None:
     assert [dict(entry) for entry in prepared_log().preparation] == [
         {"step": "intervals", "column": "age", "edges": ["18", "129/2"]},

@@ -261,8 +261,16 @@ class Content:
 
     @cached_property
     def prepared(self) -> list[str]:
-        """Labels in several spellings, and what was done to the log before it was counted."""
-        return [clip(plain(text), 600) for text in said(self.document["subject"])]
+        """What was done to the log before it was counted."""
+        return [clip(plain(text), 600) for text in said({"preparation": self.document["subject"].get("preparation", [])})]
+
+    @cached_property
+    def spelt(self) -> list[str]:
+        """Labels that are counted apart and look like one; the longest lists are cut."""
+        entries = self.document["subject"].get("spellings", [])
+        listed = [clip(plain(text), 600) for text in said({"spellings": entries[:SHOW_LEFT_OUT]})]
+        more = len(entries) - SHOW_LEFT_OUT
+        return [*listed, f"and {more:,} more, all of them in the certificate"] if more > 0 else listed
 
     def _count(self, what: Literal["groups", "contexts"]) -> str:
         if self.subject is None:

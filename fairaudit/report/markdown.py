@@ -20,7 +20,10 @@ def write(page: Content, checked: str = "") -> str:
     """Write a report."""
     checked = checked or ("" if page.subject else UNCHECKED)
     title = "Fairness audit, not checked" if checked == UNCHECKED else "Fairness audit"
-    blocks = [f"## {title}: {page.headline[0].lower()}{page.headline[1:]}", prose(page.lead)]
+    blocks = [f"## {title}: {page.headline[0].lower()}{page.headline[1:]}"]
+    if page.spelt:
+        blocks.append("\n".join(f"* **Spellings**: {prose(line)}" for line in page.spelt))
+    blocks.append(prose(page.lead))
     if page.targets:
         blocks.append("\n".join(_target(t) for t in page.targets))
     blocks.append(

@@ -21,6 +21,7 @@ from fairaudit.tables.csv import CsvTable
 __all__ = ["PreparedTable", "merge_labels", "read_label_map", "spellings"]
 
 NUMBER = re.compile(r"([+-]?)([0-9]*)(?:\.([0-9]*))?(?:e([+-]?[0-9]{1,4}))?")
+STARTS = frozenset("+-.0123456789")
 LabelMap = Mapping[str, Mapping[Any, Any]]
 
 
@@ -255,7 +256,7 @@ def _settled(text: str) -> bool:
 
 def _number(text: str) -> str:
     """A number in one spelling; empty if a text is none."""
-    match = NUMBER.fullmatch(text) if text[:1] in tuple("+-.0123456789") else None
+    match = NUMBER.fullmatch(text) if text[:1] in STARTS else None
     if match is None or not (match[2] or match[3]):
         return ""
     digits, exponent = match[2] + (match[3] or ""), int(match[4] or 0) - len(match[3] or "")
