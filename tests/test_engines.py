@@ -10,6 +10,7 @@ import lzma
 import sqlite3
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -65,7 +66,9 @@ def counts(tally: Tally) -> Counter[tuple[Any, ...]]:
 
 
 def certificate(tally: Any, **options: Any) -> str:
+    cut = options.pop("cut", ())
     law = Law.from_log(tally, decision="answer", group="sex", context=["dept", "age"] if options.pop("age", False) else "dept", **options)
+    law = replace(law, preparation=(*law.preparation, *cut))
     return certify(law, {"yes": 1, "maybe, later": "0.5"}).certificate.text
 
 
@@ -118,7 +121,8 @@ def test_every_file_gives_the_certificate_of_the_rows(files: dict[str, str], nam
     binned = read_log(files[name], (*COLUMNS, "age"), bins=bins, engine=engine)
     assert binned.rows == len(rows)
     cut = {**plain, "age": [Bins.of("age", bins["age"]).label_of(age) for age in plain["age"]]}
-    assert certificate(binned, age=True) == certificate(cut, age=True)
+    said = {"step": "intervals", "column": "age", "edges": ["18", "30", "45", "65"]}
+    assert certificate(binned, age=True) == certificate(cut, age=True, cut=[said])
 
 
 @pytest.mark.parametrize(
