@@ -80,7 +80,7 @@ class Browser:
 
     @property
     def state(self) -> str:
-        """What the page found out about itself: agrees, differs or unknown."""
+        """What the page found out about itself: agrees, differs, refused or unknown."""
         return str(self.run("return document.documentElement.dataset.checked"))
 
     @property

@@ -11,7 +11,7 @@ from importlib.resources import files
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.certificate import Certificate
+from fairaudit.certificate import Certificate, schema
 from fairaudit.exact import InputError
 from fairaudit.report import markdown as _markdown
 from fairaudit.report.content import UNCHECKED, Content, describe
@@ -75,6 +75,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     environment, markup = _jinja()
     page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
     css, script = (files(__name__).joinpath(name).read_text("utf-8") for name in ("page.css", "check.js"))
+    script = script.replace('"certificate.schema.json"', _shape(), 1)
     embedded = json.dumps(page.document, ensure_ascii=True, separators=(",", ":"))
     for character in "<>&":
         embedded = embedded.replace(character, f"\\u{ord(character):04x}")
@@ -151,6 +152,26 @@ def _jinja() -> tuple[Any, type[Markup]]:
         raise InputError("a page needs jinja2; install the extra: pip install 'fairaudit-certify[report]', or ask for markdown") from None
     loader = FunctionLoader(lambda name: files(__name__).joinpath(name).read_text("utf-8"))
     return Environment(autoescape=True, loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True), Markup
+
+
+@cache
+def _shape() -> str:
+    """The schema of certificates as a literal for the page's script, without what is only for people."""
+    return json.dumps(_bare(schema()), ensure_ascii=True, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _bare(of: Any) -> Any:
+    if isinstance(of, list):
+        return [_bare(item) for item in of]
+    if not isinstance(of, dict):
+        return of
+    bare: dict[str, Any] = {}
+    for key, value in of.items():
+        if key in ("properties", "$defs", "dependentSchemas"):
+            bare[key] = {name: _bare(item) for name, item in value.items()}
+        elif key not in ("$schema", "$id", "title", "description"):
+            bare[key] = value if key in ("const", "enum", "required") else _bare(value)
+    return bare
 
 
 def _digest(text: str) -> str:

@@ -116,6 +116,75 @@
   const canonical = (v) => JSON.stringify(sorted(v)).replace(/[^ -~]/g, (c) => "\\u" + c.charCodeAt(0).toString(16).padStart(4, "0"));
   const same = (a, b) => canonical(a) === canonical(b);
 
+  // What is wrong with the shape of a value, by a JSON Schema as certificate.schema.json uses it; nothing if it fits. The rows of the
+  // table, which may be many, are put on the list `later`, if there is one.
+  const SCHEMA = "certificate.schema.json";
+  const kindOf = (v) => (v === null ? "null" : Array.isArray(v) ? "array" : Number.isInteger(v) ? "integer" : typeof v);
+  function misfit(value, schema, where, later) {
+    if (typeof schema === "boolean") return schema ? "" : where + " must not be there";
+    const own = kindOf(value), fits = (s, v) => !misfit(v === undefined ? value : v, s, where, null);
+    const first = (list) => { for (const found of list) if (found) return found; return ""; };
+    const known = {
+      $ref: (s) => misfit(value, s.slice(2).split("/").reduce((v, k) => v[k], SCHEMA), where, later),
+      type: (s) => ([].concat(s).some((t) => t === own || (t === "number" && own === "integer")) ? "" : where + " must be of the type " + [].concat(s).join(" or ")),
+      const: (s) => (same(s, value) ? "" : where + " must be " + JSON.stringify(s)),
+      enum: (s) => (s.some((v) => same(v, value)) ? "" : where + " is none of the values that may stand there"),
+      pattern: (s) => {
+        if (own !== "string") return "";
+        if (!new RegExp(s, "u").test(value)) return where + " is not written as the format wants it";
+        const [n, d] = value.slice(value.lastIndexOf(" ") + 1).split("/");
+        return d && gcd(abs(BigInt(n)), BigInt(d)) !== 1n ? where + " is not in lowest terms" : "";
+      },
+      maxLength: (s) => (own === "string" && [...value].length > s ? where + " is too long" : ""),
+      minimum: (s) => (own === "integer" && value < s ? where + " is too small" : ""),
+      minItems: (s) => (own === "array" && value.length < s ? where + " lacks an entry" : ""),
+      maxItems: (s) => (own === "array" && value.length > s ? where + " has an entry too many" : ""),
+      uniqueItems: (s) => (s && own === "array" && new Set(value.map(canonical)).size < value.length ? where + " lists something twice" : ""),
+      prefixItems: (s) => (own === "array" ? first(s.map((t, i) => (i < value.length ? misfit(value[i], t, where + "[" + i + "]", later) : ""))) : ""),
+      items: (s) => {
+        if (own !== "array") return "";
+        const rest = value.map((v, i) => [v, s, where + "[" + i + "]"]).slice((schema.prefixItems || []).length);
+        if (later && where === "subject.table.rows") { later.push(...rest); return ""; }
+        for (const [v, t, place] of rest) { const found = misfit(v, t, place, later); if (found) return found; }
+        return "";
+      },
+      contains: (s) => (own === "array" && !value.some((v) => fits(s, v)) ? where + " lacks an entry" : ""),
+      required: (s) => (own === "object" ? first(s.map((k) => (Object.hasOwn(value, k) ? "" : where + " lacks the key " + JSON.stringify(k)))) : ""),
+      properties: (s) => (own === "object" ? first(Object.keys(s).map((k) => (Object.hasOwn(value, k) ? misfit(value[k], s[k], where ? where + "." + k : k, later) : ""))) : ""),
+      additionalProperties: (s) => (own === "object" ? first(Object.keys(value).map((k) => (Object.hasOwn(schema.properties || {}, k) ? ""
+        : s === false ? where + " has the unknown key " + JSON.stringify(k) : misfit(value[k], s, where + "." + k, later)))) : ""),
+      propertyNames: (s) => (own === "object" ? first(Object.keys(value).map((k) => (fits(s, k) ? "" : where + " has the unknown key " + JSON.stringify(k)))) : ""),
+      minProperties: (s) => (own === "object" && Object.keys(value).length < s ? where + " lacks a key" : ""),
+      maxProperties: (s) => (own === "object" && Object.keys(value).length > s ? where + " has a key too many" : ""),
+      dependentRequired: (s) => (own === "object" ? first(Object.keys(s).map((k) => (Object.hasOwn(value, k) ? known.required(s[k]) : ""))) : ""),
+      dependentSchemas: (s) => (own === "object" ? first(Object.keys(s).map((k) => (Object.hasOwn(value, k) ? misfit(value, s[k], where, later) : ""))) : ""),
+      allOf: (s) => first(s.map((t) => misfit(value, t, where, later))),
+      anyOf: (s) => (s.some((t) => fits(t)) ? "" : where + " has none of the shapes that may stand there"),
+      oneOf: (s) => (s.filter((t) => fits(t)).length === 1 ? "" : where + " has none of the shapes that may stand there"),
+      not: (s) => (fits(s) ? where + " must not have this shape" : ""),
+      if: (s) => { const next = fits(s) ? schema.then : schema.else; return next === undefined ? "" : misfit(value, next, where, later); },
+      then: () => "",
+      else: () => "",
+      $defs: () => "",
+    };
+    return first(Object.keys(schema).map((key) => (Object.hasOwn(known, key) ? known[key](schema[key]) : "the page does not know the rule " + key)));
+  }
+  async function malformed(source, doc) {
+    // What JSON.parse hides: repeated keys, and numbers that are no integers as the format writes them.
+    const tokens = source.matchAll(/"(?:[^"\\]|\\.)*"(\s*:)?|-?[0-9][0-9.eE+-]*/g);
+    let keys = 0;
+    for (const [token, colon] of tokens) {
+      if (colon) keys++;
+      else if (token[0] !== '"' && !/^(0|[1-9][0-9]{0,17})$/.test(token)) return "the number " + token.slice(0, 40) + " is not written as the format wants it";
+    }
+    const count = (v) => (v === null || typeof v !== "object" ? 0 : (Array.isArray(v) ? 0 : Object.keys(v).length) + Object.values(v).reduce((t, w) => t + count(w), 0));
+    if (keys !== count(doc)) return "an object repeats a key";
+    const later = [], found = misfit(doc, SCHEMA, "", later);
+    if (found) return found;
+    for (const [row, schema, where] of later) { const wrong = misfit(row, schema, where, null); if (wrong) return wrong; if (late()) await turn(); }
+    return "";
+  }
+
   async function digest(table) {
     const parts = [canonical(table.header) + "\n"];
     for (const row of table.rows) { parts.push(canonical(row) + "\n"); if (late()) await turn(); }
@@ -762,6 +831,13 @@
     at("findings").open = wrong.length > 0;
   }
 
+  function refuse(what) {
+    const box = at("check");
+    box.textContent = "";
+    box.dataset.state = "refused";
+    box.append(element("strong", "✗ This is no certificate of the format: "), printable(what) + ". Nothing was recomputed. Do not use this page.");
+  }
+
   function lookUp(law) {
     const box = at("lookup");
     if (!box || law.cells.length < 2) return;
@@ -808,9 +884,12 @@
     await turn();
     let findings, law = null;
     try {
-      const doc = JSON.parse(source);
-      ({ findings, law } = await check(doc));
-      report(findings, law || doc.subject.table.header);
+      const doc = JSON.parse(source), wrong = await malformed(source, doc);
+      if (wrong) refuse(wrong);
+      else {
+        ({ findings, law } = await check(doc));
+        report(findings, law || doc.subject.table.header);
+      }
     } catch (error) {
       report([{ what: "the certificate in this page cannot be read: " + error.message, good: false, why: "" }], true);
     }
