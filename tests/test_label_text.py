@@ -699,5 +699,85 @@ def test_the_text_of_a_value(value: Any, text: str | None) -> None:
     assert label_text(value) == text
 
 
+# Servers
+
+
+def test_types_of_postgres(postgres: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    import psycopg
+
+    values = {
+        "date": ("infinity", "9999-12-31"),
+        "timestamptz": ("2026-10-25 00:30:00+00", "2026-10-25 01:30:00+00"),
+        "timestamp": ("2026-01-31 12:00:00.120000", "-infinity"),
+        "float4": ("0.1", "1"),
+        "numeric": ("1.50", "18446744073709551616"),
+        "jsonb": ("true", '"x"'),
+        "oid": ("1", "2"),
+        "name": ("a", "b"),
+        "char(3)": ("abc", "def"),
+    }
+    texts = [
+        ("9999-12-31", "infinity"),
+        ("2026-10-25T00:30:00+00:00", "2026-10-25T01:30:00+00:00"),
+        ("-infinity", "2026-01-31T12:00:00.12"),
+    ]
+    texts += [("0.10000000149011612", "1"), ("1.5", "18446744073709551616"), ("true", "x"), ("1", "2"), ("a", "b"), ("abc", "def")]
+    refused = ["interval", "timetz", "bytea", "json", "xml", "inet", "money", "point", "integer[]", "int4range", "bit(3)"]
+    held = ["1 day", "12:00:00+02", "a", "{}", "<a/>", "10.0.0.1", "1", "(1,2)", "{1}", "[1,2)", "101"]
+    with psycopg.connect(postgres) as connection:
+        connection.execute("create table kinds as select * from (values ('yes', 'f'), ('no', 'm')) t(u, a)")
+        for place, (kind, (first, second)) in enumerate(values.items()):
+            connection.execute(f"alter table kinds add k{place} {kind}")
+            connection.execute(f"update kinds set k{place} = case when u = 'yes' then '{first}'::{kind} else '{second}'::{kind} end")
+        for place, (kind, text) in enumerate(zip(refused, held, strict=True)):
+            connection.execute(f"alter table kinds add r{place} {kind} default '{text}'")
+    for zone in ZONES:
+        monkeypatch.setenv("PGTZ", zone)
+        monkeypatch.setenv("PGDATESTYLE", "German")
+        monkeypatch.setenv("PGOPTIONS", "-c extra_float_digits=-10")
+        found = {seen.name: seen for seen in survey_log(postgres, table="kinds").columns}
+        for place, expected in enumerate(texts):
+            law = Law.from_log(read_log(postgres, ("u", f"k{place}"), table="kinds"), decision="u", group=f"k{place}")
+            assert law.groups == tuple((text,) for text in expected)
+            assert sorted(found[f"k{place}"].levels) == list(expected)
+        for place in range(len(refused)):
+            with pytest.raises(InputError, match=f"column 'r{place}' is of type"):
+                read_log(postgres, ("u", f"r{place}"), table="kinds")
+            assert "is of type" in found[f"r{place}"].fault
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_types_of_spark() -> None:
+    sql = pytest.importorskip("pyspark.sql", reason="PySpark is not installed")
+    if shutil.which("java") is None:
+        _absent("Spark needs Java, and there is none on this machine")
+    builder = sql.SparkSession.builder.master("local[1]").config("spark.ui.enabled", "false").config("spark.sql.shuffle.partitions", "1")
+    spark = builder.getOrCreate()
+    spark.sparkContext.setLogLevel("OFF")
+    try:
+        moments = "timestamp'2026-10-25 00:30:00+00:00', timestamp'2026-10-25 01:30:00+00:00'"
+        said = set()
+        for zone in ZONES:
+            spark.conf.set("spark.sql.session.timeZone", zone)
+            frame = spark.sql(
+                f"select 'yes' as u, 'f' as a, explode(array({moments})) as x union all select 'no', 'm', explode(array({moments}))"
+            )
+            for log in (frame, read_log(frame, COLUMNS)):
+                said.add(Law.from_log(log, decision="u", group="a", context="x").contexts)
+        assert said == {(("2026-10-25T00:30:00+00:00",), ("2026-10-25T01:30:00+00:00",))}
+        for expression in (
+            "interval '1' day",
+            "interval '1' month",
+            "cast('a' as binary)",
+            "array(1)",
+            "named_struct('v', 1)",
+            "map('v', 1)",
+        ):
+            with pytest.raises(InputError, match="column 'x' is of type"):
+                read_log(spark.sql(f"select 'yes' as u, 'f' as a, {expression} as x"), COLUMNS)
+    finally:
+        spark.stop()
+
+
 if __name__ == "__main__":
     work(int(sys.argv[1]), int(sys.argv[2]))
