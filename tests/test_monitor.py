@@ -7,6 +7,7 @@ import json
 import os
 import random
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
@@ -20,10 +21,12 @@ import pytest
 import fairaudit
 from fairaudit.cli import main
 from fairaudit.exact import InputError
+from fairaudit.law import Law
 from fairaudit.monitor import reader
 from fairaudit.monitor.settings import Settings
 from fairaudit.monitor.state import State
 from fairaudit.monitor.stream import Monitor
+from fairaudit.tables.engines import read_log
 
 FULL = bool(os.environ.get("FAIRAUDIT_FULL"))
 SETTINGS = Settings(group=("sex",), context=("job",), decision="answer", utility={"yes": "1"})
@@ -116,6 +119,47 @@ def test_labels_of_another_kind_later_on_are_other_labels(tmp_path: Path) -> Non
     assert counted(monitor) == {
         (job, sex, "yes"): n for job, n in (("1", 5_000), ("true", 2_500), ("0", 2_500), ("false", 2_500)) for sex in "fm"
     }
+
+
+def test_labels_are_those_of_the_log_read_at_once(tmp_path: Path) -> None:
+    values = [
+        "true",
+        "false",
+        "1",
+        "1.0",
+        "1.50",
+        "1e23",
+        "1E-7",
+        "-0.0",
+        "0.1",
+        "12345678901234567890123",
+        "9007199254740993",
+        '"é"',
+        '"1.x"',
+    ]
+    lines = [f'{{"job":{value},"sex":"{sex}","answer":"yes"}}' for value in values for sex in "fm"]
+    log = write(tmp_path / "log.jsonl", lines)
+    monitor = run(log)
+    law = Law.from_log(read_log(log, ("answer", "sex", "job")), decision="answer", group="sex", context="job")
+    assert {job for job, _, _ in counted(monitor)} == {job for (job,) in law.contexts}
+    assert ("99999999999999991611392",) in law.contexts and ("true",) in law.contexts
+
+
+def test_a_state_with_labels_of_earlier_spelling_is_refused(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.jsonl", ['{"job":true,"sex":"f","answer":"yes"}', '{"job":"cook","sex":"m","answer":"no"}'])
+    for label in ("True", "1.0", "1e-07"):
+        state = tmp_path / f"{label}.db"
+        run(log, state)
+        with sqlite3.connect(state) as database:
+            database.execute("delete from meta where key = 'spelling'")
+            database.execute("update cells set context = ? where context = ?", (json.dumps([label]), json.dumps(["true"])))
+        database.close()
+        with pytest.raises(InputError, match=f"holds the label '{label}', which earlier versions wrote.*start a new state"):
+            run(log, state)
+    with sqlite3.connect(state) as database:
+        database.execute("update cells set context = ? where context = ?", (json.dumps(["other"]), json.dumps([label])))
+    database.close()
+    assert run(log, state).total.order
 
 
 BAD = {
