@@ -482,7 +482,7 @@ def test_the_command_reads_costs_and_draws(tmp_path: Path, capsys: pytest.Captur
         (["--max-log", "0.2", "--groups", "16", "--tau", "0.3"], 0, "Truth kept"),
         (["--max-log", "0.2", "--groups", "sex=2,age=3", "--tau", "0.3"], 0, "Truth kept"),
         (["--max-exp-epsilon", "7/3", "--groups", "3"], 0, "53.8462%"),
-        (["--max-ratio", "2,3", "--groups", "3"], 0, "target R"),
+        (["--max-ratio", "2,3", "--groups", "3"], 0, "ratio at most"),
         (["--groups", "3"], 2, "neither a target nor a cap"),
         (["--max-log", "0.2"], 2, "neither an audit file nor --groups"),
         (["--max-log", "-1", "--groups", "3"], 2, "--max-log"),
