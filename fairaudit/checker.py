@@ -3680,11 +3680,15 @@ def _wealth(tally: Tally, mean: Fraction) -> Wealth:
     found = [_floored(IDLE)]
     bits = _bits(mean) + max(map(_bits, tally), default=0)
     _spend(len(BETS) * (60 + sum(60 + 8 * n.bit_length() for n in tally.values())), bits, bits)
+    a, b = mean.numerator, mean.denominator
     for power in BETS:
         bet = min(Fraction(2) ** power, CAP / mean)
         m, e = _floored(_share(power))
         for value, n in tally.items():
-            base, shift = _power(_floored(1 + bet * (value - mean)), n)
+            below = bet.denominator * value.denominator * b
+            above = below + bet.numerator * (value.numerator * b - a * value.denominator)  # 1 + bet (value - mean), over below
+            excess = max(0, MANTISSA + below.bit_length() - above.bit_length())
+            base, shift = _power(_trimmed((above << excess) // below, -excess), n)
             m, e = _trimmed(m * base, e + shift)
         found.append((m, e))
     least = max(m.bit_length() + e for m, e in found) - 2 * MANTISSA
@@ -3838,13 +3842,12 @@ class _Stream:
             # The mean of the bottom is from p to q, that of the top more than ratio p.
             if p is not None and ratio * p >= self.high:
                 continue
+            top = None if p is None or ratio * p <= self.low else ratio * p
+            bottom = None if q is None or q <= self.low else q
+            tops = {i: idle if top is None else self._wealth(b, i, top, False) for i in {i for i, _ in pairs}}
+            bottoms = {j: idle if bottom is None else self._wealth(b, j, bottom, True) for j in {j for _, j in pairs}}
             for i, j in pairs:
-                top = bottom = idle
-                if p is not None and ratio * p > self.low:
-                    top = self._wealth(b, i, ratio * p, False)
-                if q is not None and q > self.low:
-                    bottom = self._wealth(b, j, q, True)
-                if not _reach(top, bottom, levels[b][max(self.ranks[b][i], self.ranks[b][j])]):
+                if not _reach(tops[i], bottoms[j], levels[b][max(self.ranks[b][i], self.ranks[b][j])]):
                     raise Unproven(f"{where} does not hold between the knots {shown(p and _pair(p))} and {shown(q and _pair(q))}")
 
 
