@@ -1780,10 +1780,11 @@ class GivenTruth:
         self.totals = _Total()  # by true label
         self.pooled: dict[str, list[Share]] = {}
 
-    def of_label(self, label: str) -> Rational:
-        """How many decisions have a true label."""
-        numerators, below = self.totals.value() if self.cells else ([0] * len(self.header.truths or ()), 1)
-        return _reduced(numerators[(self.header.truths or ()).index(label)], below)
+    def by_label(self) -> dict[str, Rational]:
+        """How many decisions have each true label."""
+        truths = self.header.truths or ()
+        numerators, below = self.totals.value() if self.cells else ([0] * len(truths), 1)
+        return {label: _reduced(numerator, below) for label, numerator in zip(truths, numerators, strict=True)}
 
     def add(self, place: tuple[int, int], counts: tuple[list[list[int]], int]) -> None:
         """Take in the next cell."""
@@ -4003,6 +4004,7 @@ def _check_assumptions(stated: Certificate, table: Table) -> None:
 # What was done to the log before it was counted, and labels that differ in spelling alone
 
 STEPS = ("intervals", "mapped", "folded", "left out", "level")
+LONGEST_SPELLING = 1000  # characters of labels that are compared with other spellings
 REASONS = ("unreadable line", "missing label", "unusable value", "unknown reason")  # why lines of a log could not be counted
 
 
@@ -4044,7 +4046,8 @@ def _reason_rank(step: Step) -> int:
 
 def _read_step(value: object, where: str, columns: Columns) -> Step:
     name = _one_of(value.get("step"), f"{where}.step", STEPS) if isinstance(value, dict) else STEPS[0]
-    units = [unit for unit in ("decisions", "rows", "lines") if isinstance(value, dict) and unit in value]
+    possible = ("decisions", "rows", "lines") if name == "left out" else ("decisions", "rows")
+    units = [unit for unit in possible if isinstance(value, dict) and unit in value]
     unit = units[0] if units else "decisions"
     if name == "left out":
         keys = ("step", "reason", "lines") if unit == "lines" else ("step", "reason", unit, "of", "columns")
@@ -4052,13 +4055,12 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
         reason = _one_of(members["reason"], f"{where}.reason", REASONS if unit == "lines" else ("missing label",))
         amount = _read_amount(members[unit], f"{where}.{unit}", unit)
         template = {"decisions": DECISIONS_LEFT_OUT, "rows": ROWS_LEFT_OUT, "lines": LINES_LEFT_OUT}[unit]
-        sentence = template.format(**members)
         if unit == "lines":
-            return Step(name, reason=reason, unit=unit, amount=amount, sentence=sentence)
+            return Step(name, reason=reason, unit=unit, amount=amount, sentence=template.format(**members))
         of = _read_amount(members["of"], f"{where}.of", unit)
         listed = _object(members["columns"], f"{where}.columns", (), optional=_names(columns))
         by_column = tuple((column, _read_amount(item, f"{where}.columns[{shown(column)}]", unit)) for column, item in listed.items())
-        return Step(name, reason=reason, unit=unit, amount=amount, of=of, columns=by_column, sentence=sentence)
+        return Step(name, reason=reason, unit=unit, amount=amount, of=of, columns=by_column, sentence=template.format(**members))
     shapes = {"intervals": ("step", "column", "edges"), "level": ("step", "column", "label", unit)}
     members = _object(value, where, shapes.get(name, ("step", "column", "label", "from")))
     column = _one_of(members["column"], f"{where}.column", _names(columns))
@@ -4107,8 +4109,11 @@ def _folded(text: str) -> str:
 
 
 def _is_settled(text: str) -> bool:
-    """Whether Unicode 3.2 assigns every code point: of those no later version changes the case or the normal forms."""
-    return all(unicodedata.ucd_3_2_0.category(character) != "Cn" for character in text)
+    """Whether Unicode 3.2 assigns every code point, of which no later version changes the case or the normal forms.
+
+    Longer texts are not looked at: many combining marks in a row take the square of their number of steps to put into order.
+    """
+    return len(text) <= LONGEST_SPELLING and all(unicodedata.ucd_3_2_0.category(character) != "Cn" for character in text)
 
 
 _NUMBER = re.compile(r"([+-]?)(?:([0-9]+)(?:\.([0-9]*))?|\.([0-9]+))(?:e([+-]?[0-9]{1,4}))?")
@@ -4150,39 +4155,57 @@ def _check_spellings(stated: Certificate, table: Table) -> Iterator[Finding]:
         yield _compared("subject.spellings", stated.spellings, actual)
 
 
+class _Prepared:
+    """What a table shows of the preparation of its log, found once for all entries."""
+
+    def __init__(self, steps: Sequence[Step], table: Table) -> None:
+        self.table = table
+        self.header = table.header if table.policy is None else table.policy.header
+        self.sampled = table.header.subject.kind == "counts" or (table.policy is not None and table.policy.drawn > 0)
+        self.present = {column: set(labels) for column, labels in _labels_by_column(self.header).items()}
+        self.mapped = {(step.column, step.label) for step in steps if step.step == "mapped"}
+        self.written = {(step.column, step.label) for step in steps if step.step != "intervals"}
+        self.amounts: dict[str, Mapping[str, Rational] | None] = {}
+
+    def amount(self, step: Step) -> Rational | None:
+        """How many decisions have a label in a column; nothing where decisions are not counted by true cells."""
+        if step.column not in self.amounts:
+            self.amounts[step.column] = _amounts_of_labels(step.column, self.table)
+        amounts = self.amounts[step.column]
+        return None if amounts is None else amounts.get(step.label, ZERO)
+
+
 def _check_preparation(stated: Certificate, table: Table) -> Iterator[Finding]:
-    header = table.header if table.policy is None else table.policy.header
-    present = {column: set(labels) for column, labels in _labels_by_column(header).items()}
+    prepared = _Prepared(stated.preparation, table)
     for i, step in enumerate(stated.preparation):
-        fault = _fault_of_step(step, stated.preparation, present, table)
+        fault = _fault_of_step(step, prepared)
         what = step.sentence.partition(";")[0] or f"{step.step} {shown(step.column)} {shown(step.label or step.edges)}"
         yield _finding(f"subject.preparation[{i}]: {what}", not fault, fault)
 
 
-def _fault_of_step(step: Step, steps: Sequence[Step], present: Mapping[str, set[str]], table: Table) -> str:
+def _fault_of_step(step: Step, prepared: _Prepared) -> str:
     """Say what in the table contradicts an entry; what the log was like before nobody can see from it."""
-    sampled = table.header.subject.kind == "counts" or (table.policy is not None and table.policy.drawn > 0)
-    if step.unit in ("decisions", "rows") and (step.unit == "decisions") != sampled:
-        return f"the table is {'counted' if sampled else 'not counted'}"
+    if step.unit in ("decisions", "rows") and (step.unit == "decisions") != prepared.sampled:
+        return f"the table is {'counted' if prepared.sampled else 'not counted'}"
     if step.step == "left out":
-        return "" if step.unit == "lines" else _fault_of_left_out(step, table)
-    if step.column not in present:
+        return "" if step.unit == "lines" else _fault_of_left_out(step, prepared.table)
+    if step.column not in prepared.present:
         return "the table has no such column"
-    labels = present[step.column]
+    labels = prepared.present[step.column]
     if step.step == "intervals":
-        written = {s.label for s in steps if s.column == step.column and s.step != "intervals"}
-        other = next((label for label in sorted(labels - written) if label not in _interval_labels(step.edges)), None)
+        allowed = _interval_labels(step.edges)
+        other = next((x for x in sorted(labels) if x not in allowed and (step.column, x) not in prepared.written), None)
         return "" if other is None else f"the label {shown(other)} is none of these intervals"
     if step.label not in labels:
         return f"the table has no label {shown(step.label)} in this column"
     if step.step == "level":
-        amount = _amount_of_label(step, table)
+        amount = prepared.amount(step)
         return "" if amount in (None, step.amount) else f"the table gives {shown(amount)}"
-    new = {s.label for s in steps if s.column == step.column and s.step == "mapped"} if step.step == "mapped" else set()
     for former in step.former:
-        if former in labels and former not in new:
+        if former in labels and not (step.step == "mapped" and (step.column, former) in prepared.mapped):
             return f"the table still has the label {shown(former)}"
-        if step.step == "folded" and _is_settled(former + step.label) and _folded(former) != _folded(step.label):
+        settled = step.step == "folded" and _is_settled(former) and _is_settled(step.label)
+        if settled and _folded(former) != _folded(step.label):
             return f"{shown(former)} differs in more than case, blanks or Unicode form"
     return ""
 
@@ -4217,25 +4240,25 @@ def _finite_decimal(value: Rational) -> str:
     return f"-{text}" if numerator < 0 else text
 
 
-def _amount_of_label(step: Step, table: Table) -> Rational | None:
-    """Count the decisions with a label in a column; nothing where decisions are not counted by true cells."""
+def _amounts_of_labels(column: str, table: Table) -> Mapping[str, Rational] | None:
+    """Count the decisions with each label in a column; nothing where decisions are not counted by true cells."""
     header = table.header
     columns = header.subject.columns
-    if step.column == columns.truth:
-        return None if table.given is None else table.given.of_label(step.label)
+    if column == columns.truth:
+        return None if table.given is None else table.given.by_label()
     if header.subject.kind != "counts":
         return None
-    amounts: list[Rational] = [ZERO]
+    of_group = column in columns.group
+    position = 0 if column == columns.decision else (columns.group if of_group else columns.context).index(column)
+    amounts: dict[str, list[Rational]] = {}
     for cell in table.cells:
-        if step.column == columns.decision:
-            weight = cell.law[0][header.decisions.index(step.label)]
-            amounts.append(_product([cell.mass, (weight, cell.law[1])]))
+        if column == columns.decision:
+            for label, weight in zip(header.decisions, cell.law[0], strict=True):
+                amounts.setdefault(label, []).append(_product([cell.mass, (weight, cell.law[1])]))
         else:
-            group = step.column in columns.group
-            names, label = (columns.group, header.groups[cell.group]) if group else (columns.context, header.contexts[cell.context])
-            if label[names.index(step.column)] == step.label:
-                amounts.append(cell.mass)
-    return _sum(amounts)
+            labels = header.groups[cell.group] if of_group else header.contexts[cell.context]
+            amounts.setdefault(labels[position], []).append(cell.mass)
+    return {label: _sum(found) for label, found in amounts.items()}
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -4683,8 +4706,9 @@ def _check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Clai
             ends = _ends_of_population(target.quantity, facts, true_claims)
         verdicts.append(_judge(target, ends))
         if stated.change is not None and target.quantity in stated.withdrawn and target.confidence is not None:
-            own = window is not None and stated.change.quantity == target.quantity and window.error <= 1 - target.confidence
-            exceeded = own and window is not None and _judge(target, window.ratio) == "exceeds"
+            exceeded = window is not None and stated.change.quantity == target.quantity and _judge(target, window.ratio) == "exceeds"
+            # Which window contradicts the stream depends on the draws: those up to it have to hold together.
+            exceeded = exceeded and window is not None and stated.change.window**2 * window.error <= 1 - target.confidence
             verdicts[-1] = "exceeds" if exceeded else "changed"
         fault = "" if target.verdict == verdicts[-1] else f"the table gives {shown(verdicts[-1])}"
         if target.confidence is None and target.judged != "this table":

@@ -146,6 +146,31 @@ def many_labels(pick: Pick) -> Any:
     return document
 
 
+def preparations(pick: Pick) -> Any:
+    """As many entries of what was done to the log as there are labels, each of which has to be looked for in the table."""
+    step = pick.choice(["intervals", "mapped", "folded", "level"])
+    n = pick.choice([1500, 5000])
+    document = _plain(pick, 2, n if step == "level" else 2, 1, lambda x, a: {"weights": ["1", "1"]})
+    labels = [f"{i:05}" for i in range(n)]
+    entries: list[dict[str, Any]] = [{"step": step, "label": label} for label in labels]
+    if step == "intervals":
+        labels = ["under 0", *(f"{i} to under {i + 1}" for i in range(n)), f"{n} and over"]
+        entries = [{"step": step, "edges": [str(i) for i in range(n + 1)]}]
+    more: dict[str, Any] = {"mapped": {"from": ["x"]}, "folded": {"from": ["x"]}, "level": {"decisions": "2"}}.get(step, {})
+    [column] = document["subject"]["columns"]["group"]
+    document["subject"]["table"]["header"]["groups"] = [[label] for label in labels]
+    document["subject"]["preparation"] = [entry | {"column": column} | more for entry in entries]
+    return document
+
+
+def combining_marks(pick: Pick) -> Any:
+    """A label whose marks stand as far as can be from their canonical order."""
+    n = pick.choice([20_000, 80_000])
+    document = _plain(pick, 2, 2, 1, lambda x, a: {"weights": ["1", "1"]})
+    document["subject"]["table"]["header"]["groups"] = [["a"], ["a" + "\u0301" * (n // 2) + "\u0323" * (n // 2)]]
+    return document
+
+
 def _policy(
     pick: Pick, inputs: list[int], outputs: int, entry: Callable[[int, int], str] | None = None, context: list[int] | None = None
 ) -> Any:
@@ -417,6 +442,9 @@ FAMILIES: tuple[Callable[[Pick], Any], ...] = (
     coprime_utilities,
     many_groups,
     many_labels,
+    preparations,
+    preparations,
+    combining_marks,
     generic_filters,
     many_inputs,
     large_filter,

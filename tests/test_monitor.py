@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import random
 import signal
@@ -539,6 +540,7 @@ def test_a_certificate_of_a_stream_that_changed(tmp_path: Path, capsys: pytest.C
 
     changed = document["changed"]
     stream = {"local": changed["stream"]}
+    most = math.isqrt(int(Fraction(9, 10) / (1 - Fraction(changed["ratio"]["confidence"]))))
     plain = {k: v for k, v in document.items() if k != "changed"}
     for change, code in (
         (lambda d: d.update(verdict="within"), 1),
@@ -546,6 +548,7 @@ def test_a_certificate_of_a_stream_that_changed(tmp_path: Path, capsys: pytest.C
         (lambda d: d["targets"][0].update(verdict="changed"), 1),
         (lambda d: d["changed"].update(confidence="24/25"), 1),
         (lambda d: d["changed"].update(window=changed["window"] + 1), 1),
+        (lambda d: d["changed"].update(window=most, confidence="1/1000"), 1),  # chosen among so many, it exceeds nothing at 19/20
         (lambda d: d["changed"]["ratio"].update(ratio=["3", changed["ratio"]["ratio"][1]]), 1),
         (lambda d: d["changed"]["stream"].update(ratio=["1", "101/100"]), 1),
         (lambda d: d["changed"].update(ratio=changed["stream"], table=d["subject"]["table"]), 1),

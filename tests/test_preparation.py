@@ -217,6 +217,8 @@ def test_what_was_done_is_accepted_and_nothing_else(kind: Callable[[], fa.Result
             assert outcome(mutant).startswith("incomplete: subject.preparation does not say")
         if "label" in entry:
             assert changed(i, label="nobody") == "false"
+        if entry["step"] == "level":
+            assert changed(i, lines="1", decisions=None, rows=None).startswith("malformed")
         if entry["step"] == "folded":
             assert changed(i, **{"from": ["somebody else"]}) == "false" and changed(i, **{"from": [entry["label"]]}).startswith("malformed")
         if entry["step"] == "intervals":

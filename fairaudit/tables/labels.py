@@ -22,13 +22,15 @@ __all__ = ["PreparedTable", "merge_labels", "read_label_map", "spellings"]
 
 NUMBER = re.compile(r"([+-]?)([0-9]*)(?:\.([0-9]*))?(?:e([+-]?[0-9]{1,4}))?")
 STARTS = frozenset("+-.0123456789")
+LONGEST_SPELLING = 1000  # characters of labels that are compared with other spellings; longer ones are only ever themselves
 LabelMap = Mapping[str, Mapping[Any, Any]]
 
 
 def spellings(columns: Iterable[tuple[str, Iterable[str]]]) -> tuple[dict[str, Any], ...]:
     """Find labels of one column that differ in case, blanks or Unicode form alone, or are the same number.
 
-    Labels with characters that Unicode 3.2 does not have are passed over, so that every later version finds the same.
+    Labels with characters that Unicode 3.2 does not have are passed over, so that every later version finds the same, and so are
+    labels of more than 1000 characters.
 
     Parameters
     ----------
@@ -244,6 +246,8 @@ def _label(name: str, value: Any) -> str:
 
 def _folded(text: str) -> str:
     """What spellings of one label have in common."""
+    if len(text) > LONGEST_SPELLING:
+        return text
     if text.isascii():
         return " ".join(text.lower().split())
     return " ".join(normalize("NFD", normalize("NFD", text).casefold()).split())
@@ -251,7 +255,7 @@ def _folded(text: str) -> str:
 
 def _settled(text: str) -> bool:
     """Whether Unicode 3.2 has all characters, so that no version folds the text in another way."""
-    return text.isascii() or all(ucd_3_2_0.category(character) != "Cn" for character in text)
+    return len(text) <= LONGEST_SPELLING and (text.isascii() or all(ucd_3_2_0.category(character) != "Cn" for character in text))
 
 
 def _number(text: str) -> str:
