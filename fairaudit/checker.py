@@ -297,8 +297,9 @@ def _object(value: object, where: str, keys: Sequence[str], optional: Sequence[s
     for key in keys:
         if key not in value:
             raise _malformed(where, f"lacks the key {shown(key)}")
+    known = {*keys, *optional}
     for key in value:
-        if key not in keys and key not in optional:
+        if key not in known:
             raise _malformed(where, f"has the unknown key {shown(key)}")
     return value
 
