@@ -690,6 +690,11 @@ def _judged_by_window(targets: tuple[Target, ...], verdict: Verdict, change: Cha
     return tuple(map(judge, targets)), "changed" if judged_ & change.withdrawn else verdict
 
 
+def change_assumptions(change: Change) -> list[str]:
+    """What rests on the reader's judgement where a window is said to contradict the stream."""
+    return [*change.stream.assumptions, WINDOWS]
+
+
 def _change_entry(change: Change) -> dict[str, Any]:
     """The change as a certificate stores it: docs/certificate-monitor.md."""
     window = Table(change.window.law, change.window.utility)
@@ -702,7 +707,7 @@ def _change_entry(change: Change) -> dict[str, Any]:
         "stream": _interval_entry(change.stream, None, None),
         "table": {"sha256": window.sha256, "cells": window.cells, "header": window.header, "rows": list(window.rows())},
         "ratio": _interval_entry(change.part, None, None),
-        "assumptions": [*change.stream.assumptions, WINDOWS],
+        "assumptions": change_assumptions(change),
     }
 
 

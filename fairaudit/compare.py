@@ -446,7 +446,8 @@ def _notes(old: Mapping[str, Any], new: Mapping[str, Any], before: Subject | Non
     yield from (f"no longer: {text}" for text in told[0] if text not in told[1])
     if old["not_compared"] != new["not_compared"]:
         yield f"what was not compared differs: {len(old['not_compared'])} entries before, {len(new['not_compared'])} now"
-    assumed = [{text for claim in document["claims"] for text in claim["assumptions"]} for document in (old, new)]
+    resting = [[*document["claims"], *([document["changed"]] if "changed" in document else [])] for document in (old, new)]
+    assumed = [{text for statement in statements for text in statement["assumptions"]} for statements in resting]
     yield from (f"assumed only now: {text}" for text in sorted(assumed[1] - assumed[0]))
     yield from (f"no longer assumed: {text}" for text in sorted(assumed[0] - assumed[1]))
 

@@ -242,6 +242,17 @@ def test_formats(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         assert "WORSE" in out and "loosened from 5/4 to 5/2" in out and "19/8" in out
 
 
+@pytest.mark.parametrize("form", ["text", "markdown"])
+def test_a_bound_is_named_as_the_measure_that_it_bounds(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without its quantity's name in words, the paper's equalized odds would pass for those of the true label."""
+    cells = [{("x", "f"): (yes, 4), ("x", "m"): (4, 4)} for yes in (4, 8)]
+    files = [write(tmp_path, f"{i}.json", counts(rows)) for i, rows in enumerate(cells)]
+    command(["compare", *files, "--format", form])
+    out = capsys.readouterr().out
+    assert "parity within contexts (the paper's equalized odds) by T7, about this law" in out
+    assert "equalized odds by" not in out.replace("(the paper's equalized odds)", "") and "equalized_odds" not in out
+
+
 def test_labels_are_data(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def hostile(yes: int) -> dict[str, Any]:
         groups = ["\x1b[31m<b>\u202e|@you", "m"]

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import random
+import re
 import signal
 import sqlite3
 import subprocess
@@ -525,6 +526,13 @@ def test_a_certificate_of_a_stream_that_changed(tmp_path: Path, capsys: pytest.C
     document = certified(tmp_path, state, 1)
     out = capsys.readouterr().out
     assert "The local ratio changed" in out and "WITHIN" not in out
+    window = document["changed"]["window"]
+    assert re.search(rf"EXCEEDS +local ratio at most 1\.5 .*: between [\d.]+ and [\d.]+ in window {window}, at confidence", out), out
+    judged = document["changed"]["assumptions"]
+    assert main(["report", str(tmp_path / "changed.json"), "--format", "markdown"]) == 0
+    told = capsys.readouterr().out
+    assert len(judged) == 5 and all(f"- {text}\n" in out and text in told.replace("<code>", "") for text in judged[:-1])
+    assert f"- {judged[-1]}\n" in out and "the change of the ratio" in told
     assert (document["verdict"], [t["verdict"] for t in document["targets"]]) == ("changed", ["exceeds", "changed"])
     assert "intervals" not in document and not any(c["scope"].startswith("population") for c in document["claims"])
     assert document["changed"]["ratio"]["ratio"] == alarm["ratio"] and document["changed"]["stream"]["ratio"] == alarm["stream"]

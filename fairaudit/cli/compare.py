@@ -131,7 +131,15 @@ def _row(change: Change) -> tuple[str, str, str]:
 
     moved = _said(change.old) if change.old == change.new else f"{_said(change.old)} -> {_said(change.new)}"
     tail = change.direction if change.direction != "same" else "unchanged"
-    return plain(NAMES.get(change.what, change.what)), moved, tail + (f" ({plain(change.note)})" if change.note else "")
+    return plain(_name(change)), moved, tail + (f" ({plain(change.note)})" if change.note else "")
+
+
+def _name(change: Change) -> str:
+    """What moved, in words; of a bound the quantity comes first."""
+    from fairaudit.report.words import QUANTITIES
+
+    quantity, by, rest = change.what.partition(" by ")
+    return QUANTITIES.get(quantity, quantity) + by + rest if by else NAMES.get(change.what, change.what)
 
 
 def _said(value: str | None) -> str:
@@ -208,10 +216,7 @@ def _markdown(found: Comparison, notes: list[str], top: int) -> str:
     from fairaudit.report.markdown import code, prose, table
 
     def rows(changes: tuple[Change, ...]) -> list[tuple[str, ...]]:
-        return [
-            (prose(NAMES.get(c.what, c.what).replace("_", " ")), _said(c.old), _said(c.new), c.direction, prose(c.note) if c.note else "")
-            for c in changes
-        ]
+        return [(prose(_name(c)), _said(c.old), _said(c.new), c.direction, prose(c.note) if c.note else "") for c in changes]
 
     head = ("what", "before", "now", "change", "note")
     blocks = [

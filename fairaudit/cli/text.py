@@ -10,7 +10,7 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.audit import place, to_judge
+from fairaudit.audit import change_assumptions, place, to_judge
 from fairaudit.columns import plain
 from fairaudit.exact import approximate, rational_text, shown
 from fairaudit.fairness import Ratio, Witness, cell_expectation
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fairaudit.audit import Result, Target
     from fairaudit.bounds import Bound
     from fairaudit.law import Law
+    from fairaudit.monitor.bounds import Change
     from fairaudit.rates import GivenTruth
     from fairaudit.sentences import Deciding
 
@@ -124,6 +125,8 @@ def _target(target: Target, measured: Ratio | None, result: Result) -> str:
     if target.confidence is None:
         of = ", mean over rows" if units and units.repeated else ""
         return f"{said}: it is {value} (this table{of}, decided exactly)"
+    if result.changed is not None and target.quantity in result.changed.withdrawn:
+        return f"{said}: {_in_window(target, result.changed)}nothing is said of the whole stream ({value} in the table)"
     if target.upper is None:
         return f"{said}: nothing bounds the population ({value} in the table)"
     lower = interval.lower if interval else Fraction(1)
@@ -134,6 +137,15 @@ def _target(target: Target, measured: Ratio | None, result: Result) -> str:
     if interval is not None and interval.of_units is not None:
         of, beside = f"{interval.estimand} ", _both_means(measured, interval.of_units, target.unit)
     return f"{said}: {of}between {ends}{proved}, at confidence {percent(target.confidence)} ({beside})"
+
+
+def _in_window(target: Target, change: Change) -> str:
+    """Between which ends a ratio lies in the window that contradicts the stream, if it is that ratio that does."""
+    if target.quantity != change.quantity:
+        return ""
+    part = change.part
+    ends = " and ".join(_end(end, target.unit, up=up) for end, up in ((part.lower, False), (part.upper, True)))
+    return f"between {ends} in window {change.window.number}, at confidence {percent(part.confidence)}; "
 
 
 def _both_means(over_rows: Ratio, over_units: Ratio, unit: str) -> str:
@@ -339,7 +351,8 @@ def _assumed(result: Result) -> str:
     intervals = result.given_truth.intervals if result.given_truth else {}
     listed = [found.assumptions for found in result.intervals.values()] + [bound.assumptions for bound in result.bounds]
     said = {text for texts in (*listed, *(found.assumptions for found in intervals.values())) for text in texts}
-    rest = dict.fromkeys(text for claim in result.claims for text in claim.assumptions if text not in said)
+    needed = [*(claim.assumptions for claim in result.claims), change_assumptions(result.changed) if result.changed else ()]
+    rest = dict.fromkeys(text for texts in needed for text in texts if text not in said)
     return "\n".join(["For you to judge", *(f"  - {plain(text)}" for text in rest)]) if rest else ""
 
 

@@ -429,6 +429,8 @@ class Content:
         for claim in self.document["claims"]:
             for text in claim["assumptions"]:
                 resting.setdefault(plain(text), {})[scope(claim["scope"])] = None
+        for text in self.document.get("changed", {}).get("assumptions", ()):
+            resting.setdefault(plain(text), {})["the change of the ratio"] = None
         return [(clip(text, 600), _listed(list(scopes))) for text, scopes in resting.items()]
 
     @cached_property
