@@ -321,12 +321,7 @@ class Result:
         law = self.deployment.policy.law if self.deployment else self.law
         columns = self.passed.columns if self.passed else law.columns
         contexts = self.passed.table.header["contexts"] if self.passed else law.contexts
-        listed: list[tuple[str, list[str]]] = [(columns.decision, list(law.decisions))]
-        for names, labels in ((columns.group, law.groups), (columns.context, contexts)):
-            listed += [(name, list(dict.fromkeys(label[i] for label in labels))) for i, name in enumerate(names)]
-        if law.truth is not None and columns.truth is not None:
-            listed.append((columns.truth, list(law.truth.labels)))
-        return spellings(listed)
+        return spellings_of(law, columns, contexts)
 
     def _repr_html_(self) -> str:
         """What a notebook shows: verdict, sentence and figures."""
@@ -688,6 +683,16 @@ def _judged_by_window(targets: tuple[Target, ...], verdict: Verdict, change: Cha
 
     judged_ = {target.quantity for target in targets} or change.withdrawn
     return tuple(map(judge, targets)), "changed" if judged_ & change.withdrawn else verdict
+
+
+def spellings_of(law: Law, columns: Columns, contexts: Sequence[Any]) -> tuple[dict[str, Any], ...]:
+    """Labels of one column of a law that differ in spelling alone."""
+    listed: list[tuple[str, list[str]]] = [(columns.decision, list(law.decisions))]
+    for names, labels in ((columns.group, law.groups), (columns.context, contexts)):
+        listed += [(name, list(dict.fromkeys(label[i] for label in labels))) for i, name in enumerate(names)]
+    if law.truth is not None and columns.truth is not None:
+        listed.append((columns.truth, list(law.truth.labels)))
+    return spellings(listed)
 
 
 def change_assumptions(change: Change) -> list[str]:

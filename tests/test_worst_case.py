@@ -964,6 +964,23 @@ def test_command(options: list[str], said: str, table: str, tmp_path: Path, caps
     assert entry["upper"] == entry["certificate"]["claims"][-1]["value"]
 
 
+def test_command_says_what_stands_behind_the_pair(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Spellings, hardly any decisions, and what was left out, as certify says them."""
+    path = tmp_path / "log.csv"
+    path.write_text("answer,race\n" + "yes,Black\n" * 4 + "no,BLACK\n" * 3 + "yes,White\nno,White\n" * 20 + ",White\nyes,\n")
+    args = ["worst-case", str(path), "--decision", "answer", "--group", "race", "--missing", "drop", "--tau", "0.1"]
+    assert main(args) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("SPELLINGS    column 'race': 'BLACK' and 'Black'")
+    assert "Only 3 decisions stand behind race=BLACK and 4 decisions behind race=Black. race=BLACK is favoured over race=Black" in told
+    assert "(n = 3 and 4)" in told
+    assert "  - 2 of 49 decisions have a missing label and were left out ('answer': 1, 'race': 1)\n" in told
+    assert "2 of 49 decisions have a missing label and were left out; they are taken to be no different from the others" in told
+    assert main([*args, "--fold-labels"]) == 0
+    told = capsys.readouterr().out
+    assert "SPELLINGS" not in told and "in column 'race', 'BLACK' counts as 'Black'" in told
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -26,10 +26,11 @@ if TYPE_CHECKING:
     from fairaudit.bounds import Bound
     from fairaudit.law import Law
     from fairaudit.monitor.bounds import Change
+    from fairaudit.preparation import Entry
     from fairaudit.rates import GivenTruth
     from fairaudit.sentences import Deciding
 
-__all__ = ["intervals", "plain", "put", "silence", "summary", "verdict"]
+__all__ = ["intervals", "plain", "prepared_text", "put", "silence", "spelling_text", "summary", "verdict"]
 
 SHOW_EXACT = 60
 SHOW_CELLS = 12
@@ -65,10 +66,10 @@ def silence() -> None:
 def summary(result: Result, top: int, written: Sequence[str], findings: Sequence[str] = ()) -> str:
     """Describe a result: the verdict, one sentence, the figures, what was found beside them, and what they do not say."""
     blocks = [
-        _spellings(result),
+        spelling_text(result.spellings),
         verdict(result),
         plain(result.sentence),
-        _prepared(result),
+        prepared_text(result.preparation),
         _figures(result),
         intervals(result),
         given_truth(result),
@@ -88,18 +89,18 @@ def summary(result: Result, top: int, written: Sequence[str], findings: Sequence
     return "\n\n".join(block for block in blocks if block)
 
 
-def _spellings(result: Result) -> str:
+def spelling_text(found: Sequence[dict[str, Any]]) -> str:
     """Labels that are counted apart and look like one."""
-    lines = [f"SPELLINGS    {plain(text)}" for text in said({"spellings": result.spellings[:SHOW_SPELLINGS]})]
-    if more := len(result.spellings) - SHOW_SPELLINGS:
+    lines = [f"SPELLINGS    {plain(text)}" for text in said({"spellings": found[:SHOW_SPELLINGS]})]
+    if more := len(found) - SHOW_SPELLINGS:
         lines += [f"SPELLINGS    and {more} more, all in the certificate"] if more > 0 else []
     advice = "--fold-labels merges labels that differ in case, blanks or Unicode form alone; --map FILE merges any"
     return "\n".join([*lines, f"             {advice}"]) if lines else ""
 
 
-def _prepared(result: Result) -> str:
+def prepared_text(preparation: Sequence[Entry]) -> str:
     """What was done to the log before it was counted."""
-    lines = [f"  - {plain(text)}" for text in said({"preparation": result.preparation})]
+    lines = [f"  - {plain(text)}" for text in said({"preparation": preparation})]
     return "\n".join(["Before it was counted", *lines]) if lines else ""
 
 

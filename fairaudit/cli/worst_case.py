@@ -141,21 +141,29 @@ def _chain(labels: tuple[str, ...]) -> list[tuple[str, str]]:
 
 
 def _text(found: WorstCase, written: list[str]) -> str:
-    from fairaudit.audit import place
-    from fairaudit.cli.text import plain
+    from fairaudit.audit import place, spellings_of
+    from fairaudit.cli.text import plain, prepared_text, spelling_text
     from fairaudit.exact import approximate
+    from fairaudit.preparation import assumption
+    from fairaudit.sentences import caution, identifier_text, size_text, sizes
 
-    witness = found.witness
+    law, witness = found.law, found.witness
     where = f" in {plain(place(witness.context))}" if witness.context else ""
     high, low = (approximate(v) for v in witness.expectations)
     name = f"{found.quantity} fairness"
-    lines = [f"WORST CASE   {name}: ratio R = {approximate(found.lower)}, over every utility of the class", ""]
+    spelt = spelling_text(spellings_of(law, law.columns, law.contexts))
+    lines = [spelt, ""] if spelt else []
+    lines += [f"WORST CASE   {name}: ratio R = {approximate(found.lower)}, over every utility of the class", ""]
     if found.lower == 1:
         lines.append("No utility of the class tells any two groups apart.")
     else:
-        lines.append(
-            f"{plain(place(witness.higher))} is favoured over {plain(place(witness.lower))}{where}: expected utility {high} against {low}."
-        )
+        (behind,) = sizes(law, [witness])
+        first = caution(witness, behind, identifier_text(law, law.columns))
+        pair = f"{place(witness.higher)} is favoured over {place(witness.lower)}"
+        size = f" {size_text(behind)}" if behind else ""
+        lines.append(plain(f"{first} {pair}{where}: expected utility {high} against {low}{size}.".lstrip()))
+    if law.preparation:
+        lines += ["", prepared_text(law.preparation)]
     lines += ["", *_table(found), ""]
     lines.append(f"Attained exactly      R = {_exact(found.lower)}")
     lines.append(f"Proved for all        R at most {_exact(found.upper)}")
@@ -163,6 +171,8 @@ def _text(found: WorstCase, written: list[str]) -> str:
     lines.append(f"Gap                   {gap}")
     how = {"closed form": "closed form (T3, T4, T6)", "lp": "linear programs, checked exactly", "conic": "conic program"}
     lines.append(f"Method                {how[found.method]}")
+    if judged := [assumption(entry) for entry in law.preparation if entry["step"] == "left out"]:
+        lines += ["", "For you to judge", *(f"  - {plain(text)}" for text in judged)]
     if written:
         beside = f" --table {written[1]}" if len(written) > 1 else ""
         lines += ["", f"Certificate: {plain(', '.join(written))}", f"Check it:    fairaudit verify {plain(written[0] + beside)}"]
