@@ -1778,20 +1778,12 @@ class GivenTruth:
             raise _malformed("subject.positive.decision", "is not in the order of the decisions of the table")
         self.truth = truths.index(positive.truth)
         self.cells: list[tuple[Share, Share]] = []
-        self.totals = _Total()  # by true label
         self.pooled: dict[str, list[Share]] = {}
-
-    def by_label(self) -> dict[str, Rational]:
-        """How many decisions have each true label."""
-        truths = self.header.truths or ()
-        numerators, below = self.totals.value() if self.cells else ([0] * len(truths), 1)
-        return {label: _reduced(numerator, below) for label, numerator in zip(truths, numerators, strict=True)}
 
     def add(self, place: tuple[int, int], counts: tuple[list[list[int]], int]) -> None:
         """Take in the next cell."""
         rows, below = counts
         _spend(len(rows) * len(rows[0]), below.bit_length(), below.bit_length())
-        self.totals.add([*map(sum, rows)], below)
         sums = []
         for wanted in (True, False):
             own = [row for t, row in enumerate(rows) if (t == self.truth) is wanted]
@@ -4072,6 +4064,8 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
         return Step(name, column, edges)
     label = _string(members["label"], f"{where}.label")
     if name == "level":
+        if column == columns.truth:
+            raise _malformed(where, "is about the true labels: where there is none, a decision is neither a true nor a false positive")
         return Step(name, column, label=label, unit=unit, amount=_read_amount(members[unit], f"{where}.{unit}", unit))
     former = _strings(members["from"], f"{where}.from")
     if not former or list(former) != sorted(set(former)) or label in former:
@@ -4245,8 +4239,6 @@ def _amounts_of_labels(column: str, table: Table) -> Mapping[str, Rational] | No
     """Count the decisions with each label in a column; nothing where decisions are not counted by true cells."""
     header = table.header
     columns = header.subject.columns
-    if column == columns.truth:
-        return None if table.given is None else table.given.by_label()
     if header.subject.kind != "counts":
         return None
     of_group = column in columns.group

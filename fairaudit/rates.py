@@ -236,7 +236,7 @@ def given_truth(law: Law, utility: UtilityTable, positive: Any = None) -> GivenT
     Raises
     ------
     InputError
-        If it is not clear what is positive.
+        If it is not clear what is positive, or missing true labels were made a level of their own.
 
     Examples
     --------
@@ -250,6 +250,12 @@ def given_truth(law: Law, utility: UtilityTable, positive: Any = None) -> GivenT
         if positive is not None:
             raise InputError(f"the positive label {shown(positive)} was given without true labels; name their column with truth (--truth)")
         return None
+    unknown = next((entry for entry in law.preparation if entry["step"] == "level" and entry["column"] == law.columns.truth), None)
+    if unknown is not None:
+        raise InputError(
+            f"column {shown(law.columns.truth)}: {unknown['decisions']} decisions have no true label, and as a level of their own they "
+            "would count as ones that should not have been positive; missing=drop (--missing drop) leaves them out"
+        )
     return GivenTruth(law, positive_labels(law, utility, positive))
 
 

@@ -156,10 +156,10 @@ def preparations(pick: Pick) -> Any:
     if step == "intervals":
         labels = ["under 0", *(f"{i} to under {i + 1}" for i in range(n)), f"{n} and over"]
         entries = [{"step": step, "edges": [str(i) for i in range(n + 1)]}]
-    more: dict[str, Any] = {"mapped": {"from": ["x"]}, "folded": {"from": ["x"]}, "level": {"decisions": "2"}}.get(step, {})
+    more: dict[str, dict[str, Any]] = {"mapped": {"from": ["x"]}, "folded": {"from": ["x"]}, "level": {"decisions": "2"}}
     [column] = document["subject"]["columns"]["group"]
     document["subject"]["table"]["header"]["groups"] = [[label] for label in labels]
-    document["subject"]["preparation"] = [entry | {"column": column} | more for entry in entries]
+    document["subject"]["preparation"] = [entry | {"column": column} | more.get(step, {}) for entry in entries]
     return document
 
 

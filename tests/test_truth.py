@@ -542,19 +542,22 @@ def test_rows_of_one_unit_are_no_draws_of_a_rate() -> None:
 
 def test_missing_true_labels_are_recorded_and_checked() -> None:
     log = columns([("y", "y", "f"), ("n", "", "f"), ("y", "y", "m"), ("n", "n", "m")] * 3, "u t a")
-    for missing, step in (("group", {"step": "level", "column": "t", "label": "(missing)", "decisions": "3"}), ("drop", None)):
-        result = fa.certify(fa.Law.from_log(log, decision="u", group="a", truth="t", missing=missing), {"y": 1}, positive="y")
-        accepted(result.certificate)
-        document = json.loads(result.certificate.text)
-        (done,) = document["subject"]["preparation"]
-        if step is None:
-            assert done["columns"] == {"t": "3"}
-            continue
-        assert done == step
-        assert outcome(changed(document, ("subject", "preparation", 0, "decisions"), "2")) == "false"
-        renamed = changed(document, ("subject", "preparation", 0, "column"), "T")
-        renamed["subject"]["columns"]["truth"] = "T"
-        assert outcome(renamed) == "false"
+    result = fa.certify(fa.Law.from_log(log, decision="u", group="a", truth="t", missing="drop"), {"y": 1}, positive="y")
+    accepted(result.certificate)
+    document = json.loads(result.certificate.text)
+    (done,) = document["subject"]["preparation"]
+    assert done["columns"] == {"t": "3"}
+
+
+def test_unknown_true_labels_are_no_false_positives() -> None:
+    log = columns([("y", "y", "f"), ("y", "", "f"), ("y", "y", "m"), ("n", "n", "m"), ("n", "n", "")] * 3, "u t a")
+    with pytest.raises(fa.InputError, match="column 't': 3 decisions have no true label"):
+        fa.certify(fa.Law.from_log(log, decision="u", group="a", truth="t", missing="group"), {"y": 1})
+    known = fa.Law.from_log({**log, "t": ["n" if t == "" else t for t in log["t"]]}, decision="u", group="a", truth="t", missing="group")
+    document = json.loads(fa.certify(known, {"y": 1}).certificate.text)
+    assert outcome(document) == "true"
+    document["subject"]["preparation"].append({"step": "level", "column": "t", "label": "n", "decisions": "9"})
+    assert outcome(document) == "malformed"
 
 
 # Faces
