@@ -31,6 +31,8 @@ __all__ = [
     "parity_within_contexts",
 ]
 
+TRUTH = {"true": "1", "false": "0", "True": "1", "False": "0"}
+
 
 def local_g_fairness(
     y_true: Any,
@@ -347,9 +349,8 @@ def _features(features: Any, name: str) -> dict[str, list[Any]]:
 
 def _utility(utility: Mapping[Any, Any] | None, law: Law) -> Utility:
     if utility is None:
-        truth = {"True": 1, "False": 0}
         try:
-            return Utility({decision: truth.get(decision, decision) for decision in law.decisions})
+            return Utility({decision: TRUTH.get(decision, decision) for decision in law.decisions})
         except InputError as error:
             raise InputError(f"y_pred as a utility: {error}; or give utility={{decision: value}}") from None
     values = {label_text(decision) or "": value for decision, value in utility.items()}
@@ -358,9 +359,9 @@ def _utility(utility: Mapping[Any, Any] | None, law: Law) -> Utility:
 
 
 def _worth(label: str) -> Any:
-    """A label, or the number or truth value that it says: ``1``, ``1.0`` and ``True`` are one decision, as in Python."""
+    """A label, or the number or truth value that it says: ``1``, ``1.0`` and ``True`` are one label, as in Python."""
     try:
-        return rational({"True": "1", "False": "0"}.get(label, label))
+        return rational(TRUTH.get(label, label))
     except InputError:
         return label
 

@@ -98,6 +98,7 @@ Extended = Fraction | float
 Estimand = Literal["mean over rows", "mean over units"]
 Floats = NDArray[np.float64]
 
+GREATEST_PLANNED = 10**300
 EXACT_DRAWS = 5_000
 BITS = 128
 ONE = 1 << BITS
@@ -645,7 +646,7 @@ def _summable(law: Law, values: _Scaled, *, over_contexts: bool = False) -> bool
     if law.kind != "counts" or law.scale != 1 or law.weights.dtype != np.int64 or values.outside:
         return False
     most = 2 * float(law.weights.sum(dtype=np.float64)) if over_contexts else int(law.weights.max()) * law.weights.shape[1]
-    return bool(most <= MAX_DRAWS and most * max(1, max(values.whole) ** 2) < 2**63)
+    return bool(most <= MAX_DRAWS and int(most) * max(1, max(values.whole) ** 2) < 2**63)
 
 
 def _range_said(low: Fraction, high: Fraction) -> str:
@@ -2224,6 +2225,8 @@ def further_draws(
     cells = comparison.cells
     if any(not cells[i].draws for block in comparison.blocks for form in block for i, _ in form):
         return Planning(None, None, "Planning estimate: some cells have no draws; draw from every cell first.")
+    if any(cell.high > GREATEST_PLANNED for cell in cells):
+        return Planning(None, None, "Planning estimate: none for utilities above 10^300, which floating point does not hold.")
     goal = _float_limit(max_ratio, max_log)
 
     def least_factor(means: Sequence[float]) -> tuple[float, Literal["within", "exceeds"] | None]:
@@ -2343,6 +2346,8 @@ def plan(
         values = [[Fraction(*option_value(guess)) for guess in row] for row in rows]
         if any(len(row) < 2 for row in values) or any(not low <= v <= high for row in values for v in row):
             raise InputError(f"guesses are needed for at least two groups of each context, between {low} and {high}")
+        if high > GREATEST_PLANNED:
+            raise InputError("a plan needs utilities of at most 10^300, as far as floating point goes; divide all of them by one number")
         means = [float(v) for row in values for v in row]
         places = iter(range(len(means)))
         blocks = tuple(tuple(_unit_form(next(places)) for _ in row) for row in values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -75,3 +76,19 @@ def test_units_are_counted_once(times: int, tmp_path: Path, capsys: pytest.Captu
     assert total > 0
     if planned["total"]:
         assert planned["total"] <= max(planned["draws"]) + 1 and sum(planned["draws"]) > 3 * planned["total"]
+
+
+@pytest.mark.parametrize("digits", [150, 155, 300, 320, 3000])
+def test_utilities_beyond_floating_point_are_no_failure(digits: int) -> None:
+    """The interval is exact at every size; only the estimate is in floating point."""
+    law = fa.Law.from_counts(
+        {"d": ["a", "b", "c"] * 2, "g": ["x"] * 3 + ["y"] * 3, "n": [5, 6, 7, 8, 9, 10]}, decision="d", group="g", count="n"
+    )
+    greatest = 10**digits
+    found = fa.certify(law, {"a": greatest, "b": Fraction(greatest, 2)}, max_local_ratio=2)
+    small = fa.certify(law, {"a": 1, "b": "1/2"}, max_local_ratio=2)
+    assert found.local is not None and small.local is not None
+    assert (found.local.ratio, found.verdict) == (small.local.ratio, small.verdict)
+    assert found.intervals["local"].upper == pytest.approx(float(small.intervals["local"].upper), rel=1e-3)
+    ((_, planned),) = found.further_draws
+    assert (planned.total is None) is (digits > 300)

@@ -226,6 +226,14 @@ def test_a_number_is_one_decision_however_it_is_written(decisions: list[Any], li
     assert found == math.log(2)
 
 
+def test_a_truth_value_is_the_positive_label() -> None:
+    """As in scikit-learn and Fairlearn, the default positive label 1 is `True` in an array of truth values."""
+    truth, predicted, groups = np.array([1, 1, 0, 1, 1, 0]), np.array([1, 0, 0, 1, 1, 1]), list("aaabbb")
+    for one, other in ((truth, predicted), (truth == 1, predicted), (truth == 1, predicted == 1), (truth * 1.0, predicted == 1)):
+        assert metrics.equal_opportunity(one, other, sensitive_features=groups) == 0.5
+        assert metrics.equal_opportunity(one, other, sensitive_features=groups, pos_label=True) == 0.5
+
+
 def test_the_last_step_rounds_to_the_nearest_float() -> None:
     """R = 1 + 2^-51, whose logarithm is 2^-51 - 2^-103 + 2^-153/3 - ..., and a few logarithms of small numbers."""
     worth = {"no": 1, "yes": 1 + Fraction(1, 2**51)}
