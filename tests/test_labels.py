@@ -200,7 +200,7 @@ def test_maps_that_do_not_fit_are_refused(log: Path, tmp_path: Path, capsys: pyt
     file = tmp_path / "map.toml"
     for text, said in (
         ('[race]\n"Blak" = "Black"', "the label 'Blak', which does not occur; known: "),
-        ('[rase]\n"Black" = "B"', "a column 'rase', which is no decision, group or context; known: "),
+        ('[rase]\n"Black" = "B"', "a column 'rase', which is no decision, group, context or true label; known: "),
         ('[race]\n"Black" = ""', "which is a missing one"),
         ('[race]\n"Black" = 1', "the new label is a text"),
         ('race = "Black"', "is no table"),

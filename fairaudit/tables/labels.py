@@ -100,7 +100,9 @@ def merge_labels(table: Any, columns: str | Sequence[str], *, fold: bool = False
     wanted = dict(label_map or {})
     for name in wanted:
         if name not in listed:
-            raise InputError(f"the map has a column {shown(name)}, which is no decision, group or context; {nearest(name, listed)}")
+            raise InputError(
+                f"the map has a column {shown(name)}, which is no decision, group, context or true label; {nearest(name, listed)}"
+            )
     where = locator(table)
     labels: dict[str, tuple[NDArray[np.int64], list[str]]] = {}
     done: list[Entry] = []
