@@ -826,7 +826,7 @@ def test_more_true_cells_than_fit(good: dict[str, Any], name: str) -> None:
     header["columns"]["group"] = [f"G{i}" for i in range(20)]
     header["groups"] = [["0"] * 20, ["1"] * 20]
     header["filters"]["group"] = [labels | {"rows": rows}] * 20
-    with pytest.raises(checker.TooMuch, match="the law that the filters induce takes more than the (steps|memory) of a document of 1 MB"):
+    with pytest.raises(checker.TooMuch, match=r"the law that the filters induce takes more than the (steps|memory) of a document of 1 MB"):
         checker.check(raw(good), [canonical(header)])
 
 

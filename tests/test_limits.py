@@ -226,6 +226,12 @@ def test_bare_keywords_where_one_quantity_is_meant(call: Callable[..., Any], nam
         call(max_ratio=[2], max_log=[1])
 
 
+@pytest.mark.parametrize("name", ["local-ratio", "local-log", "global-ratio", "global-log"])
+def test_a_second_limit_does_not_take_the_place_of_the_first(log: str, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    said = refused(capsys, "certify", log, *COLUMNS, f"--max-{name}", "5/4", f"--max-{name}", "100")
+    assert f"--max-{name} is given twice" in said
+
+
 @pytest.mark.parametrize("name", MEASURED)
 @pytest.mark.parametrize("value", [["0.8"], []])
 def test_bare_options_are_answered_with_both_names(log: str, name: str, value: list[str], capsys: pytest.CaptureFixture[str]) -> None:

@@ -76,7 +76,8 @@ def script(tmp_path_factory: pytest.TempPathFactory) -> Path:
         + """
         (async () => {
           for (const line of require("fs").readFileSync(0, "utf8").split("\\n").filter(Boolean)) {
-            console.log(JSON.stringify(await malformed(line, JSON.parse(line))));
+            effort = 0;
+            console.log(JSON.stringify(await malformed(line, JSON.parse(line)).catch((error) => error.message)));
           }
           process.exit(0);
         })();
@@ -109,3 +110,9 @@ def test_malformed_documents_are_refused(script: Path) -> None:
     taken = [said for (_, said), wrong in zip(found, judged(script, [text for text, _ in found]), strict=True) if not wrong]
     assert len(taken) < len(found) // 10
     assert [said for said in taken if not said.startswith(ELSEWHERE) and "no assumption" not in said] == []
+
+
+def test_numbers_that_would_keep_the_page_busy_are_left_to_the_command(script: Path) -> None:
+    document = random_certificate(0).document
+    document["claims"][0]["value"] = "7" * 100_000 + "/" + "5" * 100_000
+    assert judged(script, [json.dumps(document)]) == ["its numbers are too long for a page"]

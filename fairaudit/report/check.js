@@ -119,6 +119,9 @@
   // What is wrong with the shape of a value, by a JSON Schema as certificate.schema.json uses it; nothing if it fits. The rows of the
   // table, which may be many, are put on the list `later`, if there is one.
   const SCHEMA = "certificate.schema.json";
+  const EFFORT = 5e8;  // products of digits in greatest common divisors: about two seconds
+  const TOO_LONG = "its numbers are too long for a page";
+  let effort = 0;
   const kindOf = (v) => (v === null ? "null" : Array.isArray(v) ? "array" : Number.isInteger(v) ? "integer" : typeof v);
   function misfit(value, schema, where, later) {
     if (typeof schema === "boolean") return schema ? "" : where + " must not be there";
@@ -133,6 +136,7 @@
         if (own !== "string") return "";
         if (!new RegExp(s, "u").test(value)) return where + " is not written as the format wants it";
         const [n, d] = value.slice(value.lastIndexOf(" ") + 1).split("/");
+        if (d && (effort += n.length * d.length) > EFFORT) throw new Error(TOO_LONG);
         return d && gcd(abs(BigInt(n)), BigInt(d)) !== 1n ? where + " is not in lowest terms" : "";
       },
       maxLength: (s) => (own === "string" && [...value].length > s ? where + " is too long" : ""),
@@ -831,11 +835,11 @@
     at("findings").open = wrong.length > 0;
   }
 
-  function refuse(what) {
+  function refuse(why, what) {
     const box = at("check");
     box.textContent = "";
     box.dataset.state = "refused";
-    box.append(element("strong", "✗ This is no certificate of the format: "), printable(what) + ". Nothing was recomputed. Do not use this page.");
+    box.append(element("strong", "✗ " + why + ": "), printable(what) + ". Nothing was recomputed. Do not use this page.");
   }
 
   function lookUp(law) {
@@ -885,13 +889,14 @@
     let findings, law = null;
     try {
       const doc = JSON.parse(source), wrong = await malformed(source, doc);
-      if (wrong) refuse(wrong);
+      if (wrong) refuse("This is no certificate of the format", wrong);
       else {
         ({ findings, law } = await check(doc));
         report(findings, law || doc.subject.table.header);
       }
     } catch (error) {
-      report([{ what: "the certificate in this page cannot be read: " + error.message, good: false, why: "" }], true);
+      if (error.message === TOO_LONG) refuse("This page does not check its certificate, fairaudit verify does", TOO_LONG);
+      else report([{ what: "the certificate in this page cannot be read: " + error.message, good: false, why: "" }], true);
     }
     if (law) lookUp(law);
     document.documentElement.dataset.checked = box.dataset.state;
