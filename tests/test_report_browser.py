@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import json
 import os
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from assumptions import complete
 from browser import Browser
 from test_certificate import FOUR, KINDS, admissions, changed_values, many_columns, outcome, small_counts
 from test_checker_policy import TINY, Policy, bounds, write
@@ -217,8 +219,9 @@ def test_bounds_are_judged_as_the_checker_judges_them(browser: Browser, tmp_path
                 claim | {"value": "inf" if shift is None else text(INF) if least == INF else str(max(Fraction(0), (least or 0) + shift))}
                 for claim, least in bounds(drawn)
             ]
-            found = [f.true for f in checker.check(json.dumps(certificate).encode()).findings if f.statement.startswith("claims[")]
-            browser.open(saved(tmp_path, with_certificate(page, json.dumps(certificate).encode())))
+            stated = json.dumps(complete(copy.deepcopy(certificate))).encode()
+            found = [f.true for f in checker.check(stated).findings if f.statement.startswith("claims[")]
+            browser.open(saved(tmp_path, with_certificate(page, stated)))
             signs = {
                 line.partition("claim ")[2].partition(" (")[0]: line.startswith("✓") for line in browser.findings if "claim " in line[:20]
             }
