@@ -3906,6 +3906,7 @@ GIVEN_LABELS = (
 )
 CHOSEN_LABELS = "positive labels, method and confidence were chosen without looking at the draws"
 RANGE = "whatever could have been drawn has a utility between {} and {}"
+OWN_RANGE = "whatever could have been drawn in a cell has a utility between 0 and the greatest that a decision has there"
 CHOSEN = "utility, method and confidence were chosen without looking at the draws"
 CELLS = "the draws of different cells are independent of each other"
 PAST = "given everything recorded before it, each decision has the expected utility of its context and group as its mean"
@@ -3948,7 +3949,8 @@ def _assumed_by_interval(interval: "Interval", table: Table) -> Sentences:
     """Say what the claims have to list that repeat an end of an interval, besides what all claims about a policy do."""
     gamma = constants(table)["gamma"]
     low, high = (ZERO, gamma if isinstance(gamma, tuple) else ZERO) if interval.limits is None else map(_pair, interval.limits)
-    common = RANGE.format(_written(low), _written(high)), CHOSEN
+    own_range = interval.limits is None and table.header.utility is None
+    common = OWN_RANGE if own_range else RANGE.format(_written(low), _written(high)), CHOSEN
     overall = interval.quantity == "global"
     if isinstance(interval.evidence, StreamEvidence):
         past = OWN_PAST if interval.region == "box" else PAST

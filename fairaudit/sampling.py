@@ -115,6 +115,7 @@ DECISIVE_CELLS = 100
 FOREMOST = 30
 NARROWED = 3
 
+OWN_RANGE = "whatever could have been drawn in a cell has a utility between 0 and the greatest that a decision has there"
 DRAWS = (
     "the draws within a cell are independent, each with the law of the cell, and how many there are does not depend on how they came out"
 )
@@ -546,8 +547,8 @@ def policy_comparison(
     made, forms, shared = _policy_forms(policy, utility, group, context, declared)
     group_names, context_names = law.columns.group, law.columns.context
     a_labels = tuple(dict(zip(group_names, a, strict=True)) for a in group.inputs)
-    low, high = declared or (min(cell.low for cell in made), max(cell.high for cell in made))
-    assumptions = (DRAWS, _range_said(low, high), DECLARED, *law.assumptions)
+    said = _range_said(*(declared or (min(cell.low for cell in made), max(cell.high for cell in made))))
+    assumptions = (DRAWS, said if declared or utility.entries is None else OWN_RANGE, DECLARED, *law.assumptions)
     if local:
         blocks = tuple(tuple(forms[x, a] for a in group.inputs) for x in contexts)
         places = tuple((dict(zip(context_names, x, strict=True)), a_labels) for x in contexts)
@@ -594,9 +595,10 @@ class _Range:
     def __init__(self, utility: UtilityTable, limits: tuple[Any, Any] | None) -> None:
         self.utility = utility
         self.declared = None if limits is None else _limits(limits)
+        own = self.declared is None and not utility.by_decision
+        self.assumption = OWN_RANGE if own else _range_said(*(self.declared or (Fraction(0), utility.gamma)))
         if utility.given is not None and self.declared is None:
             self.declared = Fraction(0), utility.gamma
-        self.assumption = _range_said(*(self.declared or (Fraction(0), utility.gamma)))
         self.common = _scaled(_values(utility, 0), self.declared) if utility.by_decision and utility.given is None else None
 
     def cells(self, chosen: NDArray[np.bool_]) -> list[Cell]:

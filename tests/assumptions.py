@@ -45,6 +45,8 @@ def _of_interval(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
         return []
     low, high = interval["limits"] or ("0", document["subject"]["utility"]["gamma"])
     limits = said["range"].replace("{low}", low).replace("{high}", high)
+    if interval["limits"] is None and document["subject"]["table"].get("header", {"utility": ()})["utility"] is None:
+        limits = said["own-range"]
     if interval["method"] == "betting":
         names = ["own-past" if interval["region"] == "box" else "past", "order", *(["mix"] if name == "global" else [])]
     elif name == "global":

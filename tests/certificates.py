@@ -57,6 +57,13 @@ def sample(pick: Pick) -> Certificate:
     return fa.certify(_counts(pick, pick.randint(1, 2), 2), utility, **_sampling(pick, utility), **_limits(pick)).certificate
 
 
+def sample_of_cells(pick: Pick) -> Certificate:
+    """Counts, with intervals, and a utility of its own in each cell."""
+    law = _counts(pick, pick.randint(1, 2), 2)
+    utility = fa.Utility.from_function(lambda u, x, a: pick.choice(["1", "3"] if u == "yes" else ["0", "1", "5/2"]), law)
+    return fa.certify(law, utility, **_sampling(pick, {"yes": 1, "maybe": 1}), **_limits(pick)).certificate
+
+
 def probabilities(pick: Pick) -> Certificate:
     """Probabilities, with or without a population."""
     array = np.array([[_row(pick) for _ in range(3)] for _ in range(2)], dtype=object)
@@ -163,6 +170,7 @@ def slots(pick: Pick) -> Certificate:
 KINDS: tuple[Callable[[Pick], Certificate], ...] = (
     counts,
     sample,
+    sample_of_cells,
     probabilities,
     left_out,
     units,
