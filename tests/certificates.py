@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 from collections.abc import Callable
 from fractions import Fraction
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import fairaudit as fa
+from fairaudit import checker
 from fairaudit.allocation import read_allocation
 from fairaudit.certificate import Certificate
 from fairaudit.law import Columns
@@ -186,3 +188,13 @@ KINDS: tuple[Callable[[Pick], Certificate], ...] = (
 def random_certificate(seed: int) -> Certificate:
     """The certificate of a seed; successive seeds have different kinds."""
     return KINDS[seed % len(KINDS)](Pick(seed))
+
+
+def outcome(document: Any) -> str:
+    """What the checker says of a document: whether it is true, or why it is refused."""
+    try:
+        return "true" if checker.check(json.dumps(document).encode()).ok else "false"
+    except checker.Incomplete as error:
+        return f"incomplete: {error}"
+    except checker.FormatError as error:
+        return f"malformed: {error}"

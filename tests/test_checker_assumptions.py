@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from assumptions import needed, sentences
-from certificates import KINDS, random_certificate
+from certificates import KINDS, outcome, random_certificate
 
 import fairaudit as fa
 from fairaudit import checker
@@ -16,15 +16,6 @@ from fairaudit.cli import main
 from fairaudit.cli.text import summary
 
 SEEDS = range(4 * len(KINDS))
-
-
-def outcome(document: Any) -> str:
-    try:
-        return "true" if checker.check(json.dumps(document).encode()).ok else "false"
-    except checker.Incomplete as error:
-        return f"incomplete: {error}"
-    except checker.FormatError as error:
-        return f"malformed: {error}"
 
 
 def document(seed: int) -> Any:

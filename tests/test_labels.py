@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from certificates import outcome
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
@@ -35,15 +36,6 @@ WORDS = ("--decision", "answer", "--group", "race", "--utility", "yes", "--confi
 
 def run(*words: Any) -> int:
     return main([str(word) for word in words])
-
-
-def outcome(document: Any) -> str:
-    try:
-        return "true" if checker.check(json.dumps(document).encode()).ok else "false"
-    except checker.Incomplete as error:
-        return f"incomplete: {error}"
-    except checker.FormatError as error:
-        return f"malformed: {error}"
 
 
 @pytest.fixture

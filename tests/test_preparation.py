@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from certificates import outcome
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 import fairaudit as fa
-from fairaudit import checker
 from fairaudit.certificate import Certificate, schema
 from fairaudit.cli import main
 from fairaudit.compare import compare
@@ -28,15 +28,6 @@ SCHEMA = Draft202012Validator(schema())
 
 def run(*words: Any) -> int:
     return main([str(word) for word in words])
-
-
-def outcome(document: Any) -> str:
-    try:
-        return "true" if checker.check(json.dumps(document).encode()).ok else "false"
-    except checker.Incomplete as error:
-        return f"incomplete: {error}"
-    except checker.FormatError as error:
-        return f"malformed: {error}"
 
 
 def accepted(certificate: Certificate) -> Any:
