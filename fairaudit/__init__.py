@@ -10,89 +10,89 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOME = {
-    "Certificate": "fairaudit.certificate",
-    "Claim": "fairaudit.audit",
-    "Columns": "fairaudit.law",
-    "Distance": "fairaudit.fairness",
-    "InputError": "fairaudit.exact",
-    "Constant": "fairaudit.mechanism",
-    "Identity": "fairaudit.mechanism",
-    "Law": "fairaudit.law",
-    "Mechanism": "fairaudit.mechanism",
-    "Policy": "fairaudit.policy",
-    "Product": "fairaudit.mechanism",
-    "RandomizedResponse": "fairaudit.mechanism",
-    "Ratio": "fairaudit.fairness",
-    "ReleaseStore": "fairaudit.release_store",
-    "Result": "fairaudit.audit",
-    "Target": "fairaudit.audit",
-    "Utility": "fairaudit.utility",
-    "UtilityClass": "fairaudit.utility_class",
-    "Witness": "fairaudit.fairness",
-    "calibrate": "fairaudit.calibration",
-    "calibrate_policy": "fairaudit.calibration",
-    "certify": "fairaudit.audit",
-    "compose": "fairaudit.privacy",
-    "delta": "fairaudit.privacy",
-    "design": "fairaudit.filter_design",
-    "design_model_free": "fairaudit.filter_design",
+    "Certificate": "fairaudit.certificates.certificate",
+    "Claim": "fairaudit.audits.claims",
+    "Columns": "fairaudit.model.layout",
+    "Distance": "fairaudit.measures.distances",
+    "InputError": "fairaudit.errors",
+    "Constant": "fairaudit.model.mechanism",
+    "Identity": "fairaudit.model.mechanism",
+    "Law": "fairaudit.model.law",
+    "Mechanism": "fairaudit.model.mechanism",
+    "Policy": "fairaudit.model.policy",
+    "Product": "fairaudit.model.mechanism",
+    "RandomizedResponse": "fairaudit.model.mechanism",
+    "Ratio": "fairaudit.measures.ratios",
+    "ReleaseStore": "fairaudit.model.release_store",
+    "Result": "fairaudit.audits.result",
+    "Target": "fairaudit.audits.targets",
+    "Utility": "fairaudit.model.utility",
+    "UtilityClass": "fairaudit.model.utility_class",
+    "Witness": "fairaudit.measures.ratios",
+    "calibrate": "fairaudit.filters.calibration",
+    "calibrate_policy": "fairaudit.filters.calibration_with_policy",
+    "certify": "fairaudit.audits.certify",
+    "compose": "fairaudit.privacy.composition",
+    "delta": "fairaudit.privacy.epsilon_delta",
+    "design": "fairaudit.filters.with_policy",
+    "design_model_free": "fairaudit.filters.model_free",
     "example": "fairaudit.tables.examples",
-    "certify_worst_case": "fairaudit.worst_utility_certificate",
-    "frontier": "fairaudit.filter_design",
+    "certify_worst_case": "fairaudit.audits.worst_utility",
+    "frontier": "fairaudit.filters.frontiers",
     "merge_labels": "fairaudit.tables.labels",
-    "policy_source": "fairaudit.policy",
-    "pure_dp": "fairaudit.privacy",
-    "read_allocation": "fairaudit.allocation",
+    "policy_source": "fairaudit.model.policy",
+    "pure_dp": "fairaudit.privacy.epsilon_delta",
+    "read_allocation": "fairaudit.model.allocation",
     "read_csv": "fairaudit.tables.csv",
-    "read_log": "fairaudit.tables.engines",
-    "read_mechanism": "fairaudit.tables.mechanisms",
-    "sample_policy": "fairaudit.policy",
-    "trade_off": "fairaudit.privacy",
-    "worst_case": "fairaudit.worst_utility",
+    "read_log": "fairaudit.tables.engines.logs",
+    "read_mechanism": "fairaudit.model.mechanism_file",
+    "sample_policy": "fairaudit.model.policy",
+    "trade_off": "fairaudit.privacy.trade_offs",
+    "worst_case": "fairaudit.worst.methods",
 }
 
 __all__ = [*_HOME, "__version__"]
 
 if TYPE_CHECKING:
-    from fairaudit.allocation import read_allocation as read_allocation
-    from fairaudit.audit import Claim as Claim
-    from fairaudit.audit import Result as Result
-    from fairaudit.audit import Target as Target
-    from fairaudit.audit import certify as certify
-    from fairaudit.calibration import calibrate as calibrate
-    from fairaudit.calibration import calibrate_policy as calibrate_policy
-    from fairaudit.certificate import Certificate as Certificate
-    from fairaudit.exact import InputError as InputError
-    from fairaudit.fairness import Distance as Distance
-    from fairaudit.fairness import Ratio as Ratio
-    from fairaudit.fairness import Witness as Witness
-    from fairaudit.filter_design import design as design
-    from fairaudit.filter_design import design_model_free as design_model_free
-    from fairaudit.filter_design import frontier as frontier
-    from fairaudit.law import Columns as Columns
-    from fairaudit.law import Law as Law
-    from fairaudit.mechanism import Constant as Constant
-    from fairaudit.mechanism import Identity as Identity
-    from fairaudit.mechanism import Mechanism as Mechanism
-    from fairaudit.mechanism import Product as Product
-    from fairaudit.mechanism import RandomizedResponse as RandomizedResponse
-    from fairaudit.policy import Policy as Policy
-    from fairaudit.policy import policy_source as policy_source
-    from fairaudit.policy import sample_policy as sample_policy
-    from fairaudit.privacy import compose as compose
-    from fairaudit.privacy import delta as delta
-    from fairaudit.privacy import pure_dp as pure_dp
-    from fairaudit.privacy import trade_off as trade_off
-    from fairaudit.release_store import ReleaseStore as ReleaseStore
+    from fairaudit.audits.certify import certify as certify
+    from fairaudit.audits.claims import Claim as Claim
+    from fairaudit.audits.result import Result as Result
+    from fairaudit.audits.targets import Target as Target
+    from fairaudit.audits.worst_utility import certify_worst_case as certify_worst_case
+    from fairaudit.certificates.certificate import Certificate as Certificate
+    from fairaudit.errors import InputError as InputError
+    from fairaudit.filters.calibration import calibrate as calibrate
+    from fairaudit.filters.calibration_with_policy import calibrate_policy as calibrate_policy
+    from fairaudit.filters.frontiers import frontier as frontier
+    from fairaudit.filters.model_free import design_model_free as design_model_free
+    from fairaudit.filters.with_policy import design as design
+    from fairaudit.measures.distances import Distance as Distance
+    from fairaudit.measures.ratios import Ratio as Ratio
+    from fairaudit.measures.ratios import Witness as Witness
+    from fairaudit.model.allocation import read_allocation as read_allocation
+    from fairaudit.model.law import Law as Law
+    from fairaudit.model.layout import Columns as Columns
+    from fairaudit.model.mechanism import Constant as Constant
+    from fairaudit.model.mechanism import Identity as Identity
+    from fairaudit.model.mechanism import Mechanism as Mechanism
+    from fairaudit.model.mechanism import Product as Product
+    from fairaudit.model.mechanism import RandomizedResponse as RandomizedResponse
+    from fairaudit.model.mechanism_file import read_mechanism as read_mechanism
+    from fairaudit.model.policy import Policy as Policy
+    from fairaudit.model.policy import policy_source as policy_source
+    from fairaudit.model.policy import sample_policy as sample_policy
+    from fairaudit.model.release_store import ReleaseStore as ReleaseStore
+    from fairaudit.model.utility import Utility as Utility
+    from fairaudit.model.utility_class import UtilityClass as UtilityClass
+    from fairaudit.privacy.composition import compose as compose
+    from fairaudit.privacy.epsilon_delta import delta as delta
+    from fairaudit.privacy.epsilon_delta import pure_dp as pure_dp
+    from fairaudit.privacy.trade_offs import trade_off as trade_off
     from fairaudit.tables.csv import read_csv as read_csv
-    from fairaudit.tables.engines import read_log as read_log
+    from fairaudit.tables.engines.logs import read_log as read_log
     from fairaudit.tables.examples import example as example
     from fairaudit.tables.labels import merge_labels as merge_labels
-    from fairaudit.tables.mechanisms import read_mechanism as read_mechanism
-    from fairaudit.utility import Utility as Utility
-    from fairaudit.utility_class import UtilityClass as UtilityClass
-    from fairaudit.worst_utility import worst_case as worst_case
-    from fairaudit.worst_utility_certificate import certify_worst_case as certify_worst_case
+    from fairaudit.worst.methods import worst_case as worst_case
 
 
 def __getattr__(name: str) -> Any:

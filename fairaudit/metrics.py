@@ -14,13 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.columns import label_text
-from fairaudit.exact import InputError, log_fixed, rational, shown
-from fairaudit.fairness import Ratio, global_fairness, local_fairness
-from fairaudit.fairness import demographic_parity as _demographic_parity
-from fairaudit.fairness import equalized_odds as _equalized_odds
-from fairaudit.law import Law
-from fairaudit.utility import Utility
+from fairaudit.errors import InputError, shown
+from fairaudit.exact.enclosures import log_fixed
+from fairaudit.exact.rationals import rational
+from fairaudit.measures.distances import demographic_parity as _demographic_parity
+from fairaudit.measures.distances import equalized_odds as _equalized_odds
+from fairaudit.measures.ratios import Ratio, global_fairness, local_fairness
+from fairaudit.model.law import Law
+from fairaudit.model.utility import Utility
+from fairaudit.tables.label_text import label_text
 
 __all__ = [
     "demographic_parity",

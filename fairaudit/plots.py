@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fairaudit.audit import Result
-from fairaudit.calibration import Calibration
-from fairaudit.certificate_reader import Subject
-from fairaudit.exact import InputError
-from fairaudit.filter_design import Design, Frontier
-from fairaudit.report.content import Content, describe
-from fairaudit.report.expectations import Panel
+from fairaudit.audits.result import Result
+from fairaudit.certificates.reader import Subject
+from fairaudit.errors import InputError
+from fairaudit.filters.calibration import Calibration
+from fairaudit.filters.design_result import Design
+from fairaudit.filters.frontiers import Frontier
+from fairaudit.reports.content import Content, describe
+from fairaudit.reports.expectations import Panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -275,7 +276,7 @@ def _shown(text: str, width: int = SHOW_TEXT) -> str:
 def _save(figure: Any, path: str) -> None:
     import io
 
-    from fairaudit.certificate import write_atomically
+    from fairaudit.files import write_atomically
 
     ending = Path(path).suffix.lower().lstrip(".") or "png"
     if ending not in ("png", "svg", "pdf"):

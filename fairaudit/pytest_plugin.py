@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from fairaudit.audit import Result
+    from fairaudit.audits.result import Result
 
 __all__ = ["fairness_gate"]
 
@@ -25,8 +25,9 @@ def fairness_gate() -> Callable[..., Result]:
     """
 
     def gate(subject: Any, utility: Any, **options: Any) -> Result:
-        from fairaudit.audit import certify
-        from fairaudit.cli.text import plain, verdict
+        from fairaudit.audits.certify import certify
+        from fairaudit.reports.text import verdict
+        from fairaudit.words import plain
 
         result = certify(subject, utility, **options)
         if result.verdict == "none":

@@ -10,8 +10,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from fairaudit.law import Law
-from fairaudit.utility import Utility
+from fairaudit.model.law import Law
+from fairaudit.model.utility import Utility
 
 __all__ = ["laws", "utilities", "weights"]
 

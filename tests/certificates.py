@@ -12,15 +12,15 @@ import numpy as np
 
 import fairaudit as fa
 from fairaudit import checker
-from fairaudit.allocation import read_allocation
-from fairaudit.certificate import Certificate
-from fairaudit.law import Columns
-from fairaudit.mechanism import Mechanism
-from fairaudit.monitor.bounds import Arrivals
-from fairaudit.policy import Policy
-from fairaudit.utility_class import UtilityClass
-from fairaudit.worst_utility import worst_case
-from fairaudit.worst_utility_certificate import certify_worst_case
+from fairaudit.audits.worst_utility import certify_worst_case
+from fairaudit.certificates.certificate import Certificate
+from fairaudit.inference.anytime import Arrivals
+from fairaudit.model.allocation import read_allocation
+from fairaudit.model.layout import Columns
+from fairaudit.model.mechanism import Mechanism
+from fairaudit.model.policy import Policy
+from fairaudit.model.utility_class import UtilityClass
+from fairaudit.worst.methods import worst_case
 
 DECISIONS = ["yes", "maybe", "no"]
 Pick = random.Random

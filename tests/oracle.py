@@ -8,8 +8,8 @@ from itertools import combinations, permutations
 from math import inf
 from typing import Any
 
-from fairaudit.law import Law
-from fairaudit.utility import Utility
+from fairaudit.model.law import Law
+from fairaudit.model.utility import Utility
 
 
 @dataclass

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from fairaudit import InputError, certify, read_csv
-from fairaudit.allocation import read_allocation
 from fairaudit.cli import main
+from fairaudit.model.allocation import read_allocation
 
 F = Fraction
 

@@ -8,7 +8,7 @@ from math import comb
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fairaudit.bernstein import coefficients, greatest_nonnegative
+from fairaudit.exact.bernstein import coefficients, greatest_nonnegative
 
 F = Fraction
 Small = st.fractions(-3, 3, max_denominator=6)

@@ -15,11 +15,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fairaudit as fa
-from fairaudit import InputError, bounds
-from fairaudit.calibration import SPLITS, calibrate, calibrate_policy
+from fairaudit import InputError
 from fairaudit.cli import main
-from fairaudit.exact import compare_log
-from fairaudit.privacy import pair_laws, power
+from fairaudit.exact.enclosures import compare_log
+from fairaudit.filters.calibration import calibrate
+from fairaudit.filters.calibration_with_policy import calibrate_policy
+from fairaudit.filters.responses import SPLITS
+from fairaudit.privacy.pairs import pair_laws, power
+from fairaudit.theorems.bound import ANY_POLICY, FLOORED, INDEPENDENT
+from fairaudit.theorems.t03 import t3_approx
 
 F = Fraction
 SETTINGS = int(os.environ.get("FAIRAUDIT_SETTINGS", "600"))
@@ -103,7 +107,7 @@ def test_random_settings(rule: Any) -> None:
             elif rule == "contraction":
                 broken = (1 + raw * following) / (raw + following)
             elif rule == "sharp":
-                broken = bounds.t3_approx(following, delta, t).value
+                broken = t3_approx(following, delta, t).value
             else:
                 broken = min(gamma / tau, following * (1 + excess) if rule == "paper" else following + excess)
             assert broken > target
@@ -265,20 +269,20 @@ def test_a_least_utility_is_a_floor_for_every_policy() -> None:
     """T4 with the least utility as the floor: no floor is declared, and every policy is covered."""
     for bound in ("mechanism", "tight", "sharp", "paper"):
         found = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1, bound=bound)  # type: ignore[arg-type]
-        assert found.scope == bounds.ANY_POLICY
+        assert found.scope == ANY_POLICY
         assert not any("declared" in text for text in found.assumptions)
         assert "no utility is below 1" in found.assumptions or bound == "mechanism"
     exact = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1)
     # (1 + 3p)/(1 + 3(1 − p)) = 3/2 at p = 2/3; some policy that never pays less than 1 attains it.
     assert F(2, 3) - F(2, 10**12) < exact.keep_probabilities[0] <= F(2, 3)
     declared = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1, tau=2)
-    assert declared.scope == bounds.FLOORED
+    assert declared.scope == FLOORED
     assert any("declared" in text for text in declared.assumptions)
 
 
 def test_a_global_target_names_independence() -> None:
     found = calibrate(max_log="0.2", quantity="global", groups=3, tau="0.3")
-    assert bounds.INDEPENDENT in found.assumptions
+    assert INDEPENDENT in found.assumptions
     assert found.quantity == "global"
 
 

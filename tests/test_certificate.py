@@ -30,8 +30,9 @@ from jsonschema import Draft202012Validator
 
 import fairaudit as fa
 from fairaudit import checker
-from fairaudit.certificate import Certificate, schema, write_atomically
+from fairaudit.certificates.certificate import Certificate, schema
 from fairaudit.cli import main as command
+from fairaudit.files import write_atomically
 from fairaudit.tables.examples import EXAMPLES
 from fairaudit.testing import laws, utilities
 
@@ -889,16 +890,14 @@ def test_schema_refuses_what_is_malformed(kind: Callable[..., fa.Result]) -> Non
 
 
 def alone(directory: Path, *arguments: str, **options: Any) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run(
-        [sys.executable, "-I", "-S", "checker.py", *arguments], cwd=directory, capture_output=True, check=False, **options
-    )
+    return subprocess.run([sys.executable, "-I", "-S", "checker", *arguments], cwd=directory, capture_output=True, check=False, **options)
 
 
 def test_lone_checker(tmp_path: Path) -> None:
     here, files = tmp_path / "empty", tmp_path / "files"
     here.mkdir()
     files.mkdir()
-    shutil.copy(checker.__file__, here / "checker.py")
+    shutil.copytree(Path(checker.__file__).parent, here / "checker", ignore=shutil.ignore_patterns("__pycache__"))
     small_counts(**FOUR).certificate.save(files / "exceeds.json")
     small_counts(max_local_ratio=100, confidence=None).certificate.save(files / "within.json")
     weighted(embed_table=False).certificate.save(files / "apart.json")
@@ -916,7 +915,7 @@ def test_lone_checker(tmp_path: Path) -> None:
     apart = alone(here, "../files/apart.json", "--table", "../files/apart.table.jsonl")
     assert apart.returncode == 0 and not apart.stderr
     assert apart.stdout.count(b"\n") > 20 and all(line.startswith(b"true ") for line in apart.stdout.splitlines()[:-1])
-    assert sorted(path.name for path in here.iterdir()) == ["checker.py"]
+    assert sorted(path.name for path in here.iterdir()) == ["checker"]
 
 
 def test_command_verifies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -48,7 +48,7 @@ def forge_relation(pick: Pick, claim: dict[str, Any]) -> bool:
 
 def _unlike(pick: Pick, claim: dict[str, Any], key: str, values: tuple[str, ...]) -> bool:
     """Another value of a key that makes the claim one that no theorem gives."""
-    known = {rule[:4] for rule in checker.RULES}
+    known = {rule[:4] for rule in checker.claims.RULES}
     for _ in range(20):
         changed = claim | {key: pick.choice(values)}
         if changed[key] != claim[key] and tuple(changed[k] for k in ("quantity", "relation", "by", "scope")) not in known:
@@ -67,8 +67,8 @@ def forge_scope(pick: Pick, claim: dict[str, Any]) -> bool:
         "every law",
         "this law ",
         "any policy",
-        checker.POLICIES,
-        checker.UTILITIES,
+        checker.claims.POLICIES,
+        checker.claims.UTILITIES,
         "population at confidence 999/1000",
         "population",
     )

@@ -13,7 +13,7 @@ from certificates import KINDS, outcome, random_certificate
 import fairaudit as fa
 from fairaudit import checker
 from fairaudit.cli import main
-from fairaudit.cli.text import summary
+from fairaudit.reports.text import summary
 
 SEEDS = range(4 * len(KINDS))
 
@@ -23,7 +23,7 @@ def document(seed: int) -> Any:
 
 
 def test_the_sentences_of_the_pages_are_those_of_the_checker() -> None:
-    known = {text for name, text in vars(checker).items() if name.isupper() and isinstance(text, str)}
+    known = {text for name, text in vars(checker.sentences).items() if name.isupper() and isinstance(text, str)}
     for name, text in sentences().items():
         for place in ("{τ_d}", "{low}", "{high}"):
             text = text.replace(place, "{}")

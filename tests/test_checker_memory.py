@@ -138,7 +138,7 @@ def test_independence_by_hand(weights: list[list[int]], masses: str | None, inde
 
 @given(st.lists(st.lists(st.fractions(-3, 3, max_denominator=50), min_size=2, max_size=2), min_size=1, max_size=40))
 def test_running_sums(vectors: list[list[Fraction]]) -> None:
-    total = checker._Total()
+    total = checker.rationals.RunningTotal()
     for p, q in vectors:
         total.add([p.numerator * q.denominator, q.numerator * p.denominator], p.denominator * q.denominator)
         assert len(total.parts) <= len(vectors).bit_length()

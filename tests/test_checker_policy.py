@@ -15,7 +15,7 @@ from assumptions import complete
 from jsonschema import Draft202012Validator
 from test_checker_unit import INF, canonical, checker, edited, false_statements, lines_of, make, ratio, raw, text
 
-from fairaudit.certificate import schema
+from fairaudit.certificates.certificate import schema
 
 LAW = "this law"
 POLICIES = "any policy behind this filter"
@@ -805,7 +805,7 @@ def test_factors_are_applied_one_by_one() -> None:
         for j, g in enumerate(groups)
     ]
     lines = [canonical(header), *map(canonical, rows)]
-    table = checker._read_table(checker._lines_of_file(lines))
+    table = checker.rows.read_table(checker.rows.lines_of_file(lines))
     # Released zeros: one half of those that are there, a quarter of the others.
     for cell, g in zip(table.cells, groups, strict=True):
         zeros = g.count("0")
@@ -838,7 +838,7 @@ def test_screen_leaves_out_no_pair_that_matters(decisions: int) -> None:
         for _ in range(60):
             weights = [pick.choice([0, 1, 2, pick.randint(0, 10**9)]) for _ in range(decisions)]
             weights[pick.randrange(decisions)] += 1
-            laws.append(checker._law(weights, sum(weights)))
+            laws.append(checker.laws.reduced_law(weights, sum(weights)))
         fractions = [[Fraction(w, total) for w in weights] for weights, total in laws]
         distances = {
             (i, j): sum((max(Fraction(0), p - q) for p, q in zip(fractions[i], fractions[j], strict=True)), Fraction(0))
@@ -846,5 +846,5 @@ def test_screen_leaves_out_no_pair_that_matters(decisions: int) -> None:
             for j in range(i + 1, 60)
         }
         most = max(distances.values())
-        (n, d), i, j = checker._widest_distance(laws)
+        (n, d), i, j = checker.laws.widest_distance(laws)
         assert Fraction(n, d) == most and (i, j) == min(pair for pair, value in distances.items() if value == most)

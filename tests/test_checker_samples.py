@@ -553,8 +553,8 @@ def mutations(value: Any, path: list[Any]) -> Iterator[tuple[list[Any], Any]]:
         changes = [value + 1, max(0, value - 1), 9]
     elif isinstance(value, list):
         changes = [value[1:], [*value, *value[-1:]], value[::-1], None]
-    elif value in checker.METHODS:
-        changes = [*checker.METHODS]
+    elif value in checker.intervals.METHODS:
+        changes = [*checker.intervals.METHODS]
     yield from ((path, change) for change in changes if change != value)
     for key in list(value) if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ():
         yield from mutations(value[key], [*path, key])
@@ -1042,27 +1042,27 @@ def test_every_value_of_a_wrong_type() -> None:
 def test_tails_are_decided_on_either_side(n: int, k: int, level: str) -> None:
     """Of neighbours on a fine grid the checker accepts the one and not the other."""
     cell = cell_of([(k, F(1)), (n - k, F(0))], F(0), F(1), True)
-    sample = checker.Sample(n, F(k), F(k), F(0), F(1), True)
+    sample = checker.tails.Sample(n, F(k), F(k), F(0), F(1), True)
     for lower in (True, False):
         if k == (n if lower else 0):
-            assert not checker._tails_at_most([sample.tail(F(1, 2), lower)], F(level))
+            assert not checker.tails.tails_at_most([sample.tail(F(1, 2), lower)], F(level))
             continue
         steps = 2**30
         at = first(steps, lambda i: i == steps or below(tail(cell, F(i if lower else steps - i, steps), lower), F(level)))  # noqa: B023
         for i, holds in ((at, True), (at - 1, False)):
             mean = F(i if lower else steps - i, steps)
-            assert checker._tails_at_most([sample.tail(mean, lower)], F(level)) is holds
+            assert checker.tails.tails_at_most([sample.tail(mean, lower)], F(level)) is holds
 
 
 def test_a_tail_that_is_the_level() -> None:
     for n, binary in product((1, 2, 3, 30), (True, False)):
-        sample = checker.Sample(n, F(0), F(0), F(0), F(3), binary)
+        sample = checker.tails.Sample(n, F(0), F(0), F(0), F(3), binary)
         for p in (F(1, 2), F(7, 8), F(999, 1000)):
             level = (1 - p) ** n
-            assert checker._tails_at_most([sample.tail(3 * p, True)], level)
-            assert not checker._tails_at_most([sample.tail(3 * p, True)], level * (1 - F(1, 10**100)))
-            assert checker._tails_at_most([sample.tail(3 * p, True)] * 2, level**2)
-            assert not checker._tails_at_most([sample.tail(3 * p, True)] * 2, level**2 * (1 - F(1, 10**100)))
+            assert checker.tails.tails_at_most([sample.tail(3 * p, True)], level)
+            assert not checker.tails.tails_at_most([sample.tail(3 * p, True)], level * (1 - F(1, 10**100)))
+            assert checker.tails.tails_at_most([sample.tail(3 * p, True)] * 2, level**2)
+            assert not checker.tails.tails_at_most([sample.tail(3 * p, True)] * 2, level**2 * (1 - F(1, 10**100)))
 
 
 def test_many_draws() -> None:

@@ -17,11 +17,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fairaudit import checker
-from fairaudit.audit import certify
-from fairaudit.certificate import schema
-from fairaudit.law import Law
-from fairaudit.monitor.bounds import Arrivals, Tally, wealth
-from fairaudit.utility import Utility
+from fairaudit.audits.certify import certify
+from fairaudit.certificates.certificate import schema
+from fairaudit.inference.anytime import Arrivals
+from fairaudit.inference.betting import Tally, wealth
+from fairaudit.model.law import Law
+from fairaudit.model.utility import Utility
 
 F = Fraction
 SCHEMA = jsonschema.Draft202012Validator(schema())

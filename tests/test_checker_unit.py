@@ -8,6 +8,7 @@ import json
 import math
 import os
 import random
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -20,8 +21,8 @@ from typing import Any
 import pytest
 from assumptions import complete
 
-CHECKER = Path(__file__).resolve().parents[1] / "fairaudit" / "checker.py"
-_SPEC = importlib.util.spec_from_file_location("lone_checker", CHECKER)
+CHECKER = Path(__file__).resolve().parents[1] / "fairaudit" / "checker"
+_SPEC = importlib.util.spec_from_file_location("lone_checker", CHECKER / "__init__.py", submodule_search_locations=[str(CHECKER)])
 assert _SPEC is not None and _SPEC.loader is not None
 checker = importlib.util.module_from_spec(_SPEC)
 sys.modules["lone_checker"] = checker
@@ -662,40 +663,40 @@ def test_log_floor(seed: int) -> None:
     value = Fraction(d + pick.randint(1, pick.choice([3, size, size**3])), d)
     pair = value.numerator, value.denominator
     for digits in (0, 12, 50):
-        assert checker.log_floor(pair, 10**digits) == scaled_log(value, digits)
+        assert checker.logarithms.log_floor(pair, 10**digits) == scaled_log(value, digits)
     floor = Fraction(scaled_log(value, 50), 10**50)
     above = floor + Fraction(1, 10**50)
-    assert not checker.log_at_most(pair, (floor.numerator, floor.denominator))
-    assert checker.log_at_most(pair, (above.numerator, above.denominator))
+    assert not checker.logarithms.log_at_most(pair, (floor.numerator, floor.denominator))
+    assert checker.logarithms.log_at_most(pair, (above.numerator, above.denominator))
 
 
 def test_log_extremes() -> None:
     tiny = 10**400 + 1, 10**400
-    assert checker.log_enclosure(tiny) == ("0.000000000000", "0.000000000001")
-    assert checker.log_at_most(tiny, (1, 10**400))
-    assert not checker.log_at_most(tiny, (10**400 - 1, 10**800))  # R - 1 - (R - 1)^2
-    assert not checker.log_at_most(tiny, (1, 10**4000)) and checker.log_at_most(tiny, (10**4000, 1))
-    assert not checker.log_at_most(tiny, (2 * 10**400 - 1, 2 * 10**800))  # R - 1 - (R - 1)^2 / 2, the cubic is above
-    assert checker.log_at_most(tiny, (6 * 10**800 - 3 * 10**400 + 2, 6 * 10**1200))  # with the cubic, log R is below
+    assert checker.logarithms.log_enclosure(tiny) == ("0.000000000000", "0.000000000001")
+    assert checker.logarithms.log_at_most(tiny, (1, 10**400))
+    assert not checker.logarithms.log_at_most(tiny, (10**400 - 1, 10**800))  # R - 1 - (R - 1)^2
+    assert not checker.logarithms.log_at_most(tiny, (1, 10**4000)) and checker.logarithms.log_at_most(tiny, (10**4000, 1))
+    assert not checker.logarithms.log_at_most(tiny, (2 * 10**400 - 1, 2 * 10**800))  # R - 1 - (R - 1)^2 / 2, the cubic is above
+    assert checker.logarithms.log_at_most(tiny, (6 * 10**800 - 3 * 10**400 + 2, 6 * 10**1200))  # with the cubic, log R is below
     huge = 10**99_999, 1
-    assert checker.log_floor(huge, 10**12) == scaled_log(Fraction(10), 20) * 99_999 // 10**8
-    assert checker.log_floor((10**99_999 + 1, 10**99_999), 10**12) == 0
-    assert checker.log_enclosure((1, 1)) == ("0", "0") and checker.log_enclosure((1, 0)) == ("inf", "inf")
-    assert checker.log_at_most((1, 1), (0, 1)) and not checker.log_at_most((2, 1), (0, 1))
-    assert not checker.log_at_most((1, 0), (10**4000, 1))
+    assert checker.logarithms.log_floor(huge, 10**12) == scaled_log(Fraction(10), 20) * 99_999 // 10**8
+    assert checker.logarithms.log_floor((10**99_999 + 1, 10**99_999), 10**12) == 0
+    assert checker.logarithms.log_enclosure((1, 1)) == ("0", "0") and checker.logarithms.log_enclosure((1, 0)) == ("inf", "inf")
+    assert checker.logarithms.log_at_most((1, 1), (0, 1)) and not checker.logarithms.log_at_most((2, 1), (0, 1))
+    assert not checker.logarithms.log_at_most((1, 0), (10**4000, 1))
 
 
 def test_close_limit_of_a_thousand_digits() -> None:
     floor = scaled_log(Fraction(24475, 18432), 1000)
-    assert not checker.log_at_most((24475, 18432), (floor, 10**1000))
-    assert checker.log_at_most((24475, 18432), (floor + 1, 10**1000))
+    assert not checker.logarithms.log_at_most((24475, 18432), (floor, 10**1000))
+    assert checker.logarithms.log_at_most((24475, 18432), (floor + 1, 10**1000))
 
 
 def test_long_numbers_are_read() -> None:
     digits = "9" * 99_999 + "7"
-    number, one = checker._rational(digits, "here")
+    number, one = checker.rationals.read_rational(digits, "here")
     assert number == 10**100_000 - 3 and one == 1
-    assert checker._rational(f"-2/{digits}", "here") == (-2, number)
+    assert checker.rationals.read_rational(f"-2/{digits}", "here") == (-2, number)
 
 
 def test_long_numbers_in_a_certificate() -> None:
@@ -740,10 +741,10 @@ def test_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None
     assert captured.err and not captured.out and "Traceback" not in captured.err
 
 
-def test_lone_file(tmp_path: Path, good: dict[str, Any]) -> None:
-    (tmp_path / "checker.py").write_bytes(CHECKER.read_bytes())
+def test_lone_folder(tmp_path: Path, good: dict[str, Any]) -> None:
+    shutil.copytree(CHECKER, tmp_path / "any name", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "c.json").write_bytes(raw(good))
-    done = subprocess.run([sys.executable, "-I", "-S", "checker.py", "c.json"], cwd=tmp_path, capture_output=True, check=False)
+    done = subprocess.run([sys.executable, "-I", "-S", "any name", "c.json"], cwd=tmp_path, capture_output=True, check=False)
     assert done.returncode == 0 and not done.stderr
 
 

@@ -17,9 +17,9 @@ from hostile import FAMILIES, hostile
 
 import fairaudit as fa
 from fairaudit import checker
-from fairaudit.law import Columns
-from fairaudit.mechanism import Mechanism
-from fairaudit.policy import Policy
+from fairaudit.model.layout import Columns
+from fairaudit.model.mechanism import Mechanism
+from fairaudit.model.policy import Policy
 
 F = Fraction
 

@@ -16,7 +16,7 @@ import pytest
 from jsonschema import Draft202012Validator
 from test_checker_unit import checker, false_statements, make, raw
 
-from fairaudit.certificate import schema
+from fairaudit.certificates.certificate import schema
 
 SCOPE = "every utility of the class"
 SCHEMA = Draft202012Validator(schema())
@@ -947,15 +947,15 @@ def test_speed_of_t3() -> None:
     head = {"format": "fairaudit-table/1", "kind": "counts", "columns": columns, "population": "counts", "decisions": decisions}
     head |= {"groups": groups, "contexts": contexts, "utility": ["1"] * 20}
     rows = [{"context": x, "group": a, "weights": w} for (x, a), w in weights.items()]
-    table = checker._read_table((f"line {i}", value, None) for i, value in enumerate([head, *rows]))
+    table = checker.rows.read_table((f"line {i}", value, None) for i, value in enumerate([head, *rows]))
     members = by_hand(tau="1/10")["subject"]["class"]
-    program = checker.Program(checker._read_class(members, "class"), table)
+    program = checker.program.Program(checker.utility_class.read_class(members, "class"), table)
     laws = [[cell.law for cell in cells] for cells in table.by_context()]
     ks = sorted({F(p[0][u] * q[1], p[1] * q[0][u]) for law in laws[:40] for p, q in permutations(law[:9], 2) for u in range(20)})
     ks = pick.sample(ks, 30_000)
     start = time.perf_counter()
-    assert checker._fault_of_closed_form((15, 2), ks, program) == ""
-    fault = checker._fault_of_closed_form((2, 1), ks, program)
+    assert checker.worst_case._fault_of_closed_form((15, 2), ks, program) == ""
+    fault = checker.worst_case._fault_of_closed_form((2, 1), ks, program)
     assert "no multiplier proves" in fault
     assert time.perf_counter() - start < 30
 

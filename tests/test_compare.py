@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from test_certificate import FOUR, KINDS, admissions, small_counts
 
 import fairaudit as fa
+from fairaudit.certificates.compare import compare
 from fairaudit.cli import main as command
-from fairaudit.compare import compare
 from fairaudit.testing import laws
 
 RANK = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3}

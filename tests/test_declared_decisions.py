@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 import fairaudit as fa
 from fairaudit import checker
 from fairaudit.cli import main
-from fairaudit.exact import InputError
-from fairaudit.sampling import policy_comparison, ratio_interval
+from fairaudit.errors import InputError
+from fairaudit.inference.policy_comparisons import policy_comparison
+from fairaudit.inference.ratio_intervals import ratio_interval
 
 F = Fraction
 DECLARED = {"yes": 1, "maybe": "0.5"}

@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fairaudit import InputError, Law, Utility, dense
-from fairaudit.fairness import demographic_parity, equalized_odds, global_fairness, local_fairness, local_supremum
+from fairaudit import InputError, Law, Utility
+from fairaudit.exact import dense
+from fairaudit.measures.distances import demographic_parity, equalized_odds
+from fairaudit.measures.ratios import global_fairness, local_fairness, local_supremum
 
 F = Fraction
 

@@ -13,16 +13,24 @@ from typing import Any
 import pytest
 
 import fairaudit as fa
-from fairaudit import InputError, bounds
-from fairaudit import filter_design as design_module
-from fairaudit.calibration import calibrate, calibrate_policy
+from fairaudit import InputError
 from fairaudit.cli import main
-from fairaudit.exact import compare_log
-from fairaudit.fairness import local_fairness
-from fairaudit.filter_design import Design, design, design_model_free, frontier
-from fairaudit.mechanism import Mechanism, RandomizedResponse
-from fairaudit.tables.mechanisms import read_mechanism
-from fairaudit.utility import Utility
+from fairaudit.exact.enclosures import compare_log
+from fairaudit.filters.calibration import calibrate
+from fairaudit.filters.calibration_with_policy import calibrate_policy
+from fairaudit.filters.choice import searched_filters
+from fairaudit.filters.design_result import Design
+from fairaudit.filters.frontiers import frontier
+from fairaudit.filters.model_free import design_model_free
+from fairaudit.filters.problem import read_problem
+from fairaudit.filters.program import repaired_filter
+from fairaudit.filters.with_policy import design, policy_gains
+from fairaudit.measures.ratios import local_fairness
+from fairaudit.model.mechanism import Mechanism, RandomizedResponse
+from fairaudit.model.mechanism_file import read_mechanism
+from fairaudit.model.utility import Utility
+from fairaudit.theorems.bound import ANY_POLICY
+from fairaudit.theorems.t03 import t3_mechanism
 
 F = Fraction
 HIRE = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
@@ -108,8 +116,8 @@ def test_a_cap_alone_recovers_randomized_response(n: int, cap: str) -> None:
         check(found, n)
         assert wanted - F(1, 10**9) < found.truth_kept <= wanted
     # The linear program finds it too, without being told.
-    problem = design_module._problem(tuple((str(i),) for i in range(n)), (), [1] * n, None, None, factor)
-    proposed, lower, _ = design_module._searched(problem)
+    problem = read_problem(tuple((str(i),) for i in range(n)), (), [1] * n, None, None, factor)
+    proposed, lower, _ = searched_filters(problem)
     kept = max(1 - problem.cost(*problem.rows_of(mechanism)) for mechanism, _ in proposed)
     assert wanted - F(1, 10**9) < kept <= wanted <= 1 - lower < wanted + F(1, 10**9)
 
@@ -151,7 +159,7 @@ def test_one_common_k_and_one_for_each_pair() -> None:
     target, level = F(7, 5), F(1, 2)
     found = design_model_free(2, max_ratio=target, tau=level)
     assert found.distortion == F(3, 8) == found.response_distortion
-    assert found.achieved == bounds.t3_mechanism(found.mechanism, level).value == target
+    assert found.achieved == t3_mechanism(found.mechanism, level).value == target
     proved = [k for k in found.multipliers if all(k + hockey(p, q, k) / level <= target for p, q in pairs(table_of(found.mechanism)))]
     assert proved
     # Brute force over tables and a common k: nothing is below 0.375.
@@ -166,7 +174,7 @@ def test_one_common_k_and_one_for_each_pair() -> None:
     # With k = 1.4 in one order and 0.6 in the other 5/14, about 0.357, is possible, and no common k certifies it.
     table = [[F(1), F(0)], [F(5, 7), F(2, 7)]]
     hand = Mechanism.from_array(table, ["0", "1"])
-    assert bounds.t3_mechanism(hand, level).value <= target
+    assert t3_mechanism(hand, level).value <= target
     assert hockey(table[0], table[1], F(7, 5)) <= level * (target - F(7, 5))
     assert hockey(table[1], table[0], F(3, 5)) <= level * (target - F(3, 5))
     assert sum(table[a][1 - a] for a in (0, 1)) / 2 == F(5, 14) < F(3, 8)
@@ -182,7 +190,7 @@ def test_brute_force_for_two_groups_without_a_policy(weights: tuple[int, int], t
     ratio, t = F(target), F(level)
     found = design_model_free(["a", "b"], max_ratio=ratio, tau=t, population=weights)
     rows = check(found, 2)
-    assert found.achieved == bounds.t3_mechanism(found.mechanism, t).value <= ratio
+    assert found.achieved == t3_mechanism(found.mechanism, t).value <= ratio
     assert found.distortion == F(weights[0] * rows[0][1] + weights[1] * rows[1][0], sum(weights))
     low, best = max(F(0), (1 - t * ratio) / (1 - t)), F(1)
     fine = 40
@@ -212,7 +220,7 @@ def test_without_a_policy_the_guarantee_is_exact_and_never_worse(seed: int) -> N
     assert found.distortion == F(sum(weights[i] * prices[i][j] * rows[i][j] for i in range(n) for j in range(n)), sum(weights))
     assert found.achieved <= target
     if target * tau < gamma:
-        assert found.achieved == bounds.t3_mechanism(found.mechanism, tau / gamma).value
+        assert found.achieved == t3_mechanism(found.mechanism, tau / gamma).value
     if cap is None:
         response = calibrate(max_ratio=target, groups=n, tau=tau, gamma=gamma).mechanism
         cost = sum(weights[i] * prices[i][j] * response.probability(str(i), str(j)) for i in range(n) for j in range(n))
@@ -257,7 +265,7 @@ def test_a_target_of_one() -> None:
 def test_no_floor_is_a_cap_and_a_high_floor_needs_nothing() -> None:
     found = design_model_free(3, max_ratio=2)
     assert (found.truth_kept, found.exp_epsilon, found.achieved) == (F(1, 2), 2, 2)
-    assert found.scope == bounds.ANY_POLICY
+    assert found.scope == ANY_POLICY
     assert found.target == 2
     nothing = design_model_free(3, max_ratio=2, tau=1, gamma=2, population=[1, 2, 3])
     assert (nothing.truth_kept, nothing.distortion, nothing.exp_epsilon, nothing.achieved) == (1, 0, inf, 2)
@@ -309,11 +317,9 @@ def test_distortions_may_be_tables_mappings_or_functions() -> None:
 
 
 def test_the_answer_is_repaired_when_the_program_is_wrong() -> None:
-    problem = replace(
-        design_module._problem((("f",), ("m",)), (), [1, 1], None, F(3, 2), F(3)), gains=design_module._gains(HIRE, Utility({"hire": 1}))
-    )
+    problem = replace(read_problem((("f",), ("m",)), (), [1, 1], None, F(3, 2), F(3)), gains=policy_gains(HIRE, Utility({"hire": 1})))
     for values in ([1.0, 0.0, 0.0, 1.0], [0.7, 0.3, 0.3, 0.7], [0.5, 0.5, 0.5, 0.5], [1.0, 0.0, 0.3, 0.7]):
-        repaired = design_module._repaired(problem, values)
+        repaired = repaired_filter(problem, values)
         rows, bottom = problem.rows_of(repaired)
         assert problem.holds(rows, bottom)
         assert all(sum(row) == bottom for row in rows)

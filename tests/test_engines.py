@@ -22,10 +22,10 @@ from hypothesis import strategies as st
 
 from fairaudit import InputError, Law, Utility, certify
 from fairaudit.cli import main
-from fairaudit.columns import Tally
 from fairaudit.tables.binning import Bins
-from fairaudit.tables.engines import read_log, survey_log
+from fairaudit.tables.engines.logs import read_log, survey_log
 from fairaudit.tables.sql import DIALECTS, count_statement, identifier, table_name
+from fairaudit.tables.tally import Tally
 
 COLUMNS = ("dept", "sex", "answer")
 LABELS = ("answer", "sex")

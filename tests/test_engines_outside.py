@@ -26,8 +26,8 @@ from test_engines import COLUMNS, as_csv, certificate, counts, log
 
 from fairaudit import InputError, Law, certify
 from fairaudit.cli import main
-from fairaudit.columns import Tally
-from fairaudit.tables.engines import read_log, survey_log
+from fairaudit.tables.engines.logs import read_log, survey_log
+from fairaudit.tables.tally import Tally
 
 COMMAND = ("--decision", "answer", "--group", "sex", "--context", "dept", "--utility", "yes")
 ENDLESS = {

@@ -16,11 +16,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fairaudit as fa
-from fairaudit import checker, report
-from fairaudit.certificate import schema
+from fairaudit import checker
+from fairaudit.certificates.certificate import schema
+from fairaudit.certificates.compare import compare
 from fairaudit.cli import main
-from fairaudit.compare import compare
-from fairaudit.sampling import local_comparison, noise_floor
+from fairaudit.inference.hypothesis_tests import noise_floor
+from fairaudit.inference.table_comparisons import local_comparison
 
 F = Fraction
 
@@ -85,7 +86,9 @@ def test_text_page_and_markdown_show_both(tmp_path: Path, capsys: pytest.Capture
     assert main([*command, "--confidence", "none"]) == 1
     assert "(this table, mean over rows, decided exactly)" in capsys.readouterr().out
     document = json.loads((tmp_path / "c.json").read_text())
-    said = report.markdown(document)
+    from fairaudit.reports.markdown import markdown
+
+    said = markdown(document)
     assert "(mean over units)" in said and "(mean over units, 1 in the table)" in said and "| mean over units |" in said
     assert main(["report", str(tmp_path / "c.json"), "-o", str(tmp_path / "page.html")]) == 0
     page = re.sub(r"<script.*?</script>", "", (tmp_path / "page.html").read_text(), flags=re.S)

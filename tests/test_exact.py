@@ -10,16 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fairaudit.exact import (
-    InputError,
-    common_denominator,
-    compare_log,
-    integer_text,
-    log_enclosure,
-    parse_rational,
-    rational,
-    rational_text,
-)
+from fairaudit.errors import InputError
+from fairaudit.exact.enclosures import compare_log, log_enclosure
+from fairaudit.exact.rationals import common_denominator, integer_text, parse_rational, rational, rational_text
 
 
 @given(st.decimals(allow_nan=False, allow_infinity=False, places=6))

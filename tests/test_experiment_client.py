@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from language_server import KEY, LanguageServer, completion, pick, serving
 
 from fairaudit.cli import main
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.plugins.vlm import client as client_module
 from fairaudit.plugins.vlm.analyse import readings, tables
 from fairaudit.plugins.vlm.client import Bucket, retry_after

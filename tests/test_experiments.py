@@ -20,12 +20,13 @@ from scipy.stats import binom
 import fairaudit as fa
 from fairaudit import checker
 from fairaudit.cli import main
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.plugins.vlm.analyse import Table, certify, exact_table, questions, tables
 from fairaudit.plugins.vlm.experiment import Experiment, Model, Setting, bundled, read_experiment
 from fairaudit.plugins.vlm.journal import Journal
-from fairaudit.plugins.vlm.makers import StandIn, drawn
+from fairaudit.plugins.vlm.makers import StandIn
 from fairaudit.plugins.vlm.run import run
+from fairaudit.plugins.vlm.shares import drawn
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 NONE = Setting(Fraction(1), Fraction(1))

@@ -13,17 +13,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from fairaudit import Law, Utility, certify
-from fairaudit.fairness import (
-    demographic_parity,
-    equalized_odds,
-    global_fairness,
-    global_supremum,
-    least_expectation,
-    local_fairness,
-    local_supremum,
-    most_unequal_distances,
-    most_unequal_ratios,
-)
+from fairaudit.measures.distances import demographic_parity, equalized_odds, most_unequal_distances
+from fairaudit.measures.expectations import least_expectation
+from fairaudit.measures.ratios import global_fairness, global_supremum, local_fairness, local_supremum, most_unequal_ratios
 from fairaudit.testing import laws, utilities
 
 

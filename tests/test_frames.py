@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from test_engines import counts, log
 
 from fairaudit import InputError, Law, certify
-from fairaudit.columns import label_text
 from fairaudit.tables import coded
-from fairaudit.tables.engines import read_log
+from fairaudit.tables.engines.logs import read_log
 from fairaudit.tables.frames import tally_frame
+from fairaudit.tables.label_text import label_text
 
 ROWS = [
     {

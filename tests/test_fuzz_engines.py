@@ -21,7 +21,7 @@ from test_fuzz_input import PIECES, TABLES, damaged, filled
 
 from fairaudit import InputError, Law
 from fairaudit.tables.csv import decimal_commas, read_csv
-from fairaudit.tables.engines import read_log
+from fairaudit.tables.engines.logs import read_log
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 EXAMPLES = int(os.environ.get("FAIRAUDIT_FUZZ", "200000" if FULL else "60"))

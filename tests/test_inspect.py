@@ -10,7 +10,7 @@ import pytest
 from test_engines import files, log  # noqa: F401 (a fixture)
 
 from fairaudit.cli import main
-from fairaudit.tables.engines import survey_log
+from fairaudit.tables.engines.logs import survey_log
 from fairaudit.tables.engines.survey import MOST
 
 SOURCES = ("log.csv", "log.csv.gz", "log.csv.bz2", "log.csv.xz", "log.jsonl", "log.jsonl.gz", "log.parquet", "part*.csv", "p?.parquet")

@@ -31,8 +31,9 @@ import pytest
 from test_engines_outside import _absent, postgres
 
 from fairaudit import InputError, Law, certify
-from fairaudit.columns import Tally, label_text
-from fairaudit.tables.engines import read_log, survey_log
+from fairaudit.tables.engines.logs import read_log, survey_log
+from fairaudit.tables.label_text import label_text
+from fairaudit.tables.tally import Tally
 
 __all__ = ["postgres"]
 

@@ -17,10 +17,10 @@ from jsonschema import Draft202012Validator
 
 import fairaudit as fa
 from fairaudit import checker
-from fairaudit.certificate import schema
+from fairaudit.certificates.certificate import schema
 from fairaudit.cli import main
-from fairaudit.columns import Tally
 from fairaudit.tables.labels import merge_labels, read_label_map, spellings
+from fairaudit.tables.tally import Tally
 
 SCHEMA = Draft202012Validator(schema())
 LOG = "answer,race,age\n" + "\n".join(

@@ -19,15 +19,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fairaudit as fa
-from fairaudit import bounds, checker
-from fairaudit.calibration import calibrate, calibrate_policy
+from fairaudit import checker
 from fairaudit.cli import main
-from fairaudit.exact import InputError, compare_log, option_value, rational
-from fairaudit.limits import limit_readings, limit_text, limits_of, read_limit
-from fairaudit.monitor.settings import Settings
-from fairaudit.monitor.state import State
-from fairaudit.sampling import further_draws, local_comparison, plan, ratio_interval, test_filter, verdict
+from fairaudit.errors import InputError
+from fairaudit.exact.enclosures import compare_log
+from fairaudit.exact.rationals import option_value, rational
+from fairaudit.filters.calibration import calibrate
+from fairaudit.filters.calibration_with_policy import calibrate_policy
+from fairaudit.inference.hypothesis_tests import test_filter
+from fairaudit.inference.planning import further_draws, plan
+from fairaudit.inference.ratio_intervals import ratio_interval
+from fairaudit.inference.table_comparisons import local_comparison
+from fairaudit.inference.verdicts import verdict
+from fairaudit.measures.limits import limit_readings, limit_text, limits_of, read_limit
+from fairaudit.streams.settings import Settings
+from fairaudit.streams.state import State
 from fairaudit.tables.binning import Bins
+from fairaudit.theorems.t03 import t3_approx
 
 test_filter.__test__ = False  # type: ignore[attr-defined]
 F = Fraction
@@ -145,7 +153,7 @@ OPTIONS: dict[str, Callable[[Any], Any]] = {
     "plan": lambda v: plan([v, v], max_log=v).draws,
     "further draws": lambda v: further_draws(SAMPLE, max_log=v).draws,
     "bins": lambda v: Bins.of("age", [v]).limits,
-    "t3": lambda v: bounds.t3_approx(2, v, v, floor="declared").value,
+    "t3": lambda v: t3_approx(2, v, v, floor="declared").value,
     "delta": lambda v: fa.trade_off(fa.RandomizedResponse(["a", "b"], keep_probability="0.7")).beta(v),
     "monitor": lambda v: Settings(group=("g",), decision="d", utility={"yes": v}, targets={"max_local_log": v}).text,
 }
@@ -188,7 +196,7 @@ def test_an_entry_of_an_array_of_floats_stays_what_it_stores() -> None:
 
 @pytest.mark.parametrize("name", MEASURED)
 def test_bare_keywords_are_answered_with_both_names(name: str, tmp_path: Path) -> None:
-    from fairaudit.parts import certify_in_parts
+    from fairaudit.audits.in_parts import certify_in_parts
 
     said = rf"^{name} is not accepted; give {name}_ratio, .* or {name}_log, .* natural logarithm$"
     given: Any = {name: 0.8}

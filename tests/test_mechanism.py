@@ -15,9 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from fairaudit.exact import InputError, compare_log, exp_enclosure
-from fairaudit.mechanism import Constant, Factor, Identity, Mechanism, Product, RandomizedResponse
-from fairaudit.privacy import exp_epsilon
+from fairaudit.errors import InputError
+from fairaudit.exact.enclosures import compare_log, exp_enclosure
+from fairaudit.model.mechanism import Constant, Factor, Identity, Mechanism, Product, RandomizedResponse
+from fairaudit.privacy.epsilon_delta import exp_epsilon
 
 F = Fraction
 FALSE_ALARM = 1e-6

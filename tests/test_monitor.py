@@ -22,13 +22,13 @@ import pytest
 
 import fairaudit
 from fairaudit.cli import main
-from fairaudit.exact import InputError
-from fairaudit.law import Law
-from fairaudit.monitor import reader
-from fairaudit.monitor.settings import Settings
-from fairaudit.monitor.state import State
-from fairaudit.monitor.stream import Monitor
-from fairaudit.tables.engines import read_log
+from fairaudit.errors import InputError
+from fairaudit.model.law import Law
+from fairaudit.streams import readers as reader
+from fairaudit.streams.settings import Settings
+from fairaudit.streams.state import State
+from fairaudit.streams.stream import Monitor
+from fairaudit.tables.engines.logs import read_log
 
 FULL = bool(os.environ.get("FAIRAUDIT_FULL"))
 SETTINGS = Settings(group=("sex",), context=("job",), decision="answer", utility={"yes": "1"})
@@ -389,7 +389,7 @@ def test_clocks_that_go_back_and_times_to_come(tmp_path: Path) -> None:
 
 
 def test_windows_have_budgets_that_sum_to_the_error(tmp_path: Path) -> None:
-    from fairaudit.monitor.stream import window_share
+    from fairaudit.inference.levels import window_share
 
     assert sum(window_share(number) for number in range(1, 2_000)) < 1
     listed = events(2_500)
@@ -537,7 +537,7 @@ def test_a_certificate_of_a_stream_that_changed(tmp_path: Path, capsys: pytest.C
     assert "intervals" not in document and not any(c["scope"].startswith("population") for c in document["claims"])
     assert document["changed"]["ratio"]["ratio"] == alarm["ratio"] and document["changed"]["stream"]["ratio"] == alarm["stream"]
     assert Fraction(document["changed"]["confidence"]) == 1 - Fraction(alarm["error"])
-    schema = json.loads((Path(fairaudit.__file__).parent / "certificate.schema.json").read_text())
+    schema = json.loads((Path(fairaudit.__file__).parent / "certificates" / "certificate.schema.json").read_text())
     jsonschema.Draft202012Validator(schema).validate(document)
 
     def forged(change: Any) -> int:

@@ -12,20 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fairaudit.exact import InputError
-from fairaudit.law import Law
-from fairaudit.monitor.bounds import (
-    Arrivals,
-    Tally,
-    log_wealth,
-    pair_levels,
-    stream_interval,
-    tallies,
-    wealth,
-    wealth_reaches,
-    weight,
-)
-from fairaudit.utility import Utility
+from fairaudit.errors import InputError
+from fairaudit.inference.anytime import Arrivals, stream_interval, tallies
+from fairaudit.inference.betting import Tally, log_wealth, wealth, wealth_reaches
+from fairaudit.inference.levels import pair_levels, weight
+from fairaudit.model.law import Law
+from fairaudit.model.utility import Utility
 
 F = Fraction
 UNIT = (F(0), F(1))

@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit import InputError
-from fairaudit.certificate import schema
-from fairaudit.law import Columns
-from fairaudit.mechanism import Mechanism
-from fairaudit.policy import Deployment, Policy
+from fairaudit.certificates.certificate import schema
+from fairaudit.model.layout import Columns
+from fairaudit.model.mechanism import Mechanism
+from fairaudit.model.policy import Deployment, Policy
 
 F = Fraction
 
@@ -107,7 +107,7 @@ def test_every_bound_holds_for_the_law_it_is_about(d: Deployment, values: list[i
 
 @given(deployments())
 def test_the_certificate_of_a_deployment_verifies(d: Deployment) -> None:
-    from fairaudit.checker import check
+    from fairaudit.checker.verification import check
 
     text = fa.certify(d, {"go": 1, "wait": "1/3"}).certificate.text
     jsonschema.validate(json.loads(text), schema())

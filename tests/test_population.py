@@ -17,8 +17,8 @@ from scipy import stats
 import fairaudit as fa
 from fairaudit import checker
 from fairaudit.cli import main
-from fairaudit.exact import InputError
-from fairaudit.sampling import cell_ends
+from fairaudit.errors import InputError
+from fairaudit.inference.ends import cell_ends
 
 F = Fraction
 YES = {"yes": 1}

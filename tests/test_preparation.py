@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 import fairaudit as fa
-from fairaudit.certificate import Certificate, schema
+from fairaudit.certificates.certificate import Certificate, schema
+from fairaudit.certificates.compare import compare
 from fairaudit.cli import main
-from fairaudit.compare import compare
-from fairaudit.report import markdown
+from fairaudit.model.utility_class import UtilityClass
+from fairaudit.reports.markdown import markdown
 from fairaudit.tables.labels import merge_labels
-from fairaudit.utility_class import UtilityClass
 
 SCHEMA = Draft202012Validator(schema())
 
@@ -263,7 +263,7 @@ def test_a_comparison_says_what_was_done_to_one_log_only() -> None:
 def test_intervals_read_in_parts_are_recorded(tmp_path: Path) -> None:
     import duckdb
 
-    from fairaudit.parts import certify_in_parts
+    from fairaudit.audits.in_parts import certify_in_parts
 
     rows = ", ".join(f"('{u}', '{a}', {age})" for u in ("yes", "no") for a in "fm" for age in (17, 20, 70))
     duckdb.sql(f"copy (select * from (values {rows}) t(u, a, age)) to '{tmp_path}/t.parquet'")

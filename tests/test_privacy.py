@@ -20,31 +20,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fairaudit import privacy
 from fairaudit.cli import main
-from fairaudit.exact import InputError
-from fairaudit.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
-from fairaudit.privacy import (
-    PairLaw,
-    approx_dp,
-    compose,
-    delta,
-    delta_at,
-    exp_epsilon,
-    gdp,
-    hockey_stick,
-    pair_law,
-    pair_laws,
-    pair_trade_off,
-    per_pair,
-    power,
-    profile,
-    pure_dp,
-    renyi,
-    trade_off,
-    zcdp,
-)
-from fairaudit.tables.mechanisms import read_mechanism, read_mechanism_with_notes
+from fairaudit.errors import InputError
+from fairaudit.model.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
+from fairaudit.model.mechanism_file import read_mechanism, read_mechanism_with_notes
+from fairaudit.privacy import epsilon_delta, pair_table
+from fairaudit.privacy.composition import compose
+from fairaudit.privacy.epsilon_delta import approx_dp, delta, delta_at, exp_epsilon, pure_dp
+from fairaudit.privacy.pair_table import per_pair
+from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_law, pair_laws, power
+from fairaudit.privacy.renyi_divergences import renyi, zcdp
+from fairaudit.privacy.trade_offs import gdp, pair_trade_off, profile, trade_off
 
 F = Fraction
 KS = [F(1), F(11, 10), F(3, 2), F(7, 3), F(9)]
@@ -143,14 +129,12 @@ def test_pure_approximate_and_per_pair_are_those_of_the_multiplied_table(mechani
 
 @given(mechanisms(), st.sampled_from(KS))
 def test_both_ways_to_evaluate_pairs_agree(mechanism: Mechanism, k: F) -> None:
-    kept = privacy._dense
-    try:
-        found = []
-        for dense in (True, False):
-            privacy._dense = lambda mechanism, dense=dense: dense
+    found = []
+    for dense in (True, False):
+        with pytest.MonkeyPatch.context() as patch:
+            for module in (epsilon_delta, pair_table):
+                patch.setattr(module, "worth_multiplying_out", lambda mechanism, dense=dense: dense)
             found.append((list(per_pair(mechanism, k)), approx_dp(mechanism, k).delta))
-    finally:
-        privacy._dense = kept
     assert found[0] == found[1]
 
 

@@ -24,7 +24,7 @@ from test_checker_unit import checker, detached, raw
 from test_checker_worst_case import TINY, Case, Solved, tampered, true_certificate
 
 import fairaudit as fa
-from fairaudit.certificate import schema
+from fairaudit.certificates.certificate import schema
 from fairaudit.cli import main
 from fairaudit.tables.examples import example
 
@@ -84,10 +84,10 @@ def rests_on(text: str) -> dict[str, str]:
 
 def test_every_id_has_an_entry() -> None:
     index = read_index(PROOFS)
-    accepted = {key[2] for key in checker.RULES} | {"binomial", *checker.METHODS, checker.BETTING}
+    accepted = {key[2] for key in checker.claims.RULES} | {"binomial", *checker.intervals.METHODS, checker.intervals.BETTING}
     assert set(index["cited"]) == accepted
     assert set(schema()["$defs"]["claim"]["properties"]["by"]["enum"]) == accepted
-    code = "".join(path.read_text("utf-8") for path in (ROOT / "fairaudit").rglob("*.py") if path.name != "checker.py")
+    code = "".join(path.read_text("utf-8") for path in (ROOT / "fairaudit").rglob("*.py") if path.parent.name != "checker")
     written = set(re.findall(r'"(T\d+(?:-[a-z]+)?)"', code))
     assert {"T1", "T1-paper", "T5-decision", "T10", "T11", "T12"} <= written
     assert written <= {*index["cited"], *index["further"]}

@@ -19,9 +19,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fairaudit.exact import InputError
-from fairaudit.mechanism import Identity, Mechanism, Product, RandomizedResponse
-from fairaudit.release_store import ReleaseStore
+from fairaudit.errors import InputError
+from fairaudit.model.mechanism import Identity, Mechanism, Product, RandomizedResponse
+from fairaudit.model.release_store import ReleaseStore
 
 RACES = 60
 WIDE = RandomizedResponse(range(1000), keep_probability="0.001")
@@ -82,7 +82,7 @@ def test_two_threads_that_race_are_shown_one_draw(kind: str, tmp_path: Path) -> 
 def test_processes_that_race_are_shown_one_draw_each(tmp_path: Path) -> None:
     """Six processes open a file that does not exist yet, and release for the same 60 subjects, in both orders."""
     code = (
-        "import sys; from fairaudit.mechanism import RandomizedResponse as R; from fairaudit.release_store import ReleaseStore as S\n"
+        "import sys; from fairaudit import RandomizedResponse as R, ReleaseStore as S\n"
         "f = R(range(1000), keep_probability='0.001'); n = int(sys.argv[2]); s = S(sys.argv[1])\n"
         "found = {k: f.release(n, subject=k, attribute='place', store=s) for k in list(range(60))[:: 1 if n % 2 else -1]}\n"
         "print(sorted(found.items()))"

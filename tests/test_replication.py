@@ -13,10 +13,10 @@ import pytest
 from independent_logs import SHAPES, Rows, persons, runs, winners
 
 import fairaudit as fa
-from fairaudit import replication
 from fairaudit.cli import main
-from fairaudit.columns import Tally
+from fairaudit.model import replication
 from fairaudit.tables.csv import read_csv
+from fairaudit.tables.tally import Tally
 
 NAMES = ("unit", "x", "a", "u")
 

@@ -23,12 +23,14 @@ from test_certificate import FOUR, KINDS, admissions, infinite, small_counts, we
 
 import fairaudit as fa
 from fairaudit import checker
-from fairaudit.certificate import Table
-from fairaudit.certificate_reader import load, subject
+from fairaudit.certificates.reader import load, subject
+from fairaudit.certificates.table import Table
 from fairaudit.cli import main as command
-from fairaudit.report import html, markdown
-from fairaudit.report.content import describe
-from fairaudit.sampling import cell_ends, local_comparison
+from fairaudit.inference.ends import cell_ends
+from fairaudit.inference.table_comparisons import local_comparison
+from fairaudit.reports.content import describe
+from fairaudit.reports.markdown import markdown
+from fairaudit.reports.page import html
 from fairaudit.testing import laws, utilities
 
 

@@ -22,7 +22,7 @@ from test_checker_unit import INF, text
 
 import fairaudit as fa
 from fairaudit import checker
-from fairaudit.report import html
+from fairaudit.reports.page import html
 
 GOLDEN = Path(__file__).parent / "golden"
 FULL = bool(os.environ.get("FAIRAUDIT_FULL"))

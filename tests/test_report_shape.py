@@ -15,7 +15,7 @@ import pytest
 from certificates import KINDS, random_certificate
 
 from fairaudit import checker
-from fairaudit.report import html
+from fairaudit.reports.page import html
 
 NODE = shutil.which("node")
 SPELT = ("2/4", "01", "-1", "+1", "0/3", "x", "inf", "1/1", "fairaudit-certificate/2")

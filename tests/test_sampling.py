@@ -19,30 +19,23 @@ from hypothesis import strategies as st
 from mpmath import iv, mp
 from scipy import stats
 
-from fairaudit import Law, Policy, Product, RandomizedResponse, Utility, certify, checker, read_csv, sampling
-from fairaudit.exact import InputError
-from fairaudit.mechanism import Identity
-from fairaudit.sampling import (
-    Cell,
-    Comparison,
-    box_levels,
-    cell_ends,
-    confidence_level,
-    default_region,
-    further_draws,
-    global_comparison,
-    greatest_ratio,
-    least_ratio,
-    local_comparison,
-    noise_floor,
-    plan,
-    policy_comparison,
-    ratio_interval,
-    sampled_population_interval,
-    tail_bound,
-    test_filter,
-    verdict,
-)
+from fairaudit import Law, Policy, Product, RandomizedResponse, Utility, certify, checker, read_csv
+from fairaudit.errors import InputError
+from fairaudit.inference import quotients
+from fairaudit.inference.cells import Cell
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.ends import cell_ends
+from fairaudit.inference.estimated_population import sampled_population_interval
+from fairaudit.inference.hypothesis_tests import noise_floor, test_filter
+from fairaudit.inference.levels import box_levels, confidence_level
+from fairaudit.inference.planning import further_draws, plan
+from fairaudit.inference.policy_comparisons import policy_comparison
+from fairaudit.inference.quotients import greatest_ratio, least_ratio
+from fairaudit.inference.ratio_intervals import default_region, ratio_interval
+from fairaudit.inference.table_comparisons import global_comparison, local_comparison
+from fairaudit.inference.tails import tail_bound
+from fairaudit.inference.verdicts import verdict
+from fairaudit.model.mechanism import Identity
 
 F = Fraction
 ALPHA = F(1, 20)
@@ -920,7 +913,7 @@ def test_planning_for_many_cells_looks_at_those_that_decide(monkeypatch: pytest.
     law = Law.from_array(pick.integers(30 * factor, 90 * factor, (60, 3, 2)), kind="counts")
     comparison = local_comparison(law, Utility({"0": 1, "1": "0.25"}).on(law))
     quick = further_draws(comparison, max_ratio="2.2")
-    monkeypatch.setattr(sampling, "DECISIVE_CELLS", 10**9)
+    monkeypatch.setattr(quotients, "DECISIVE_CELLS", 10**9)
     full = further_draws(comparison, max_ratio="2.2")
     assert quick.decides == full.decides is not None
     assert full.draws is not None
@@ -949,7 +942,7 @@ def test_many_cells_have_the_interval_of_all_of_them(seed: int, binary: bool) ->
     found = []
     for least in (10**9, 0):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(sampling, "DECISIVE_CELLS", least)
+            patch.setattr(quotients, "DECISIVE_CELLS", least)
             found.append(ratio_interval(comparison, "0.95"))
     every, decisive = found
     assert decisive.upper == every.upper

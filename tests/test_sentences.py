@@ -16,16 +16,18 @@ from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit import checker
-from fairaudit.certificate_reader import load
+from fairaudit.certificates.reader import load
 from fairaudit.cli import main as command
-from fairaudit.columns import plain
-from fairaudit.exact import quotient
-from fairaudit.fairness import Witness
-from fairaudit.monitor.bounds import Arrivals
-from fairaudit.report import html, markdown
-from fairaudit.report.content import describe
-from fairaudit.sampling import Comparison, Interval
+from fairaudit.exact.rationals import quotient
+from fairaudit.inference.anytime import Arrivals
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.interval import Interval
+from fairaudit.measures.ratios import Witness
+from fairaudit.reports.content import describe
+from fairaudit.reports.markdown import markdown
+from fairaudit.reports.page import html
 from fairaudit.tables.examples import example
+from fairaudit.words import plain
 
 pytest_plugins = ["pytester"]
 EXAMPLE = ["certify", "--example", "ucb-admissions"]
@@ -264,13 +266,13 @@ def test_the_pair_behind_the_upper_end_of_the_product_region(law: fa.Law, limits
 
 def bounds_of_pairs(comparison: Comparison, levels: list[str]) -> Any:
     """The greatest quotient p/q of means whose tails exceed b, and whose product of tails exceeds c, for every pair: on a fine grid."""
-    from fairaudit.sampling import _reach  # of one pair at a time, without the pruning that is on trial
+    from fairaudit.inference.product_region import pair_reach  # of one pair at a time, without the pruning that is on trial
 
     guard, c = map(Fraction, levels)
     for block, (context, groups) in zip(comparison.blocks, comparison.labels, strict=True):
         for i, j in permutations(range(len(block)), 2):
             top, bottom = (comparison.cells[block[k][0][0]] for k in (i, j))
-            yield labels(Witness(context, groups[i], groups[j], (Fraction(0), Fraction(0)))), float(_reach([top], [bottom], guard, c))
+            yield labels(Witness(context, groups[i], groups[j], (Fraction(0), Fraction(0)))), float(pair_reach([top], [bottom], guard, c))
 
 
 @settings(max_examples=40, deadline=None)
@@ -364,7 +366,7 @@ def test_a_monitor_names_the_pair(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 def test_a_monitor_state_of_before_keeps_its_digest() -> None:
     """A benefit is not written down, so that states of before are known again."""
-    from fairaudit.monitor.settings import Settings
+    from fairaudit.streams.settings import Settings
 
     benefit = Settings(group=("sex",), decision="answer", utility={"yes": "1"})
     burden = Settings(group=("sex",), decision="answer", utility={"yes": "1"}, burden=True)
@@ -482,7 +484,7 @@ def test_sizes_of_contexts_that_were_read_in_parts(tmp_path: Path) -> None:
     path = tmp_path / "log.parquet"
     rows = ", ".join(f"('{x}', '{a}', '{u}')" for x in "pq" for a, shares in (("f", 12), ("m", 30)) for u in ["yes"] * shares + ["no"] * 10)
     duckdb.execute(f"copy (from (values {rows}) log(x, a, u)) to '{path}' (format parquet)")
-    from fairaudit.parts import certify_in_parts
+    from fairaudit.audits.in_parts import certify_in_parts
 
     result = certify_in_parts(path, {"yes": 1}, decision="u", group="a", context="x", max_local_ratio="5/4")
     assert (

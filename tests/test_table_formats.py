@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from fairaudit import InputError, read_log
+from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.cli import main
-from fairaudit.parts import certify_in_parts
-from fairaudit.tables.engines import survey_log
+from fairaudit.tables.engines.logs import survey_log
 
 COMMAND = ("--decision", "answer", "--group", "sex", "--utility", "yes", "--confidence", "none")
 

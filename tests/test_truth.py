@@ -21,10 +21,12 @@ from jsonschema import Draft202012Validator
 
 import fairaudit as fa
 from fairaudit import checker
-from fairaudit.certificate import Certificate, Table, schema
+from fairaudit.certificates.certificate import Certificate, schema
+from fairaudit.certificates.table import Table
 from fairaudit.cli import main
-from fairaudit.report import html, markdown
-from fairaudit.sampling import difference_interval
+from fairaudit.inference.differences import difference_interval
+from fairaudit.reports.markdown import markdown
+from fairaudit.reports.page import html
 
 SCHEMA = Draft202012Validator(schema())
 

@@ -16,12 +16,14 @@ import numpy as np
 import pytest
 
 from fairaudit import InputError, Law
-from fairaudit import worst_utility as module
+from fairaudit.audits.worst_utility import certify_worst_case
 from fairaudit.cli import main
-from fairaudit.fairness import local_supremum
-from fairaudit.utility_class import Ball, Family, UtilityClass
-from fairaudit.worst_utility import WorstCase, worst_case
-from fairaudit.worst_utility_certificate import certify_worst_case
+from fairaudit.exact import linear_programs
+from fairaudit.exact.linear_programs import solve_with_highs
+from fairaudit.measures.ratios import local_supremum
+from fairaudit.model.utility_class import Ball, Family, UtilityClass
+from fairaudit.worst.methods import worst_case
+from fairaudit.worst.result import WorstCase
 
 F = Fraction
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
@@ -691,7 +693,7 @@ WAYS = ("raises", "nothing", "scaled", "zeroed", "sign", "noise", "garbage", "na
 
 
 def test_a_lying_solver_never_makes_a_false_claim(monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = module._solve_lp
+    honest = solve_with_highs
     rng = random.Random(11)
     kinds = [kind for kind in CLASSES if kind != "range"]
     cases = []
@@ -704,7 +706,7 @@ def test_a_lying_solver_never_makes_a_false_claim(monkeypatch: pytest.MonkeyPatc
     for number in range(total):
         way = WAYS[number % len(WAYS)]
         law, of, quantity, truth = cases[number // len(WAYS) % len(cases)]
-        monkeypatch.setattr(module, "_solve_lp", lambda *given, way=way: corrupt(rng, way, honest(*given)))
+        monkeypatch.setattr(linear_programs, "solve_with_highs", lambda *given, way=way: corrupt(rng, way, honest(*given)))
         try:
             found = worst_case(law, of, quantity)
         except InputError as error:

@@ -22,7 +22,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print the message and where help is, and exit with code 2."""
-        from fairaudit.cli.text import plain
+        from fairaudit.words import plain
 
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {plain(' '.join(message.split()))}; see {self.prog} --help\n")
 
@@ -76,12 +76,12 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
         return code
     except BrokenPipeError:
-        from fairaudit.cli.text import silence
+        from fairaudit.cli.output import silence
 
         silence()  # the reader of our output went away (a closed pager, say); there is nobody to tell
         return 0
     except OSError as error:
-        from fairaudit.cli.text import silence
+        from fairaudit.cli.output import silence
 
         silence()
         print(f"fairaudit: the output cannot be written: {error.strerror or error}", file=sys.stderr)
@@ -93,11 +93,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("fairaudit: the table does not fit into memory", file=sys.stderr)
         return EXIT_BAD_INPUT
     except ValueError as error:
-        from fairaudit.exact import InputError
+        from fairaudit.errors import InputError
 
         if not isinstance(error, InputError):
             raise
-        from fairaudit.cli.text import plain
+        from fairaudit.words import plain
 
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return EXIT_BAD_INPUT

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fairaudit.allocation import Allocation
-    from fairaudit.audit import Result
-    from fairaudit.fairness import Ratio
-    from fairaudit.limits import Quantity
-    from fairaudit.sampling import Interval
+    from fairaudit.audits.result import Result
+    from fairaudit.inference.interval import Interval
+    from fairaudit.measures.limits import Quantity
+    from fairaudit.measures.ratios import Ratio
+    from fairaudit.model.allocation import Allocation
 
 FOREIGN = ("decision", "group", "count", "probability", "weight", "utility", "utility_column")
 NOT_HERE = ("in_parts", "unit", "interval", "independent_cells", "utility_range", "placebo", "placebo_group", "claimed_exp_epsilon")
@@ -22,13 +22,13 @@ NOT_HERE = ("in_parts", "unit", "interval", "independent_cells", "utility_range"
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.allocation import CHOSEN, read_allocation
-    from fairaudit.audit import certify
-    from fairaudit.cli import limits, source
-    from fairaudit.cli.certify import check_output, column_list
-    from fairaudit.cli.population import confidence_option
-    from fairaudit.cli.text import plain, put
-    from fairaudit.exact import InputError
+    from fairaudit.audits.certify import certify
+    from fairaudit.cli.options import column_list, column_roles, confidence_option, given_limits
+    from fairaudit.cli.output import check_output, put
+    from fairaudit.cli.source import read_source
+    from fairaudit.errors import InputError
+    from fairaudit.model.allocation import CHOSEN, read_allocation
+    from fairaudit.words import plain
 
     for name in FOREIGN:
         if getattr(arguments, name):
@@ -43,10 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.table is None or arguments.winner is None:
         raise InputError("--slots needs a table and --winner COL, the column that says who was chosen")
     bound = _bound(arguments.profile_exp_epsilon)
-    slots, context = column_list(arguments.slots), source.column_roles(arguments.context)
-    table = source.read(arguments, arguments.table, (*slots, arguments.winner, *context.names), context.edges, [])
+    slots, context = column_list(arguments.slots), column_roles(arguments.context)
+    table = read_source(arguments, arguments.table, (*slots, arguments.winner, *context.names), context.edges, [])
     check_output(arguments)
-    targets = limits.given(arguments)
+    targets = given_limits(arguments)
     judged, embed = confidence_option(arguments.confidence), False if arguments.no_table else None
     try:
         found = read_allocation(table, slots=slots, winner=arguments.winner, context=context.names)
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _bound(profile_exp_epsilon: str | None) -> Any:
     if profile_exp_epsilon is None:
         return None
-    from fairaudit.bounds import t10
+    from fairaudit.theorems.t10 import t10
 
     return t10(profile_exp_epsilon)
 
@@ -87,8 +87,8 @@ def _chances(result: Result) -> list[tuple[str, Fraction]]:
 
 
 def _text(found: Allocation, profile: Result, position: Result, within: Result, bound: Any, written: list[Path]) -> str:
-    from fairaudit.cli.text import plain, verdict
-    from fairaudit.exact import approximate
+    from fairaudit.reports.text import verdict
+    from fairaudit.words import approximate, plain
 
     blocks = [verdict(profile) if profile.targets else f"{found.runs} choices among {found.slots} candidates each; no target was set."]
     blocks += [f"WARNING: {plain(warning)}." for warning in found.warnings]
@@ -128,15 +128,14 @@ def _text(found: Allocation, profile: Result, position: Result, within: Result, 
 
 
 def _ends(interval: Interval) -> str:
-    from fairaudit.exact import approximate
+    from fairaudit.words import approximate
 
     ends = f"between {approximate(interval.lower, 'down')} and {approximate(interval.upper, 'up')}"
     return f"of the chooser behind these choices: {ends}, at confidence {float(100 * interval.confidence):.6g} %"
 
 
 def _where(measured: Any) -> str:
-    from fairaudit.audit import place
-    from fairaudit.exact import approximate
+    from fairaudit.words import approximate, place
 
     witness = measured.witness
     high, low = (approximate(v) for v in witness.expectations)
@@ -145,8 +144,8 @@ def _where(measured: Any) -> str:
 
 
 def _json(found: Allocation, profile: Result, position: Result, within: Result, bound: Any) -> dict[str, Any]:
-    from fairaudit.audit import measure_entry
-    from fairaudit.certificate import number
+    from fairaudit.certificates.document import measure_entry
+    from fairaudit.certificates.numbers import number
 
     def effect(result: Result) -> dict[str, Any]:
         return {

@@ -8,18 +8,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fairaudit.cli.population import METHODS
+from fairaudit.cli.options import METHODS
 from fairaudit.cli.sections import check_keys, check_targets, read_section
-from fairaudit.columns import Label, Tally, names
-from fairaudit.exact import InputError, nearest, shown
-from fairaudit.law import Law
-from fairaudit.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
-from fairaudit.policy import Deployment, Policy
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.model.law import Law
+from fairaudit.model.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
+from fairaudit.model.policy import Deployment, Policy
+from fairaudit.model.utility import Utility
 from fairaudit.tables.csv import CsvTable, read_csv
-from fairaudit.tables.engines import read_log
-from fairaudit.tables.engines.files import form
+from fairaudit.tables.engines.logs import read_log
+from fairaudit.tables.engines.paths import form
 from fairaudit.tables.labels import merge_labels, read_label_map
-from fairaudit.utility import Utility
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import Label, names
 
 __all__ = ["Audit", "read_audit", "read_policy"]
 
@@ -239,7 +240,7 @@ def _values(value: Any, where: str) -> list[Label]:
 
 def _simple_filter(kind: str, section: Mapping[str, Any], where: str, values: list[Label], folder: Path) -> Mechanism:
     if kind == "table":
-        from fairaudit.tables.mechanisms import read_mechanism
+        from fairaudit.model.mechanism_file import read_mechanism
 
         # The columns of the file are named after what it holds, input and output; the policy's own names count.
         return replace(read_mechanism(folder / _text(section, "table", where)), columns=())

@@ -6,14 +6,16 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import limits
+from fairaudit.cli.options import add_limit, given_limit, groups_option, limits_as_options
 
 if TYPE_CHECKING:
-    from fairaudit.calibration import Calibration
+    from fairaudit.filters.calibration import Calibration
+
 
 DESCRIPTION = """\
 Find the randomized response that tells the truth as often as possible and still guarantees a fairness target: for every policy
 behind it that keeps a floor, for a policy whose own ratio is known, or for the known policy of an audit file."""
+
 
 EPILOG = """\
 exit codes: 0 found; 1 infeasible (the reason says what would be feasible); 2 bad input; 3 none was found, but none was ruled out
@@ -24,7 +26,9 @@ examples:
   fairaudit calibrate --max-log 0.05,0.1,0.2,0.5 --groups 16 --tau 0.3 --plot calibration.png
   fairaudit calibrate --max-ratio 1.6 --bound policy audit.toml"""
 
+
 BOUNDS = ("mechanism", "sharp", "tight", "paper", "contraction", "policy")
+
 NUMBERS = ("gamma", "tau", "g_min", "delta", "lipschitz", "diameter")
 
 
@@ -40,7 +44,7 @@ def add(commands: Any) -> None:
     )
     parser.set_defaults(run=run)
     parser.add_argument("audit", metavar="AUDIT.toml", nargs="?", help="the policy, for --bound policy, or its own ratio, for contraction")
-    limits.add_single(parser, required=True, several=True)
+    add_limit(parser, required=True, several=True)
     parser.add_argument("--global", dest="overall", action="store_true", help="the limit is on the global ratio (needs independence)")
     parser.add_argument("--groups", metavar="K", help="number of groups, or name=2,age=5,… for attributes that are filtered independently")
     parser.add_argument("--bound", choices=BOUNDS, default=None, help="which guarantee (mechanism; policy with an audit file)")
@@ -59,14 +63,14 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.cli.text import put
-    from fairaudit.exact import InputError
+    from fairaudit.cli.output import put
+    from fairaudit.errors import InputError
 
     solve = _policy_solver(arguments) if (arguments.bound or ("policy" if arguments.audit else "")) == "policy" else _solver(arguments)
     try:
-        found = [solve({"quantity": "global" if arguments.overall else "local", **limit}) for limit in limits.single(arguments)]
+        found = [solve({"quantity": "global" if arguments.overall else "local", **limit}) for limit in given_limit(arguments)]
     except InputError as error:
-        raise InputError(limits.as_options(str(error))) from None
+        raise InputError(limits_as_options(str(error))) from None
     if arguments.plot is not None:
         from fairaudit.plots import save_truth_kept
 
@@ -79,43 +83,10 @@ def run(arguments: argparse.Namespace) -> int:
     return (1 if any(c.settled for c in missed) else 3) if missed else 0
 
 
-def groups_option(text: str) -> int | dict[str, int]:
-    """Read ``16`` or ``name=2,age=5``.
-
-    Raises
-    ------
-    InputError
-        If the two forms are mixed, or a number is not one.
-
-    Examples
-    --------
-    >>> groups_option("16"), groups_option("name=2,age=5")
-    (16, {'name': 2, 'age': 5})
-    """
-    from fairaudit.exact import InputError, shown
-
-    def size(digits: str) -> int:
-        if not (digits.isascii() and digits.isdigit() and len(digits) < 6):
-            raise InputError(f"--groups {shown(text)}: {shown(digits)} is not a number of values from 2 to 10000")
-        return int(digits)
-
-    parts = [part.strip() for part in text.split(",")]
-    if len(parts) == 1 and "=" not in text:
-        return size(parts[0])
-    named: dict[str, int] = {}
-    for part in parts:
-        name, equals, digits = part.partition("=")
-        if not equals or not name.strip():
-            raise InputError(f"--groups {shown(text)} mixes forms; give one number, or name=number for every attribute")
-        if name.strip() in named:
-            raise InputError(f"--groups {shown(text)} names {shown(name.strip())} twice")
-        named[name.strip()] = size(digits.strip())
-    return named
-
-
 def _solver(arguments: argparse.Namespace) -> Any:
-    from fairaudit.calibration import alphabets, calibrate
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
+    from fairaudit.filters.calibration import calibrate
+    from fairaudit.filters.responses import alphabets
 
     options: dict[str, Any] = {name: getattr(arguments, name) for name in NUMBERS if getattr(arguments, name) is not None}
     groups: Any = None if arguments.groups is None else groups_option(arguments.groups)
@@ -133,8 +104,8 @@ def _solver(arguments: argparse.Namespace) -> Any:
 
 
 def _policy_solver(arguments: argparse.Namespace) -> Any:
-    from fairaudit.calibration import calibrate_policy
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
+    from fairaudit.filters.calibration_with_policy import calibrate_policy
 
     if arguments.audit is None:
         raise InputError("--bound policy needs an audit file with [policy] and [utility]")
@@ -158,7 +129,7 @@ def _policy(path: str) -> tuple[Any, Any, Any]:
 def _own_ratio(policy: Any, utility: Any) -> Any:
     from math import inf
 
-    from fairaudit.fairness import local_fairness
+    from fairaudit.measures.ratios import local_fairness
 
     table = utility.on(policy.law)
     found = local_fairness(table.law, table)
@@ -175,9 +146,8 @@ def _kept(found: Calibration) -> str:
 
 
 def _text(found: Calibration) -> str:
-    from fairaudit.cli.text import plain
-    from fairaudit.exact import approximate
-    from fairaudit.limits import limit_text
+    from fairaudit.measures.limits import limit_text
+    from fairaudit.words import approximate, plain
 
     goal = limit_text(found.quantity, "ratio", found.target)
     if not found.feasible:
@@ -204,8 +174,8 @@ def _text(found: Calibration) -> str:
 
 
 def _table(found: list[Calibration]) -> str:
-    from fairaudit.exact import approximate
-    from fairaudit.limits import limit_cells
+    from fairaudit.measures.limits import limit_cells
+    from fairaudit.words import approximate
 
     rows = [("ratio at most", "least/greatest", "log", "epsilon", "keep probability", "guaranteed R", "paper keeps")]
     for c in found:
@@ -223,8 +193,8 @@ def _table(found: list[Calibration]) -> str:
 
 
 def _entry(found: Calibration) -> dict[str, Any]:
-    from fairaudit.certificate import number
-    from fairaudit.limits import limit_readings
+    from fairaudit.certificates.numbers import number
+    from fairaudit.measures.limits import limit_readings
 
     return {
         "quantity": found.quantity,

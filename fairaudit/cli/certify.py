@@ -4,35 +4,32 @@ from __future__ import annotations
 
 import argparse
 import gc
-import json
-import os
 import re
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import limits, population, source
-from fairaudit.cli.source import column_roles, source_name
+from fairaudit.cli import population as population_module
+from fairaudit.cli.options import add_limits, column_list, column_roles, confidence_option, given_limits, utility_range, utility_spec
+from fairaudit.cli.output import check_output, report
+from fairaudit.cli.population import add_population, population_options
+from fairaudit.cli.source import add_label_options, add_source, law_from_options, progress, read_source, source_name, with_labels
 
 if TYPE_CHECKING:
-    from fairaudit.audit import Result
     from fairaudit.cli.audit_file import Audit
-    from fairaudit.cli.population import Finding
-    from fairaudit.columns import Tally
-    from fairaudit.fairness import Distance, Ratio
-    from fairaudit.law import Law
-    from fairaudit.sentences import Deciding, Sizes
-    from fairaudit.tables.csv import CsvTable
-    from fairaudit.utility import Utility
+    from fairaudit.model.law import Law
+    from fairaudit.model.utility import Utility
+
 
 MOST_ROWS = 20_000_000
+
 DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
+
 DESCRIPTION = """\
 Measure how unequally a table of decisions treats groups: exactly, with the pair of groups that is worst off, and as a certificate that
 anybody can check. The table has one of three forms: a count per row (--count), a probability per row (--probability), or one
 decision per row (neither); such a log may have any size, in CSV, Parquet or JSON lines, or in a database."""
+
 
 EPILOG = """\
 exit codes: 0 within the targets, or no target; 1 a target is exceeded; 2 bad input; 3 inconclusive
@@ -95,8 +92,8 @@ def add(commands: Any) -> None:
         "--burden", action="store_true", help="the utility counts a burden: the group with more of it is disadvantaged, not favoured"
     )
     targets = parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)")
-    limits.add_options(targets)
-    population.add_options(parser)
+    add_limits(targets)
+    add_population(parser)
     rest = parser.add_argument_group("input and output")
     rest.add_argument(
         "--missing",
@@ -104,8 +101,8 @@ def add(commands: Any) -> None:
         default="error",
         help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
     )
-    source.add_label_options(rest)
-    source.add_options(rest)
+    add_label_options(rest)
+    add_source(rest)
     rest.add_argument(
         "--in-parts",
         action="store_true",
@@ -123,7 +120,7 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
 
     if arguments.list_examples:
         _list_examples()
@@ -135,7 +132,7 @@ def run(arguments: argparse.Namespace) -> int:
             other = "--from-monitor" if arguments.from_monitor else "--slots"
             raise InputError(f"--{name} does not go with {other}; true labels go with counts and logs of decisions")
     if arguments.from_monitor is not None:
-        from fairaudit.cli.monitor import certify_state
+        from fairaudit.cli.monitored import certify_state
 
         return certify_state(arguments)
     if arguments.at_alarm:
@@ -172,20 +169,20 @@ def _uncollected() -> Iterator[None]:
 
 def _certify(arguments: argparse.Namespace) -> int:
     """Certify a table, a log or an audit file."""
-    from fairaudit.audit import certify
-    from fairaudit.exact import InputError
-    from fairaudit.tables.engines import ManyRowsError
+    from fairaudit.audits.certify import certify
+    from fairaudit.errors import InputError
+    from fairaudit.tables.engines.request import ManyRowsError
 
     audit = _audit_file(arguments) if isinstance(arguments.table, str) and arguments.table.endswith(".toml") else None
     try:
         subject, utility = (audit.subject, audit.utility) if audit else _read(arguments, None if _unfit_for_parts(arguments) else MOST_ROWS)
     except ManyRowsError:
         return _certify_in_parts(arguments)
-    targets = limits.given(arguments)
+    targets = given_limits(arguments)
     check_output(arguments)
-    options = population.options(arguments, subject, audit.sampling if audit else {})
+    options = population_options(arguments, subject, audit.sampling if audit else {})
     burden = arguments.burden or (audit is not None and audit.burden)
-    declared = {**(audit.declared if audit else {}), **population.utility_range(arguments.utility_range)}
+    declared = {**(audit.declared if audit else {}), **utility_range(arguments.utility_range)}
     try:
         result = certify(
             subject,
@@ -197,29 +194,10 @@ def _certify(arguments: argparse.Namespace) -> int:
             positive=audit.positive if audit else arguments.positive,
             burden=burden,
         )
-        findings = population.findings(arguments, result, utility, options)
+        findings = population_module.findings(arguments, result, utility, options)
     except InputError as error:
         raise InputError(f"{source_name(arguments.table)}: {error}") from None
     return report(arguments, result, findings)
-
-
-def report(arguments: argparse.Namespace, result: Result, findings: list[Finding], notes: Sequence[str] = ()) -> int:
-    """Write the certificate, print what was found, and give the exit code."""
-    from fairaudit.cli.text import plain, put, summary
-
-    said = json.dumps(_json(result, arguments.top, findings), ensure_ascii=True, indent=1) if arguments.format == "json" else ""
-    written = result.certificate.save(arguments.output) if arguments.output is not None else []
-    if arguments.report is not None:
-        from fairaudit.cli.report import write_page
-
-        write_page(result.certificate, arguments.report)
-    if arguments.format == "json":
-        put(said)
-    else:
-        for note in (*result.notes, *notes):
-            print(f"note: {plain(note)}", file=sys.stderr)
-        put(summary(result, arguments.top, [str(path) for path in written], [plain(finding.sentence) for finding in findings]))
-    return 1 if any(finding.refuted for finding in findings) else result.exit_code
 
 
 def _unfit_for_parts(arguments: argparse.Namespace) -> str:
@@ -251,8 +229,8 @@ def _unfit_for_parts(arguments: argparse.Namespace) -> str:
 
 def _certify_in_parts(arguments: argparse.Namespace) -> int:
     """Certify a log of very many contexts."""
-    from fairaudit.exact import InputError
-    from fairaudit.parts import certify_in_parts
+    from fairaudit.audits.in_parts import certify_in_parts
+    from fairaudit.errors import InputError
 
     if unfit := _unfit_for_parts(arguments):
         raise InputError(f"--in-parts does not go with {unfit}")
@@ -260,7 +238,7 @@ def _certify_in_parts(arguments: argparse.Namespace) -> int:
     if arguments.decision is None or arguments.utility is None or not group.names:
         raise InputError("contexts that are read in parts need --decision, --group and --utility")
     check_output(arguments)
-    with source.progress() as told:
+    with progress() as told:
         try:
             result = certify_in_parts(
                 arguments.table,
@@ -272,8 +250,8 @@ def _certify_in_parts(arguments: argparse.Namespace) -> int:
                 table=arguments.database_table,
                 memory=arguments.memory,
                 report=told,
-                **limits.given(arguments),
-                confidence=population.confidence_option(arguments.confidence),
+                **given_limits(arguments),
+                confidence=confidence_option(arguments.confidence),
                 top=arguments.top,
                 embed_table=False if arguments.no_table else None,
                 burden=arguments.burden,
@@ -286,7 +264,7 @@ def _certify_in_parts(arguments: argparse.Namespace) -> int:
 def _audit_file(arguments: argparse.Namespace) -> Audit:
     """Read an audit file, which names its columns and utility itself."""
     from fairaudit.cli.audit_file import read_audit
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
 
     foreign = (
         "decision",
@@ -312,139 +290,12 @@ def _audit_file(arguments: argparse.Namespace) -> Audit:
     return read_audit(arguments.table)
 
 
-def column_list(given: list[str] | None) -> tuple[str, ...]:
-    """Names from repeated options with commas; a name with a comma is quoted as in CSV.
-
-    Raises
-    ------
-    InputError
-        If the quotes do not fit.
-
-    Examples
-    --------
-    >>> column_list(["sex, age", '"last, first"'])
-    ('sex', 'age', 'last, first')
-    """
-    return tuple(name for text in given or [] for name, _ in source.parts(text))
-
-
-def utility_spec(text: str) -> dict[str, str]:
-    """Read ``decision[=number],…``; a label with a comma or an equals sign is quoted as in CSV.
-
-    Raises
-    ------
-    InputError
-        If the text is not of that form.
-
-    Examples
-    --------
-    >>> utility_spec('yes,maybe=0.5,"no, sorry"=1/4')
-    {'yes': '1', 'maybe': '0.5', 'no, sorry': '1/4'}
-    """
-    from fairaudit.exact import InputError, shown
-
-    values: dict[str, str] = {}
-    rest = text.strip()
-    while rest:
-        if rest.startswith('"'):
-            end = 1
-            while (end := rest.find('"', end)) >= 0 and rest[end : end + 2] == '""':
-                end += 2
-            if end < 0:
-                raise InputError(f"--utility {shown(text)} has a quotation mark that is not closed")
-            label, rest = rest[1:end].replace('""', '"'), rest[end + 1 :].lstrip()
-        else:
-            cut = min((i for i in (rest.find(","), rest.find("=")) if i >= 0), default=len(rest))
-            label, rest = rest[:cut].strip(), rest[cut:]
-        value = "1"
-        if rest.startswith("="):
-            value, _, rest = rest[1:].partition(",")
-        elif rest.startswith(",") and len(rest) > 1:
-            rest = rest[1:]
-        elif rest:
-            raise InputError(f"--utility {shown(text)} is not of the form decision[=number],… near {shown(rest)}")
-        rest = rest.lstrip()
-        if not label or label in values:
-            raise InputError(
-                f"--utility {shown(text)} {'has an empty label' if not label else f'lists {shown(label)} twice'}; list each decision once"
-            )
-        values[label] = value.strip()
-    if not values:
-        raise InputError("--utility is empty; list at least one decision, such as Admitted or yes=1,maybe=0.5")
-    return values
-
-
 def _positive(text: str) -> int:
     if not re.fullmatch("[1-9][0-9]{0,4}", text) or int(text) > 10_000:
-        from fairaudit.exact import shown
+        from fairaudit.errors import shown
 
         raise argparse.ArgumentTypeError(f"{shown(text)} is not a whole number from 1 to 10000")
     return int(text)
-
-
-def check_output(arguments: argparse.Namespace) -> None:
-    """Refuse an output that cannot be written, or must not be, before the work is done."""
-    from fairaudit.exact import InputError
-
-    if getattr(arguments, "report", None) is not None:
-        _check_page(arguments)
-    if arguments.output is None:
-        if arguments.no_table:
-            raise InputError("--no-table needs -o FILE, to write the certificate and its table separately")
-        return
-    refuse_output(arguments.output, _tables(arguments))
-
-
-def refuse_output(name: str, tables: list[str]) -> None:
-    """Refuse a file that cannot be written, or is a table.
-
-    Raises
-    ------
-    InputError
-        If it is one of these.
-    """
-    from fairaudit.exact import InputError
-
-    path = Path(name)
-    try:
-        fault = _fault(path, tables)
-    except (OSError, ValueError) as error:
-        fault = f"cannot be written: {getattr(error, 'strerror', None) or error}"
-    if fault:
-        raise InputError(f"{path} {fault}")
-
-
-def _check_page(arguments: argparse.Namespace) -> None:
-    """Refuse a page that cannot be written, before the work is done."""
-    from fairaudit.exact import InputError
-    from fairaudit.report import check_extra
-
-    refuse_output(arguments.report, _tables(arguments))
-    if arguments.output is not None and os.path.realpath(arguments.output) == os.path.realpath(arguments.report):
-        raise InputError("-o and --report name the same file; the certificate and its page need one each")
-    check_extra()
-
-
-def _tables(arguments: argparse.Namespace) -> list[str]:
-    """Files that are read."""
-    tables = arguments.table if isinstance(arguments.table, list) else [arguments.table]
-    return [table for table in tables if isinstance(table, str) and not source.is_database(table)]
-
-
-def _fault(path: Path, tables: list[str]) -> str:
-    """Why a file must not be written; empty if nothing is wrong."""
-    if path.is_dir():
-        return "is a directory; name a file to write"
-    if not path.parent.is_dir():
-        return f"cannot be written: there is no directory {path.parent}"
-    try:
-        found = path.stat()
-    except FileNotFoundError:
-        return ""
-    if not path.is_file():
-        return "is a device or a pipe; name a file to write"
-    same = any(os.path.samestat(found, Path(table).stat()) for table in tables if Path(table).exists())
-    return "is the table itself; name another file to write" if same else ""
 
 
 def _list_examples() -> None:
@@ -456,7 +307,7 @@ def _list_examples() -> None:
 
 def _take_example(arguments: argparse.Namespace) -> None:
     """Fill in the options of an example; those that were given win."""
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
     from fairaudit.tables.examples import example
 
     if arguments.table is not None:
@@ -477,7 +328,7 @@ def _take_example(arguments: argparse.Namespace) -> None:
 
 def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility]:
 
-    from fairaudit.exact import InputError, shown
+    from fairaudit.errors import InputError, shown
 
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError(
@@ -502,12 +353,12 @@ def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility
     valued = [] if arguments.utility_column is None else [arguments.utility_column]
     truth = [] if arguments.truth is None else [arguments.truth]
     wanted = (decision, *groups, *contexts, *truth, *unit, *numeric, *valued)
-    table = source.read(arguments, arguments.table, wanted, {**group.edges, **context.edges}, [*numeric, *valued], most, contexts)
-    from fairaudit.utility import Utility
+    table = read_source(arguments, arguments.table, wanted, {**group.edges, **context.edges}, [*numeric, *valued], most, contexts)
+    from fairaudit.model.utility import Utility
 
     try:
         labelled = (decision, *groups, *contexts, *([arguments.truth] if arguments.truth else []))
-        table = source.with_labels(arguments, table, labelled)
+        table = with_labels(arguments, table, labelled)
         law = law_from_options(arguments, table, decision, groups, contexts, unit, arguments.truth)
         if arguments.utility is not None:
             utility = Utility(utility_spec(arguments.utility))
@@ -521,44 +372,12 @@ def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility
     return law, utility
 
 
-def law_from_options(
-    arguments: argparse.Namespace,
-    table: CsvTable | Tally,
-    decision: str,
-    groups: tuple[str, ...],
-    contexts: tuple[str, ...],
-    unit: tuple[str, ...] = (),
-    truth: str | None = None,
-) -> Law:
-    """Read the law that the options describe."""
-    from dataclasses import replace
-
-    from fairaudit.law import Law
-
-    if arguments.count is not None:
-        columns: dict[str, Any] = {"decision": decision, "group": groups, "context": contexts, "truth": truth}
-        law = Law.from_counts(table, **columns, count=arguments.count, missing=arguments.missing)
-    elif arguments.probability is not None:
-        law = Law.from_probabilities(
-            table,
-            decision=decision,
-            group=groups,
-            context=contexts,
-            probability=arguments.probability,
-            weight=arguments.weight,
-            missing=arguments.missing,
-        )
-    else:
-        law = Law.from_log(table, decision=decision, group=groups, context=contexts, missing=arguments.missing, unit=unit, truth=truth)
-    return replace(law, notes=(*table.notes, *law.notes))
-
-
 def _print_sql(arguments: argparse.Namespace) -> int:
     """Print the query that counts a log, for a database that is not reached from here, and the command that audits its result."""
     import shlex
 
-    from fairaudit.cli.text import put
-    from fairaudit.exact import InputError
+    from fairaudit.cli.output import put
+    from fairaudit.errors import InputError
     from fairaudit.tables.binning import Bins
     from fairaudit.tables.sql import COUNT_COLUMN, count_statement, table_name
 
@@ -589,71 +408,3 @@ def _print_sql(arguments: argparse.Namespace) -> int:
     words += ["--burden"] if arguments.burden else []
     put(f"-- Save the result as CSV with a header line, then: {shlex.join(words)}\n{statement};")
     return 0
-
-
-def _json(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
-    """What `--format json` prints: the certificate, the sentence, the most unequal pairs, findings of tests, and the notes."""
-    from fairaudit.audit import measure_entry
-    from fairaudit.exact import rational_text
-    from fairaudit.limits import limit_readings
-
-    return {
-        "verdict": result.verdict,
-        "sentence": result.sentence,
-        "targets": [
-            {
-                "quantity": target.quantity,
-                "unit": target.unit,
-                "limit": rational_text((target.limit.numerator, target.limit.denominator)),
-                "readings": limit_readings(target.unit, target.limit),
-                **({"estimand": target.estimand} if result.law.units else {}),
-                "verdict": target.verdict,
-            }
-            for target in result.targets
-        ],
-        "decided_by": [None if deciding is None else _decided(deciding, result) for deciding in result.deciding],
-        "most_unequal": {
-            name: [measure_entry(m) | _sizes(m, result) for m in measures] for name, measures in result.most_unequal(top).items()
-        },
-        "findings": [{"test": found.test, "sentence": found.sentence, **found.figures} for found in findings],
-        "further_draws": [
-            {
-                "quantity": target.quantity,
-                "unit": target.unit,
-                "draws": planned.draws,
-                "decides": planned.decides,
-                "total": planned.total,
-                "total_if_equal": planned.total_if_equal,
-                "sentence": planned.sentence,
-            }
-            for target, planned in result.further_draws
-        ],
-        "notes": list(result.notes),
-        "certificate": result.certificate.document,
-    }
-
-
-def _decided(deciding: Deciding, result: Result) -> dict[str, Any]:
-    """What decided a target: the pair of groups with its sizes, the end or ratio that was compared with the limit, and where it is from."""
-    from fairaudit.certificate import number
-
-    pair = deciding.pair
-    labels = None if pair is None else {"context": pair.context, "higher": pair.higher, "lower": pair.lower}
-    sized = {} if pair is None else _sized(result.sizes_of(pair))
-    return {"quantity": deciding.quantity, "end": deciding.end, "value": number(deciding.value), "by": deciding.by, "pair": labels, **sized}
-
-
-def _sizes(measured: Ratio | Distance, result: Result) -> dict[str, Any]:
-    from fairaudit.fairness import Ratio
-
-    return _sized(result.sizes_of(measured.witness)) if isinstance(measured, Ratio) else {}
-
-
-def _sized(found: Sizes | None) -> dict[str, Any]:
-    """How many decisions, and sampling units, were recorded of a pair."""
-    from fairaudit.certificate import number
-
-    if found is None:
-        return {}
-    units = {} if found[0].units is None else {"units": [size.units for size in found]}
-    return {"decisions": [number(size.decisions) for size in found], **units}

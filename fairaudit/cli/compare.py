@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fairaudit.compare import Change, Comparison, Moved
+    from fairaudit.certificates.compare import Change, Comparison, Moved
 
 DESCRIPTION = """\
 Compare two certificates of the same columns and utility: verdicts, targets, measures, intervals, bounds and the groups that moved, all of
@@ -61,11 +61,11 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.certificate_reader import load
-    from fairaudit.cli.text import put
+    from fairaudit.certificates.compare import compare
+    from fairaudit.certificates.reader import load
+    from fairaudit.cli.output import put
     from fairaudit.cli.verify import checked
-    from fairaudit.compare import compare
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
 
     if arguments.top < 0:
         raise InputError(f"--top {arguments.top} is not accepted; a number of at least 0 is")
@@ -103,7 +103,7 @@ def _unsaid(found: Comparison) -> list[str]:
 
 
 def _text(found: Comparison, notes: list[str], top: int) -> str:
-    from fairaudit.columns import plain
+    from fairaudit.words import plain
 
     blocks = [plain(_headline(found)), _aligned([_row(found.verdict), *map(_row, found.targets)])]
     for title, changes in (("Measures", found.metrics), ("Intervals for the population", found.intervals), ("Bounds", found.bounds)):
@@ -127,7 +127,7 @@ def _aligned(rows: list[tuple[str, str, str]]) -> str:
 
 
 def _row(change: Change) -> tuple[str, str, str]:
-    from fairaudit.columns import plain
+    from fairaudit.words import plain
 
     moved = _said(change.old) if change.old == change.new else f"{_said(change.old)} -> {_said(change.new)}"
     tail = change.direction if change.direction != "same" else "unchanged"
@@ -136,7 +136,7 @@ def _row(change: Change) -> tuple[str, str, str]:
 
 def _name(change: Change) -> str:
     """What moved, in words; of a bound the quantity comes first."""
-    from fairaudit.report.words import QUANTITIES
+    from fairaudit.reports.words import QUANTITIES
 
     quantity, by, rest = change.what.partition(" by ")
     return QUANTITIES.get(quantity, quantity) + by + rest if by else NAMES.get(change.what, change.what)
@@ -144,8 +144,8 @@ def _name(change: Change) -> str:
 
 def _said(value: str | None) -> str:
     """A value for a person: decimals, and the fraction where it is short."""
-    from fairaudit.certificate_reader import number
-    from fairaudit.exact import approximate
+    from fairaudit.certificates.reader import number
+    from fairaudit.words import approximate
 
     if value is None:
         return "none"
@@ -165,21 +165,20 @@ def _moved(found: Comparison) -> str:
 
 
 def _place(moved: Moved) -> str:
-    from fairaudit.audit import place
-    from fairaudit.columns import plain
+    from fairaudit.words import place, plain
 
     where = f"{place(moved.context)}: " if moved.context else ""
     return plain(f"{where}{place(moved.group)}")
 
 
 def _approximate(value: Any) -> str:
-    from fairaudit.exact import approximate
+    from fairaudit.words import approximate
 
     return "none" if value is None else approximate(value)
 
 
 def _json(found: Comparison, notes: list[str], top: int) -> str:
-    from fairaudit.certificate import number
+    from fairaudit.certificates.numbers import number
 
     def listed(changes: tuple[Change, ...]) -> list[dict[str, Any]]:
         return [
@@ -212,8 +211,8 @@ def _json(found: Comparison, notes: list[str], top: int) -> str:
 
 
 def _markdown(found: Comparison, notes: list[str], top: int) -> str:
-    from fairaudit.columns import plain
-    from fairaudit.report.markdown import code, prose, table
+    from fairaudit.reports.markdown import code, prose, table
+    from fairaudit.words import plain
 
     def rows(changes: tuple[Change, ...]) -> list[tuple[str, ...]]:
         return [(prose(_name(c)), _said(c.old), _said(c.new), c.direction, prose(c.note) if c.note else "") for c in changes]

@@ -7,13 +7,13 @@ import json
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import limits
+from fairaudit.cli.options import add_limit, given_limit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from fairaudit.filter_design import Design
-    from fairaudit.mechanism import Mechanism
+    from fairaudit.filters.design_result import Design
+    from fairaudit.model.mechanism import Mechanism
 
 DESCRIPTION = """\
 Find the filter of least expected distortion (the probability that a lie is released, or costs of your own) for a fairness target, a cap on
@@ -50,7 +50,7 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "audit", metavar="AUDIT.toml", nargs="?", help="policy, utility and population; its filters and targets are passed over"
     )
-    limits.add_single(parser, several=True)
+    add_limit(parser, several=True)
     cap = parser.add_mutually_exclusive_group()
     cap.add_argument("--max-epsilon", metavar="E", help="cap on epsilon of the whole filter, in nats")
     cap.add_argument("--max-exp-epsilon", metavar="Q", help="the same as e^ε, such as 7/3")
@@ -66,10 +66,10 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.cli.text import put
-    from fairaudit.exact import InputError
+    from fairaudit.cli.output import put
+    from fairaudit.errors import InputError
 
-    given = limits.single(arguments)
+    given = given_limit(arguments)
     targets = given or [{}]
     if len(targets) > 1 and arguments.output is not None:
         raise InputError("-o writes one filter; give one target")
@@ -110,9 +110,10 @@ def write_filter(mechanism: Mechanism, path: str) -> None:
     import io
     from pathlib import Path
 
-    from fairaudit.certificate import number, write_atomically
-    from fairaudit.exact import InputError
-    from fairaudit.tables.mechanisms import read_mechanism
+    from fairaudit.certificates.numbers import number
+    from fairaudit.errors import InputError
+    from fairaudit.files import write_atomically
+    from fairaudit.model.mechanism_file import read_mechanism
 
     def cell(value: int) -> str:
         return number(Fraction(value, mechanism.denominator))
@@ -150,9 +151,10 @@ def write_filter(mechanism: Mechanism, path: str) -> None:
 
 def _solver(arguments: argparse.Namespace) -> Callable[[Mapping[str, Any]], Design]:
     from fairaudit.cli.audit_file import read_policy
-    from fairaudit.cli.calibrate import groups_option
-    from fairaudit.exact import InputError
-    from fairaudit.filter_design import design, design_model_free
+    from fairaudit.cli.options import groups_option
+    from fairaudit.errors import InputError
+    from fairaudit.filters.model_free import design_model_free
+    from fairaudit.filters.with_policy import design
 
     options: dict[str, Any] = {"max_epsilon": arguments.max_epsilon, "max_exp_epsilon": arguments.max_exp_epsilon}
     if arguments.audit is None:
@@ -182,8 +184,8 @@ def _free(policy: Any, population: Any, options: Mapping[str, Any]) -> Callable[
     """A design without the policy, for its groups and their frequencies."""
     from dataclasses import replace
 
-    from fairaudit.filter_design import design_model_free
-    from fairaudit.mechanism import Identity
+    from fairaudit.filters.model_free import design_model_free
+    from fairaudit.model.mechanism import Identity
 
     law = policy.law
     mass = policy.behind(group=Identity(law.groups), population=population).mass
@@ -199,7 +201,7 @@ def _free(policy: Any, population: Any, options: Mapping[str, Any]) -> Callable[
 
 def _costs(path: str | None, width: int) -> dict[Any, Any] | None:
     """Read a file of costs: columns input…, output…, distortion."""
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
     from fairaudit.tables.csv import read_csv
 
     if path is None:
@@ -232,8 +234,8 @@ def _as_options(message: str) -> str:
 
 
 def _goal(found: Design) -> str:
-    from fairaudit.exact import approximate
-    from fairaudit.limits import limit_text
+    from fairaudit.measures.limits import limit_text
+    from fairaudit.words import approximate
 
     parts = [] if found.target is None else [limit_text("local", "ratio", found.target)]
     parts += [] if found.max_exp_epsilon is None else [f"e^ε at most {approximate(found.max_exp_epsilon)}"]
@@ -241,8 +243,7 @@ def _goal(found: Design) -> str:
 
 
 def _text(found: Design, written: str | None) -> str:
-    from fairaudit.cli.text import plain
-    from fairaudit.exact import approximate
+    from fairaudit.words import approximate, plain
 
     if found.mechanism is None or found.distortion is None or found.truth_kept is None:
         return f"INFEASIBLE   {_goal(found)}\n\n{found.reason[:1].upper()}{found.reason[1:]}."
@@ -271,7 +272,7 @@ def _text(found: Design, written: str | None) -> str:
 
 def _filter(mechanism: Mechanism) -> str:
     """The table, if it is small."""
-    from fairaudit.cli.text import plain
+    from fairaudit.words import plain
 
     size = len(mechanism.inputs)
     if size > SHOWN_GROUPS:
@@ -282,8 +283,8 @@ def _filter(mechanism: Mechanism) -> str:
 
 
 def _table(found: Sequence[Design]) -> str:
-    from fairaudit.exact import approximate
-    from fairaudit.limits import limit_cells
+    from fairaudit.measures.limits import limit_cells
+    from fairaudit.words import approximate
 
     rows = [["ratio at most", "least/greatest", "log", "truth kept", "distortion", "randomized response keeps", "R, exact", "epsilon"]]
     for d in found:
@@ -311,8 +312,8 @@ def _percent(value: Fraction) -> str:
 
 
 def _entry(found: Design) -> dict[str, Any]:
-    from fairaudit.certificate import number
-    from fairaudit.limits import limit_readings
+    from fairaudit.certificates.numbers import number
+    from fairaudit.measures.limits import limit_readings
 
     def exact(value: Fraction | float | None) -> str | None:
         return None if value is None else number(value)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import source
+from fairaudit.cli.source import PASSWORD, add_source, progress
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Seen
@@ -59,22 +59,22 @@ def add(commands: Any) -> None:
         nargs="+",
         help="files (CSV, Parquet, JSON lines) or a database (sqlite:FILE, duckdb:FILE, delta:FOLDER, postgresql://…)",
     )
-    source.add_options(parser.add_argument_group("input"))
+    add_source(parser.add_argument_group("input"))
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.cli.text import plain
-    from fairaudit.exact import InputError
-    from fairaudit.tables.engines import survey_log
+    from fairaudit.errors import InputError
+    from fairaudit.tables.engines.logs import survey_log
+    from fairaudit.words import plain
 
     given = arguments.table if len(arguments.table) > 1 else arguments.table[0]
     where = {"engine": arguments.engine, "table": arguments.database_table, "query": arguments.query, "memory": arguments.memory}
     try:
-        with source.progress() as report:
+        with progress() as report:
             survey = survey_log(given, **where, report=report)
     except InputError as error:
-        raise InputError(source.PASSWORD.sub(r"\1:…", str(error))) from None
+        raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
     for note in survey.notes:
         print(f"note: {plain(note)}", file=sys.stderr)
     comma = any("separated by" in note for note in survey.notes)
@@ -91,7 +91,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _look(seen: Seen, *, decimal_comma: bool) -> _Column:
-    from fairaudit.exact import InputError, parse_rational
+    from fairaudit.errors import InputError
+    from fairaudit.exact.rationals import parse_rational
 
     def number(text: str) -> bool:
         try:
@@ -104,7 +105,7 @@ def _look(seen: Seen, *, decimal_comma: bool) -> _Column:
 
 
 def _describe(column: _Column) -> str:
-    from fairaudit.cli.text import plain
+    from fairaudit.words import plain
 
     if column.fault:
         return plain(f"no labels: {column.fault}")
@@ -119,9 +120,9 @@ def _describe(column: _Column) -> str:
 
 
 def _warnings(column: _Column) -> list[str]:
-    from fairaudit.cli.text import plain
-    from fairaudit.preparation import said
     from fairaudit.tables.labels import spellings
+    from fairaudit.tables.preparation import said
+    from fairaudit.words import plain
 
     found = () if column.numeric and column.different > 12 else spellings([(column.name, column.levels)])
     warnings = [f"{plain(text.partition(': ')[2])} (--fold-labels, or --map FILE)" for text in said({"spellings": found})]
@@ -153,7 +154,7 @@ def _suggest(arguments: argparse.Namespace, found: list[_Column]) -> str:
     usable = [column for column in usable if column is not decision and not column.numeric]
     if not groups and usable:
         groups = [usable.pop(0)]
-    paths = [source.PASSWORD.sub(r"\1", path) for path in arguments.table]
+    paths = [PASSWORD.sub(r"\1", path) for path in arguments.table]
     words = ["fairaudit", "certify", *(f"./{path}" if path.startswith("-") else path for path in paths)]
     for option, value in (
         ("--engine", "" if arguments.engine == "auto" else arguments.engine),

@@ -8,21 +8,23 @@ import re
 import sys
 import time
 from collections.abc import Mapping
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import limits
-from fairaudit.limits import LIMITS, limit_readings, limit_text
+from fairaudit.cli.options import add_limits, given_limits
+from fairaudit.measures.limits import LIMITS, limit_readings, limit_text
 
 if TYPE_CHECKING:
-    from fairaudit.monitor.settings import Settings
-    from fairaudit.monitor.stream import Look, Monitor
+    from fairaudit.streams.looks import Look
+    from fairaudit.streams.settings import Settings
+    from fairaudit.streams.stream import Monitor
+
 
 DESCRIPTION = """\
 Watch the decisions of a deployed system as they come. The bounds hold at all moments at once: look as often as you like, and stop
 whenever you like. The log has one decision per line, as JSON objects or as CSV with a header."""
+
 
 EPILOG = """\
 exit codes: 0 within the targets, or no target; 1 a target is exceeded; 2 bad input; 3 inconclusive, or the ratio changed
@@ -33,14 +35,13 @@ examples:
   fairaudit monitor --state watch.db --follow
   fairaudit certify --from-monitor watch.db -o certificate.json"""
 
+
 LOOKED_AT: tuple[str, ...] = ("decision", "group", "context", "utility", "utility_column", "utility_range", "utility_step")
+
 AUDIT = (*LOOKED_AT, *LIMITS, "confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "input", "burden")
-TALLIED = (
-    ("dead", "lines could not be counted"),
-    ("repeats", "decisions were repeats and left out"),
-    ("early", "decisions were made before --since and left out"),
-)
+
 KEPT = ("target", "changed", "window", "stream", "ratio", "error", "exceeds", "events", "line")
+
 UNITS = {"s": 1, "m": 60, "h": 3_600, "d": 86_400, "w": 604_800}
 
 
@@ -69,7 +70,7 @@ def add(commands: Any) -> None:
     audit.add_argument("--utility-step", metavar="Q", help="round the utilities of --utility-column to multiples of this, and audit that")
     audit.add_argument("--unit", metavar="COL", action="append", help="in each context and group, only the first decision of a unit counts")
     audit.add_argument("--event-id", metavar="COL", help="drop decisions whose id was seen before")
-    limits.add_options(audit)
+    add_limits(audit)
     audit.add_argument("--confidence", metavar="C", help="with which the bounds hold at every moment (default 0.95)")
     audit.add_argument(
         "--expected-cells", metavar="K", type=_whole, help="about how many combinations of context and group will appear (default 4)"
@@ -95,9 +96,9 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.exact import InputError
-    from fairaudit.monitor.state import State
-    from fairaudit.monitor.stream import Monitor
+    from fairaudit.errors import InputError
+    from fairaudit.streams.state import State
+    from fairaudit.streams.stream import Monitor
 
     given = [name for name in AUDIT if getattr(arguments, name) is not None]
     settings = _settings(arguments) if given else None
@@ -119,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _watch(arguments: argparse.Namespace, monitor: Monitor, screen: _Screen) -> int:
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
 
     said = time.monotonic()
     told = len(monitor.alarms)
@@ -154,73 +155,6 @@ def _ends_watch(alarm: dict[str, Any], asked: str | None) -> bool:
     return asked == "changed" or (asked == "exceeds" and bool(alarm.get("exceeds", True)))
 
 
-def certify_state(arguments: argparse.Namespace) -> int:
-    """`fairaudit certify --from-monitor`: a certificate of what a state holds, at the settings of its audit."""
-    from fairaudit.audit import certify
-    from fairaudit.cli.certify import check_output, report
-    from fairaudit.exact import InputError
-    from fairaudit.monitor.state import State
-    from fairaudit.monitor.stream import alarm_counts, reasons, subject, window_of
-    from fairaudit.preparation import unread
-
-    foreign: tuple[str, ...] = (
-        "table",
-        "example",
-        "decision",
-        "group",
-        "context",
-        "count",
-        "probability",
-        "weight",
-        "utility",
-        "utility_column",
-    )
-    foreign += (
-        "confidence",
-        "unit",
-        "interval",
-        "utility_range",
-        "independent_cells",
-        "placebo",
-        "claimed_exp_epsilon",
-        "no_table",
-        "in_parts",
-        "burden",
-        "fold_labels",
-        "map",
-    )
-    for name in (*foreign, *LIMITS):
-        if getattr(arguments, name):
-            raise InputError(f"--{name.replace('_', '-')} was settled when the monitor began; {arguments.from_monitor} remembers it")
-    check_output(arguments)
-    state = State(arguments.from_monitor, read_only=True)
-    settings, counts, decisions = state.settings, state.counts(), state.decisions()
-    tally, alarms = state.get("tally", {}), state.alarms()
-    state.close()
-    if arguments.at_alarm:
-        if not alarms:
-            raise InputError(f"{arguments.from_monitor}: no alarm has been raised")
-        counts, alarms = alarm_counts(alarms[0]), alarms[:1]
-    moment = alarms[0] if arguments.at_alarm else None
-    changes = sorted((alarm for alarm in alarms if "changed" in alarm), key=lambda alarm: alarm["changed"] != "local")
-    if changes:
-        moment = changes[0]
-        counts = alarm_counts(moment)
-    found = subject(settings, counts, decisions)
-    if found is None:
-        raise InputError(f"{arguments.from_monitor}: no two groups have been counted yet")
-    dead = reasons(tally, moment)
-    found = replace(found, law=replace(found.law, preparation=tuple(unread(reason, n) for reason, n in dead.items())))
-    targets: dict[str, Any] = dict(settings.targets or {})
-    declared = {"m": settings.low, "gamma": settings.high}
-    options: dict[str, Any] = {"confidence": settings.confidence, "arrivals": found.arrivals, "burden": settings.burden}
-    changed = (changes[0]["changed"], window_of(settings, changes[0], decisions)) if changes else None
-    result = certify(found.law, found.utility, declared=declared, changed=changed, **options, **targets)
-    notes = [f"the certificate is about the first {changes[0]['events']} decisions, at which the change showed"] if changes else []
-    notes += [f"{tally[key]} {what}" for key, what in TALLIED if tally.get(key)]
-    return report(arguments, result, [], notes)
-
-
 def _limit(target: Mapping[str, str]) -> str:
     """The limit of a target or alarm in words."""
     return limit_text(*LIMITS[target["target"]], Fraction(target["limit"]))
@@ -228,8 +162,8 @@ def _limit(target: Mapping[str, str]) -> str:
 
 def _labels(option: str, given: list[str] | None) -> tuple[str, ...]:
     """Names of label columns; intervals, which `certify` cuts, are refused."""
-    from fairaudit.cli.source import column_roles
-    from fairaudit.exact import InputError, shown
+    from fairaudit.cli.options import column_roles
+    from fairaudit.errors import InputError, shown
 
     roles = column_roles(given)
     for name, edges in roles.edges.items():
@@ -242,9 +176,9 @@ def _labels(option: str, given: list[str] | None) -> tuple[str, ...]:
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
-    from fairaudit.cli.certify import column_list, utility_spec
-    from fairaudit.exact import InputError
-    from fairaudit.monitor.settings import Settings
+    from fairaudit.cli.options import column_list, utility_spec
+    from fairaudit.errors import InputError
+    from fairaudit.streams.settings import Settings
 
     if (arguments.utility is None) == (arguments.utility_column is None):
         raise InputError("name one of --utility and --utility-column, such as --utility yes=1,maybe=0.5")
@@ -268,7 +202,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         high=high.strip(),
         step=arguments.utility_step,
         confidence=arguments.confidence or "0.95",
-        targets=limits.given(arguments),
+        targets=given_limits(arguments),
         expected=arguments.expected_cells or 4,
         unit=column_list(arguments.unit),
         event_id=arguments.event_id,
@@ -281,7 +215,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 
 
 def _fraction(text: str) -> Fraction:
-    from fairaudit.exact import parse_rational
+    from fairaudit.exact.rationals import parse_rational
 
     return Fraction(*parse_rational(text))
 
@@ -294,7 +228,7 @@ def _window(text: str) -> str:
     >>> _window("1000"), _window("2h"), _window("7d")
     ('1000', '7200s', '604800s')
     """
-    from fairaudit.exact import InputError, shown
+    from fairaudit.errors import InputError, shown
 
     match = re.fullmatch("([1-9][0-9]{0,11})([smhdw]?)", text)
     if match is None:
@@ -321,7 +255,7 @@ def _seconds(text: str) -> float:
 
 def _baseline(path: str) -> dict[str, tuple[float, float, Fraction]]:
     """The ends of R in a certificate, with the confidence of each; of a table without intervals, its exact figures."""
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
 
     def end(text: str) -> float:
         return float("inf") if text == "inf" else float(Fraction(text))
@@ -358,7 +292,7 @@ class _Screen:
 
     def alarm(self, alarm: dict[str, Any]) -> None:
         """Say that a target is exceeded for the first time."""
-        from fairaudit.cli.text import plain
+        from fairaudit.words import plain
 
         entry = {key: value for key, value in alarm.items() if not key.endswith(("order", "counts"))}
         if self.json:
@@ -399,7 +333,7 @@ class _Screen:
         self.height = 0
 
     def _entry(self, found: Look) -> dict[str, Any]:
-        from fairaudit.monitor.stream import pair_labels
+        from fairaudit.streams.looks import pair_labels
 
         monitor, settings = self.monitor, self.monitor.settings
         order = monitor.total.order
@@ -479,8 +413,7 @@ def _contradicted(alarm: dict[str, Any]) -> str:
 
 def _who(target: dict[str, Any]) -> str:
     """The pair of groups behind the end that decided a target."""
-    from fairaudit.columns import plain
-    from fairaudit.sentences import place
+    from fairaudit.words import place, plain
 
     if target.get("pair") is None:
         return ""
@@ -490,7 +423,7 @@ def _who(target: dict[str, Any]) -> str:
 
 def _ends(low: float, high: float) -> str:
     """Both ends of a ratio, rounded outwards."""
-    from fairaudit.exact import approximate
+    from fairaudit.words import approximate
 
     return f"{approximate(Fraction(low), 'down')} to {approximate(Fraction(high) if high < float('inf') else high, 'up')}"
 
@@ -514,7 +447,7 @@ def _finite(value: Any) -> Any:
 
 def _write_prometheus(path: str, entry: dict[str, Any]) -> None:
     """Write the figures in the Prometheus text format, the whole file at once."""
-    from fairaudit.certificate import write_atomically
+    from fairaudit.files import write_atomically
 
     lines = []
 

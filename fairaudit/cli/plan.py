@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from fairaudit.cli import limits
+from fairaudit.cli.options import add_limit, limits_as_options
 
 EPILOG = """\
 exit codes: 0 a number of draws is expected to decide; 1 no number is; 2 bad input
@@ -33,7 +33,7 @@ def add(commands: Any) -> None:
         required=True,
         help="supposed expected utility of each group; repeat the option for each context",
     )
-    limits.add_single(parser, required=True)
+    add_limit(parser, required=True)
     parser.add_argument("--confidence", metavar="C", default="0.95", help="confidence of the verdict (default 0.95)")
     parser.add_argument("--power", metavar="P", default="0.8", help="how likely the draws should roughly suffice (default 0.8)")
     parser.add_argument("--utility-range", metavar="LOW,HIGH", default="0,1", help="least and greatest utility (default 0,1)")
@@ -43,11 +43,12 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.cli.population import utility_range
-    from fairaudit.cli.text import put
-    from fairaudit.exact import InputError, rational, shown
-    from fairaudit.limits import limit_readings, limit_text, one_limit
-    from fairaudit.sampling import plan
+    from fairaudit.cli.options import utility_range
+    from fairaudit.cli.output import put
+    from fairaudit.errors import InputError, shown
+    from fairaudit.exact.rationals import rational
+    from fairaudit.inference.planning import plan
+    from fairaudit.measures.limits import limit_readings, limit_text, one_limit
 
     rows = [[guess.strip() for guess in text.split(",")] for text in arguments.guess]
     for row in rows:
@@ -58,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         unit, limit = one_limit(arguments.max_ratio, arguments.max_log)
     except InputError as error:
-        raise InputError(limits.as_options(str(error))) from None
+        raise InputError(limits_as_options(str(error))) from None
     found = plan(
         rows,
         arguments.confidence,

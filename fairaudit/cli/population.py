@@ -7,15 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from fairaudit.audit import Result
-    from fairaudit.law import Law
-    from fairaudit.policy import Deployment
-    from fairaudit.sampling import Comparison, Interval
-    from fairaudit.utility import Utility
+from fairaudit.cli.options import METHODS, confidence_option, utility_range
 
-METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
-DEFAULT = "0.95"
+if TYPE_CHECKING:
+    from fairaudit.audits.result import Result
+    from fairaudit.inference.comparisons import Comparison
+    from fairaudit.inference.interval import Interval
+    from fairaudit.model.law import Law
+    from fairaudit.model.policy import Deployment
+    from fairaudit.model.utility import Utility
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Finding:
     figures: dict[str, Any]
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_population(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     sampling = parser.add_argument_group("the population behind counts and logs (choose before looking at the decisions)")
     sampling.add_argument(
@@ -61,10 +61,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def options(arguments: argparse.Namespace, subject: Law | Deployment, given: Mapping[str, Any]) -> dict[str, Any]:
+def population_options(arguments: argparse.Namespace, subject: Law | Deployment, given: Mapping[str, Any]) -> dict[str, Any]:
     """Confidence, method and independence for `certify`: from the command line, else from an audit file, else the defaults."""
-    from fairaudit.exact import InputError, shown
-    from fairaudit.policy import Deployment
+    from fairaudit.errors import InputError, shown
+    from fairaudit.model.policy import Deployment
 
     law = subject.policy.law if isinstance(subject, Deployment) else subject
     asked = arguments.confidence if arguments.confidence is not None else given.get("confidence")
@@ -95,47 +95,11 @@ def options(arguments: argparse.Namespace, subject: Law | Deployment, given: Map
 ONLY_SAMPLES = ("interval", "independent_cells", "placebo", "claimed_exp_epsilon")
 
 
-def confidence_option(text: Any) -> Any:
-    """Read a confidence: a number between 0 and 1 (0.95 if it was not given), or None for 'none'.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
-    from fairaudit.exact import InputError, shown
-    from fairaudit.sampling import confidence_level
-
-    if text == "none":
-        return None
-    try:
-        return confidence_level(DEFAULT if text is None else text)
-    except InputError:
-        raise InputError(f"--confidence {shown(text)} is not accepted; a number between 0 and 1 such as 0.95 is, or 'none'") from None
-
-
-def utility_range(text: str | None) -> dict[str, str]:
-    """Read --utility-range as declared constants.
-
-    Examples
-    --------
-    >>> utility_range("0,5")
-    {'m': '0', 'gamma': '5'}
-    """
-    from fairaudit.exact import InputError, shown
-
-    if text is None:
-        return {}
-    low, comma, high = text.partition(",")
-    if not comma or "," in high:
-        raise InputError(f"--utility-range {shown(text)} is not of the form LOW,HIGH, such as 0,1")
-    return {"m": low.strip(), "gamma": high.strip()}
-
-
 def findings(arguments: argparse.Namespace, result: Result, utility: Utility, chosen: Mapping[str, Any]) -> list[Finding]:
     """Run the tests that were asked for."""
-    from fairaudit.exact import InputError
-    from fairaudit.sampling import default_region, test_filter
+    from fairaudit.errors import InputError
+    from fairaudit.inference.hypothesis_tests import test_filter
+    from fairaudit.inference.ratio_intervals import default_region
 
     found: list[Finding] = []
     made = {"confidence": chosen["confidence"], "method": chosen["interval"], "independent": chosen["independent"]}
@@ -156,8 +120,8 @@ def findings(arguments: argparse.Namespace, result: Result, utility: Utility, ch
 
 
 def _placebo(arguments: argparse.Namespace, result: Result, utility: Utility, made: Mapping[str, Any]) -> list[Finding]:
-    from fairaudit.exact import InputError
-    from fairaudit.sampling import noise_floor
+    from fairaudit.errors import InputError
+    from fairaudit.inference.hypothesis_tests import noise_floor
 
     try:
         compared = _placebo_comparisons(arguments, utility)
@@ -185,21 +149,21 @@ def _placebo(arguments: argparse.Namespace, result: Result, utility: Utility, ma
 
 def _placebo_comparisons(arguments: argparse.Namespace, utility: Utility) -> dict[Any, Comparison]:
     """Read the placebo with the columns of the table, and set up its ratios."""
-    from fairaudit.audit import certify
-    from fairaudit.cli import source
-    from fairaudit.cli.certify import column_list, law_from_options
+    from fairaudit.audits.certify import certify
+    from fairaudit.cli.options import column_list, column_roles
+    from fairaudit.cli.source import law_from_options, read_source, with_labels
 
-    group, context = source.column_roles(arguments.placebo_group or arguments.group), source.column_roles(arguments.context)
+    group, context = column_roles(arguments.placebo_group or arguments.group), column_roles(arguments.context)
     decision, unit = arguments.decision or arguments.utility_column, column_list(arguments.unit)
     counts = [] if arguments.count is None else [arguments.count]
     wanted = (decision, *group.names, *context.names, *unit, *counts)
-    table = source.read(arguments, arguments.placebo, wanted, {**group.edges, **context.edges}, counts)
-    table = source.with_labels(arguments, table, (decision, *group.names, *context.names))
+    table = read_source(arguments, arguments.placebo, wanted, {**group.edges, **context.edges}, counts)
+    table = with_labels(arguments, table, (decision, *group.names, *context.names))
     law = law_from_options(arguments, table, decision, group.names, context.names, unit)
     return dict(certify(law, utility, declared=utility_range(arguments.utility_range)).comparisons)
 
 
 def _ends(interval: Interval) -> list[str]:
-    from fairaudit.certificate import number
+    from fairaudit.certificates.numbers import number
 
     return [number(interval.lower), number(interval.upper)]

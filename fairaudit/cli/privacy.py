@@ -12,8 +12,8 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fairaudit.mechanism import Mechanism
-    from fairaudit.privacy import PureDP
+    from fairaudit.model.mechanism import Mechanism
+    from fairaudit.privacy.currencies import PureDP
 
 DESCRIPTION = """\
 Measure the privacy of a filter, a table of probabilities of releasing each output for each input: pure ε, the privacy profile δ(ε), the
@@ -63,9 +63,10 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.cli.certify import column_list
-    from fairaudit.cli.text import plain, put
-    from fairaudit.tables.mechanisms import read_mechanism_with_notes
+    from fairaudit.cli.options import column_list
+    from fairaudit.cli.output import put
+    from fairaudit.model.mechanism_file import read_mechanism_with_notes
+    from fairaudit.words import plain
 
     releases = _releases(arguments.releases)
     asked = _asked(arguments)
@@ -86,7 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _releases(text: str | None) -> int | None:
-    from fairaudit.exact import InputError, shown
+    from fairaudit.errors import InputError, shown
 
     if text is None:
         return None
@@ -97,7 +98,8 @@ def _releases(text: str | None) -> int | None:
 
 def _asked(arguments: argparse.Namespace) -> list[tuple[str, str]]:
     """The ε or e^ε to report δ at, with which of the two each is."""
-    from fairaudit.exact import InputError, parse_rational, shown
+    from fairaudit.errors import InputError, shown
+    from fairaudit.exact.rationals import parse_rational
 
     asked = []
     for kind, given, least in (("epsilon", arguments.delta_at, 0), ("exp_epsilon", arguments.exp_epsilon, 1)):
@@ -116,7 +118,11 @@ def _asked(arguments: argparse.Namespace) -> list[tuple[str, str]]:
 
 def _measured(mechanism: Mechanism, asked: Sequence[tuple[str, str]], releases: int | None) -> dict[str, Any]:
     """Everything that is reported."""
-    from fairaudit.privacy import compose, per_pair, pure_dp, renyi, trade_off, zcdp
+    from fairaudit.privacy.composition import compose
+    from fairaudit.privacy.epsilon_delta import pure_dp
+    from fairaudit.privacy.pair_table import per_pair
+    from fairaudit.privacy.renyi_divergences import renyi, zcdp
+    from fairaudit.privacy.trade_offs import trade_off
 
     pure = pure_dp(mechanism)
     chosen = list(asked) or _default_epsilons(pure)
@@ -170,7 +176,8 @@ def _default_epsilons(pure: PureDP) -> list[tuple[str, str]]:
 
 def _delta(kind: str, text: str, of: Any) -> dict[str, Any]:
     """δ at an ε, rounded up to 20 places, or at an e^ε, exactly."""
-    from fairaudit.exact import exp_enclosure, parse_rational
+    from fairaudit.exact.enclosures import exp_enclosure
+    from fairaudit.exact.rationals import parse_rational
 
     if kind == "exp_epsilon":
         return {"exp_epsilon": text, "delta": of(text)}
@@ -184,7 +191,8 @@ def _delta(kind: str, text: str, of: Any) -> dict[str, Any]:
 
 def _json(value: Any) -> Any:
     """Rationals and decimals as strings; null stands for a rational of more than 90,000 digits."""
-    from fairaudit.exact import InputError, rational_text
+    from fairaudit.errors import InputError
+    from fairaudit.exact.rationals import rational_text
 
     if isinstance(value, dict):
         return {key: _json(entry) for key, entry in value.items()}
@@ -217,7 +225,7 @@ def _text(found: dict[str, Any]) -> str:
 
 
 def _pure(found: dict[str, Any]) -> str:
-    from fairaudit.cli.text import plain
+    from fairaudit.words import plain
 
     lines = [f"ε = {_log(found['epsilon'])}   e^ε = {_short(found['exp_epsilon'])}   (whole tuple)"]
     if not isinstance(found["exp_epsilon"], Fraction):
@@ -274,7 +282,7 @@ def _worst(pairs: Sequence[dict[str, Any]]) -> str:
 
 
 def _name(parts: Sequence[str]) -> str:
-    from fairaudit.cli.text import plain
+    from fairaudit.words import plain
 
     return plain(", ".join(parts))
 
@@ -285,14 +293,14 @@ def _log(ends: Sequence[Decimal]) -> str:
 
 def _about(value: Fraction | Decimal | float) -> str:
     """Four significant digits."""
-    from fairaudit.exact import approximate
+    from fairaudit.words import approximate
 
     return "infinite" if value == inf else approximate(Fraction(value))
 
 
 def _short(value: Fraction | float) -> str:
     """Write an exact value, unless it is long."""
-    from fairaudit.exact import integer_text
+    from fairaudit.exact.rationals import integer_text
 
     if not isinstance(value, Fraction):
         return "infinite"

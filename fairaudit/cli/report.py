@@ -5,15 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from fairaudit.certificate import Certificate
+from typing import Any
 
 DESCRIPTION = """\
 Write a certificate as one self-contained HTML page, or as markdown. Every statement is checked first, as `fairaudit verify` does; a false
 certificate gets no report, and one whose table is in another file that --table does not name, a report marked as not checked. The page
 loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
+
 
 EPILOG = """\
 exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input
@@ -47,11 +45,12 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.certificate import write_atomically
-    from fairaudit.certificate_reader import load
+    from fairaudit.certificates.reader import load
     from fairaudit.cli.verify import checked
-    from fairaudit.exact import InputError
-    from fairaudit.report import html, markdown
+    from fairaudit.errors import InputError
+    from fairaudit.files import write_atomically
+    from fairaudit.reports.markdown import markdown
+    from fairaudit.reports.page import html
 
     document, raw = load(arguments.certificate)
     if arguments.output is not None and Path(arguments.output).exists() and Path(arguments.output).samefile(arguments.certificate):
@@ -71,34 +70,13 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.output is not None:
         write_atomically(Path(arguments.output), [text.encode("utf-8")])
         return 0
-    from fairaudit.cli.text import put
+    from fairaudit.cli.output import put
 
     put(text.rstrip("\n"))
     return 0
 
 
-def write_page(certificate: Certificate, path: str) -> Path:
-    """Write the page of a certificate that was just made, after checking it like any other.
-
-    Raises
-    ------
-    InputError
-        If the page cannot be written.
-    """
-    from fairaudit.certificate import Table, write_atomically
-    from fairaudit.cli.verify import checked
-    from fairaudit.report import html
-
-    table = certificate.table.lines() if isinstance(certificate.table, Table) else None
-    wrong, said = checked(certificate.text.encode("ascii"), table, "the certificate")
-    if wrong:
-        raise RuntimeError(wrong)
-    page = Path(path)
-    write_atomically(page, [html(certificate, checked=said).encode("utf-8")])
-    return page
-
-
 def _plain(text: str) -> str:
-    from fairaudit.columns import plain
+    from fairaudit.words import plain
 
     return plain(text)

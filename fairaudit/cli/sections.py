@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fairaudit.exact import InputError, nearest, shown
-from fairaudit.limits import LIMITS, refuse_bare
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.measures.limits import LIMITS, refuse_bare
 
 __all__ = ["check_keys", "check_targets", "read_section"]
 
@@ -42,7 +42,7 @@ def check_keys(given: Mapping[str, Any], keys: Sequence[str], where: str) -> Non
     --------
     >>> check_keys({"gama": "1"}, ["gamma", "tau"], "[utility]")
     Traceback (most recent call last):
-    fairaudit.exact.InputError: [utility] has the unknown key 'gama'; known: 'gamma', 'tau'; did you mean 'gamma'?
+    fairaudit.errors.InputError: [utility] has the unknown key 'gama'; known: 'gamma', 'tau'; did you mean 'gamma'?
     """
     for key in given:
         if key not in keys:

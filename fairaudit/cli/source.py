@@ -8,29 +8,21 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fairaudit.columns import Tally
+    from fairaudit.model.law import Law
     from fairaudit.tables.csv import CsvTable
-    from fairaudit.tables.engines import Report
+    from fairaudit.tables.engines.request import Report
+    from fairaudit.tables.tally import Tally
 
-TOKEN = re.compile(r'[ \t]*(?:"((?:[^"]|"")*)"[ \t]*|([^,\r\n]*))(,|\Z)')
-NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 PASSWORD = re.compile(r"(?<=://)([^/@:]*):[^/@]*(?=@)")
+
 DATABASE = re.compile(r"(sqlite|duckdb|delta):|[a-z][a-z0-9+.-]*://")
 
 
-@dataclass(frozen=True)
-class Roles:
-    """Column names, and the edges of those that are cut into intervals."""
-
-    names: tuple[str, ...]
-    edges: dict[str, tuple[str, ...]]
-
-
-def add_options(parser: argparse._ArgumentGroup) -> None:
+def add_source(parser: argparse._ArgumentGroup) -> None:
     """Declare the options."""
     parser.add_argument(
         "--engine",
@@ -70,57 +62,6 @@ def with_labels(arguments: argparse.Namespace, table: CsvTable | Tally, columns:
     return merged
 
 
-def column_roles(given: Sequence[str] | None) -> Roles:
-    """Read column names from repeated options with commas; ``age:18,30`` cuts the column ``age`` at 18 and 30.
-
-    A name with a comma is quoted as in CSV; so is one with a colon before a number that is not to be cut.
-
-    Raises
-    ------
-    InputError
-        If the quotes do not fit.
-
-    Examples
-    --------
-    >>> column_roles(["sex, age:18,30", '"last, first"'])
-    Roles(names=('sex', 'age', 'last, first'), edges={'age': ('18', '30')})
-    """
-    names: list[str] = []
-    edges: dict[str, tuple[str, ...]] = {}
-    for text in given or []:
-        cut = ""
-        for name, quoted in parts(text):
-            stem, colon, number = name.rpartition(":")
-            if cut and not quoted and NUMBER.fullmatch(name):
-                edges[cut] = (*edges[cut], name.strip())
-            elif colon and stem and not quoted and NUMBER.fullmatch(number):
-                cut = stem
-                names.append(stem)
-                edges[stem] = (number.strip(),)
-            else:
-                cut = ""
-                names.append(name)
-    return Roles(tuple(names), edges)
-
-
-def parts(text: str) -> Iterator[tuple[str, bool]]:
-    """Parts of a list with commas, and whether each was quoted."""
-    from fairaudit.exact import InputError, shown
-
-    position = 0
-    while text:
-        match = TOKEN.match(text, position)
-        if match is None or (match.group(1) is None and match.group(2).startswith('"')):
-            raise InputError(
-                f"{shown(text)} is not a list of column names; separate them with commas, and quote a name with a comma as in CSV"
-            )
-        quoted = match.group(1) is not None
-        yield match.group(1).replace('""', '"') if quoted else match.group(2), quoted
-        position = match.end()
-        if not match.group(3):
-            return
-
-
 def source_name(source: Any) -> str:
     """Name a table in a message; passwords in URLs are left out.
 
@@ -139,7 +80,7 @@ def is_database(source: Any) -> bool:
     return isinstance(source, str) and DATABASE.match(source) is not None
 
 
-def read(
+def read_source(
     arguments: argparse.Namespace,
     table: Any,
     columns: Sequence[str],
@@ -155,10 +96,10 @@ def read(
     InputError
         If it cannot be read, or a column is not there.
     """
-    from fairaudit.columns import column
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
     from fairaudit.tables.csv import CsvTable, read_csv
-    from fairaudit.tables.engines import ManyRowsError
+    from fairaudit.tables.engines.request import ManyRowsError
+    from fairaudit.tables.values import column
 
     try:
         if isinstance(table, CsvTable):
@@ -193,7 +134,7 @@ def _counted(
     by: Sequence[str],
 ) -> Tally:
     """Count the rows of a log, or of a table of counts that is no CSV file."""
-    from fairaudit.tables.engines import read_log
+    from fairaudit.tables.engines.logs import read_log
 
     with progress() as report:
         tally = read_log(
@@ -216,7 +157,7 @@ def _with_numbers(tally: Tally, columns: Sequence[str]) -> Tally:
     """Turn decimal commas into points where commas do not separate columns."""
     import numpy as np
 
-    from fairaudit.exact import shown
+    from fairaudit.errors import shown
     from fairaudit.tables.csv import decimal_commas
 
     levels, notes = dict(tally.levels), list(tally.notes)
@@ -235,8 +176,8 @@ def _is_csv(table: str) -> bool:
     """Whether a table is a file of delimited text, as far as its name and first bytes say."""
     from pathlib import Path
 
-    from fairaudit.exact import InputError
-    from fairaudit.tables.engines.files import form
+    from fairaudit.errors import InputError
+    from fairaudit.tables.engines.paths import form
 
     if is_database(table) and not Path(table).exists():
         return False
@@ -248,7 +189,7 @@ def _is_csv(table: str) -> bool:
 
 def _warm() -> None:
     """Load what comes after the table while an engine reads it."""
-    import fairaudit.audit  # noqa: F401
+    import fairaudit.audits.certify  # noqa: F401
 
 
 @contextmanager
@@ -273,3 +214,35 @@ def progress() -> Iterator[Report | None]:
         if written:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
+
+
+def law_from_options(
+    arguments: argparse.Namespace,
+    table: CsvTable | Tally,
+    decision: str,
+    groups: tuple[str, ...],
+    contexts: tuple[str, ...],
+    unit: tuple[str, ...] = (),
+    truth: str | None = None,
+) -> Law:
+    """Read the law that the options describe."""
+    from dataclasses import replace
+
+    from fairaudit.model.law import Law
+
+    if arguments.count is not None:
+        columns: dict[str, Any] = {"decision": decision, "group": groups, "context": contexts, "truth": truth}
+        law = Law.from_counts(table, **columns, count=arguments.count, missing=arguments.missing)
+    elif arguments.probability is not None:
+        law = Law.from_probabilities(
+            table,
+            decision=decision,
+            group=groups,
+            context=contexts,
+            probability=arguments.probability,
+            weight=arguments.weight,
+            missing=arguments.missing,
+        )
+    else:
+        law = Law.from_log(table, decision=decision, group=groups, context=contexts, missing=arguments.missing, unit=unit, truth=truth)
+    return replace(law, notes=(*table.notes, *law.notes))

@@ -53,7 +53,7 @@ def checked(raw: bytes, table: Iterable[bytes] | None, name: str) -> tuple[str, 
         If it is no certificate of the format.
     """
     from fairaudit import __version__, checker
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
 
     try:
         found = checker.check(raw, table)

@@ -9,13 +9,14 @@ from itertools import pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import source
-from fairaudit.cli.certify import check_output, column_list
-from fairaudit.cli.certify import law_from_options as law_of_table
+from fairaudit.cli.options import column_list, column_roles
+from fairaudit.cli.output import check_output
+from fairaudit.cli.source import add_label_options, add_source, read_source, with_labels
+from fairaudit.cli.source import law_from_options as law_of_table
 
 if TYPE_CHECKING:
-    from fairaudit.law import Law
-    from fairaudit.worst_utility import WorstCase
+    from fairaudit.model.law import Law
+    from fairaudit.worst.result import WorstCase
 
 DESCRIPTION = """\
 Find the utility, among all of a class, for which a table of decisions looks worst: the ratio that it gives exactly, a bound for every
@@ -68,8 +69,8 @@ def add(commands: Any) -> None:
         default="error",
         help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
     )
-    source.add_label_options(rest)
-    source.add_options(rest)
+    add_label_options(rest)
+    add_source(rest)
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
     rest.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
@@ -77,11 +78,12 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.cli.text import plain, put
-    from fairaudit.exact import InputError
-    from fairaudit.utility_class import UtilityClass
-    from fairaudit.worst_utility import worst_case
-    from fairaudit.worst_utility_certificate import certify_worst_case
+    from fairaudit.audits.worst_utility import certify_worst_case
+    from fairaudit.cli.output import put
+    from fairaudit.errors import InputError
+    from fairaudit.model.utility_class import UtilityClass
+    from fairaudit.words import plain
+    from fairaudit.worst.methods import worst_case
 
     check_output(arguments)
     order = [pair for chain in arguments.order or [] for labels in (column_list([chain]),) for pair in _chain(labels)]
@@ -115,25 +117,25 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _read(arguments: argparse.Namespace) -> Law:
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
 
-    group, context = source.column_roles(arguments.group), source.column_roles(arguments.context)
+    group, context = column_roles(arguments.group), column_roles(arguments.context)
     if not group.names:
         raise InputError("no group column was named; use --group COL")
     if arguments.weight is not None and arguments.probability is None:
         raise InputError("--weight goes with --probability; counts and logs carry their own population")
     numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
     wanted = (arguments.decision, *group.names, *context.names, *numeric)
-    table = source.read(arguments, arguments.table, wanted, {**group.edges, **context.edges}, numeric)
+    table = read_source(arguments, arguments.table, wanted, {**group.edges, **context.edges}, numeric)
     try:
-        table = source.with_labels(arguments, table, (arguments.decision, *group.names, *context.names))
+        table = with_labels(arguments, table, (arguments.decision, *group.names, *context.names))
         return law_of_table(arguments, table, arguments.decision, group.names, context.names)
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
 
 
 def _chain(labels: tuple[str, ...]) -> list[tuple[str, str]]:
-    from fairaudit.exact import InputError, shown
+    from fairaudit.errors import InputError, shown
 
     if len(labels) < 2:
         raise InputError(f"--order {shown(','.join(labels))} names fewer than two decisions; list them from the least to the most useful")
@@ -141,11 +143,11 @@ def _chain(labels: tuple[str, ...]) -> list[tuple[str, str]]:
 
 
 def _text(found: WorstCase, written: list[str]) -> str:
-    from fairaudit.audit import place, spellings_of
-    from fairaudit.cli.text import plain, prepared_text, spelling_text
-    from fairaudit.exact import approximate
-    from fairaudit.preparation import assumption
-    from fairaudit.sentences import caution, identifier_text, size_text, sizes
+    from fairaudit.audits.result import spellings_of
+    from fairaudit.audits.sentences import caution, identifier_text, size_text, sizes
+    from fairaudit.reports.text import prepared_text, spelling_text
+    from fairaudit.tables.preparation import assumption
+    from fairaudit.words import approximate, place, plain
 
     law, witness = found.law, found.witness
     where = f" in {plain(place(witness.context))}" if witness.context else ""
@@ -185,8 +187,8 @@ def _text(found: WorstCase, written: list[str]) -> str:
 
 
 def _exact(value: Any) -> str:
-    from fairaudit.certificate import number
-    from fairaudit.exact import approximate
+    from fairaudit.certificates.numbers import number
+    from fairaudit.words import approximate
 
     if value == inf:
         return "infinite"
@@ -196,9 +198,7 @@ def _exact(value: Any) -> str:
 
 def _table(found: WorstCase) -> list[str]:
     """The worst utility: one row per decision, one column per place where it differs."""
-    from fairaudit.audit import place
-    from fairaudit.cli.text import plain
-    from fairaudit.exact import approximate
+    from fairaudit.words import approximate, place, plain
 
     table = found.utility.on(found.law)
     if table.by_decision:
@@ -239,7 +239,7 @@ def _aligned(rows: list[list[str]]) -> list[str]:
 
 
 def _entry(found: WorstCase, document: dict[str, Any]) -> dict[str, Any]:
-    from fairaudit.certificate import number
+    from fairaudit.certificates.numbers import number
 
     witness = found.witness
     return {

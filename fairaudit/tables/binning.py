@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.columns import Tally, label_text, merged
-from fairaudit.exact import InputError, option_value, rational, shown
+from fairaudit.errors import InputError, shown
+from fairaudit.exact.rationals import option_value, rational
+from fairaudit.tables.label_text import label_text
+from fairaudit.tables.tally import Tally, merged
 
 __all__ = ["Bins", "apply_bins"]
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.dense import each_block
-from fairaudit.label_text import native_values
+from fairaudit.exact.dense import each_block
+from fairaudit.tables.label_text import native_values
 
 __all__ = ["DENSE", "Coded", "UnknownValueError", "coded_column", "count_combinations"]
 

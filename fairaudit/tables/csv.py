@@ -18,9 +18,10 @@ from operator import itemgetter
 from pathlib import Path
 from typing import IO, cast
 
-from fairaudit.columns import Tally, column
-from fairaudit.exact import InputError, shown
-from fairaudit.preparation import Entry
+from fairaudit.errors import InputError, shown
+from fairaudit.tables.preparation import Entry
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import column
 
 __all__ = ["CsvTable", "Layout", "count_csv", "decimal_commas", "first_row", "layout", "opened", "read_csv", "same_layout", "text_lines"]
 
@@ -48,7 +49,7 @@ class CsvTable:
     notes : tuple of str
         What was noticed while reading.
     preparation : tuple of mapping
-        What was done to labels since (`fairaudit.preparation`).
+        What was done to labels since (`fairaudit.tables.preparation`).
     """
 
     name: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.resources import files
 
-from fairaudit.exact import InputError, nearest, shown
+from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.csv import CsvTable, read_csv
 
 __all__ = ["EXAMPLES", "Example", "example"]

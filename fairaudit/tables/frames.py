@@ -7,12 +7,13 @@ from fractions import Fraction
 from math import ceil
 from typing import Any
 
-from fairaudit.columns import Tally, column
-from fairaudit.exact import InputError, shown
-from fairaudit.label_text import label_text, native_values
+from fairaudit.errors import InputError, shown
 from fairaudit.tables.binning import Bins, apply_bins
 from fairaudit.tables.coded import DENSE, Coded, UnknownValueError, coded_column, count_combinations
+from fairaudit.tables.label_text import label_text, native_values
 from fairaudit.tables.sql import AS_IS, COUNT_COLUMN, Written, identifier, refused_type, written
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import column
 
 __all__ = ["is_frame", "tally_frame"]
 

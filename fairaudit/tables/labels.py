@@ -13,10 +13,13 @@ from unicodedata import normalize, ucd_3_2_0
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.columns import Tally, column, counted, label_codes, label_text, locator, merged, names
-from fairaudit.exact import InputError, nearest, shown
-from fairaudit.preparation import Entry, merged_labels
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.tables.columns import label_codes
 from fairaudit.tables.csv import CsvTable
+from fairaudit.tables.label_text import label_text
+from fairaudit.tables.preparation import Entry, merged_labels
+from fairaudit.tables.tally import Tally, counted, merged
+from fairaudit.tables.values import column, locator, names
 
 __all__ = ["PreparedTable", "merge_labels", "read_label_map", "spellings"]
 
@@ -89,7 +92,7 @@ def merge_labels(table: Any, columns: str | Sequence[str], *, fold: bool = False
 
     Examples
     --------
-    >>> from fairaudit.law import Law
+    >>> from fairaudit.model.law import Law
     >>> log = {"hired": ["yes", "Yes", "no", "yes"], "sex": ["f", "F ", "m", "man"]}
     >>> table = merge_labels(log, ["hired", "sex"], fold=True, label_map={"sex": {"man": "m"}})
     >>> law = Law.from_log(table, decision="hired", group="sex")

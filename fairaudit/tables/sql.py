@@ -9,9 +9,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from fairaudit.exact import InputError, nearest, shown
-from fairaudit.label_text import ACCEPTED, Reader, iso_text
+from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.binning import RAW, Bins
+from fairaudit.tables.label_text import ACCEPTED, Reader, iso_text
 
 __all__ = [
     "AS_IS",

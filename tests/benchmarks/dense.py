@@ -11,7 +11,7 @@ import numpy as np
 from timing import median
 
 from fairaudit import Law, Utility
-from fairaudit.fairness import global_fairness, local_fairness
+from fairaudit.measures.ratios import global_fairness, local_fairness
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from timing import median
 
 from fairaudit import Law, Policy, Product, RandomizedResponse
-from fairaudit.law import Columns
+from fairaudit.model.layout import Columns
 
 SIZES = (10, 12, 20)
 CONTEXTS, DECISIONS = 50, 20

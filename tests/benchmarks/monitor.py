@@ -17,9 +17,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fairaudit.monitor.settings import Settings
-from fairaudit.monitor.state import State
-from fairaudit.monitor.stream import Monitor
+from fairaudit.streams.settings import Settings
+from fairaudit.streams.state import State
+from fairaudit.streams.stream import Monitor
 
 SETTINGS = Settings(
     group=("sex",), context=("job",), decision="answer", utility={"yes": "1"}, targets={"max_local_ratio": "5/4"}, expected=6

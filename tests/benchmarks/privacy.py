@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from timing import median
 
-from fairaudit.mechanism import Mechanism, Product, RandomizedResponse
-from fairaudit.privacy import per_pair
+from fairaudit.model.mechanism import Mechanism, Product, RandomizedResponse
+from fairaudit.privacy.pair_table import per_pair
 
 K = Fraction(3, 2)
 

@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from browser import Browser
 from test_report_browser import fifty_by_forty
 
-from fairaudit.report import html
+from fairaudit.reports.page import html
 
 RUNS = 7
 

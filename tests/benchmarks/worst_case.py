@@ -11,8 +11,8 @@ import numpy as np
 from timing import median
 
 from fairaudit import Law
-from fairaudit.utility_class import UtilityClass
-from fairaudit.worst_utility import worst_case
+from fairaudit.model.utility_class import UtilityClass
+from fairaudit.worst.methods import worst_case
 
 
 def bare(table: Any) -> None:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.plugins.navigation import maps as maps_module
 from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
 from fairaudit.plugins.navigation.maps import floor_height, inflate, maps_of_grid, rasterise

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.maps import rasterise
 from fairaudit.plugins.navigation.office import Plan, hr_office, random_office, write_office
 from fairaudit.plugins.navigation.readers import CLASSES, read_points

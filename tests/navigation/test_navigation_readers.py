@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.plugins.navigation import readers
 from fairaudit.plugins.navigation.readers import read_points
 

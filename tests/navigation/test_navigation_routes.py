@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.grids import Frame, read_grid, read_scen
 from fairaudit.plugins.navigation.routes import DIAGONAL, STRAIGHT, Route, flood, nearest_free, routes, waypoints
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 
 for module in ("PIL", "networkx", "yaml", "plyfile"):
     pytest.importorskip(module)

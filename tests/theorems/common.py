@@ -13,9 +13,9 @@ from typing import Any
 
 import ppl
 
-from fairaudit.law import Law
-from fairaudit.mechanism import Mechanism, Product, RandomizedResponse
-from fairaudit.utility import Utility
+from fairaudit.model.law import Law
+from fairaudit.model.mechanism import Mechanism, Product, RandomizedResponse
+from fairaudit.model.utility import Utility
 
 F = Fraction
 ZERO = F(0)

@@ -8,35 +8,18 @@ from typing import Any
 
 import pytest
 
-from fairaudit.bounds import (
-    ANY_POLICY,
-    FLOORED,
-    THIS_LAW,
-    THIS_POLICY,
-    Bound,
-    floor_cap,
-    t1,
-    t1_paper,
-    t1_tight,
-    t2,
-    t3_approx,
-    t3_curve,
-    t3_gdp,
-    t3_general,
-    t3_mechanism,
-    t3_randomized_response,
-    t3_renyi,
-    t3_zcdp,
-    t4,
-    t5_independent,
-    t7,
-    t7_pair,
-    t10,
-    t10_floor,
-    t12,
-)
-from fairaudit.exact import InputError
-from fairaudit.mechanism import RandomizedResponse
+from fairaudit.errors import InputError
+from fairaudit.model.mechanism import RandomizedResponse
+from fairaudit.theorems.bound import ANY_POLICY, FLOORED, THIS_LAW, THIS_POLICY, Bound
+from fairaudit.theorems.t01 import floor_cap, t1, t1_paper, t1_tight
+from fairaudit.theorems.t02 import t2
+from fairaudit.theorems.t03 import t3_approx, t3_curve, t3_general, t3_mechanism, t3_randomized_response
+from fairaudit.theorems.t03_currencies import t3_gdp, t3_renyi, t3_zcdp
+from fairaudit.theorems.t04 import t4
+from fairaudit.theorems.t05 import t5_independent
+from fairaudit.theorems.t07 import t7, t7_pair
+from fairaudit.theorems.t10 import t10, t10_floor
+from fairaudit.theorems.t12 import t12
 
 COIN = RandomizedResponse(["a", "b"], keep_probability="0.6")
 

@@ -8,8 +8,8 @@ from math import inf
 import pytest
 from common import F, deployments, proved, pure, random_row, ratio, stick, table_filter, worst_stick
 
-from fairaudit.bounds import floor_cap, t1, t1_paper, t1_tight
-from fairaudit.mechanism import Identity, RandomizedResponse
+from fairaudit.model.mechanism import Identity, RandomizedResponse
+from fairaudit.theorems.t01 import floor_cap, t1, t1_paper, t1_tight
 
 
 @pytest.mark.parametrize("uses", ["group", "context", "decision"])

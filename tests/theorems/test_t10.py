@@ -10,8 +10,9 @@ from random import Random
 import pytest
 from common import F, Row, Table, maximize, most_power, pure, random_filter, random_row, ratio, response_rows, stick, table_filter
 
-from fairaudit.bounds import exchange_laws, t1, t10, t10_floor
-from fairaudit.mechanism import RandomizedResponse
+from fairaudit.model.mechanism import RandomizedResponse
+from fairaudit.theorems.t01 import t1
+from fairaudit.theorems.t10 import exchange_laws, t10, t10_floor
 
 Policy = dict[tuple[int, ...], Row]
 

@@ -7,8 +7,8 @@ from math import inf
 import pytest
 from common import F, deployments, pure, ratio
 
-from fairaudit.bounds import t11_refutes
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
+from fairaudit.theorems.t11 import t11_refutes
 
 
 @pytest.mark.parametrize("uses", ["context", "decision"])

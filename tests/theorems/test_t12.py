@@ -8,7 +8,8 @@ from math import inf
 import pytest
 from common import F, deployments, pure, random_row, ratio
 
-from fairaudit.bounds import t2, t12
+from fairaudit.theorems.t02 import t2
+from fairaudit.theorems.t12 import t12
 
 
 @pytest.mark.parametrize("uses", ["context", "decision"])

@@ -7,7 +7,9 @@ from math import inf
 import pytest
 from common import F, deployments, distance, pure, ratio, response_rows, stick
 
-from fairaudit.bounds import t2, t10, t11_refutes
+from fairaudit.theorems.t02 import t2
+from fairaudit.theorems.t10 import t10
+from fairaudit.theorems.t11 import t11_refutes
 
 
 @pytest.mark.parametrize("uses", ["context", "decision"])

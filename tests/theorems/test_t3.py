@@ -29,19 +29,12 @@ from common import (
     worst_stick,
 )
 
-from fairaudit.bounds import (
-    t1,
-    t3_approx,
-    t3_curve,
-    t3_gdp,
-    t3_general,
-    t3_mechanism,
-    t3_randomized_response,
-    t3_renyi,
-    t3_zcdp,
-)
-from fairaudit.exact import InputError, log_enclosure
-from fairaudit.mechanism import Identity, RandomizedResponse
+from fairaudit.errors import InputError
+from fairaudit.exact.enclosures import log_enclosure
+from fairaudit.model.mechanism import Identity, RandomizedResponse
+from fairaudit.theorems.t01 import t1
+from fairaudit.theorems.t03 import t3_approx, t3_curve, t3_general, t3_mechanism, t3_randomized_response
+from fairaudit.theorems.t03_currencies import t3_gdp, t3_renyi, t3_zcdp
 
 
 def log_up(value: Fraction) -> Fraction:

@@ -8,9 +8,10 @@ from random import Random
 import pytest
 from common import F, best_over_pairs, best_ratio, deployments, most_power, proved, random_filter, stick, table_filter
 
-from fairaudit.bounds import t3_mechanism, t4
-from fairaudit.exact import InputError
-from fairaudit.mechanism import RandomizedResponse
+from fairaudit.errors import InputError
+from fairaudit.model.mechanism import RandomizedResponse
+from fairaudit.theorems.t03 import t3_mechanism
+from fairaudit.theorems.t04 import t4
 
 
 @pytest.mark.parametrize("least", [F(1, 4), F(1), F(3)])

@@ -7,12 +7,15 @@ from math import inf
 import pytest
 from common import Deployment, F, deployments, proved, pure, stick, table_filter
 
-from fairaudit.bounds import Bound, context_ratio, t2, t3_mechanism, t5_decision, t5_floor, t5_general, t5_independent
-from fairaudit.exact import InputError
-from fairaudit.fairness import global_fairness, local_fairness
-from fairaudit.law import Law
-from fairaudit.mechanism import Constant, Mechanism
-from fairaudit.utility import Utility
+from fairaudit.errors import InputError
+from fairaudit.measures.ratios import global_fairness, local_fairness
+from fairaudit.model.law import Law
+from fairaudit.model.mechanism import Constant, Mechanism
+from fairaudit.model.utility import Utility
+from fairaudit.theorems.bound import Bound
+from fairaudit.theorems.t02 import t2
+from fairaudit.theorems.t03 import t3_mechanism
+from fairaudit.theorems.t05 import context_ratio, t5_decision, t5_floor, t5_general, t5_independent
 
 
 def contexts_filter(d: Deployment) -> Mechanism:

@@ -7,7 +7,7 @@ from math import inf
 
 from common import Deployment, F, deployments, ratio, response_rows, table_filter
 
-from fairaudit.fairness import global_supremum, local_supremum
+from fairaudit.measures.ratios import global_supremum, local_supremum
 
 
 def test_the_supremum_over_utilities_that_ignore_the_group_is_a_ratio_of_probabilities() -> None:

@@ -9,9 +9,12 @@ from random import Random
 import pytest
 from common import F, deployments, distance, pure, random_row, ratio
 
-from fairaudit.bounds import t2, t3_approx, t7, t7_pair
-from fairaudit.exact import InputError
-from fairaudit.fairness import demographic_parity, equalized_odds, global_supremum, local_supremum
+from fairaudit.errors import InputError
+from fairaudit.measures.distances import demographic_parity, equalized_odds
+from fairaudit.measures.ratios import global_supremum, local_supremum
+from fairaudit.theorems.t02 import t2
+from fairaudit.theorems.t03 import t3_approx
+from fairaudit.theorems.t07 import t7, t7_pair
 
 
 def one_sided(p: list[F], q: list[F]) -> F | float:

@@ -7,10 +7,10 @@ from math import inf
 import pytest
 from common import Deployment, F, deployments, pure, random_row, response_rows, table_filter
 
-from fairaudit.bounds import t8_applies
-from fairaudit.law import Law
-from fairaudit.mechanism import Mechanism
-from fairaudit.utility import Utility
+from fairaudit.model.law import Law
+from fairaudit.model.mechanism import Mechanism
+from fairaudit.model.utility import Utility
+from fairaudit.theorems.t08 import t8_applies
 
 
 def filters(rows: list[list[F]]) -> Mechanism:

@@ -18,16 +18,13 @@ import pytest
 from scipy import stats
 
 from fairaudit import Law, Policy, RandomizedResponse, Utility, certify
-from fairaudit.sampling import (
-    Cell,
-    Comparison,
-    default_region,
-    local_comparison,
-    policy_comparison,
-    ratio_interval,
-    sampled_population_interval,
-    test_filter,
-)
+from fairaudit.inference.cells import Cell
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.estimated_population import sampled_population_interval
+from fairaudit.inference.hypothesis_tests import test_filter
+from fairaudit.inference.policy_comparisons import policy_comparison
+from fairaudit.inference.ratio_intervals import default_region, ratio_interval
+from fairaudit.inference.table_comparisons import local_comparison
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 ALPHA = 0.1

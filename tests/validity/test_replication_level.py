@@ -7,7 +7,7 @@ import os
 import numpy as np
 from independent_logs import SHAPES
 
-from fairaudit.replication import STEPS, copies_note
+from fairaudit.model.replication import STEPS, copies_note
 
 LOGS = 200 if os.environ.get("FAIRAUDIT_FULL") else 20  # of each of eleven shapes
 

@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from fairaudit.law import Law
-from fairaudit.monitor.bounds import Arrivals, log_wealth, pair_levels, stream_interval, weight
-from fairaudit.utility import Utility
+from fairaudit.inference.anytime import Arrivals, stream_interval
+from fairaudit.inference.betting import log_wealth
+from fairaudit.inference.levels import pair_levels, weight
+from fairaudit.model.law import Law
+from fairaudit.model.utility import Utility
 
 FULL = bool(os.environ.get("FAIRAUDIT_FULL"))
 STREAMS, EVENTS = (2_000, 10_000) if FULL else (200, 2_000)

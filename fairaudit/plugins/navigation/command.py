@@ -67,10 +67,11 @@ def add(commands: Any) -> None:
 def _office(arguments: argparse.Namespace) -> int:
     from importlib.resources import files
 
-    from fairaudit.certificate import write_atomically
-    from fairaudit.cli.text import plain, put
-    from fairaudit.exact import InputError
+    from fairaudit.cli.output import put
+    from fairaudit.errors import InputError
+    from fairaudit.files import write_atomically
     from fairaudit.plugins.navigation.office import hr_office, random_office, write_office
+    from fairaudit.words import plain
 
     folder = Path(arguments.folder)
     if not 0.01 <= arguments.spacing <= 1:
@@ -89,9 +90,10 @@ def _office(arguments: argparse.Namespace) -> int:
 
 
 def _maps(arguments: argparse.Namespace) -> int:
-    from fairaudit.cli.text import plain, put
+    from fairaudit.cli.output import put
     from fairaudit.plugins.navigation.render import draw_maps
     from fairaudit.plugins.navigation.scenario import read_scan
+    from fairaudit.words import plain
 
     options: dict[str, Any] = {
         name: value
@@ -122,7 +124,7 @@ def _maps(arguments: argparse.Namespace) -> int:
 def _list(text: str, name: str, count: int) -> tuple[float, ...]:
     from math import isfinite
 
-    from fairaudit.exact import InputError, shown
+    from fairaudit.errors import InputError, shown
 
     try:
         values = tuple(float(word) for word in text.split(","))
@@ -137,9 +139,10 @@ def _route(arguments: argparse.Namespace) -> int:
     from itertools import pairwise
     from math import atan2
 
-    from fairaudit.certificate import write_atomically
-    from fairaudit.cli.text import plain, put
-    from fairaudit.exact import InputError
+    from fairaudit.cli.output import put
+    from fairaudit.errors import InputError
+    from fairaudit.files import write_atomically
+    from fairaudit.words import plain
 
     candidate, points = _chosen(Path(arguments.candidates), arguments.chosen)
     headings = [atan2(b[1] - a[1], b[0] - a[0]) for a, b in pairwise(points)]
@@ -158,7 +161,7 @@ def _route(arguments: argparse.Namespace) -> int:
 
 def _chosen(path: Path, chosen: str) -> tuple[dict[str, Any], list[tuple[float, float]]]:
     """The chosen entry of a candidate set, and its waypoints."""
-    from fairaudit.exact import InputError, nearest, shown
+    from fairaudit.errors import InputError, nearest, shown
     from fairaudit.plugins.navigation.render import FORMAT
 
     try:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.certificate import write_atomically
-from fairaudit.exact import InputError, nearest, shown
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.files import write_atomically
 from fairaudit.plugins.navigation.libraries import library
 
 __all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Frame", "OccupancyGrid", "Pair", "read_grid", "read_scen", "write_ros_map"]

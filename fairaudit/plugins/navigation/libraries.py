@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 
 __all__ = ["library"]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 
 __all__ = ["Door", "Plan", "Room", "Thing", "hr_office", "random_office", "write_office"]
 

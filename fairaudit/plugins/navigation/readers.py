@@ -15,7 +15,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact import InputError, nearest, shown
+from fairaudit.errors import InputError, nearest, shown
 
 __all__ = ["CLASSES", "Part", "Points", "read_points"]
 

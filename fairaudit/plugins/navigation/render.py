@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 
 if TYPE_CHECKING:
     from fairaudit.plugins.navigation.maps import Maps
@@ -48,8 +48,9 @@ def add(actions: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.cli.text import plain, put
+    from fairaudit.cli.output import put
     from fairaudit.plugins.navigation.scenario import plan_candidates, scenarios_of
+    from fairaudit.words import plain
 
     scenarios = scenarios_of(arguments.file)
     if arguments.folder and len(scenarios) > 1:
@@ -93,7 +94,7 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
     InputError
         If pillow is missing, or a file cannot be written.
     """
-    from fairaudit.certificate import write_atomically
+    from fairaudit.files import write_atomically
     from fairaudit.plugins.navigation.prompts import draw
 
     scenario, frame = found.scenario, found.maps.frame
@@ -138,7 +139,7 @@ def draw_maps(maps: Maps, points: Points | None, folder: Path, *, scale: int | N
     InputError
         If a library of the extra is missing, or a file cannot be written.
     """
-    from fairaudit.certificate import write_atomically
+    from fairaudit.files import write_atomically
     from fairaudit.plugins.navigation.grids import write_ros_map
     from fairaudit.plugins.navigation.maps import maps_of_grid
     from fairaudit.plugins.navigation.prompts import draw

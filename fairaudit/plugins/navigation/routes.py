@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.grids import Frame
 
 __all__ = ["Flood", "Route", "flood", "nearest_free", "routes", "waypoints"]

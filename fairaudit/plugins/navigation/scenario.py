@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.exact import InputError, nearest, shown
+from fairaudit.errors import InputError, nearest, shown
 from fairaudit.plugins.navigation.grids import read_grid
 from fairaudit.plugins.navigation.maps import RESOLUTION, Maps, clearances, maps_of_grid, rasterise
 from fairaudit.plugins.navigation.readers import Points, read_points

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.grids import Frame
 from fairaudit.plugins.navigation.libraries import library
 from fairaudit.plugins.navigation.readers import Part, Points

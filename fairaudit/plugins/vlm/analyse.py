@@ -18,13 +18,16 @@ from math import inf, log
 from typing import Any, Literal
 
 import fairaudit as fa
-from fairaudit.exact import InputError
-from fairaudit.limits import LIMITS, Limit, limits_of
+from fairaudit.errors import InputError
+from fairaudit.inference.cells import Cell
+from fairaudit.inference.ends import cell_ends
+from fairaudit.inference.levels import confidence_level
+from fairaudit.inference.quotients import greatest_ratio, least_ratio
+from fairaudit.inference.verdicts import verdict as judge
+from fairaudit.measures.limits import LIMITS, Limit, limits_of
 from fairaudit.plugins.vlm.answers import UNREADABLE, Reading, read_answer
 from fairaudit.plugins.vlm.experiment import Experiment, Profile, Setting, Slots
 from fairaudit.plugins.vlm.journal import Draw, Journal
-from fairaudit.sampling import Cell, cell_ends, confidence_level, greatest_ratio, least_ratio
-from fairaudit.sampling import verdict as judge
 
 __all__ = ["Finding", "Question", "Table", "certify", "tables"]
 

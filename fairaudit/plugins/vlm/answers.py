@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
-from fairaudit.exact import InputError, rational
+from fairaudit.errors import InputError
+from fairaudit.exact.rationals import rational
 from fairaudit.plugins.vlm.experiment import Experiment
 
 __all__ = ["UNREADABLE", "Reading", "read_answer", "usage"]

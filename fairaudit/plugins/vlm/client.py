@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.exact import InputError, shown
+from fairaudit.errors import InputError, shown
 from fairaudit.plugins.vlm.experiment import Experiment, Model, environment_key
 from fairaudit.plugins.vlm.images import image_kind
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import limits, plugins
+from fairaudit.cli import plugins
+from fairaudit.cli.options import add_limits, given_limits
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -77,7 +78,7 @@ def _options(action: argparse.ArgumentParser, name: str) -> None:
         action.add_argument("--confidence", metavar="C", help="confidence of intervals (default 0.95); 'none' judges the table itself")
     if name == "certify":
         action.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
-        limits.add_options(action.add_argument_group("targets (by default those of the file)"))
+        add_limits(action.add_argument_group("targets (by default those of the file)"))
 
 
 def _list(arguments: argparse.Namespace) -> int:  # noqa: ARG001
@@ -91,7 +92,7 @@ def _list(arguments: argparse.Namespace) -> int:  # noqa: ARG001
 
 def _models(experiment: Experiment, arguments: argparse.Namespace) -> list[Model]:
     """The models that the options name, with what they say instead of the file."""
-    from fairaudit.exact import InputError, nearest
+    from fairaudit.errors import InputError, nearest
     from fairaudit.plugins.vlm.experiment import Model, with_overrides
 
     changes = {
@@ -125,7 +126,7 @@ def _models(experiment: Experiment, arguments: argparse.Namespace) -> list[Model
 
 
 def _open(arguments: argparse.Namespace, *, create: bool) -> tuple[Experiment, Path, Journal]:
-    from fairaudit.exact import InputError
+    from fairaudit.errors import InputError
     from fairaudit.plugins.vlm.experiment import read_experiment
     from fairaudit.plugins.vlm.journal import Journal
     from fairaudit.plugins.vlm.run import folder_of
@@ -141,8 +142,8 @@ def _open(arguments: argparse.Namespace, *, create: bool) -> tuple[Experiment, P
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    from fairaudit.cli.text import plain
     from fairaudit.plugins.vlm.run import Budget, run
+    from fairaudit.words import plain
 
     if arguments.dry_run:
         return _dry_run(arguments)
@@ -165,10 +166,10 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _dry_run(arguments: argparse.Namespace) -> int:
-    from fairaudit.cli.text import plain
     from fairaudit.plugins.vlm.experiment import read_experiment
     from fairaudit.plugins.vlm.journal import Journal
     from fairaudit.plugins.vlm.run import estimate, folder_of
+    from fairaudit.words import plain
 
     experiment = read_experiment(arguments.file, trials=arguments.trials)
     path = folder_of(experiment, arguments.folder) / "journal.sqlite"
@@ -189,9 +190,9 @@ def _dry_run(arguments: argparse.Namespace) -> int:
 
 
 def _status(arguments: argparse.Namespace) -> int:
-    from fairaudit.cli.text import plain
     from fairaudit.plugins.vlm.analyse import tables
     from fairaudit.plugins.vlm.journal import described
+    from fairaudit.words import plain
 
     experiment, folder, journal = _open(arguments, create=False)
     complete = True
@@ -222,17 +223,17 @@ def _certify(arguments: argparse.Namespace) -> int:
     experiment, folder, journal = _open(arguments, create=False)
     with journal:
         models = [m for m in journal.models() if m in _keys(experiment, arguments, journal)]
-        targets = limits.given(arguments) or None
+        targets = given_limits(arguments) or None
         found = certify_all(experiment, journal, models, folder, confidence=_confidence(arguments.confidence), targets=targets)
     print(said(found, arguments.format))
     return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[found.verdict]
 
 
 def _plot(arguments: argparse.Namespace) -> int:
-    from fairaudit.cli.text import plain
     from fairaudit.plugins.vlm.plot import draw
     from fairaudit.plugins.vlm.report import certify_all
     from fairaudit.plugins.vlm.run import run
+    from fairaudit.words import plain
 
     experiment, folder, journal = _open(arguments, create=True)
     with journal:
@@ -256,8 +257,8 @@ def _keys(experiment: Experiment, arguments: argparse.Namespace, journal: Journa
 
 
 def _confidence(given: str | None) -> Any:
-    from fairaudit.exact import InputError, shown
-    from fairaudit.sampling import confidence_level
+    from fairaudit.errors import InputError, shown
+    from fairaudit.inference.levels import confidence_level
 
     if given == "none":
         return None

@@ -15,7 +15,8 @@ from typing import Any, Literal
 
 import fairaudit as fa
 from fairaudit.cli.sections import check_keys, check_targets, read_section
-from fairaudit.exact import InputError, nearest, rational, shown
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.rationals import rational
 from fairaudit.plugins.vlm.images import read_images
 
 __all__ = ["Experiment", "Model", "Setting", "bundled", "read_experiment"]

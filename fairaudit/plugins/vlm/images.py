@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fairaudit.exact import InputError, nearest, shown
+from fairaudit.errors import InputError, nearest, shown
 
 __all__ = ["image_kind", "read_images"]
 

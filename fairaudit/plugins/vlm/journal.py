@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fairaudit.exact import InputError, shown
+from fairaudit.errors import InputError, shown
 
 __all__ = ["Answer", "Draw", "Journal", "Work"]
 

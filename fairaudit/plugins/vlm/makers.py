@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 import secrets
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
-from math import exp
 from typing import Any, Protocol
 
 import fairaudit as fa
-from fairaudit.exact import InputError, nearest, rational, shown
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.rationals import rational
 from fairaudit.plugins.vlm.experiment import Experiment, Model, Slots, bundled, read_experiment
+from fairaudit.plugins.vlm.shares import drawn, softmax
 
 __all__ = ["Maker", "StandIn", "drawn", "embedded"]
 
-GRAIN = 1 << 53
 PROSE = "I would rather talk to both of them first."
 
 
@@ -114,38 +114,6 @@ class StandIn:
                     raise InputError(f"[stand-in.{where}.{name}] names {shown(value)}; {nearest(value, values)}")
                 found[name, value] = float(Fraction(*rational(weight)))
         return found
-
-
-def softmax(scores: list[float]) -> tuple[Fraction, ...]:
-    """Shares of e^score as multiples of 2^-53 that add up to 1.
-
-    Examples
-    --------
-    >>> softmax([0.0, 0.0])
-    (Fraction(1, 2), Fraction(1, 2))
-    """
-    top = max(scores)
-    parts = [exp(score - top) for score in scores]
-    shares = [int(part / sum(parts) * GRAIN) for part in parts]
-    shares[parts.index(max(parts))] += GRAIN - sum(shares)
-    return tuple(Fraction(share, GRAIN) for share in shares)
-
-
-def drawn(probabilities: tuple[Fraction, ...], below: Callable[[int], int]) -> int | None:
-    """Draw a place exactly by its probability, or None for what they lack to 1."""
-    bottom = 1
-    for value in probabilities:
-        bottom = (
-            max(bottom, value.denominator)
-            if max(bottom, value.denominator) % min(bottom, value.denominator) == 0
-            else bottom * value.denominator
-        )
-    point = below(bottom)
-    for place, value in enumerate(probabilities):
-        point -= int(value * bottom)
-        if point < 0:
-            return place
-    return None
 
 
 def embedded(experiment: Experiment, model: Model) -> Maker:

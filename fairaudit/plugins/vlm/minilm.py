@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact import InputError, rational
+from fairaudit.errors import InputError
+from fairaudit.exact.rationals import rational
 from fairaudit.plugins.vlm.experiment import Experiment, Slots
-from fairaudit.plugins.vlm.makers import softmax
+from fairaudit.plugins.vlm.shares import softmax
 
 __all__ = ["SentenceMaker", "embed"]
 

@@ -9,12 +9,13 @@ from math import inf, isfinite, log
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fairaudit.certificate import write_atomically
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
+from fairaudit.files import write_atomically
+from fairaudit.inference.cells import Cell
+from fairaudit.inference.ends import cell_ends
 from fairaudit.plugins.vlm.analyse import Finding, Table, logarithm
 from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.report import Found
-from fairaudit.sampling import Cell, cell_ends
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,13 +14,14 @@ from math import ceil, floor, inf
 from pathlib import Path
 from typing import Any, Literal
 
-from fairaudit.certificate import number, write_atomically
-from fairaudit.cli.text import plain
-from fairaudit.exact import InputError, approximate
-from fairaudit.limits import limit_readings, limit_text
+from fairaudit.certificates.numbers import number
+from fairaudit.errors import InputError
+from fairaudit.files import write_atomically
+from fairaudit.measures.limits import limit_readings, limit_text
 from fairaudit.plugins.vlm.analyse import Finding, Table, certify, logarithm, questions, readings, settings_of, tables
 from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.journal import Journal
+from fairaudit.words import approximate, plain
 
 __all__ = ["Found", "certify_all", "said"]
 

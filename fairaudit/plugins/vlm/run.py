@@ -14,12 +14,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.plugins.vlm.answers import usage
 from fairaudit.plugins.vlm.client import Bucket, Client, Failure, Reply, estimated_tokens, pause_before, request_body
 from fairaudit.plugins.vlm.experiment import Experiment, Model, Slots
 from fairaudit.plugins.vlm.journal import Draw, Journal, Work
-from fairaudit.plugins.vlm.makers import answer_text, drawn, embedded
+from fairaudit.plugins.vlm.makers import answer_text, embedded
+from fairaudit.plugins.vlm.shares import drawn
 
 __all__ = ["Budget", "Estimate", "Progress", "Report", "estimate", "run"]
 

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.columns import Tally, column
-from fairaudit.exact import InputError
-from fairaudit.tables.engines import Request
+from fairaudit.errors import InputError
+from fairaudit.tables.engines.request import Request
 from fairaudit.tables.engines.survey import Survey
 from fairaudit.tables.frames import tally_frame
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import column
 
 __all__ = ["read", "survey"]
 

@@ -1,33 +1,21 @@
-"""Files: which there are, what they hold, and who reads them."""
+"""Files: who reads them."""
 
 from __future__ import annotations
 
-import glob
-import os
-import re
-import shutil
-import stat
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-from fairaudit.columns import Tally
-from fairaudit.exact import InputError, shown
-from fairaudit.tables.binning import apply_bins
-from fairaudit.tables.csv import count_csv
-from fairaudit.tables.engines import Request
-from fairaudit.tables.engines.folders import refuse_table_formats, table_format
+from fairaudit.errors import InputError
+from fairaudit.tables.engines.paths import SMALL, Form, expand, form, read_text, regular
+from fairaudit.tables.engines.request import Request
+from fairaudit.tables.tally import Tally
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Survey
 
-__all__ = ["Form", "expand", "form", "read", "survey"]
-
-Form = Literal["csv", "json", "parquet", "sqlite", "duckdb", "delta"]
-SMALL = 4_000_000
-JSON_NAME = re.compile(r".*\.(jsonl|ndjson|json)(\.(gz|zst))?", re.IGNORECASE)
+__all__ = ["read", "survey"]
 
 
 def read(sources: Sequence[str], request: Request, engine: str) -> Tally:
@@ -59,7 +47,7 @@ def survey(sources: Sequence[str], request: Request, engine: str) -> Survey:
 @contextmanager
 def _files(sources: Sequence[str], request: Request, engine: str) -> Iterator[tuple[list[str], Form, bool]]:
     """Find the files and what they hold, and say whether our own reader reads them."""
-    with _regular(expand(sources)) as paths:
+    with regular(expand(sources)) as paths:
         kinds = {path: form(path) for path in paths}
         kind = kinds[paths[0]]
         for path, other in kinds.items():
@@ -81,103 +69,3 @@ def _files(sources: Sequence[str], request: Request, engine: str) -> Iterator[tu
         if engine == "python" and kind != "csv":
             raise InputError(f"the engine 'python' reads delimited text; {paths[0]} is {kind}")
         yield paths, kind, engine == "python" or (engine == "auto" and small)
-
-
-def read_text(paths: Sequence[str], request: Request) -> Tally:
-    """Count the rows of delimited text line by line: what every other reader of such files has to agree with."""
-    told = request.report
-    tally = count_csv(paths, request.columns, None if told is None else lambda rows: told(None, rows))
-    return apply_bins(tally, request.bins)
-
-
-def expand(sources: Sequence[str]) -> list[str]:
-    """List the files that names and patterns stand for.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
-    paths: list[str] = []
-    for source in sources:
-        if not source:
-            raise InputError("the name of the table is empty; name a CSV file")
-        try:
-            literal = os.path.lexists(source)
-        except ValueError as error:
-            raise InputError(f"{source}: the file cannot be read: {error}") from None
-        if literal or not glob.has_magic(source):
-            paths.append(source)
-            continue
-        found = sorted(path for path in glob.glob(source, recursive=True) if not Path(path).is_dir())  # noqa: PTH207
-        if not found:
-            raise InputError(f"{source}: there is no such file, and none that the pattern fits")
-        paths += found
-    known: set[str] = set()
-    for path in paths:
-        if path in known:
-            raise InputError(f"{path} is named twice; each file is read once")
-        known.add(path)
-    refuse_table_formats(path for path in paths if os.path.exists(path) and not os.path.isdir(path))  # noqa: PTH110, PTH112
-    return paths
-
-
-def form(path: str) -> Form:
-    """Say what a file holds, by its first bytes and, for JSON, its name.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
-    """
-    try:
-        with Path(path).open("rb") as file:
-            start = file.read(16)
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except IsADirectoryError:
-        return _form_of_folder(Path(path))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    if start.startswith(b"PAR1") or path.lower().endswith((".parquet", ".parq", ".pq")):
-        return "parquet"
-    if start.startswith(b"SQLite format 3\x00"):
-        return "sqlite"
-    if start[8:12] == b"DUCK":
-        return "duckdb"
-    return "json" if JSON_NAME.fullmatch(path) else "csv"
-
-
-def _form_of_folder(folder: Path) -> Form:
-    """A Delta table is a folder; other folders are refused, with a pattern for what they hold."""
-    if table_format(folder) == "Delta":
-        return "delta"
-    refuse_table_formats([str(folder)])
-    nested = next(folder.glob("*.parquet"), None) is None and next(folder.glob("*/**/*.parquet"), None) is not None
-    pattern = shown(str(folder / ("**/*.parquet" if nested else "*.parquet")), 300)
-    raise InputError(f"{folder}: this is a directory; name a file, or a pattern such as {pattern}")
-
-
-@contextmanager
-def _regular(paths: list[str]) -> Iterator[list[str]]:
-    """Copy what can be read only once (a pipe) into a temporary file, which is removed afterwards."""
-    made: list[str] = []
-    try:
-        listed: list[str] = []
-        for path in paths:
-            try:
-                ordinary = not stat.S_ISFIFO(Path(path).stat().st_mode)
-            except (OSError, ValueError):
-                ordinary = True
-            if not ordinary:
-                handle, path = tempfile.mkstemp(prefix="fairaudit-pipe-")
-                made.append(path)
-                with os.fdopen(handle, "wb") as copy, Path(paths[len(listed)]).open("rb") as pipe:
-                    shutil.copyfileobj(pipe, copy)
-            listed.append(path)
-        yield listed
-    except OSError as error:
-        raise InputError(f"the input cannot be read: {error.strerror or error}") from None
-    finally:
-        for path in made:
-            Path(path).unlink(missing_ok=True)

@@ -6,7 +6,7 @@ import glob
 from collections.abc import Iterable
 from pathlib import Path
 
-from fairaudit.exact import InputError, shown
+from fairaudit.errors import InputError, shown
 
 __all__ = ["refuse_table_formats", "table_format"]
 

@@ -7,13 +7,14 @@ from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
-from fairaudit.columns import Tally, column
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.tables.binning import apply_bins
-from fairaudit.tables.engines import Request, attended, database_source
 from fairaudit.tables.engines.duckdb import json_value, readers
+from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey, read_first
 from fairaudit.tables.sql import Written, common_statement, count_statement, written
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import column
 
 __all__ = ["read", "survey"]
 

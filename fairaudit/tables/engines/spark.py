@@ -13,15 +13,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fairaudit.columns import Tally, column
-from fairaudit.exact import InputError, shown
+from fairaudit.errors import InputError, shown
 from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.csv import layout, same_layout
-from fairaudit.tables.engines import Request, attended, database_source
 from fairaudit.tables.engines.duckdb import JSON, bad_json, connected, parquet_faults, readers, told
-from fairaudit.tables.engines.files import JSON_NAME, expand, form
+from fairaudit.tables.engines.paths import JSON_NAME, expand, form
+from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey, read_first
 from fairaudit.tables.sql import Written, common_statement, count_statement, identifier, written
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import column
 
 __all__ = ["read", "survey"]
 

@@ -8,12 +8,13 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from urllib.parse import quote
 
-from fairaudit.columns import Tally, column
-from fairaudit.exact import InputError
+from fairaudit.errors import InputError
 from fairaudit.tables.binning import apply_bins
-from fairaudit.tables.engines import Request, attended, database_source
+from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey
 from fairaudit.tables.sql import common_statement, count_statement, identifier
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import column
 
 __all__ = ["read", "survey"]
 

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fairaudit.columns import label_text
-from fairaudit.exact import InputError, shown
+from fairaudit.errors import InputError, shown
 from fairaudit.tables.csv import count_csv, layout
+from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sql import Written, common_statement
 
 if TYPE_CHECKING:
-    from fairaudit.tables.engines import Request
-    from fairaudit.tables.engines.files import Form
+    from fairaudit.tables.engines.paths import Form
+    from fairaudit.tables.engines.request import Request
 
 __all__ = ["MOST", "Seen", "Survey", "of_database", "of_files", "of_text", "read_first"]
 
@@ -123,8 +123,8 @@ def of_files(paths: Sequence[str], kind: Form, request: Request) -> Survey:
 
 def of_database(path: str, request: Request) -> Survey:
     """Look at a table, or the result of a query, of a DuckDB database file."""
-    from fairaudit.tables.engines import database_source
     from fairaudit.tables.engines import duckdb as engine
+    from fairaudit.tables.engines.request import database_source
 
     if not Path(path).is_file():
         raise InputError(f"{path}: there is no such file")
@@ -153,8 +153,8 @@ def _of_csv(paths: Sequence[str], request: Request) -> Survey:
 
 def _of_source(connection: Any, source: str, request: Request, faults: Mapping[str, str] | None = None) -> Survey:
     """Look at what stands after ``from`` in DuckDB; some columns may be known to be at fault."""
-    from fairaudit.tables.engines import attended
     from fairaudit.tables.engines import duckdb as engine
+    from fairaudit.tables.engines.request import attended
 
     types = _types(connection, source)
 

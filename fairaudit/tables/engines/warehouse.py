@@ -7,13 +7,14 @@ from contextlib import suppress
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
-from fairaudit.columns import Tally, column
-from fairaudit.exact import InputError, nearest, shown
-from fairaudit.label_text import native_values
+from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.binning import apply_bins
-from fairaudit.tables.engines import Request, attended, database_source
+from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey
+from fairaudit.tables.label_text import native_values
 from fairaudit.tables.sql import DIALECTS, common_statement, count_statement
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import column
 
 __all__ = ["read", "survey"]
 

@@ -1,0 +1,227 @@
+"""`certify`: the one place that decides what is measured, bounded and claimed for an input."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from fairaudit.audits.population import decisions_given_truth, intervals_of_stream, possible_comparisons, two_means_note
+from fairaudit.audits.result import Result, not_compared
+from fairaudit.audits.targets import judged, judged_by_window
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.rationals import option_value
+from fairaudit.inference.anytime import Arrivals
+from fairaudit.inference.changes import Window, change_of
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.ends import Method
+from fairaudit.inference.interval import Interval
+from fairaudit.inference.levels import confidence_level
+from fairaudit.inference.ratio_intervals import default_region, ratio_interval
+from fairaudit.measures.distances import demographic_parity, equalized_odds
+from fairaudit.measures.expectations import least_expectation
+from fairaudit.measures.limits import MEASURED, Quantity, limits_of, without_bare_limits
+from fairaudit.measures.ratios import Ratio, global_fairness, global_supremum, local_fairness, local_supremum
+from fairaudit.model.law import Law
+from fairaudit.model.policy import Deployment, Policy
+from fairaudit.model.utility import Utility, UtilityTable
+from fairaudit.privacy.pairs import joint_ratios
+from fairaudit.theorems.applicable import PAIR_RATIOS, TOO_WIDE, applicable_bounds
+from fairaudit.words import approximate
+
+__all__ = ["certify"]
+
+
+@without_bare_limits(MEASURED)
+def certify(
+    subject: Law | Deployment,
+    utility: Utility | Mapping[Any, Any],
+    *,
+    max_local_ratio: Any = None,
+    max_global_ratio: Any = None,
+    max_local_log: Any = None,
+    max_global_log: Any = None,
+    confidence: Any = 0.95,
+    interval: Method = "hoeffding-kl",
+    independent: bool = False,
+    declared: Mapping[str, Any] | None = None,
+    embed_table: bool | None = None,
+    arrivals: Arrivals | None = None,
+    changed: tuple[Quantity, Window] | None = None,
+    positive: Any = None,
+    burden: bool = False,
+) -> Result:
+    """Measure a law exactly, say what follows for the population behind it, judge it against targets, and prepare a certificate.
+
+    Parameters
+    ----------
+    subject : Law or Deployment
+        What to audit: a law, or a policy behind filters (`Policy.behind`), which adds what the filters guarantee.
+    utility : Utility or mapping
+        g; a mapping from decision to value is taken as `Utility(mapping)`.
+    max_local_ratio, max_global_ratio : number or str, optional
+        Targets for R and R̄, such as ``"5/4"``; one under 1 is least over greatest, so that 0.8 is 5/4.
+    max_local_log, max_global_log : number or str, optional
+        Targets for L and L̄, their natural logarithms. Floats are read as the decimals that they are printed as.
+    confidence : float or None
+        Targets on counts are judged for the population from which they were drawn, all of them together at this confidence. None judges
+        the table itself. Probabilities carry no sample size: the table itself is judged.
+    interval : {"hoeffding-kl", "empirical-bernstein", "intersection"}
+        For utilities with more than two values; to be chosen before looking at the draws. Others have exact binomial intervals.
+    independent : bool
+        Whether the draws of different cells are independent of each other, which narrows intervals and is an assumption of the
+        certificate. Decisions on the same profiles with only the group exchanged are not.
+    declared : mapping, optional
+        Constants that hold whatever the table says: ``gamma`` and ``m``, the greatest and least value of g over everything that could be
+        drawn; for a policy behind filters also ``tau``, a floor of every group's expected utility behind the filter, and ``lipschitz``, a
+        bound of the difference of g between groups. Bounds for every policy that keeps a floor need a declared ``tau``.
+    embed_table : bool, optional
+        Whether the certificate holds the table; by default if it has at most 100,000 entries. False leaves only a salted digest, and
+        needs confidence None, because the ends of intervals disclose the counts.
+    arrivals : Arrivals, optional
+        The law was counted from a stream, whose cells first appeared in this order: then the intervals hold at every moment at once,
+        whenever the counting stopped. Needs ``gamma`` and ``m`` to be declared; `interval` and `independent` have no meaning.
+    changed : tuple of (quantity, Window), optional
+        With `arrivals`: a window whose interval of that ratio has no ratio in common with the stream's. Its verdict is then "changed", and
+        nothing is claimed of the ratios of the whole stream.
+    positive : label, optional
+        The positive true label of a law with true labels (``truth=``), where the positive decisions do not name it; positive decisions are
+        those that are worth more than nothing.
+    burden : bool
+        Whether the utility counts a burden, such as a fine or a refusal: the group with the higher expectation is then called
+        disadvantaged. The figures are the same.
+
+    Returns
+    -------
+    Result
+        Exact measures with witnesses, intervals, claims, verdict and certificate.
+
+    Raises
+    ------
+    InputError
+        If the utility does not fit the law, a target is not sensible, a declared constant contradicts the table, a target on counts is
+        to be judged at a confidence and they are not whole, or nothing at all can be compared.
+
+    Examples
+    --------
+    >>> law = Law.from_counts(
+    ...     {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [300, 100, 200, 200]},
+    ...     decision="hired", group="sex", count="n")
+    >>> result = certify(law, {"yes": 1}, max_local_ratio="5/4")
+    >>> result.local.ratio, result.verdict
+    (Fraction(3, 2), 'exceeds')
+    >>> found = result.intervals["local"]
+    >>> round(float(found.lower), 2), round(float(found.upper), 2)
+    (1.25, 1.8)
+    """
+    limits = limits_of(
+        {
+            "max_local_ratio": max_local_ratio,
+            "max_global_ratio": max_global_ratio,
+            "max_local_log": max_local_log,
+            "max_global_log": max_global_log,
+        }
+    )
+    deployment = subject if isinstance(subject, Deployment) else None
+    law = subject.law if isinstance(subject, Deployment) else subject
+    level = None if confidence is None else confidence_level(confidence)
+    utility = utility if isinstance(utility, Utility) else Utility(utility)
+    table = utility.on(law)
+    if table.law is not law:
+        law = table.law
+        if deployment is not None:
+            deployment = replace(deployment, policy=Policy(utility.over(deployment.policy.law)))
+            law = deployment.law
+            table = replace(table, law=law)
+        subject = deployment or law
+    local, overall = local_fairness(law, table), global_fairness(law, table)
+    if local is None and overall is None:
+        raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
+    measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
+    tau = least_expectation(law, table)
+    constants = _constants(table, tau, declared or {}, deployment)
+    given, said = decisions_given_truth(subject, table, positive, None if arrivals else level, embed_table)
+    found = () if deployment is None else tuple(applicable_bounds(deployment, table, tau, constants, law))
+    too_wide = deployment is not None and joint_ratios(deployment.group_filter) > PAIR_RATIOS
+    named = {quantity for quantity, _, _ in limits}
+    comparisons: dict[Quantity, Comparison] = {}
+    notes: tuple[str, ...] = ()
+    intervals: dict[Quantity, Interval] = {}
+    if arrivals is not None and level is not None:
+        intervals, notes = intervals_of_stream(law, table, arrivals, measured, constants, 1 - (1 - level) / max(1, len(named)), named)
+    elif level is not None:
+        comparisons, notes = possible_comparisons(subject, utility, table, measured, constants, named, embed_table)
+    for quantity, comparison in comparisons.items():
+        # Targets on both quantities share the error, so that their verdicts hold together.
+        alpha = (1 - (level or 0)) / max(1, len(named & comparisons.keys()))
+        region = default_region(comparison, interval, independent=independent)
+        intervals[quantity] = ratio_interval(comparison, 1 - alpha, method=interval, region=region, independent=independent)
+        notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))
+    sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
+    change = None
+    if changed is not None:
+        if changed[0] not in intervals or arrivals is None:
+            raise InputError("a window contradicts the interval of a stream; there is none without arrivals and a confidence")
+        change = change_of(intervals[changed[0]], changed[1], changed[0], (constants["m"], constants["gamma"]))
+        intervals = {quantity: own for quantity, own in intervals.items() if quantity not in change.withdrawn}
+    targets, verdict = judged(measured, limits, sampled, intervals, found, constants)
+    if change is not None:
+        targets, verdict = judged_by_window(targets, verdict, change)
+    without = deployment.unfiltered if deployment else None
+    return Result(
+        law=law,
+        utility=table,
+        local=local,
+        global_=overall,
+        demographic_parity=demographic_parity(law),
+        equalized_odds=equalized_odds(law),
+        local_supremum=local_supremum(law),
+        global_supremum=global_supremum(law),
+        tau=tau,
+        not_compared=(*not_compared(law), *(given.not_compared if given else ())),
+        targets=targets,
+        verdict=verdict,
+        notes=(*law.notes, *notes, *said, *((TOO_WIDE,) if too_wide else ())),
+        deployment=deployment,
+        unfiltered=None if without is None else _both(without, replace(table, law=without)),
+        bounds=found,
+        declared=constants,
+        intervals=intervals,
+        comparisons=comparisons,
+        embed=embed_table,
+        given_truth=given,
+        burden=burden,
+        changed=change,
+    )
+
+
+def _constants(
+    table: UtilityTable, tau: Fraction | None, declared: Mapping[str, Any], deployment: Deployment | None
+) -> dict[str, Fraction]:
+    """Declared constants as exact rationals, none of which contradicts the table."""
+    measured = {"gamma": table.gamma, "m": table.m, "tau": tau, "lipschitz": table.lipschitz()}
+    if deployment is None and declared.keys() & {"tau", "lipschitz"}:
+        raise InputError("tau and lipschitz are declared for a policy behind filters; a plain table has its own")
+    constants: dict[str, Fraction] = {}
+    for name, value in declared.items():
+        if name not in measured:
+            raise InputError(f"{shown(name)} cannot be declared; {nearest(name, measured)}")
+        try:
+            constants[name] = Fraction(*option_value(value))
+        except InputError as error:
+            raise InputError(f"the declared {name}: {error}") from None
+        found = measured[name]
+        if constants[name] < 0:
+            raise InputError(f"the declared {name} is {shown(value)}; it must be at least 0")
+        if found is None:
+            continue
+        if name in ("gamma", "lipschitz") and constants[name] < found:
+            raise InputError(f"the declared {name} is {shown(value)}, but the table has {approximate(found)}; declare at least that")
+        if name in ("m", "tau") and constants[name] > found:
+            raise InputError(f"the declared {name} is {shown(value)}, but the table has only {approximate(found)}; declare at most that")
+    return constants
+
+
+def _both(law: Law, table: UtilityTable) -> tuple[Ratio | None, Ratio | None]:
+    return local_fairness(law, table), global_fairness(law, table)

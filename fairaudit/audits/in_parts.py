@@ -1,0 +1,225 @@
+"""Audits of logs whose cells do not fit into memory: contexts pass by some at a time, and only what is needed of them is kept."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import replace
+from typing import IO, Any, TypeVar
+
+import numpy as np
+
+from fairaudit.audits.result import Passed, Result, not_compared, pair_key
+from fairaudit.audits.sentences import Sizes, sizes
+from fairaudit.audits.targets import judged
+from fairaudit.certificates.certificate import new_salt
+from fairaudit.certificates.table import Table, WrittenTable, column_names, count_lines
+from fairaudit.errors import InputError, shown
+from fairaudit.inference.levels import confidence_level
+from fairaudit.measures.distances import Distance, demographic_parity, most_unequal_distances
+from fairaudit.measures.expectations import least_expectation
+from fairaudit.measures.limits import MEASURED, Quantity, limits_of, without_bare_limits
+from fairaudit.measures.ratios import Ratio, global_fairness, global_supremum, local_supremum, most_unequal_ratios
+from fairaudit.model.law import Law
+from fairaudit.model.layout import Columns
+from fairaudit.model.utility import Utility
+from fairaudit.tables.binning import Bins
+from fairaudit.tables.columns import read_columns
+from fairaudit.tables.engines.logs import cut_columns, read_parts
+from fairaudit.tables.engines.request import Report
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import distinct, names
+
+__all__ = ["certify_in_parts"]
+
+
+UNCLAIMED = "no interval is claimed: contexts were read in parts; confidence none (--confidence none) judges the table itself"
+
+T = TypeVar("T", Ratio, Distance)
+
+
+@without_bare_limits(MEASURED)
+def certify_in_parts(
+    source: Any,
+    utility: Utility | Mapping[Any, Any],
+    *,
+    decision: str,
+    group: str | Sequence[str],
+    context: str | Sequence[str],
+    bins: Mapping[str, Sequence[Any] | Bins] | None = None,
+    table: str | None = None,
+    memory: str | None = None,
+    report: Report | None = None,
+    max_local_ratio: Any = None,
+    max_global_ratio: Any = None,
+    max_local_log: Any = None,
+    max_global_log: Any = None,
+    confidence: Any = None,
+    top: int = 3,
+    embed_table: bool | None = None,
+    burden: bool = False,
+) -> Result:
+    """Certify a log of very many contexts: the exact figures and the certificate of `fairaudit.certify`, without its intervals.
+
+    DuckDB counts the log and sorts it by context, on disk where memory does not suffice; some contexts at a time are measured, written to
+    the table, and forgotten. Labels of contexts stay in memory. A global figure is that of the law over all contexts together, because
+    P(u|a) and the mean of g over it do not depend on where the rows of a group come from.
+
+    Parameters
+    ----------
+    source, bins, table, memory, report
+        As for `fairaudit.tables.engines.logs.read_parts`: Parquet files, or a table of a DuckDB database.
+    utility : Utility or mapping
+        g, which depends on the decision alone.
+    decision, group, context
+        As for `Law.from_log`; at least one context column.
+    max_local_ratio, max_global_ratio, max_local_log, max_global_log, confidence, embed_table, burden
+        As for `fairaudit.certify`; at a confidence, targets are inconclusive, for want of an interval.
+    top : int
+        How many of the most unequal pairs to keep.
+
+    Returns
+    -------
+    Result
+        Its `law` is that over all contexts together; the certificate's table is in a temporary file.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read in parts, a label is missing, or nothing can be compared.
+
+    Examples
+    --------
+    >>> import duckdb, tempfile
+    >>> path = tempfile.mkdtemp() + "/log.parquet"
+    >>> rows = "(values ('a', 'f', 'yes'), ('a', 'm', 'yes'), ('a', 'm', 'no'), ('b', 'f', 'no')) log(shop, sex, hired)"
+    >>> _ = duckdb.execute(f"copy (from {rows}) to '{path}' (format parquet)")
+    >>> result = certify_in_parts(path, {"yes": 1}, decision="hired", group="sex", context="shop")
+    >>> result.local.ratio, result.local.witness.context
+    (Fraction(2, 1), {'shop': 'a'})
+    """
+    columns = Columns(decision, names(group), names(context))
+    wanted = (decision, *columns.group, *columns.context)
+    for name in wanted:
+        if wanted.count(name) > 1:
+            raise InputError(f"the column {shown(name)} is used twice; each column has one role")
+    if top < 1:
+        raise InputError(f"{top} most unequal pairs cannot be kept; ask for at least 1")
+    limits = limits_of(
+        {
+            "max_local_ratio": max_local_ratio,
+            "max_global_ratio": max_global_ratio,
+            "max_local_log": max_local_log,
+            "max_global_log": max_global_log,
+        }
+    )
+    cut = {name: edges if isinstance(edges, Bins) else Bins.of(name, edges) for name, edges in (bins or {}).items()}
+    level = None if confidence is None else confidence_level(confidence)
+    supremum: Ratio | None = None
+    odds: tuple[Distance, ...] = ()
+    pairs: tuple[Ratio, ...] = ()
+    recorded: dict[tuple[str, ...], Sizes] = {}
+    floors, left_out, contexts = [], [], list[tuple[str, ...]]()
+    opened = read_parts(source, wanted, columns.context, bins=cut, table=table, memory=memory, report=report)
+    with closing(opened) as parts, _written() as rows:
+        whole = Law.from_log(next(parts), decision=decision, group=columns.group)
+        g = (utility if isinstance(utility, Utility) else Utility(utility)).on(whole)
+        if not g.by_decision:
+            raise InputError(
+                "the utility depends on more than the decision; contexts that are read in parts need one of the decision alone"
+            )
+        whole = g.law
+        cells = read = 0
+        for tally in parts:
+            law = _part(tally, columns, whole)
+            if contexts and contexts[-1] >= law.contexts[0]:
+                raise InputError(f"the contexts {contexts[-1]} and {law.contexts[0]} do not come in the order of their texts")
+            table_of = replace(g, law=law)
+            found = local_supremum(law)
+            supremum = found if supremum is None or (found is not None and found.ratio > supremum.ratio) else supremum
+            ranked = most_unequal_ratios(law, table_of, top, within_context=True)
+            pairs = _foremost((*pairs, *ranked), top, lambda ratio: ratio.ratio - 1)
+            found_sizes = zip(ranked, sizes(law, [ratio.witness for ratio in ranked]), strict=True)
+            recorded |= {pair_key(ratio.witness): size for ratio, size in found_sizes if size is not None}
+            recorded = {key: recorded[key] for key in (pair_key(ratio.witness) for ratio in pairs)}
+            odds = _foremost((*odds, *most_unequal_distances(law, top, within_context=True)), top, lambda distance: distance.value)
+            floors.append(least_expectation(law, table_of))
+            left_out += [entry for entry in not_compared(law) if "context" in entry]
+            rows.writelines(count_lines(law, len(contexts)))
+            contexts += law.contexts
+            cells += law.weights.size
+            read += int(law.weights.sum())
+        if read != int(whole.weights.sum()):
+            raise InputError("the parts of the log do not add up to all of its rows")
+        local, overall = pairs[0] if pairs else None, global_fairness(whole, g)
+        if local is None and overall is None:
+            raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
+    measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
+    targets, verdict = judged(measured, limits, level, {})
+    left_out.sort(key=lambda entry: "groups" not in entry)
+    header = {**Table(whole, g).header, "columns": column_names(columns), "contexts": [list(label) for label in contexts]}
+    if embed_table is False:
+        header["salt"] = new_salt()
+    return Result(
+        law=replace(whole, preparation=tuple(sorted(cut_columns(cut), key=lambda entry: wanted.index(entry["column"])))),
+        utility=g,
+        local=local,
+        global_=overall,
+        demographic_parity=demographic_parity(whole),
+        equalized_odds=odds[0] if odds else None,
+        local_supremum=supremum,
+        global_supremum=global_supremum(whole),
+        tau=min((floor for floor in floors if floor is not None), default=None),
+        not_compared=(*left_out, *(entry for entry in not_compared(whole) if "context" not in entry)),
+        targets=targets,
+        verdict=verdict,
+        notes=(*whole.notes, *(() if confidence is None else (UNCLAIMED,))),
+        embed=embed_table,
+        passed=Passed(columns, pairs, odds, WrittenTable(header, rows, cells), recorded),
+        burden=burden,
+    )
+
+
+def _part(tally: Tally, columns: Columns, whole: Law) -> Law:
+    """The law of some contexts, over the decisions and groups of the whole log."""
+    coded = read_columns(tally, columns.decision, columns.group, columns.context, [], "error", ordered=True)
+    u, x, a = coded.codes
+    decision_of = np.array([whole.decisions.index(label) for label in coded.decisions])
+    place_of = {label: place for place, label in enumerate(whole.groups)}
+    group_of = np.array([place_of[label] for label in coded.groups])
+    cells, cell = distinct(x * len(whole.groups) + group_of[a])
+    weights = np.zeros((len(cells), len(whole.decisions)), dtype=np.int64)
+    np.add.at(weights, (cell, decision_of[u]), coded.counts)
+    return Law(
+        columns=columns,
+        decisions=whole.decisions,
+        groups=whole.groups,
+        contexts=tuple(coded.contexts),
+        kind="counts",
+        population="counts",
+        cell_context=cells // len(whole.groups),
+        cell_group=cells % len(whole.groups),
+        weights=weights,
+    )
+
+
+def _foremost(measures: Sequence[T], count: int, size: Callable[[T], Any]) -> tuple[T, ...]:
+    """The greatest measures, the first of equal ones before the others; those of size 0 only if nothing else is there."""
+    unequal = sorted((measure for measure in measures if size(measure)), key=lambda measure: -size(measure))
+    return tuple(unequal[:count] or measures[:1])
+
+
+@contextmanager
+def _written() -> Iterator[IO[bytes]]:
+    """A temporary file that has no name, so that nothing is left of it however the process ends; closed if the work fails."""
+    try:
+        file = tempfile.TemporaryFile()  # noqa: SIM115
+        try:
+            yield file
+            file.flush()
+        except BaseException:
+            file.close()
+            raise
+    except OSError as error:
+        raise InputError(f"the table cannot be written to the directory for temporary files: {error.strerror or error}") from None

@@ -1,0 +1,141 @@
+"""What the draws behind counts say of the population, as far as an interval is possible, and why it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from fairaudit.errors import InputError
+from fairaudit.inference.anytime import Arrivals, stream_interval
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.interval import Interval
+from fairaudit.inference.policy_comparisons import policy_comparison
+from fairaudit.inference.rates import GivenTruth, given_truth
+from fairaudit.inference.table_comparisons import global_comparison, local_comparison
+from fairaudit.measures.limits import Quantity
+from fairaudit.measures.ratios import Ratio
+from fairaudit.model.law import Law
+from fairaudit.model.policy import Deployment
+from fairaudit.model.utility import Utility, UtilityTable
+from fairaudit.theorems.bound import FRESH
+from fairaudit.words import approximate
+
+
+def decisions_given_truth(
+    subject: Law | Deployment, table: UtilityTable, positive: Any, confidence: Fraction | None, embed: bool | None
+) -> tuple[GivenTruth | None, tuple[str, ...]]:
+    """What the decisions are given the true label, with intervals as far as they are possible, and why they are not."""
+    if isinstance(subject, Deployment):
+        if subject.policy.law.truth is not None or positive is not None:
+            raise InputError("true labels go with counts and logs, not with a policy behind filters")
+        return None, ()
+    found = given_truth(subject, table, positive)
+    if found is None or confidence is None:
+        return found, ()
+    reason = ""
+    if subject.units is not None:
+        reason = "rows of one sampling unit are no independent draws given their true labels"
+    elif not subject.whole:
+        reason = "the counts are not whole numbers of draws"
+    elif embed is False:
+        reason = "the ends of intervals would disclose the counts of a certificate without its table"
+    if reason:
+        return found, (f"no interval for the rates given the true label is claimed: {reason}",)
+    return replace(found, intervals=found.intervals_at(confidence)), ()
+
+
+def intervals_of_stream(
+    law: Law,
+    table: UtilityTable,
+    arrivals: Arrivals,
+    measured: Mapping[Quantity, Ratio | None],
+    declared: Mapping[str, Fraction],
+    confidence: Fraction,
+    named: set[Quantity],
+) -> tuple[dict[Quantity, Interval], tuple[str, ...]]:
+    if not declared.keys() >= {"gamma", "m"}:
+        raise InputError("intervals of a stream need the range of the utility: declare gamma and m")
+    made: dict[Quantity, Interval] = {}
+    notes: list[str] = []
+    for quantity, ratio in measured.items():
+        if ratio is None:
+            continue
+        try:
+            made[quantity] = stream_interval(law, table, arrivals, quantity, (declared["m"], declared["gamma"]), confidence)
+        except InputError as error:
+            if quantity in named:
+                raise
+            notes.append(f"no interval for the {quantity} ratio is claimed: {error}")
+    return made, tuple(notes)
+
+
+def possible_comparisons(
+    subject: Law | Deployment,
+    utility: Utility,
+    table: UtilityTable,
+    measured: Mapping[Quantity, Ratio | None],
+    declared: Mapping[str, Fraction],
+    named: set[Quantity],
+    embed: bool | None,
+) -> tuple[dict[Quantity, Comparison], tuple[str, ...]]:
+    """What the draws behind counts say of the population, as far as an interval is possible, and why it is not."""
+    law = subject.policy.law if isinstance(subject, Deployment) else subject
+    if law.kind != "counts":
+        return {}, ()
+    limits = (declared.get("m", Fraction(0)), declared.get("gamma", table.gamma)) if {"gamma", "m"} & declared.keys() else None
+    made: dict[Quantity, Comparison] = {}
+    notes: list[str] = []
+    wanted: list[Quantity] = [quantity for quantity, ratio in measured.items() if ratio is not None]
+    for quantity in wanted:
+        try:
+            if utility.observed and "gamma" not in declared:
+                raise InputError(
+                    "the utility was read from a column, and the greatest value seen there does not bound what could have been drawn; "
+                    "declare its range (gamma and m, or --utility-range LOW,HIGH)"
+                )
+            if embed is False:
+                raise InputError("the ends of intervals would disclose the counts of a certificate without its table")
+            made[quantity] = _comparison(subject, utility, table, quantity, limits)
+            notes += made[quantity].notes
+        except InputError as error:
+            if quantity in named:
+                raise InputError(f"{error}; confidence none (--confidence none) judges the table itself") from None
+            notes.append(f"no interval for the {quantity} ratio is claimed: {error}")
+    if len(wanted) == 2 and not made:
+        notes = [f"no interval is claimed:{notes[0].partition(':')[2]}"]
+    return made, tuple(notes)
+
+
+def _comparison(
+    subject: Law | Deployment, utility: Utility, table: UtilityTable, quantity: Quantity, limits: tuple[Fraction, Fraction] | None
+) -> Comparison:
+    if isinstance(subject, Law):
+        compare = local_comparison if quantity == "local" else global_comparison
+        return replace(compare(subject, table, limits=limits), limits=limits)
+    places = [(x, a) for x in subject.contexts for a in subject.groups]
+    population = None if subject.mass is None else dict(zip(places, subject.mass, strict=True))
+    context = subject.context_filter
+    found = policy_comparison(
+        subject.policy, _tabulated(utility, table), subject.group_filter, context, population, local=quantity == "local", limits=limits
+    )
+    return replace(found, assumptions=(FRESH, *found.assumptions), limits=limits)
+
+
+def two_means_note(quantity: Quantity, over_rows: Ratio | None, comparison: Comparison) -> tuple[str, ...]:
+    """A note, where the mean over units is not the mean over rows."""
+    over_units = comparison.of_units
+    if over_units is None or over_rows is None or over_units.ratio == over_rows.ratio:
+        return ()
+    rows, units = approximate(over_rows.ratio), approximate(over_units.ratio)
+    said = f"the {quantity} ratio of this log is {rows} as the mean over rows and {units} as the mean over units"
+    return (f"{said}; the interval, and a target that is judged by it, is about the mean over units",)
+
+
+def _tabulated(utility: Utility, table: UtilityTable) -> Utility:
+    """The utility without entries for contexts and groups that are not there."""
+    if utility.entries is None:
+        return utility
+    contexts, groups = set(table.law.contexts), set(table.law.groups)
+    return replace(utility, entries={key: pair for key, pair in utility.entries.items() if key[1] in contexts and key[2] in groups})

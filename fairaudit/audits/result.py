@@ -1,0 +1,524 @@
+"""What `certify` found: exact measures with witnesses, intervals, claims, verdict and certificate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cached_property
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal
+
+from fairaudit import __version__
+from fairaudit.audits.claims import Claim, bound_claim, claims_given_truth
+from fairaudit.audits.sentences import (
+    Deciding,
+    Drivers,
+    Sizes,
+    caution,
+    change_text,
+    decide,
+    few_of_policy,
+    foremost,
+    headline_pair,
+    identifier_text,
+    sentence,
+    sizes,
+)
+from fairaudit.audits.targets import Target, Verdict
+from fairaudit.certificates.certificate import FORMAT, Certificate, with_table
+from fairaudit.certificates.document import (
+    add_given_truth,
+    change_entry,
+    distance_entry,
+    interval_entry,
+    left_out_entry,
+    privacy_entry,
+    rate_entry,
+    ratio_entry,
+)
+from fairaudit.certificates.numbers import number
+from fairaudit.certificates.table import Table, WrittenTable, column_names
+from fairaudit.errors import InputError
+from fairaudit.inference.changes import Change
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.interval import Interval
+from fairaudit.inference.planning import Planning, further_draws
+from fairaudit.inference.rates import NAMES, GivenTruth
+from fairaudit.inference.ratio_intervals import drivers as interval_drivers
+from fairaudit.measures.distances import PARITY_WITHIN, Distance, most_unequal_distances
+from fairaudit.measures.expectations import cell_expectation
+from fairaudit.measures.limits import Quantity
+from fairaudit.measures.ratios import Ratio, Witness, most_unequal_ratios
+from fairaudit.model.law import Law
+from fairaudit.model.layout import Columns
+from fairaudit.model.policy import Deployment
+from fairaudit.model.utility import UtilityTable
+from fairaudit.tables.labels import spellings
+from fairaudit.tables.preparation import Entry, said
+from fairaudit.theorems.bound import FRESH, Bound
+from fairaudit.words import approximate, plain, words_for
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["Result"]
+
+
+@dataclass(frozen=True, eq=False)
+class Passed:
+    """What is kept of contexts that were read in parts.
+
+    Attributes
+    ----------
+    columns : Columns
+        The columns of the log.
+    pairs : tuple of Ratio
+        The most unequal pairs within a context, most unequal first.
+    distances : tuple of Distance
+        The greatest total variation distances within a context.
+    table : WrittenTable
+        The table.
+    sizes : mapping
+        How many decisions were recorded of the groups of those pairs, by `pair_key`.
+    """
+
+    columns: Columns
+    pairs: tuple[Ratio, ...]
+    distances: tuple[Distance, ...]
+    table: WrittenTable
+    sizes: Mapping[tuple[str, ...], Sizes] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What `certify` found. Ratios and distances are exact.
+
+    Attributes
+    ----------
+    law : Law
+        What was audited.
+    utility : UtilityTable
+        The utility on it, with its constants ``gamma``, ``m`` and ``lipschitz()``.
+    local, global_ : Ratio or None
+        Local and global g-fairness with witness; None where nothing can be compared.
+    demographic_parity, equalized_odds : Distance or None
+        Greatest total variation distances with witness: between groups overall, and, the paper's equalized odds, within a context.
+    local_supremum, global_supremum : Ratio or None
+        Suprema over utilities that do not depend on the group (T6).
+    tau : Fraction or None
+        Least expected utility over the compared cells.
+    not_compared : tuple of dict
+        What was left out, and why.
+    targets : tuple of Target
+        The limits that were asked for.
+    verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
+        "changed" before "exceeds" before "inconclusive" before "within"; "none" without targets.
+    notes : tuple of str
+        What was noticed while reading.
+    deployment : Deployment or None
+        The policy and its filters, if that is what was audited; `law` is then the law that they induce.
+    unfiltered : tuple of (Ratio or None) or None
+        Local and global g-fairness without the filters, where the policy knows every true context and group.
+    bounds : tuple of Bound
+        What theorems guarantee about the deployment, each with its scope and assumptions.
+    declared : dict of str to Fraction
+        Constants that were declared instead of read off the table.
+    intervals : dict
+        Intervals of the ratios of the population behind counts, under ``"local"`` and ``"global"`` where there is one.
+    passed : Passed or None
+        If contexts were read in parts, what was kept of them; `law` is then the law over all contexts together.
+    given_truth : GivenTruth or None
+        Rates of true and false positives, equal opportunity and equalized odds given the true label, where it is known.
+    burden : bool
+        Whether the utility counts a burden, so that the group with the higher expectation is disadvantaged.
+    changed : Change or None
+        A window that contradicts the stream, so that nothing is said of one constant ratio.
+    """
+
+    law: Law
+    utility: UtilityTable
+    local: Ratio | None
+    global_: Ratio | None
+    demographic_parity: Distance | None
+    equalized_odds: Distance | None
+    local_supremum: Ratio | None
+    global_supremum: Ratio | None
+    tau: Fraction | None
+    not_compared: tuple[dict[str, Any], ...]
+    targets: tuple[Target, ...]
+    verdict: Verdict
+    notes: tuple[str, ...]
+    deployment: Deployment | None = None
+    unfiltered: tuple[Ratio | None, Ratio | None] | None = None
+    bounds: tuple[Bound, ...] = ()
+    declared: Mapping[str, Fraction] = field(default_factory=dict)
+    intervals: Mapping[Quantity, Interval] = field(default_factory=dict)
+    comparisons: Mapping[Quantity, Comparison] = field(default_factory=dict, repr=False)
+    embed: bool | None = field(default=None, repr=False)
+    passed: Passed | None = field(default=None, repr=False)
+    given_truth: GivenTruth | None = field(default=None, repr=False)
+    burden: bool = False
+    changed: Change | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """0 within or no target, 1 a target is exceeded, 3 inconclusive, or changed without an exceeded target."""
+        if self.verdict == "changed":
+            return 1 if any(target.verdict == "exceeds" for target in self.targets) else 3
+        return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[self.verdict]
+
+    @cached_property
+    def sentence(self) -> str:
+        """Who is favoured over whom, where, and by what factor: of the pair of groups that decided the verdict.
+
+        Without targets it is the most unequal pair, within a context if there is one. What makes little of it, such as a handful of
+        decisions behind it, is said first. Labels are as in the input, unescaped.
+        """
+        deciding = foremost([target.verdict for target in self.targets], self.deciding)
+        mean = "as mean over units" if deciding and self._by_unit(deciding) else "in the table"
+        contexts = bool(self.columns.context)
+        options: dict[str, Any] = {"sizes_of": self.sizes_of, "contexts": contexts, "mean": mean}
+        said = sentence(deciding, self.local, self.global_, words_for(burden=self.burden), **options)
+        headline = headline_pair(deciding, self.local, self.global_)
+        identifiers = identifier_text(self.law, self.columns, None if self.passed is None else self.passed.table.header["contexts"])
+        first = caution(headline, None if headline is None else self.sizes_of(headline), identifiers)
+        changed = ""
+        if self.changed is not None:
+            found = self.changed
+            ends = (found.stream.lower, found.stream.upper), (found.part.lower, found.part.upper)
+            changed = change_text(found.quantity, found.window.number, *ends, found.confidence)
+        return " ".join(text for text in (changed, first, few_of_policy(self.deployment, headline), said) if text)
+
+    @property
+    def columns(self) -> Columns:
+        """Names of the decision, group and context columns."""
+        return self.passed.columns if self.passed else self.law.columns
+
+    @cached_property
+    def deciding(self) -> tuple[Deciding | None, ...]:
+        """For each target the pair of groups that decided it, or what else did; None where nothing could be compared."""
+        found: list[Deciding | None] = []
+        for target in self.targets:
+            interval = self.intervals.get(target.quantity)
+            measured = self.local if target.quantity == "local" else self.global_
+            lower = None if interval is None else interval.lower
+            found.append(decide(target, measured, lower, self.drivers.get(target.quantity, (None, None))))
+        return tuple(found)
+
+    @cached_property
+    def drivers(self) -> Mapping[Quantity, Drivers]:
+        """For each interval the pairs of groups that drive its lower and its upper end."""
+        return {
+            quantity: interval_drivers(self.comparisons[quantity], interval.evidence) if quantity in self.comparisons else interval.pairs
+            for quantity, interval in self.intervals.items()
+        }
+
+    def sizes_of(self, witness: Witness) -> Sizes | None:
+        """How many decisions, and sampling units, were recorded of the two groups of a pair; None where probabilities were given."""
+        if self.passed is not None and witness.context is not None:
+            return self.passed.sizes.get(pair_key(witness))
+        return sizes(self.law, [witness])[0]
+
+    def _by_unit(self, deciding: Deciding) -> bool:
+        return bool(deciding.quantity == "local" and self.law.units and self.law.units.repeated)
+
+    @property
+    def distances(self) -> dict[str, Distance | None]:
+        """Total variation distances by what they are called; without context columns there is nothing within a context."""
+        columns = self.passed.columns if self.passed else self.law.columns
+        within = {PARITY_WITHIN: self.equalized_odds} if columns.context else {}
+        return {**within, "demographic parity": self.demographic_parity}
+
+    @property
+    def preparation(self) -> tuple[Entry, ...]:
+        """What was done to the log before it was counted."""
+        return self.law.preparation
+
+    @cached_property
+    def spellings(self) -> tuple[dict[str, Any], ...]:
+        """Labels of one column that differ in spelling alone, as a certificate lists them."""
+        law = self.deployment.policy.law if self.deployment else self.law
+        columns = self.passed.columns if self.passed else law.columns
+        contexts = self.passed.table.header["contexts"] if self.passed else law.contexts
+        return spellings_of(law, columns, contexts)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: verdict, sentence and figures."""
+        rows = []
+        for name, measured in (("local ratio", self.local), ("global ratio", self.global_)):
+            if measured is None:
+                rows.append(f"<tr><td>{name}</td><td>not compared</td><td></td></tr>")
+            else:
+                rows.append(f"<tr><td>{name}</td><td>{approximate(measured.ratio)}</td><td>{_exactly(measured.ratio)}</td></tr>")
+        for name, distance in self.distances.items():
+            if distance is not None:
+                rows.append(f"<tr><td>{name}</td><td>{approximate(distance.value)}</td><td>{_exactly(distance.value)}</td></tr>")
+        for key, found in (self.given_truth.differences if self.given_truth else {}).items():
+            if found is not None:
+                rows.append(f"<tr><td>{NAMES[key]}</td><td>{approximate(found.value)}</td><td>{_exactly(found.value)}</td></tr>")
+        for quantity, interval in self.intervals.items():
+            ends = f"{approximate(interval.lower, 'down')} to {approximate(interval.upper, 'up')}"
+            of = "" if interval.of_units is None else f" ({interval.estimand}; {approximate(interval.of_units.ratio)} in this log)"
+            name = f"{quantity} ratio of the population{of}, at confidence {interval.confidence}"
+            rows.append(f"<tr><td>{name}</td><td>{ends}</td><td></td></tr>")
+        verdict = "no target was set" if self.verdict == "none" else self.verdict
+        noted = said({"spellings": self.spellings, "preparation": self.preparation})
+        before = "".join(f"<p><bdi>{escape(plain(text))}</bdi></p>" for text in noted)
+        return f"{before}<p><strong>{verdict}</strong>. <bdi>{escape(plain(self.sentence))}</bdi></p><table>{''.join(rows)}</table>"
+
+    @cached_property
+    def further_draws(self) -> tuple[tuple[Target, Planning], ...]:
+        """For each target that the draws do not decide, an estimate of how many more would: for planning, no guarantee."""
+        open_targets = [
+            t for t in self.targets if t.verdict == "inconclusive" and t.confidence is not None and t.quantity in self.comparisons
+        ]
+        planned = []
+        for t in open_targets:
+            interval = self.intervals[t.quantity]
+            limit: dict[str, Any] = {f"max_{t.unit}": t.limit, "interval": interval}
+            planned.append((t, further_draws(self.comparisons[t.quantity], interval.confidence, **limit)))
+        return tuple(planned)
+
+    def most_unequal(self, count: int = 3) -> dict[str, tuple[Ratio, ...] | tuple[Distance, ...]]:
+        """Rank the most unequal pairs of groups, by measure.
+
+        Parameters
+        ----------
+        count : int
+            How many at the most for each measure.
+
+        Returns
+        -------
+        dict
+            ``local``, ``global``, ``equalized_odds`` and ``demographic_parity``, most unequal first.
+        """
+        if count < 1:
+            raise InputError(f"{count} most unequal pairs cannot be listed; ask for at least 1")
+        return {
+            **self.most_unequal_pairs(count),
+            "equalized_odds": self.passed.distances[:count]
+            if self.passed
+            else most_unequal_distances(self.law, count, within_context=True),
+            "demographic_parity": most_unequal_distances(self.law, count, within_context=False),
+        }
+
+    def most_unequal_pairs(self, count: int = 3) -> dict[str, tuple[Ratio, ...]]:
+        """Rank the most unequal pairs by ratio alone: ``local`` and ``global`` of `most_unequal`."""
+        law, utility = self.law, self.utility
+        local = self.passed.pairs[:count] if self.passed else most_unequal_ratios(law, utility, count, within_context=True)
+        return {"local": local, "global": most_unequal_ratios(law, utility, count, within_context=False)}
+
+    def to_frame(self) -> pd.DataFrame:
+        """Tabulate the cells: labels, weight (count or mass), exact expected utility, and the same as a float.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row per context and group that has a law.
+        """
+        import pandas as pd
+
+        law, without = self.law, self.unfiltered_expectations
+        records = []
+        masses = law.cell_mass
+        total = law.scale if law.kind == "counts" else sum(masses)
+        for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
+            value = Fraction(*cell_expectation(law, self.utility, cell))
+            labels = {**law.context_label(x), **law.group_label(a)}
+            weight = Fraction(masses[cell], total) if law.population != "equal" else None
+            record = {**labels, "weight": weight, "expectation": value, "expectation_float": float(value)}
+            if without:
+                before = without[cell]
+                record |= {"unfiltered_expectation": before, "unfiltered_expectation_float": float(before)}
+            records.append(record)
+        return pd.DataFrame.from_records(records)
+
+    @cached_property
+    def unfiltered_expectations(self) -> list[Fraction] | None:
+        """E(x,a) of each cell without the filters, in the order of the law's cells; None where that is undefined."""
+        if self.deployment is None or self.deployment.unfiltered is None:
+            return None
+        law = self.deployment.unfiltered
+        return [Fraction(*cell_expectation(law, replace(self.utility, law=law), cell)) for cell in range(len(law.weights))]
+
+    @cached_property
+    def claims(self) -> tuple[Claim, ...]:
+        """The statements that the certificate makes."""
+        return tuple(_claims(self))
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """The certificate, ready to be saved."""
+        law, deployment = self.law, self.deployment
+        document: dict[str, Any] = {
+            "format": FORMAT,
+            "subject": {
+                "kind": "policy" if deployment else law.kind,
+                "columns": column_names(self.columns),
+                "population": law.population,
+                "table": {},
+                "utility": {
+                    "gamma": number(self.utility.gamma),
+                    "m": number(self.utility.m),
+                    "tau": None if self.tau is None else number(self.tau),
+                    "lipschitz": number(self.utility.lipschitz()),
+                    "depends_on_group": self.utility.depends_on_group,
+                    **({"burden": True} if self.burden else {}),
+                },
+            },
+            "metrics": {
+                "local": ratio_entry(self.local),
+                "global": ratio_entry(self.global_),
+                "demographic_parity": distance_entry(self.demographic_parity),
+                "equalized_odds": distance_entry(self.equalized_odds),
+                "local_supremum": ratio_entry(self.local_supremum),
+                "global_supremum": ratio_entry(self.global_supremum),
+            },
+            "not_compared": [left_out_entry(entry) for entry in self.not_compared],
+            "claims": [
+                {
+                    "quantity": claim.quantity,
+                    "relation": claim.relation,
+                    "value": number(claim.value),
+                    "scope": claim.scope,
+                    "by": claim.by,
+                    "assumptions": list(claim.assumptions),
+                    "evidence": dict(claim.evidence),
+                }
+                for claim in self.claims
+            ],
+            "targets": [
+                {
+                    "quantity": t.quantity,
+                    "limit": number(t.limit),
+                    "unit": t.unit,
+                    "judged": _judged(t),
+                    **({} if t.estimand == "mean over rows" else {"estimand": t.estimand}),
+                    "verdict": t.verdict,
+                }
+                for t in self.targets
+            ],
+            "verdict": self.verdict,
+            "versions": {"fairaudit": __version__},
+        }
+        if self.preparation:
+            document["subject"]["preparation"] = [dict(entry) for entry in self.preparation]
+        if self.spellings:
+            document["subject"]["spellings"] = list(self.spellings)
+        if self.intervals:
+            document["intervals"] = {
+                quantity: interval_entry(interval, self.comparisons.get(quantity), law if quantity == "local" else None)
+                for quantity, interval in self.intervals.items()
+            }
+        if self.given_truth is not None:
+            add_given_truth(document, self.given_truth)
+        if self.changed is not None:
+            document["changed"] = change_entry(self.changed)
+        if deployment is None:
+            made = with_table(document, self.passed.table if self.passed else Table(law, self.utility), embed=self.embed)
+            if self.given_truth is not None and made.table is None:
+                document["metrics"] |= {name: [rate_entry(law, rate) for rate in rates] for name, rates in self.given_truth.rates.items()}
+            return made
+        context = deployment.context_filter
+        document["subject"]["privacy"] = {
+            "group": privacy_entry(deployment.group_filter),
+            "context": privacy_entry(context) if context else None,
+        }
+        document["subject"]["declared"] = {name: number(value) for name, value in self.declared.items()}
+        document["metrics"]["unfiltered"] = (
+            None if self.unfiltered is None else dict(zip(("local", "global"), map(ratio_entry, self.unfiltered), strict=True))
+        )
+        return with_table(document, Table(deployment.policy.law, self.utility, deployment), embed=self.embed)
+
+
+def spellings_of(law: Law, columns: Columns, contexts: Sequence[Any]) -> tuple[dict[str, Any], ...]:
+    """Labels of one column of a law that differ in spelling alone."""
+    listed: list[tuple[str, list[str]]] = [(columns.decision, list(law.decisions))]
+    for names, labels in ((columns.group, law.groups), (columns.context, contexts)):
+        listed += [(name, list(dict.fromkeys(label[i] for label in labels))) for i, name in enumerate(names)]
+    if law.truth is not None and columns.truth is not None:
+        listed.append((columns.truth, list(law.truth.labels)))
+    return spellings(listed)
+
+
+def _exactly(value: Fraction | float) -> str:
+    """The rational, where it is short enough to be read."""
+    if not isinstance(value, Fraction) or max(value.numerator, value.denominator).bit_length() > 200:
+        return ""
+    return str(value)
+
+
+def pair_key(witness: Witness) -> tuple[str, ...]:
+    """The labels of a pair, as a key."""
+    return (*(witness.context or {}).values(), *witness.higher.values(), *witness.lower.values())
+
+
+def not_compared(law: Law) -> list[dict[str, Any]]:
+    present: list[list[int]] = [[] for _ in law.contexts]
+    for x, a in zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True):
+        present[x].append(a)
+    left_out: list[dict[str, Any]] = []
+    for x, groups in enumerate(present):
+        if len(groups) < len(law.groups):
+            absent = sorted(set(range(len(law.groups))) - set(groups))
+            left_out.append(
+                {"context": law.context_label(x), "groups": [law.group_label(a) for a in absent], "reason": "no decisions recorded"}
+            )
+    left_out += [
+        {"context": law.context_label(x), "reason": "fewer than two groups"} for x, groups in enumerate(present) if len(groups) < 2
+    ]
+    positive = {a for a, m in zip(law.cell_group.tolist(), law.cell_mass, strict=True) if m > 0}
+    weightless = sorted(set(law.cell_group.tolist()) - positive)
+    if weightless:
+        left_out.append({"groups": [law.group_label(a) for a in weightless], "reason": "no population"})
+    if not law.global_groups:
+        incomplete = law.population == "equal" and not law.complete
+        reason = "a group is missing in a context and no population was given" if incomplete else "fewer than two groups"
+        left_out.append({"quantity": "global", "reason": reason})
+    return left_out
+
+
+def _claims(result: Result) -> list[Claim]:
+    law = result.law
+    assumptions = (*((FRESH,) if result.deployment else ()), *law.assumptions)
+    claims: list[Claim] = []
+
+    def add(
+        quantity: str, value: Fraction | float, by: str, *, relation: Literal["=", "<="] = "=", evidence: Mapping[str, str] | None = None
+    ) -> None:
+        # The digest is filled in when the table is put into the certificate.
+        claims.append(Claim(quantity, relation, value, by, evidence or {"table": ""}, assumptions=assumptions))
+
+    if result.local:
+        add("local_ratio", result.local.ratio, "enumeration")
+    if result.global_:
+        add("global_ratio", result.global_.ratio, "enumeration")
+    if result.demographic_parity:
+        add("demographic_parity", result.demographic_parity.value, "enumeration")
+    if result.equalized_odds:
+        add("equalized_odds", result.equalized_odds.value, "enumeration")
+    for quantity, distance, supremum in (
+        ("local_ratio_supremum", "equalized_odds", result.local_supremum),
+        ("global_ratio_supremum", "demographic_parity", result.global_supremum),
+    ):
+        if supremum:
+            r = supremum.ratio
+            add(quantity, r, "T6")
+            bound = Fraction(r - 1, r + 1) if isinstance(r, Fraction) else Fraction(1)
+            add(distance, bound, "T7", relation="<=", evidence={"supremum": number(r)})
+    if result.local and result.global_ and not result.passed and law.independent:
+        add("global_ratio", result.local.ratio, "T5", relation="<=")
+    if result.given_truth is not None:
+        claims += claims_given_truth(result.given_truth, assumptions)
+    for quantity, interval in result.intervals.items():
+        by = next((method for method in interval.methods if method != "binomial"), "binomial")
+        scope = f"population at confidence {number(interval.confidence)}"
+        evidence = {"interval": quantity}
+        claims.append(Claim(f"{quantity}_ratio", ">=", interval.lower, by, evidence, scope, interval.assumptions))
+        claims.append(Claim(f"{quantity}_ratio", "<=", interval.upper, by, evidence, scope, interval.assumptions))
+    return claims + [bound_claim(bound, law.assumptions) for bound in result.bounds if bound.certified]
+
+
+def _judged(target: Target) -> str:
+    return "this table" if target.confidence is None else f"population at confidence {number(target.confidence)}"

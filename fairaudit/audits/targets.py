@@ -1,0 +1,121 @@
+"""Limits that were asked for, and how each is judged: of the table exactly, or of the population by its intervals and bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import inf
+from typing import Literal
+
+from fairaudit.exact.enclosures import compare_log
+from fairaudit.inference.changes import Change
+from fairaudit.inference.comparisons import Estimand
+from fairaudit.inference.interval import Interval
+from fairaudit.inference.verdicts import verdict as interval_verdict
+from fairaudit.measures.limits import Limit, Quantity, Unit
+from fairaudit.measures.ratios import Ratio
+from fairaudit.theorems.applicable import for_any_sampled
+from fairaudit.theorems.bound import Bound
+from fairaudit.words import THE_INTERVAL
+
+__all__ = ["Target"]
+
+
+Verdict = Literal["none", "within", "exceeds", "inconclusive", "changed"]
+
+RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3, "changed": 4}
+
+
+@dataclass(frozen=True)
+class Target:
+    """A limit on the local or global measure, and how it was judged.
+
+    Attributes
+    ----------
+    quantity : {"local", "global"}
+        What is limited.
+    limit : Fraction
+        The limit: on L or L̄ (``unit="log"``, nats) or on R or R̄ (``unit="ratio"``).
+    unit : {"log", "ratio"}
+        Which of the two.
+    verdict : {"within", "exceeds", "inconclusive", "changed"}
+        Decided exactly; inconclusive when nothing was compared, or the draws do not decide; changed when a window contradicts the stream.
+    confidence : Fraction or None
+        What was judged: the population behind the draws at this confidence, or, if None, the table itself.
+    upper : tuple of (Fraction or float, str) or None
+        Of a target about the population, the smallest sound upper end of the ratio, and where it comes from: a theorem, or the interval.
+    estimand : {"mean over rows", "mean over units"}
+        Of which means the ratio is judged.
+    """
+
+    quantity: Quantity
+    limit: Fraction
+    unit: Unit
+    verdict: Verdict
+    confidence: Fraction | None = None
+    upper: tuple[Fraction | float, str] | None = None
+    estimand: Estimand = "mean over rows"
+
+
+def judged_by_window(targets: tuple[Target, ...], verdict: Verdict, change: Change) -> tuple[tuple[Target, ...], Verdict]:
+    """Of ratios that changed, a target is exceeded if it is in the window; nothing else is said."""
+
+    def judge(target: Target) -> Target:
+        if target.quantity not in change.withdrawn:
+            return target
+        own = target.quantity == change.quantity and interval_verdict(change.part, **{f"max_{target.unit}": target.limit}) == "exceeds"
+        return replace(target, verdict="exceeds" if own else "changed", upper=None)
+
+    judged_ = {target.quantity for target in targets} or change.withdrawn
+    return tuple(map(judge, targets)), "changed" if judged_ & change.withdrawn else verdict
+
+
+def judged(
+    measured: Mapping[Quantity, Ratio | None],
+    limits: Sequence[Limit],
+    confidence: Fraction | None,
+    intervals: Mapping[Quantity, Interval],
+    found: tuple[Bound, ...] = (),
+    declared: Mapping[str, Fraction] | None = None,
+) -> tuple[tuple[Target, ...], Verdict]:
+    """Judge limits: of the table itself exactly, or, at a confidence, of the population by its intervals and bounds."""
+    targets = tuple(
+        Target(quantity, limit, unit, _judge(measured[quantity], limit, unit))
+        if confidence is None
+        else _judge_population(quantity, limit, unit, confidence, intervals.get(quantity), found, declared or {})
+        for quantity, unit, limit in limits
+    )
+    return targets, max((target.verdict for target in targets), key=RANK.__getitem__, default="none")
+
+
+def _judge(measured: Ratio | None, limit: Fraction, unit: str) -> Verdict:
+    if measured is None:
+        return "inconclusive"
+    if unit == "ratio":
+        return "within" if measured.ratio <= limit else "exceeds"
+    return "within" if compare_log(measured.pair, (limit.numerator, limit.denominator)) <= 0 else "exceeds"
+
+
+def _judge_population(
+    quantity: Quantity,
+    limit: Fraction,
+    unit: Unit,
+    confidence: Fraction,
+    interval: Interval | None,
+    found: tuple[Bound, ...],
+    declared: Mapping[str, Fraction],
+) -> Target:
+    """Judge a target for whatever law or policy was sampled: by its interval, and by theorems that rest on declared constants only."""
+    ends: list[tuple[Fraction | float, str]] = []
+    if interval is not None:
+        ends.append((interval.upper, THE_INTERVAL))
+    ends += [
+        (bound.value, bound.theorem)
+        for bound in found
+        if bound.certified and bound.quantity == f"{quantity}_ratio" and for_any_sampled(bound.theorem, bound.scope, declared)
+    ]
+    upper = min(ends, key=lambda end: end[0], default=None)
+    lower = interval.lower if interval is not None else Fraction(1)
+    verdict = interval_verdict((lower, max(lower, upper[0] if upper else inf)), **{f"max_{unit}": limit})
+    return Target(quantity, limit, unit, verdict, confidence, upper, interval.estimand if interval is not None else "mean over rows")

@@ -1,0 +1,1 @@
+"""Certificates: written, read back, compared. The format is docs/certificate.md."""

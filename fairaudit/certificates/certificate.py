@@ -1,0 +1,107 @@
+"""A certificate: exact statements about one table, with what is needed to check them. The format is docs/certificate.md."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from fairaudit.certificates.table import Table, WrittenTable
+from fairaudit.errors import InputError
+from fairaudit.files import write_atomically
+
+__all__ = ["Certificate", "schema"]
+
+
+FORMAT = "fairaudit-certificate/1"
+
+EMBED_LIMIT = 100_000
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A certificate and the table that it is about.
+
+    Attributes
+    ----------
+    document : dict
+        The JSON document of docs/certificate.md.
+    table : Table, WrittenTable or None
+        The table, when it is not embedded.
+    """
+
+    document: dict[str, Any]
+    table: Table | WrittenTable | None = None
+
+    @property
+    def text(self) -> str:
+        """The document as JSON."""
+        return json.dumps(self.document, ensure_ascii=True, indent=1) + "\n"
+
+    def save(self, path: str | os.PathLike[str]) -> list[Path]:
+        """Write the certificate, and beside it the canonical table if that is not embedded.
+
+        Files appear whole or not at all; the table is written first.
+
+        Parameters
+        ----------
+        path : path-like
+            Where; the table goes to the same name with ``.table.jsonl`` instead of ``.json``.
+
+        Returns
+        -------
+        list of Path
+            The files written.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be written.
+        """
+        target = Path(path)
+        if not target.name:
+            raise InputError(f"{str(path)!r} is not a file name; name a file to write")
+        written = []
+        if self.table is not None:
+            beside = target.with_name((target.stem if target.suffix == ".json" else target.name) + ".table.jsonl")
+            write_atomically(beside, self.table.parts())
+            written.append(beside)
+        write_atomically(target, [self.text.encode("ascii")])
+        return [target, *written]
+
+
+def with_table(document: dict[str, Any], table: Table | WrittenTable, *, embed: bool | None = None) -> Certificate:
+    """Put a table into a document; only its digest when `embed` is false, it has more than 100,000 entries, or its rows are in a file."""
+    apart = isinstance(table, WrittenTable) or table.cells > EMBED_LIMIT if embed is None else not embed
+    if embed is False and isinstance(table, Table):
+        table = replace(table, salt=new_salt())
+    entry: dict[str, Any] = {"sha256": table.sha256, "cells": table.cells}
+    if not apart and isinstance(table, Table):
+        entry |= {"header": table.header, "rows": list(table.rows())}
+    for claim in document["claims"]:
+        if "table" in claim["evidence"]:
+            claim["evidence"]["table"] = table.sha256
+    document["subject"]["table"] = entry
+    return Certificate(document, table if apart else None)
+
+
+def new_salt() -> str:
+    """Digits that keep the digest of a table that is not disclosed from being guessed."""
+    return secrets.token_hex(16)
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of the format, as shipped with the package.
+
+    Examples
+    --------
+    >>> schema()["properties"]["format"]
+    {'const': 'fairaudit-certificate/1'}
+    """
+    from importlib.resources import files
+
+    loaded: dict[str, Any] = json.loads(files("fairaudit.certificates").joinpath("certificate.schema.json").read_text("utf-8"))
+    return loaded

@@ -1,0 +1,231 @@
+"""The table that a certificate is about, as canonical text with its digest."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import weakref
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import gcd
+from typing import IO, Any
+
+import numpy as np
+
+from fairaudit.exact.rationals import integer_text, rational_text
+from fairaudit.model.law import Law
+from fairaudit.model.layout import Columns
+from fairaudit.model.mechanism import Factor, Mechanism
+from fairaudit.model.policy import Deployment
+from fairaudit.model.utility import UtilityTable
+
+__all__ = ["Table", "WrittenTable"]
+
+
+TABLE_FORMAT = "fairaudit-table/1"
+
+NUMBERS = 100_000
+
+CANONICAL = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", ":"))
+
+
+@dataclass(frozen=True)
+class Table:
+    """The canonical text of a law and its utility, or of a policy with filters, population and utility.
+
+    Attributes
+    ----------
+    law : Law
+        The law; that of the policy's own rows if there is a deployment.
+    utility : UtilityTable
+        The utility; on the induced law if there is a deployment.
+    deployment : Deployment or None
+        The policy behind filters.
+    salt : str or None
+        Random hexadecimal digits that keep the digest of an undisclosed table from being guessed.
+    """
+
+    law: Law
+    utility: UtilityTable
+    deployment: Deployment | None = None
+    salt: str | None = None
+
+    @cached_property
+    def header(self) -> dict[str, Any]:
+        """First line of the canonical text."""
+        law, utility, deployment = self.law, self.utility, self.deployment
+        head: dict[str, Any] = {
+            "format": TABLE_FORMAT,
+            "kind": "policy" if deployment else law.kind,
+            "columns": column_names(law.columns),
+            "population": utility.law.population,
+            "decisions": list(law.decisions),
+            "groups": [list(group) for group in law.groups],
+            "contexts": [list(context) for context in law.contexts],
+            "utility": [rational_text((v, utility.scale)) for v in utility.values.tolist()] if utility.by_decision else None,
+        }
+        if deployment:
+            context = deployment.context_filter
+            head["filters"] = {"group": _factors(deployment.group_filter), "context": _factors(context) if context else None}
+        if law.truth is not None:
+            head["truths"] = list(law.truth.labels)
+        if self.salt is not None:
+            head["salt"] = self.salt
+        return head
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield one object per cell, in order."""
+        if self.deployment:
+            yield from self._policy_rows()
+            return
+        law, utility = self.law, self.utility
+        masses = law.cell_mass if law.population == "weights" else None
+        total = sum(masses) if masses else 1
+        for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
+            row = law.row(cell)
+            bottom = law.scale if law.kind == "counts" else sum(row)
+            entry: dict[str, Any] = {"context": x, "group": a, "weights": _texts(row, bottom)}
+            if law.truth is not None:
+                entry["truth"] = [_texts(part, bottom) for part in law.truth.weights[cell].tolist()]
+            if masses:
+                entry["mass"] = rational_text((masses[cell], total))
+            if not utility.by_decision:
+                given = utility.given[cell].tolist() if utility.given is not None else [True] * len(row)
+                texts = _texts(utility.row(cell), utility.scale)
+                entry["utility"] = [text if known else None for text, known in zip(texts, given, strict=True)]
+            yield entry
+
+    def _policy_rows(self) -> Iterator[dict[str, Any]]:
+        """Yield the policy's rows, with the number of draws if it was sampled, then the true cells where they carry mass or utility."""
+        law, utility = self.law, self.utility
+        for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
+            row = law.row(cell)
+            drawn = {"draws": sum(row) // law.scale} if law.whole else {}
+            yield {"context": x, "group": a, "weights": _texts(row, sum(row)), **drawn}
+        induced = utility.law
+        if induced.population == "equal" and utility.by_decision:
+            return
+        total = sum(induced.cell_mass)
+        for cell, (x, a) in enumerate(zip(induced.cell_context.tolist(), induced.cell_group.tolist(), strict=True)):
+            entry: dict[str, Any] = {"true_context": x, "true_group": a}
+            if induced.population == "weights":
+                entry["mass"] = rational_text((induced.cell_mass[cell], total))
+            if not utility.by_decision:
+                entry["utility"] = _texts(utility.row(cell), utility.scale)
+            yield entry
+
+    def lines(self) -> Iterator[bytes]:
+        """Yield the canonical text line by line."""
+        for part in self.parts():
+            yield from part.splitlines(keepends=True)
+
+    def parts(self) -> Iterator[bytes]:
+        """Yield the canonical text, some whole lines at a time."""
+        yield canonical(self.header)
+        law = self.law
+        if (
+            self.deployment is None
+            and law.kind == "counts"
+            and law.scale == 1
+            and law.weights.dtype == np.int64
+            and law.truth is None
+            and self.utility.by_decision
+        ):
+            yield from count_lines(law)
+            return
+        for row in self.rows():
+            yield canonical(row)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Digest of the canonical text."""
+        return _digest(self.parts())
+
+    @property
+    def cells(self) -> int:
+        """Number of (x,a,u) entries."""
+        return int(self.law.weights.size)
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenTable:
+    """The canonical text of a table whose rows were written to a file, some at a time.
+
+    Attributes
+    ----------
+    header : dict
+        First line of the canonical text.
+    file : binary file
+        The other lines.
+    cells : int
+        Number of (x,a,u) entries.
+    """
+
+    header: dict[str, Any]
+    file: IO[bytes]
+    cells: int
+
+    def __post_init__(self) -> None:
+        """Close the file when the table is no longer needed."""
+        weakref.finalize(self, self.file.close)
+
+    def parts(self) -> Iterator[bytes]:
+        """Yield the canonical text in parts."""
+        yield canonical(self.header)
+        self.file.seek(0)
+        while part := self.file.read(1 << 20):
+            yield part
+
+    @cached_property
+    def sha256(self) -> str:
+        """Digest of the canonical text."""
+        return _digest(self.parts())
+
+
+def _digest(parts: Iterator[bytes]) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part)
+    return digest.hexdigest()
+
+
+def column_names(columns: Columns) -> dict[str, Any]:
+    """Column names of a law as a certificate stores them."""
+    named = {"decision": columns.decision, "group": list(columns.group), "context": list(columns.context)}
+    return named if columns.truth is None else {**named, "truth": columns.truth}
+
+
+def count_lines(law: Law, contexts_before: int = 0) -> Iterator[bytes]:
+    """Yield what `canonical` makes of the rows of a law of whole counts, many at a time."""
+    weights = ",".join(['"%d"'] * law.weights.shape[1])
+    line = f'{{"context":%d,"group":%d,"weights":[{weights}]}}\n'
+    step = max(1, NUMBERS // law.weights.shape[1])
+    for first in range(0, len(law.weights), step):
+        some = slice(first, first + step)
+        numbers = np.column_stack((law.cell_context[some] + contexts_before, law.cell_group[some], law.weights[some]))
+        yield (line * len(numbers) % tuple(numbers.ravel().tolist())).encode("ascii")
+
+
+def _factors(mechanism: Mechanism) -> list[dict[str, Any]]:
+    return [_factor(factor) for factor in mechanism.factors]
+
+
+def _factor(factor: Factor) -> dict[str, Any]:
+    return {
+        "inputs": [list(label) for label in factor.inputs],
+        "outputs": [list(label) for label in factor.outputs],
+        "rows": [[rational_text((v, factor.denominator)) for v in row] for row in factor.rows],
+    }
+
+
+def canonical(value: Any) -> bytes:
+    """One line of canonical text."""
+    return CANONICAL.encode(value).encode("ascii") + b"\n"
+
+
+def _texts(values: list[int], bottom: int) -> list[str]:
+    if bottom == 1:
+        return [*map(str, values)] if max(values) < 2**1000 else [integer_text(v) for v in values]
+    common = gcd(bottom, *values)
+    return [rational_text((v // common, bottom // common)) if v else "0" for v in values]

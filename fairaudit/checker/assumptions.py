@@ -1,0 +1,109 @@
+"""Assumptions: each claim lists those that it rests on, and no others."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from .certificate import Certificate
+from .claims import FLOORED, RULES, Claim
+from .errors import Incomplete
+from .intervals import Interval, StreamEvidence
+from .population import is_about_population
+from .rates import DIFFERENCES, OVERALL
+from .rationals import ZERO, as_pair, written
+from .sentences import (
+    CELLS,
+    CHOSEN,
+    CHOSEN_LABELS,
+    DECLARED_FLOOR,
+    DRAWS,
+    FRESH,
+    GIVEN_LABELS,
+    LEFT_OUT,
+    MIX,
+    ONE_ROW,
+    ORDER,
+    OWN_PAST,
+    OWN_RANGE,
+    PAST,
+    POOLED,
+    RANGE,
+    STATED_POPULATION,
+    UNITS,
+    WINDOWS,
+)
+from .table import Table, constants
+from .text import malformed, printable, shown
+
+
+@dataclass(frozen=True)
+class Sentences:
+    """What a claim lists under ``assumptions``: all that are needed, perhaps some of those that are allowed, nothing else, none twice."""
+
+    needed: tuple[str, ...]
+    allowed: tuple[str, ...] = ()
+
+
+def _sentences(claim: Claim, stated: Certificate, table: Table) -> Sentences:
+    """Say what a true claim has to list."""
+    if is_about_population(claim.key) and claim.key[0] in DIFFERENCES:
+        own = Sentences((GIVEN_LABELS, *((POOLED,) if claim.key[0].endswith(OVERALL) else ()), CHOSEN_LABELS))
+    elif is_about_population(claim.key):
+        own = _assumed_by_interval(stated.intervals[claim.key[0].removesuffix("_ratio")], table)
+    else:
+        floor = (DECLARED_FLOOR.format(written(stated.declared["tau"])),) if claim.key[3] == FLOORED else ()
+        own = Sentences((*RULES[claim.key].assumes, *floor))
+    return own if table.policy is None else replace(own, needed=(FRESH, *own.needed))
+
+
+def _assumed_by_interval(interval: Interval, table: Table) -> Sentences:
+    """Say what the claims have to list that repeat an end of an interval, besides what all claims about a policy do."""
+    gamma = constants(table)["gamma"]
+    low, high = (ZERO, gamma if isinstance(gamma, tuple) else ZERO) if interval.limits is None else map(as_pair, interval.limits)
+    own_range = interval.limits is None and table.header.utility is None
+    common = OWN_RANGE if own_range else RANGE.format(written(low), written(high)), CHOSEN
+    overall = interval.quantity == "global"
+    if isinstance(interval.evidence, StreamEvidence):
+        past = OWN_PAST if interval.region == "box" else PAST
+        return Sentences((past, *((MIX,) if overall else ()), ORDER, *common))
+    cells = (CELLS,) if interval.independent else ()
+    if table.policy is not None:
+        return Sentences((DRAWS, *((STATED_POPULATION,) if overall else ()), *common, *cells))
+    if overall:
+        return Sentences((DRAWS, POOLED, *common, *cells))
+    if interval.units is not None:
+        return Sentences((UNITS, *common, *cells))
+    return Sentences((DRAWS, *common, *cells), allowed=(ONE_ROW,))
+
+
+def _check_listed(named: str, listed: Iterable[str], sentences: Sentences, counted: Sequence[str]) -> None:
+    own = Counter(listed)
+    for text in (*sentences.needed, *counted):
+        if text not in own:
+            raise Incomplete(printable(f"{named} lacks the assumption {json.dumps(text, ensure_ascii=False)}"))
+    for text, times in (own - Counter({*sentences.needed, *sentences.allowed, *counted})).items():
+        if own[text] > times:
+            raise malformed(named, f"lists the assumption {shown(text)} twice")
+        if LEFT_OUT.fullmatch(text):
+            raise Incomplete(printable(f"subject.preparation does not say what was left out, and {named} assumes {shown(text)}"))
+        raise malformed(named, f"lists {shown(text)}, which is no assumption of such a claim")
+
+
+def check_assumptions(stated: Certificate, table: Table) -> None:
+    """Refuse a true certificate that keeps from the reader what it rests on, or lists what its claims do not rest on."""
+    counted = [step.sentence for step in stated.preparation if step.sentence]
+    for i, claim in enumerate(stated.claims):
+        quantity, relation, by, scope = claim.key
+        named = f"claims[{i}] ({quantity} {relation} by {by} for {shown(scope)[1:-1]})"
+        _check_listed(named, claim.assumptions, _sentences(claim, stated, table), counted)
+    if stated.change is not None:
+        assumed = _assumed_by_interval(stated.change.stream, table)
+        _check_listed("changed", stated.change.assumptions, replace(assumed, needed=(*assumed.needed, WINDOWS)), counted)
+    for name in (*stated.intervals, *stated.differences):
+        if not any(is_about_population(claim.key) and claim.key[0] in (name, f"{name}_ratio") for claim in stated.claims):
+            raise Incomplete(f"there is no claim about intervals.{name} that states what it assumes")
+    if table.policy is not None and not stated.claims:
+        raise Incomplete("there is no claim that states what the figures of a policy behind filters assume")

@@ -1,0 +1,239 @@
+"""A certificate as it stands: well formed, and perhaps untrue."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from .claims import POPULATION, RULES, UTILITIES, Claim
+from .header import Positive, Subject, has_truth, is_about_policy, read_positive, read_subject
+from .intervals import OVER_UNITS, Change, DifferenceInterval, Interval, read_change, read_confidence, read_intervals
+from .json_values import (
+    Labels,
+    decoded,
+    read_boolean,
+    read_choice,
+    read_digest,
+    read_integer,
+    read_list,
+    read_object,
+    read_object_of_strings,
+    read_string,
+    read_strings,
+)
+from .population import is_about_population
+from .preparation import Step, read_preparation
+from .rates import DIFFERENCES, stated_given_truth
+from .rationals import ONE, Rational, at_most, read_extended, read_rational, read_rationals
+from .spelling import read_spellings
+from .stated_metrics import METRICS, read_metric, read_not_compared, read_rates, read_unfiltered
+from .text import malformed, shown
+from .utility_class import UtilityClass, read_class, read_dual
+
+CERTIFICATE_FORMAT = "fairaudit-certificate/1"
+
+
+@dataclass(frozen=True)
+class Target:
+    """A limit that was asked for, with the verdict that the certificate states."""
+
+    quantity: str
+    limit: Rational
+    unit: str
+    judged: str
+    confidence: Fraction | None  # of what is judged about the population
+    verdict: str
+    of_units: bool  # whether the mean over units is judged
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A certificate as it stands: well formed, and perhaps untrue."""
+
+    subject: Subject
+    digest: str
+    cells: int
+    embedded: tuple[object, ...] | None  # the header and the rows
+    constants: dict[str, Rational | bool | None]
+    utilities: UtilityClass | None
+    privacy: dict[str, dict[str, object] | None] | None  # this, the next and the unfiltered metrics are those of a policy
+    declared: dict[str, Rational]
+    metrics: dict[str, dict[str, object] | None]
+    unfiltered: dict[str, dict[str, object] | None] | None
+    not_compared: list[dict[str, object]]
+    claims: tuple[Claim, ...]
+    targets: tuple[Target, ...]
+    verdict: str
+    intervals: dict[str, Interval]  # by quantity
+    positive: Positive | None  # this, the rates, and some metrics are of counts with true labels
+    rates: dict[str, list[dict[str, object]] | None]
+    differences: dict[str, DifferenceInterval]  # intervals, by metric
+    preparation: tuple[Step, ...]
+    spellings: tuple[tuple[str, Labels], ...]
+    change: Change | None = None
+
+    @property
+    def withdrawn(self) -> frozenset[str]:
+        """The ratios of the stream that a change leaves nothing to say about: the mix of contexts is behind one of them only."""
+        if self.change is None:
+            return frozenset()
+        return frozenset(("global",) if self.change.quantity == "global" and self.subject.columns.context else ("local", "global"))
+
+
+# Reading a certificate
+
+
+def _read_constants(value: object, where: str) -> dict[str, Rational | bool | None]:
+    members = read_object(value, where, ("gamma", "m", "tau", "lipschitz", "depends_on_group"), optional=("burden",))
+    if members.get("burden", True) is not True:  # what a utility means is stated, and nothing follows from it
+        raise malformed(f"{where}.burden", f"must be true where it is stated, not {shown(members['burden'])}")
+    read: dict[str, Rational | bool | None] = {}
+    for key in ("gamma", "m", "tau", "lipschitz"):
+        absent = key == "tau" and members[key] is None
+        read[key] = None if absent else read_rational(members[key], f"{where}.{key}")
+    return read | {"depends_on_group": read_boolean(members["depends_on_group"], f"{where}.depends_on_group")}
+
+
+def _read_privacy(value: object, where: str) -> dict[str, dict[str, object] | None]:
+    members = read_object(value, where, ("group", "context"))
+    read: dict[str, dict[str, object] | None] = {"context": None}
+    for name in ("group", "context"):
+        if name == "group" or members[name] is not None:
+            place = f"{where}.{name}"
+            figures = read_object(members[name], place, ("exp_epsilon", "attributes"))
+            attributes = read_list(figures["attributes"], f"{place}.attributes")
+            read[name] = {
+                "exp_epsilon": read_extended(figures["exp_epsilon"], f"{place}.exp_epsilon"),
+                "attributes": [read_extended(item, f"{place}.attributes[{i}]") for i, item in enumerate(attributes)],
+            }
+    return read
+
+
+def _read_declared(value: object, where: str) -> dict[str, Rational]:
+    members = read_object(value, where, (), optional=("gamma", "m", "tau", "lipschitz"))
+    return {key: read_rational(item, f"{where}.{key}", nonnegative=True) for key, item in members.items()}
+
+
+def _read_claim(value: object, where: str, parameters: int | None) -> Claim:
+    keys = ("quantity", "relation", "value", "scope", "by", "assumptions", "evidence")
+    members = read_object(value, where, keys)
+    quantity, relation, by, scope = (read_string(members[key], f"{where}.{key}") for key in ("quantity", "relation", "by", "scope"))
+    key = quantity, relation, by, scope
+    return Claim(
+        key,
+        read_extended(members["value"], f"{where}.value"),
+        read_strings(members["assumptions"], f"{where}.assumptions"),
+        _read_evidence(members["evidence"], f"{where}.evidence", key, parameters),
+    )
+
+
+def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], parameters: int | None) -> object:
+    if is_about_population(key):
+        return read_choice(read_object(value, where, ("interval",))["interval"], f"{where}.interval", ("local", "global", *DIFFERENCES))
+    rule = RULES.get(key)
+    if rule is None:  # an unknown claim is found false, whatever is offered as evidence
+        return read_object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
+    if rule.evidence == "pairs":
+        return read_dual(value, where, key[0] == "local_ratio", parameters)
+    members = read_object(value, where, (rule.evidence,) if rule.evidence else ())
+    if not rule.evidence:
+        return None
+    item, place = members[rule.evidence], f"{where}.{rule.evidence}"
+    if rule.evidence == "table":
+        return read_digest(item, place)
+    if rule.evidence != "multipliers":
+        return read_extended(item, place)
+    multipliers = read_rationals(item, place, len(read_list(item, place)))
+    if not multipliers and key[3] != UTILITIES:
+        raise malformed(place, "must not be empty")
+    return [Fraction(*k) for k in multipliers]
+
+
+def _read_target(value: object, where: str) -> Target:
+    members = read_object(value, where, ("quantity", "limit", "unit", "judged", "verdict"), optional=("estimand",))
+    judged = read_string(members["judged"], f"{where}.judged")
+    of_population = judged.startswith(POPULATION)
+    target = Target(
+        read_choice(members["quantity"], f"{where}.quantity", ("local", "global")),
+        read_rational(members["limit"], f"{where}.limit", nonnegative=True),
+        read_choice(members["unit"], f"{where}.unit", ("log", "ratio")),
+        judged,
+        read_confidence(judged.removeprefix(POPULATION), f"{where}.judged") if of_population else None,
+        read_choice(members["verdict"], f"{where}.verdict", ("within", "exceeds", "inconclusive", "changed")),
+        "estimand" in members and bool(read_choice(members["estimand"], f"{where}.estimand", (OVER_UNITS,))),
+    )
+    if target.unit == "ratio" and not at_most(ONE, target.limit):
+        raise malformed(f"{where}.limit", "must be at least 1, being the limit of a ratio")
+    return target
+
+
+def _check_estimands(targets: Iterable[Target], intervals: Mapping[str, Interval]) -> None:
+    """Make sure that those targets say that the mean over units is judged which are judged by an interval with units."""
+    for i, target in enumerate(targets):
+        interval = intervals.get(target.quantity)
+        of_units = target.confidence is not None and interval is not None and interval.units is not None
+        if of_units and not target.of_units:
+            raise malformed(f"targets[{i}]", f"lacks the key 'estimand', being judged by an interval for the {OVER_UNITS}")
+        if target.of_units and not of_units:
+            raise malformed(f"targets[{i}]", "has the key 'estimand', but is not judged by an interval with units")
+
+
+def read_certificate(raw: bytes) -> Certificate:
+    keys = ("format", "subject", "metrics", "not_compared", "claims", "targets", "verdict", "versions")
+    top = read_object(decoded(raw, "the certificate"), "the certificate", keys, optional=("intervals", "changed"))
+    read_choice(top["format"], "format", (CERTIFICATE_FORMAT,))
+    of_policy = is_about_policy(top["subject"])
+    keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy
+    keys_of_subject += ["positive"] * has_truth(top["subject"])
+    also = ("preparation", "spellings") if of_policy else ("class", "preparation", "spellings")
+    about = read_object(top["subject"], "subject", keys_of_subject, optional=also)
+    utilities = read_class(about["class"], "subject.class") if "class" in about else None
+    parameters = None if utilities is None or utilities.family is None else len(utilities.family.lower)
+    subject = read_subject(about, "subject")
+    if "intervals" in top and (subject.kind == "probabilities" or utilities is not None):
+        raise malformed("the certificate", "has intervals, which are for counts and policies without a class of utilities")
+    table = read_object(about["table"], "subject.table", ("sha256", "cells"), optional=("header", "rows"))
+    embedded: tuple[object, ...] | None = None
+    if "header" in table or "rows" in table:
+        table = read_object(table, "subject.table", ("sha256", "cells", "header", "rows"))
+        embedded = (table["header"], *read_list(table["rows"], "subject.table.rows"))
+    rates, differences = stated_given_truth(subject.columns)
+    metrics = read_object(top["metrics"], "metrics", [*METRICS, *rates, *differences] + ["unfiltered"] * of_policy)
+    intervals: dict[str, Interval] = {}
+    of_differences: dict[str, DifferenceInterval] = {}
+    if "intervals" in top:
+        intervals, of_differences = read_intervals(top["intervals"], "intervals", subject, differences)
+    change = read_change(top["changed"], "changed", subject) if "changed" in top else None
+    read_object_of_strings(top["versions"], "versions")
+    targets = tuple(_read_target(item, f"targets[{i}]") for i, item in enumerate(read_list(top["targets"], "targets")))
+    _check_estimands(targets, intervals)
+    read = Certificate(
+        subject,
+        read_digest(table["sha256"], "subject.table.sha256"),
+        read_integer(table["cells"], "subject.table.cells"),
+        embedded,
+        _read_constants(about["utility"], "subject.utility"),
+        utilities,
+        _read_privacy(about["privacy"], "subject.privacy") if of_policy else None,
+        _read_declared(about["declared"], "subject.declared") if of_policy else {},
+        {name: read_metric(metrics[name], f"metrics.{name}", name, subject.columns) for name in [*METRICS, *differences]},
+        read_unfiltered(metrics["unfiltered"], "metrics.unfiltered", subject.columns) if of_policy else None,
+        [
+            read_not_compared(item, f"not_compared[{i}]", subject.columns)
+            for i, item in enumerate(read_list(top["not_compared"], "not_compared"))
+        ],
+        tuple(_read_claim(item, f"claims[{i}]", parameters) for i, item in enumerate(read_list(top["claims"], "claims"))),
+        targets,
+        read_choice(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive", "changed")),
+        intervals,
+        read_positive(about["positive"], "subject.positive") if "positive" in about else None,
+        {name: read_rates(metrics[name], f"metrics.{name}", subject.columns) for name in rates},
+        of_differences,
+        read_preparation(about["preparation"], "subject.preparation", subject) if "preparation" in about else (),
+        read_spellings(about["spellings"], "subject.spellings") if "spellings" in about else (),
+        change,
+    )
+    if read.withdrawn & intervals.keys():
+        raise malformed("intervals", "has an interval of a ratio that changed, which must not be there")
+    return read

@@ -1,0 +1,81 @@
+"""Claims, the scopes they can have, and the rules that make them true."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .rates import DIFFERENCES
+from .rationals import Rational
+from .sentences import STATED_POPULATION
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim as the certificate states it."""
+
+    key: tuple[str, str, str, str]  # quantity, relation, by, scope
+    value: Rational
+    assumptions: tuple[str, ...]
+    evidence: object  # what its rule has as evidence, read
+
+
+LAW = "this law"
+
+POLICIES = "any policy behind this filter"
+
+FLOORED = "any policy behind this filter that keeps the declared floor"
+
+GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values"
+
+CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts"
+
+UTILITIES = "every utility of the class"
+
+POPULATION = "population at confidence "  # the confidence follows
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What makes a claim true, besides what its theorem says about the value.
+
+    The metric ``quantity`` must not be null, the conditions in ``needs`` hold, and the evidence is that of the table.
+    """
+
+    quantity: str
+    evidence: str
+    needs: tuple[str, ...] = ()
+    source: str = ""  # the metric that the value is or follows from; claims about a policy or a class of utilities have none
+    assumes: tuple[str, ...] = ()  # what the theorem needs and no table shows, besides what all claims about a policy assume
+
+
+RULES: dict[tuple[str, str, str, str], Rule] = {
+    ("local_ratio", "=", "enumeration", LAW): Rule("local", "table", source="local"),
+    ("global_ratio", "=", "enumeration", LAW): Rule("global", "table", source="global"),
+    ("demographic_parity", "=", "enumeration", LAW): Rule("demographic_parity", "table", source="demographic_parity"),
+    ("equalized_odds", "=", "enumeration", LAW): Rule("equalized_odds", "table", source="equalized_odds"),
+    ("local_ratio_supremum", "=", "T6", LAW): Rule("local_supremum", "table", source="local_supremum"),
+    ("global_ratio_supremum", "=", "T6", LAW): Rule("global_supremum", "table", source="global_supremum"),
+    ("equalized_odds", "<=", "T7", LAW): Rule("equalized_odds", "supremum", source="local_supremum"),
+    ("demographic_parity", "<=", "T7", LAW): Rule("demographic_parity", "supremum", source="global_supremum"),
+    ("global_ratio", "<=", "T5", LAW): Rule("global", "table", ("independent",), source="local"),
+    **{(name, "=", "enumeration", LAW): Rule(name, "table", source=name) for name in DIFFERENCES},
+    ("local_ratio", "<=", "T2", POLICIES): Rule("local", "", ("a-free", "finite")),
+    ("local_ratio", "<=", "T1-paper", LAW): Rule("local", "", ("finite",)),
+    ("local_ratio", "<=", "T1-paper", FLOORED): Rule("local", "", ("finite",)),
+    ("local_ratio", "<=", "T1", LAW): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T1", FLOORED): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T3", LAW): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T3", FLOORED): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T3", GROUP_FILTERS): Rule("local", "multipliers", ("a-free",)),
+    ("local_ratio", "<=", "T4", POLICIES): Rule("local", "multipliers", ("a-free",)),
+    ("local_ratio", "<=", "floor", LAW): Rule("local", ""),
+    ("local_ratio", "<=", "floor", FLOORED): Rule("local", ""),
+    ("local_ratio", "<=", "T12", GROUP_FILTERS): Rule("local", "raw_ratio", ("a-free",)),
+    ("local_ratio", "<=", "T8", CONTEXT_FILTERS): Rule("local", "", ("g(u)", "context filter")),
+    ("global_ratio", "<=", "T5", POLICIES): Rule("global", "", ("a-free", "independent", "finite"), assumes=(STATED_POPULATION,)),
+    ("global_ratio", "<=", "T5-decision", POLICIES): Rule("global", "composition", ("g(u)", "finite"), assumes=(STATED_POPULATION,)),
+    ("local_ratio", "<=", "T3", UTILITIES): Rule("local", "multipliers"),
+    ("global_ratio", "<=", "T3", UTILITIES): Rule("global", "multipliers"),
+    ("local_ratio", "<=", "lp-dual", UTILITIES): Rule("local", "pairs"),
+    ("global_ratio", "<=", "lp-dual", UTILITIES): Rule("global", "pairs"),
+}

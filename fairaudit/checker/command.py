@@ -1,0 +1,101 @@
+"""The command.
+
+Exit codes: 0 every statement is true (and the required verdict is there); 1 a statement is false, or the required
+verdict is not there; 2 not a complete certificate of this format, not readable, or wrong usage; 3 the table is not embedded and
+was not given.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterable, Sequence
+
+from .certificate import CERTIFICATE_FORMAT
+from .errors import FormatError, Incomplete, TableNeeded, TooMuch
+from .findings import Finding, Report
+from .text import malformed, printable
+from .verification import check
+
+MAX_BYTES = 1 << 30  # of a certificate, and of one line of a table
+
+
+# The command
+
+
+def _check_files(path: str, table: str | None) -> Report:
+    with open(path, "rb") as file:
+        raw = file.read(MAX_BYTES + 1)
+    if len(raw) > MAX_BYTES:
+        raise malformed("the certificate", f"is longer than {MAX_BYTES} bytes")
+    if table is None:
+        return check(raw)
+    with open(table, "rb") as file:
+        return check(raw, iter(lambda: file.readline(MAX_BYTES), b""))
+
+
+def _line(finding: Finding) -> str:
+    detail = f" ({finding.detail})" if finding.detail else ""
+    return f"{'true ' if finding.true else 'FALSE'}  {finding.statement}{detail}"
+
+
+def _print(lines: Iterable[str]) -> None:
+    if sys.stdout is None:  # standard output was closed; the exit code still tells
+        return
+    encoding = sys.stdout.encoding or "utf-8"
+    try:
+        for line in lines:
+            print(printable(line).encode(encoding, "backslashreplace").decode(encoding))
+        sys.stdout.flush()
+    except BrokenPipeError:  # nobody reads on; the exit code still tells
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _failed(message: str, code: int) -> int:
+    print(printable(message), file=sys.stderr)
+    return code
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    argv
+        The arguments, without the name of the program; those of the process by default.
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    parser = argparse.ArgumentParser(prog="checker", description="Check a certificate.", allow_abbrev=False)
+    parser.add_argument("certificate", help="the certificate, a JSON file")
+    parser.add_argument("--table", metavar="FILE", help="the table, if the certificate does not embed it")
+    parser.add_argument("--require", choices=["within"], help="fail unless the verdict is this one")
+    try:
+        arguments = parser.parse_args(argv)
+    except SystemExit as stop:
+        return 2 if stop.code else 0
+    try:
+        report = _check_files(arguments.certificate, arguments.table)
+        wrong = sum(not finding.true for finding in report.findings)
+        missing = arguments.require is not None and report.verdict != arguments.require
+        count = len(report.findings)
+        summary = f"{wrong} of {count} statements are FALSE" if wrong else f"all {count} statements are true of the table"
+        required = f", but {arguments.require!r} is required" if missing else ""
+        _print([*map(_line, report.findings), f"{summary}; the stated verdict is {report.verdict!r}{required}"])
+    except TableNeeded as error:
+        return _failed(str(error), 3)
+    except Incomplete as error:
+        return _failed(f"The certificate is incomplete: {error}.", 2)
+    except TooMuch as error:
+        return _failed(f"The certificate is not checked: {error}.", 2)
+    except FormatError as error:
+        return _failed(f"Not a certificate of the format {CERTIFICATE_FORMAT}: {error}.", 2)
+    except (OSError, ValueError) as error:  # ValueError: a path with a null character
+        return _failed(f"Cannot read or write: {error}.", 2)
+    except (MemoryError, OverflowError):
+        return _failed("The numbers in the certificate or its table need more memory than there is.", 2)
+    return 1 if wrong or missing else 0

@@ -1,0 +1,296 @@
+"""Intervals for the population behind a sample, with their evidence, as the certificate states them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from .claims import POPULATION
+from .header import Columns, Subject
+from .json_values import read_boolean, read_choice, read_digest, read_integer, read_list, read_object, read_string, read_strings
+from .rationals import Rational, as_pair, read_extended, read_rational, read_rationals, read_two
+from .stated_metrics import read_metric
+from .text import malformed, shown
+
+
+@dataclass(frozen=True)
+class Change:
+    """A window of a stream that contradicts the whole stream until then, as the certificate states it."""
+
+    quantity: str
+    window: int
+    confidence: Fraction
+    stream: Interval
+    digest: str
+    cells: int
+    lines: tuple[object, ...]  # the header and the rows of the window's table
+    ratio: Interval
+    assumptions: tuple[str, ...]
+
+
+# Intervals for the population behind a sample
+
+METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
+
+OVER_UNITS = "mean over units"  # what an interval with units is about; without units it is the mean over rows
+
+BETTING = "betting"  # the method of intervals that hold at every moment of a stream
+
+
+class Unproven(Exception):
+    """The evidence of an interval does not prove it."""
+
+
+Ladder = list[Fraction]
+
+Box = list[tuple[Fraction, Fraction]]
+
+Place = tuple[int, int, int]  # a block, and the positions of two forms in it, the higher one first
+
+
+@dataclass(frozen=True)
+class BoxEvidence:
+    """Ends of all cells, at the levels for the upper and for the lower end of the ratio."""
+
+    levels: tuple[Fraction, Fraction]
+    upper: Box
+    lower: Box
+    pair: Place | None
+
+
+@dataclass(frozen=True)
+class LadderEvidence:
+    """Ladders for the upper end by block, and one for the lower end; the levels are (b, c)."""
+
+    levels: tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction]]
+    upper: list[Ladder] | None
+    lower: tuple[Place, Ladder] | None
+
+
+@dataclass(frozen=True)
+class StreamEvidence:
+    """Of a stream: the ranks of its cells and how many were expected; ends of all cells with a pair, or ladders."""
+
+    expected: int
+    order: list[int]
+    ends: Box | None
+    pair: Place | None
+    ladders: list[Ladder] | None
+    proof: tuple[Place, Ladder] | None
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An interval as the certificate states it."""
+
+    quantity: str
+    confidence: Rational
+    scope: str
+    independent: bool
+    method: str
+    limits: tuple[Fraction, Fraction] | None
+    units: list[list[tuple[int, list[int]]]] | None
+    measured: dict[str, object] | None  # with units, the ratio of their means in the sample
+    ratio: tuple[Rational, Rational]
+    evidence: BoxEvidence | LadderEvidence | StreamEvidence
+
+    @property
+    def region(self) -> str:
+        """The name of the kind of evidence."""
+        boxed = self.evidence.ends is not None if isinstance(self.evidence, StreamEvidence) else isinstance(self.evidence, BoxEvidence)
+        return "box" if boxed else "product"
+
+
+@dataclass(frozen=True)
+class Proven:
+    """An interval that holds but with the probability ``error``, and what claims about it have to say."""
+
+    ratio: tuple[Rational, Rational]
+    error: Fraction
+    scope: str
+    by: str
+
+
+@dataclass(frozen=True)
+class DifferenceInterval:
+    """An interval of a greatest difference of rates, with ends of all rates in use at the levels for its upper and for its lower end."""
+
+    confidence: Fraction
+    scope: str
+    levels: tuple[Fraction, Fraction]
+    upper: Box
+    lower: Box
+    difference: tuple[Rational, Rational]
+
+
+def _read_difference(value: object, where: str) -> DifferenceInterval:
+    members = read_object(value, where, ("confidence", "levels", "upper", "lower", "difference"))
+    levels = read_object(members["levels"], f"{where}.levels", ("upper", "lower"))
+    upper, lower = (
+        [read_two(item, f"{where}.{name}[{i}]") for i, item in enumerate(read_list(members[name], f"{where}.{name}"))]
+        for name in ("upper", "lower")
+    )
+    low, high = read_rationals(members["difference"], f"{where}.difference", 2)
+    return DifferenceInterval(
+        read_confidence(members["confidence"], f"{where}.confidence"),
+        POPULATION + read_string(members["confidence"], f"{where}.confidence"),
+        (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
+        upper,
+        lower,
+        (low, high),
+    )
+
+
+def read_confidence(value: object, where: str) -> Fraction:
+    confidence = Fraction(*read_rational(value, where))
+    if not 0 < confidence < 1:
+        raise malformed(where, "must have a confidence between 0 and 1")
+    return confidence
+
+
+def read_intervals(
+    value: object, where: str, subject: Subject, differences: Sequence[str]
+) -> tuple[dict[str, Interval], dict[str, DifferenceInterval]]:
+    members = read_object(value, where, (), optional=("local", "global", *differences))
+    if not members:
+        raise malformed(where, "must not be empty")
+    ratios = {name: _read_interval(members[name], f"{where}.{name}", name, subject) for name in members if name not in differences}
+    return ratios, {name: _read_difference(members[name], f"{where}.{name}") for name in members if name in differences}
+
+
+def _read_interval(value: object, where: str, name: str, subject: Subject) -> Interval:
+    keys = ["confidence", "side", "region", "independent", "method", "limits", "ratio", "levels", "upper", "lower"]
+    of_box = isinstance(value, dict) and value.get("region") == "box"
+    of_stream = isinstance(value, dict) and value.get("method") == BETTING
+    if name == "local" and subject.kind == "counts" and not of_stream and isinstance(value, dict) and "units" in value:
+        keys += ["units", "estimand", "measured"]
+    members = read_object(value, where, keys + ["pair"] * of_box)
+    read_choice(members["side"], f"{where}.side", ("both",))
+    read_choice(members["region"], f"{where}.region", ("box", "product"))
+    levels = read_object(members["levels"], f"{where}.levels", ("expected", "order") if of_stream else ("upper", "lower"))
+    upper, lower = members["upper"], members["lower"]
+    evidence: BoxEvidence | LadderEvidence | StreamEvidence
+    if of_stream:
+        evidence = _read_stream(members, levels, where, of_box)
+    elif of_box:
+        evidence = BoxEvidence(
+            (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
+            [read_two(item, f"{where}.upper[{i}]") for i, item in enumerate(read_list(upper, f"{where}.upper"))],
+            [read_two(item, f"{where}.lower[{i}]") for i, item in enumerate(read_list(lower, f"{where}.lower"))],
+            None if members["pair"] is None else _read_pair(members["pair"], f"{where}.pair"),
+        )
+    else:
+        proof = None if lower is None else read_object(lower, f"{where}.lower", ("pair", "knots"))
+        ladders = None if upper is None else read_list(upper, f"{where}.upper")
+        evidence = LadderEvidence(
+            (read_two(levels["upper"], f"{where}.levels.upper"), read_two(levels["lower"], f"{where}.levels.lower")),
+            None if ladders is None else [_read_ladder(item, f"{where}.upper[{i}]") for i, item in enumerate(ladders)],
+            None if proof is None else (_read_pair(proof["pair"], f"{where}.lower.pair"), _read_ladder(proof["knots"], f"{where}.lower")),
+        )
+    limits = None if members["limits"] is None else read_two(members["limits"], f"{where}.limits")
+    if limits is not None and limits[0] > limits[1]:
+        raise malformed(f"{where}.limits", "must have the lower one first")
+    ends = read_list(members["ratio"], f"{where}.ratio", 2)
+    confidence = read_confidence(members["confidence"], f"{where}.confidence")
+    return Interval(
+        name,
+        as_pair(confidence),
+        POPULATION + read_string(members["confidence"], f"{where}.confidence"),
+        read_boolean(members["independent"], f"{where}.independent"),
+        read_choice(members["method"], f"{where}.method", (*METHODS, BETTING)),
+        limits,
+        _read_units(members["units"], f"{where}.units") if "units" in members else None,
+        _read_measured(members, where, subject.columns) if "units" in members else None,
+        (read_rational(ends[0], f"{where}.ratio[0]"), read_extended(ends[1], f"{where}.ratio[1]")),
+        evidence,
+    )
+
+
+def read_change(value: object, where: str, subject: Subject) -> Change:
+    keys = ("quantity", "window", "confidence", "stream", "table", "ratio", "assumptions")
+    members = read_object(value, where, keys)
+    quantity = read_choice(members["quantity"], f"{where}.quantity", ("local", "global"))
+    window = read_integer(members["window"], f"{where}.window")
+    if subject.kind != "counts" or window == 0:
+        raise malformed(where, "must be about counts, and a window with a number of at least 1")
+    stream, ratio = (_read_interval(members[name], f"{where}.{name}", quantity, subject) for name in ("stream", "ratio"))
+    if not isinstance(stream.evidence, StreamEvidence) or not isinstance(ratio.evidence, StreamEvidence):
+        raise malformed(where, f"must have intervals of a stream, by the method {shown(BETTING)}")
+    table = read_object(members["table"], f"{where}.table", ("sha256", "cells", "header", "rows"))
+    return Change(
+        quantity,
+        window,
+        read_confidence(members["confidence"], f"{where}.confidence"),
+        stream,
+        read_digest(table["sha256"], f"{where}.table.sha256"),
+        read_integer(table["cells"], f"{where}.table.cells"),
+        (table["header"], *read_list(table["rows"], f"{where}.table.rows")),
+        ratio,
+        read_strings(members["assumptions"], f"{where}.assumptions"),
+    )
+
+
+def _read_stream(members: Mapping[str, object], levels: Mapping[str, object], where: str, of_box: bool) -> StreamEvidence:
+    expected = read_integer(levels["expected"], f"{where}.levels.expected")
+    listed = read_list(levels["order"], f"{where}.levels.order")
+    order = [read_integer(rank, f"{where}.levels.order[{i}]") for i, rank in enumerate(listed)]
+    if expected == 0 or 0 in order or len(set(order)) != len(order):
+        raise malformed(f"{where}.levels", "must have different ranks, all numbers being at least 1")
+    upper, lower = members["upper"], members["lower"]
+    if of_box:
+        ends, again = (
+            [read_two(item, f"{where}.{name}[{i}]") for i, item in enumerate(read_list(members[name], f"{where}.{name}"))]
+            for name in ("upper", "lower")
+        )
+        if ends != again:
+            raise malformed(f"{where}.lower", "must be the same as upper")
+        return StreamEvidence(
+            expected, order, ends, None if members["pair"] is None else _read_pair(members["pair"], f"{where}.pair"), None, None
+        )
+    ladders = (
+        None if upper is None else [_read_ladder(item, f"{where}.upper[{i}]") for i, item in enumerate(read_list(upper, f"{where}.upper"))]
+    )
+    proof = None
+    if lower is not None:
+        parts = read_object(lower, f"{where}.lower", ("pair", "knots"))
+        proof = _read_pair(parts["pair"], f"{where}.lower.pair"), _read_ladder(parts["knots"], f"{where}.lower")
+    return StreamEvidence(expected, order, None, None, ladders, proof)
+
+
+def _level(value: object, where: str) -> Fraction:
+    return Fraction(*read_rational(value, where, nonnegative=True))
+
+
+def _read_ladder(value: object, where: str) -> Ladder:
+    return [Fraction(*knot) for knot in read_rationals(value, where, len(read_list(value, where)))]
+
+
+def _read_pair(value: object, where: str) -> Place:
+    block, higher, lower = (read_integer(item, f"{where}[{i}]") for i, item in enumerate(read_list(value, where, 3)))
+    return block, higher, lower
+
+
+def _read_measured(members: Mapping[str, object], where: str, columns: Columns) -> dict[str, object]:
+    read_choice(members["estimand"], f"{where}.estimand", (OVER_UNITS,))
+    metric = read_metric(members["measured"], f"{where}.measured", "local", columns)
+    if metric is None:
+        raise malformed(f"{where}.measured", "must not be null")
+    return metric
+
+
+def _read_units(value: object, where: str) -> list[list[tuple[int, list[int]]]]:
+    lists: list[list[tuple[int, list[int]]]] = []
+    for i, entries in enumerate(read_list(value, where)):
+        units: dict[tuple[int, ...], int] = {}
+        for j, item in enumerate(read_list(entries, f"{where}[{i}]")):
+            place = f"{where}[{i}][{j}]"
+            number, counts = read_list(item, place, 2)
+            rows = tuple(read_integer(count, f"{place}[1][{u}]") for u, count in enumerate(read_list(counts, f"{place}[1]")))
+            if rows in units or not any(rows):
+                raise malformed(f"{place}[1]", "must not be all 0, nor what stood there before")
+            units[rows] = read_integer(number, f"{place}[0]")
+            if units[rows] == 0:
+                raise malformed(f"{place}[0]", "must be at least 1")
+        lists.append([(n, list(rows)) for rows, n in units.items()])
+    return lists

@@ -1,0 +1,249 @@
+"""Reading a table line by line, that of a policy behind filters included."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain, product
+
+from .figures import Figures
+from .filters import Filter, mixed_laws
+from .header import Cell, Header, Positive, read_header
+from .json_values import Labels, canonical_text, decoded, read_integer, read_list, read_object
+from .laws import Law, expectation, gains_of, mean_of, reduced_law
+from .rates import GivenTruth
+from .rationals import ONE, Rational, over_common_denominator, read_rational, read_rationals, reduced, sum_of
+from .table import Policy, Table
+from .text import malformed, shown
+from .work import grant_bytes
+
+
+def _read_row(
+    value: object, where: str, header: Header, keys: Sequence[str], optional: Sequence[str] = ()
+) -> tuple[dict[str, object], tuple[int, int], Law, Rational]:
+    """Read a line with weights: its members, context and group, the law, and the sum of the weights."""
+    members = read_object(value, where, ("context", "group", "weights", *keys), optional)
+    weights, denominator = over_common_denominator(read_rationals(members["weights"], f"{where}.weights", len(header.decisions)))
+    total = sum(weights)
+    if total == 0:
+        raise malformed(f"{where}.weights", "are all zero")
+    if header.subject.kind != "counts" and total != denominator:
+        raise malformed(f"{where}.weights", "are probabilities that do not sum to 1")
+    return members, _read_place(members, where, header), reduced_law(weights, total), reduced(total, denominator)
+
+
+def _read_place(members: Mapping[str, object], where: str, header: Header, prefix: str = "") -> tuple[int, int]:
+    return (
+        read_integer(members[f"{prefix}context"], f"{where}.{prefix}context", len(header.contexts)),
+        read_integer(members[f"{prefix}group"], f"{where}.{prefix}group", len(header.groups)),
+    )
+
+
+def _given_with_cells(header: Header) -> list[str]:
+    named = {"mass": header.subject.population == "weights", "utility": header.utility is None, "truth": header.truths is not None}
+    return [key for key, is_there in named.items() if is_there]
+
+
+def _read_given(
+    members: Mapping[str, object], where: str, header: Header, weights: Sequence[int]
+) -> tuple[Rational, Sequence[Rational | None]]:
+    """Read the mass and the utility of a cell, so far as the lines give them."""
+    mass = read_rational(members["mass"], f"{where}.mass", nonnegative=True) if "mass" in members else ONE
+    if header.utility is not None:
+        return mass, header.utility
+    return mass, _read_utility(members["utility"], f"{where}.utility", weights)
+
+
+def _read_utility(value: object, where: str, weights: Sequence[int]) -> tuple[Rational | None, ...]:
+    entries: list[Rational | None] = []
+    for i, (item, weight) in enumerate(zip(read_list(value, where, len(weights)), weights, strict=True)):
+        if item is None and weight:
+            raise malformed(f"{where}[{i}]", "is null where the weight is positive")
+        entries.append(None if item is None else read_rational(item, f"{where}[{i}]", nonnegative=True))
+    return tuple(entries)
+
+
+def read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = True, positive: Positive | None = None) -> Table:
+    """Read a table from (where, value, bytes in the file or None if embedded), the header first.
+
+    What is read is not kept when only the figures of the table are needed.  Figures given the true label need to know what is positive.
+    """
+    digest = hashlib.sha256()
+    reader: _Rows | None = None
+    for where, value, raw in lines:
+        if reader is None:
+            header = read_header(value, where)
+            reader = _Rows(header, keep, positive) if header.group_filter is None else _PolicyRows(header, header.group_filter)
+        else:
+            reader.add(value, where)
+        if raw is not None:
+            grant_bytes(len(raw))
+        text = canonical_text(value)
+        if raw is not None and raw != text:
+            raise malformed(where, "is not the canonical text of its value, ended by one line feed")
+        digest.update(text)
+    if reader is None:
+        raise malformed("the table", "is empty")
+    return reader.table(digest.hexdigest())
+
+
+class _Rows:
+    """The lines of a table after its header, as they are read."""
+
+    def __init__(self, header: Header, keep: bool = True, positive: Positive | None = None) -> None:
+        self.header = header
+        self.given_truth = None if header.truths is None or positive is None else GivenTruth(header, positive)
+        self.figures = Figures(header)
+        self.kept: list[Cell] | None = [] if keep else None
+        self.keys = _given_with_cells(header)
+        self.gains = None if header.utility is None else gains_of(header.utility)
+        self.last = (-1, -1)
+
+    def add(self, value: object, where: str) -> None:
+        """Read one more line."""
+        members, place, law, total = _read_row(value, where, self.header, self.keys)
+        mass, utility = _read_given(members, where, self.header, law[0]) if self.keys else (ONE, self.header.utility or ())
+        if self.header.subject.kind == "counts":
+            mass = total
+        self.follow(place, where)
+        if self.header.truths is not None:
+            counts = _read_truth(members["truth"], f"{where}.truth", self.header, law, total)
+            if self.given_truth is not None:
+                self.given_truth.add(place, counts)
+        cell = Cell(*place, law, mass, mean_of(*law, self.gains or gains_of(utility)), utility)
+        self.figures.add(cell)
+        if self.kept is not None:
+            self.kept.append(cell)
+
+    def follow(self, place: tuple[int, int], where: str) -> None:
+        """Make sure that the lines are sorted."""
+        if place <= self.last:
+            raise malformed(where, "is not in increasing order of context and group")
+        self.last = place
+
+    def table(self, digest: str) -> Table:
+        """Put the lines together."""
+        figures = self.figures.of_all()
+        if self.header.utility is None and not figures.cells:
+            raise malformed("the table", "gives no utility at all")
+        _check_masses(self.header, figures.masses())
+        kept = None if self.kept is None else tuple(self.kept)
+        return Table(self.header, kept, figures.cells, digest, figures, given=self.given_truth)
+
+
+def _read_truth(value: object, where: str, header: Header, law: Law, total: Rational) -> tuple[list[list[int]], int]:
+    """Read how the weights of a row are spread over the true labels, as integers over one denominator."""
+    size = len(header.decisions)
+    parts = [read_rationals(item, f"{where}[{i}]", size) for i, item in enumerate(read_list(value, where, len(header.truths or ())))]
+    flat, below = over_common_denominator([entry for part in parts for entry in part])
+    counts = [flat[i : i + size] for i in range(0, len(flat), size)]
+    weights, law_total = law
+    for u, column in enumerate(zip(*counts, strict=True)):
+        if sum(column) * law_total * total[1] != weights[u] * total[0] * below:
+            raise malformed(where, "is spread over the true labels so that it does not sum to the weights")
+    return counts, below
+
+
+def _check_masses(header: Header, masses: Sequence[Rational]) -> None:
+    if header.subject.population == "weights" and (not masses or sum_of(masses) != ONE):
+        raise malformed("the table", "has masses that do not sum to 1")
+
+
+def lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]:
+    for number, line in enumerate(lines, 1):
+        where = f"line {number} of the table"
+        yield where, decoded(line, where), line
+
+
+class _PolicyRows(_Rows):
+    """The lines of a policy's table: the rows of the policy, then the true cells if masses or utilities are given."""
+
+    def __init__(self, header: Header, group: Filter) -> None:
+        super().__init__(header)
+        self.group, self.context = group, header.context_filter
+        self.true = replace(header, groups=tuple(self.group.inputs))
+        if self.context is not None:
+            self.true = replace(self.true, contexts=tuple(self.context.inputs))
+        self.laws: dict[tuple[int, int], Law] = {}
+        self.draws: dict[tuple[int, int], int] = {}
+        self.given: list[tuple[Rational, Sequence[Rational | None]]] = []
+
+    def add(self, value: object, where: str) -> None:
+        """Read a row of the policy, or a true cell."""
+        if isinstance(value, dict) and "true_group" in value:
+            self._add_true_cell(value, where)
+            return
+        members, place, law, _ = _read_row(value, where, self.header, (), optional=("draws",))
+        if self.given:
+            raise malformed(where, "is a row of the policy after a true cell")
+        self.follow(place, where)
+        self.laws[place] = law
+        if "draws" in members:
+            self.draws[place] = read_integer(members["draws"], f"{where}.draws")
+            if self.draws[place] == 0 or self.draws[place] % law[1]:  # the weights are in lowest terms over law[1]
+                raise malformed(f"{where}.draws", "must be positive, and whole when multiplied with any of the weights")
+
+    def _add_true_cell(self, value: object, where: str) -> None:
+        keys = _given_with_cells(self.header)
+        members = read_object(value, where, ("true_context", "true_group", *keys))
+        place = _read_place(members, where, self.true, "true_")
+        if not keys or place != divmod(len(self.given), len(self.true.groups)):
+            raise malformed(where, "is not the next true cell, or none is needed")
+        every = [1] * len(self.header.decisions)  # each decision has to have its utility
+        self.given.append(_read_given(members, where, self.header, every))
+
+    def _released(self) -> list[list[tuple[int, int]]]:
+        """List the places of the policy's rows by reachable context and reachable group."""
+        if (len(self.header.contexts) if self.context is None else self.context.released) * self.group.released > len(self.laws):
+            raise malformed("the table", "lacks a row of the policy for what the filters can release")
+        contexts = self.header.contexts if self.context is None else self.context.outputs
+        groups = self.group.outputs
+        places = self._rows_of(contexts, groups)
+        if len(places) < len(contexts) * len(groups):
+            x, a = next(labels for labels in product(contexts, groups) if labels not in places)
+            raise malformed("the table", f"lacks a row of the policy for {shown(x)} and {shown(a)}, which can be released")
+        return [[places[x, a] for a in groups] for x in contexts]
+
+    def _rows_of(self, contexts: Sequence[Labels], groups: Sequence[Labels]) -> dict[tuple[Labels, Labels], tuple[int, int]]:
+        """Find the places of the policy's rows, so far as there are any, for some contexts and groups."""
+        context_at = {label: i for i, label in enumerate(self.header.contexts)}
+        group_at = {label: i for i, label in enumerate(self.header.groups)}
+        places = {(x, a): (context_at.get(x, -1), group_at.get(a, -1)) for x, a in product(contexts, groups)}
+        return {labels: place for labels, place in places.items() if place in self.laws}
+
+    def table(self, digest: str) -> Table:
+        """Compute the law that the policy and its filters induce."""
+        n_groups = len(self.true.groups)
+        n = len(self.true.contexts) * n_groups
+        if _given_with_cells(self.header) and len(self.given) != n:
+            raise malformed("the table", "does not list every true cell")
+        given = self.given or [(ONE, self.header.utility or ())] * n
+        _check_masses(self.header, [mass for mass, _ in given])
+        if self.draws and len(self.draws) < len(self.laws):
+            raise malformed("the table", "gives draws for some rows of the policy only")
+        released = self._released()
+        rows = by_context = [[self.laws[place] for place in places] for places in released]
+        draws = [[self.draws[place] for place in places] for places in released] if self.draws else []
+        if self.context is not None:
+            flat = mixed_laws([law for row in rows for law in row], self.context.maps)
+            by_context = [flat[i : i + len(rows[0])] for i in range(0, len(flat), len(rows[0]))]
+        induced = chain.from_iterable(mixed_laws(laws, self.group.maps) for laws in by_context)
+        raw = self._rows_of(self.true.contexts, self.true.groups)  # in the order of the true cells
+        unfiltered = self._table((self.laws[place] for place in raw.values()), given, "", None) if len(raw) == n else None
+        drawn = sum(self.draws.values())
+        return self._table(
+            induced, given, digest, Policy(self.group, self.context, rows, by_context, unfiltered, draws, self.header, drawn)
+        )
+
+    def _table(
+        self, laws: Iterable[Law], given: Sequence[tuple[Rational, Sequence[Rational | None]]], digest: str, policy: Policy | None
+    ) -> Table:
+        cells = tuple(
+            Cell(*divmod(i, len(self.true.groups)), law, mass, expectation(law, utility), utility)
+            for i, (law, (mass, utility)) in enumerate(zip(laws, given, strict=True))
+        )
+        figures = Figures(self.true, expectations_only=policy is None)
+        for cell in cells:
+            figures.add(cell)
+        return Table(self.true, cells, len(self.laws), digest, figures.of_all(), policy)

@@ -1,0 +1,111 @@
+"""Metrics, witnesses and rates as the certificate states them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from .header import Columns
+from .json_values import read_choice, read_list, read_object, read_string, read_strings
+from .rates import DIFFERENCES, KINDS, OVERALL
+from .rationals import read_extended, read_rational
+from .text import malformed, shown
+
+# The certificate
+
+# What a witness of each metric has to name, and whether the metric is a ratio (with a logarithm) or a distance.
+METRICS: dict[str, tuple[bool, tuple[str, ...]]] = {
+    "local": (True, ("context", "higher", "lower", "expectations")),
+    "global": (True, ("higher", "lower", "expectations")),
+    "demographic_parity": (False, ("higher", "lower", "decisions")),
+    "equalized_odds": (False, ("context", "higher", "lower", "decisions")),
+    "local_supremum": (True, ("context", "decision", "higher", "lower", "probabilities")),
+    "global_supremum": (True, ("decision", "higher", "lower", "probabilities")),
+}
+
+SHAPES = METRICS | {
+    name: (False, ("context",) * (not name.endswith(OVERALL)) + ("rate", "higher", "lower", "rates")) for name in DIFFERENCES
+}
+
+
+_LOG = re.compile(r"0|inf|(?:0|[1-9][0-9]*)\.[0-9]{12}")
+
+
+def _read_log(value: object, where: str) -> tuple[str, ...]:
+    pair = read_strings(value, where, 2)
+    for i, text in enumerate(pair):
+        if not _LOG.fullmatch(text):
+            raise malformed(f"{where}[{i}]", f'must be "0", "inf" or have twelve decimals, not {shown(text)}')
+    return pair
+
+
+def _read_witness(value: object, where: str, keys: Sequence[str], columns: Columns) -> dict[str, object]:
+    members = read_object(value, where, keys)
+    read: dict[str, object] = {}
+    for key in keys:
+        item, place = members[key], f"{where}.{key}"
+        if key == "decision":
+            read[key] = read_string(item, place)
+        elif key == "decisions":
+            read[key] = list(read_strings(item, place))
+        elif key == "rate":
+            read[key] = read_choice(item, place, KINDS)
+        elif key in ("expectations", "probabilities", "rates"):
+            read[key] = [read_rational(number, f"{place}[{i}]") for i, number in enumerate(read_list(item, place, 2))]
+        else:
+            names = columns.context if key == "context" else columns.group
+            labels = read_object(item, place, names)
+            read[key] = {name: read_string(labels[name], f"{place}[{shown(name)}]") for name in names}
+    return read
+
+
+def read_metric(value: object, where: str, name: str, columns: Columns) -> dict[str, object] | None:
+    if value is None:
+        return None
+    is_ratio, names = SHAPES[name]
+    members = read_object(value, where, ("ratio", "log", "witness") if is_ratio else ("value", "witness"))
+    read: dict[str, object] = {}
+    if is_ratio:
+        read["ratio"] = read_extended(members["ratio"], f"{where}.ratio")
+        read["log"] = _read_log(members["log"], f"{where}.log")
+    else:
+        read["value"] = read_rational(members["value"], f"{where}.value")
+    return read | {"witness": _read_witness(members["witness"], f"{where}.witness", names, columns)}
+
+
+def read_rates(value: object, where: str, columns: Columns) -> list[dict[str, object]] | None:
+    if value is None:
+        return None
+    keys = ("group",) if where.endswith(OVERALL) else ("context", "group")
+    read: list[dict[str, object]] = []
+    for i, item in enumerate(read_list(value, where)):
+        place = f"{where}[{i}]"
+        members = read_object(item, place, (*keys, "rate"))
+        named = _read_witness({key: members[key] for key in keys}, place, keys, columns)
+        read.append(named | {"rate": read_rational(members["rate"], f"{place}.rate")})
+    return read
+
+
+def read_unfiltered(value: object, where: str, columns: Columns) -> dict[str, dict[str, object] | None] | None:
+    if value is None:
+        return None
+    members = read_object(value, where, ("local", "global"))
+    return {name: read_metric(members[name], f"{where}.{name}", name, columns) for name in ("local", "global")}
+
+
+def read_not_compared(value: object, where: str, columns: Columns) -> dict[str, object]:
+    shapes = [("context", "groups", "reason"), ("context", "reason"), ("groups", "reason"), ("quantity", "reason")]
+    if columns.truth is not None:
+        shapes += [("quantity", *shape) for shape in shapes[:3]]
+    shape = next((keys for keys in shapes if isinstance(value, dict) and value.keys() == set(keys)), None)
+    if shape is None or not isinstance(value, dict):
+        raise malformed(where, f"must be an object with the keys {', or '.join(map(shown, shapes))}")
+    for key in shape:
+        if key == "groups":
+            for i, group in enumerate(read_list(value[key], f"{where}.groups")):
+                read_strings(group, f"{where}.groups[{i}]", len(columns.group))
+        elif key == "context":
+            read_strings(value[key], f"{where}.context", len(columns.context))
+        else:
+            read_string(value[key], f"{where}.{key}")
+    return value

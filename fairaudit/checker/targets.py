@@ -1,0 +1,66 @@
+"""The limits that were asked for, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+
+from .certificate import Certificate, Target
+from .claims import Claim
+from .facts import Facts
+from .findings import Finding, compared, finding_of
+from .intervals import Proven
+from .logarithms import log_at_most
+from .population import ends_of_population
+from .rationals import INFINITY, ONE, Rational, as_pair, at_most
+from .text import shown
+from .work import working_on
+
+
+def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
+    """Judge a ratio of which only ends are known."""
+    decide = log_at_most if target.unit == "log" else at_most
+    if not decide(ends[0], target.limit):
+        return "exceeds"
+    return "within" if decide(ends[1], target.limit) else "inconclusive"
+
+
+def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim], window: Proven | None) -> Iterator[Finding]:
+    named = {target.quantity for target in stated.targets if target.confidence is not None}
+    spent = sum((facts.proven[quantity].error for quantity in named & facts.proven.keys()), Fraction(0))
+    confidences = {target.confidence for target in stated.targets} - {None}
+    verdicts: list[str] = []
+    seen: set[tuple[str, str]] = set()
+    for i, target in enumerate(stated.targets):
+        working_on(f"targets[{i}]")
+        metric = facts.metrics[target.quantity]
+        ends = (ONE, INFINITY) if metric is None else (metric.value, metric.value)
+        if target.confidence is not None:
+            ends = ends_of_population(target.quantity, facts, true_claims)
+        verdicts.append(_judge(target, ends))
+        if stated.change is not None and target.quantity in stated.withdrawn and target.confidence is not None:
+            exceeded = window is not None and stated.change.quantity == target.quantity and _judge(target, window.ratio) == "exceeds"
+            # Which window contradicts the stream depends on the draws: those up to it have to hold together.
+            exceeded = exceeded and window is not None and stated.change.window**2 * window.error <= 1 - target.confidence
+            verdicts[-1] = "exceeds" if exceeded else "changed"
+        fault = "" if target.verdict == verdicts[-1] else f"the table gives {shown(verdicts[-1])}"
+        if target.confidence is None and target.judged != "this table":
+            fault = f'judged must be "this table" or a population at some confidence, not {shown(target.judged)}'
+        if target.confidence is not None:
+            if facts.table.header.subject.kind == "probabilities":
+                fault = "probabilities are not a sample from a population"
+            if confidences != {target.confidence}:
+                fault = "another target is judged at another confidence"
+            if spent > 1 - target.confidence:
+                fault = f"the intervals do not hold together at this confidence, but only at {shown(as_pair(1 - spent))}"
+        if (target.quantity, target.unit) in seen:
+            fault = "a target that occurs twice"
+        seen.add((target.quantity, target.unit))
+        judged = "" if target.confidence is None else f" for {shown(target.judged)}"
+        statement = f"targets[{i}]: {target.quantity} {target.unit}, limit {shown(target.limit)}: {target.verdict}{judged}"
+        yield finding_of(statement, not fault, fault)
+    order = ("exceeds", "inconclusive", "within", "none")
+    overall = next(verdict for verdict in order if verdict in [*verdicts, "none"])
+    if stated.withdrawn & ({target.quantity for target in stated.targets} or stated.withdrawn):
+        overall = "changed"
+    yield compared("verdict", stated.verdict, overall)

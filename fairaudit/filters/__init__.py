@@ -1,0 +1,1 @@
+"""Which ε and which filter for a target: calibrated, or designed by linear programs."""

@@ -1,0 +1,405 @@
+"""Which ε, and which keep probability, for a target: the least privacy whose guarantee is at or under it.
+
+A rule for every policy has a guarantee that grows with the keep probability of a randomized response. The answer is the greatest
+keep probability on a grid of 10⁻¹² whose guarantee, computed exactly at the filter that is returned, does not exceed the target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from fractions import Fraction
+from math import inf, log, prod
+from typing import Any, Literal
+
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.enclosures import exp_enclosure, log_enclosure
+from fairaudit.exact.rationals import option_value
+from fairaudit.filters.responses import SEARCH_STEPS, SPLITS, ResponseLine, Split, identity_filter, response_factor
+from fairaudit.measures.limits import ALONE, Quantity, one_limit, without_bare_limits
+from fairaudit.model.mechanism import Mechanism
+from fairaudit.theorems.bound import ANY_POLICY, INDEPENDENT, POPULATION, Bound
+from fairaudit.theorems.t01 import floor_cap, t1_paper, t1_tight
+from fairaudit.theorems.t02 import t2
+from fairaudit.theorems.t03 import t3_approx, t3_general, t3_mechanism
+from fairaudit.theorems.t04 import t4
+from fairaudit.theorems.t12 import t12
+
+Rule = Literal["paper", "tight", "sharp", "mechanism", "contraction"]
+
+
+RULES: tuple[Rule, ...] = ("paper", "tight", "sharp", "mechanism", "contraction")
+
+QUANTITIES: tuple[Quantity, ...] = ("local", "global")
+
+TARGET_BITS = 80
+
+UNNEEDED = "the target holds without any filter; no privacy is needed"
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A filter for a target, or why there is none.
+
+    Attributes
+    ----------
+    quantity : {"local", "global"}
+        What the target limits.
+    target : Fraction
+        The target as a ratio R*, rounded down where it was given as a logarithm.
+    rule : str
+        Which guarantee was used.
+    feasible : bool
+        Whether a filter was found that meets the target.
+    mechanism : Mechanism or None
+        The filter; the identity if no privacy is needed, None if infeasible.
+    keep_probabilities : tuple of Fraction
+        Probability of releasing the truth, for each attribute; empty if infeasible.
+    exp_epsilon : Fraction or float
+        e^ε of the whole filter: of the tuple, not of one attribute; infinite for the identity.
+    achieved : Fraction or None
+        The guarantee at this filter, exact and at most the target; None if infeasible.
+    scope : str
+        What the guarantee covers.
+    assumptions : tuple of str
+        What the reader must judge.
+    paper_keep_probabilities : tuple of Fraction
+        What the paper's rule would keep; empty if it finds no filter, or there is no floor for it to use.
+    reason : str
+        Why it is infeasible and what would make it feasible, or why no privacy is needed.
+    settled : bool
+        Whether an infeasible target is proved to be so: by this rule, for every filter of this kind. If not, none was found.
+    """
+
+    quantity: Quantity
+    target: Fraction
+    rule: str
+    feasible: bool
+    mechanism: Mechanism | None
+    keep_probabilities: tuple[Fraction, ...]
+    exp_epsilon: Fraction | float
+    achieved: Fraction | float | None
+    scope: str
+    assumptions: tuple[str, ...]
+    paper_keep_probabilities: tuple[Fraction, ...] = ()
+    reason: str = ""
+    settled: bool = True
+
+    @property
+    def epsilon(self) -> tuple[Decimal, Decimal]:
+        """Enclosure of ε of the whole filter, in nats."""
+        lo, hi = log_enclosure(
+            (self.exp_epsilon.numerator, self.exp_epsilon.denominator) if isinstance(self.exp_epsilon, Fraction) else (1, 0)
+        )
+        return Decimal(lo), Decimal(hi)
+
+
+@dataclass(frozen=True)
+class _Setting:
+    """The numbers of a calibration, exact."""
+
+    gamma: Fraction
+    tau: Fraction
+    g_min: Fraction
+    delta: Fraction
+    gap: Fraction
+    raw: Fraction | float | None
+
+
+@without_bare_limits(ALONE)
+def calibrate(
+    *,
+    max_ratio: Any = None,
+    max_log: Any = None,
+    quantity: Quantity = "local",
+    groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]],
+    bound: Rule = "mechanism",
+    gamma: Any = 1,
+    tau: Any = 0,
+    g_min: Any = 0,
+    delta: Any = 0,
+    lipschitz: Any = 0,
+    diameter: Any = 1,
+    raw_ratio: Any = None,
+    split: Split = "equal-epsilon",
+) -> Calibration:
+    """Find the randomized response that keeps most truth and still guarantees a target.
+
+    Parameters
+    ----------
+    max_ratio : number or str, optional
+        Target for the ratio, R* > 1; one under 1 is least over greatest, so that 0.8 is 5/4.
+    max_log : number or str, optional
+        Target L* > 0 for its natural logarithm; exactly one of the two is given.
+    quantity : {"local", "global"}
+        What the target is for: R and L, or R̄ and L̄, whose target is met through L and needs context and group to be independent (T5).
+    groups : int, sequence, or mapping of name to int or sequence
+        Number (or labels) of the values of the attribute, or of each of several attributes that are filtered independently.
+    bound : {"mechanism", "sharp", "tight", "paper", "contraction"}
+        Which guarantee: T3 for the very filter; T3 or T1 for its ε and `delta`, in their sharp, additive or the paper's form; T12 from
+        `raw_ratio`, or from γ/g_min, which bounds the ratio of every policy.
+    gamma, g_min : number or str
+        Greatest and least utility. A least utility above 0 is a floor that every policy keeps (T4).
+    tau : number or str
+        A floor of every group's expected utility behind the filter, to be declared; 0 for none.
+    delta : number or str
+        δ of the (ε,δ)-privacy that is asked for, where the rule knows the filter by ε and δ alone: "sharp", "tight", "paper". The
+        randomized response that is returned has δ = 0.
+    lipschitz, diameter : number or str
+        L_A and diam of the utility; their product is the greatest difference between groups.
+    raw_ratio : number or str, optional
+        The policy's own worst ratio over released values, for "contraction".
+    split : {"equal-epsilon", "equal-keep", "most-truth"}
+        How several attributes share: the same ε, the same keep probability, or the greatest probability that the whole tuple is true.
+
+    Returns
+    -------
+    Calibration
+        The filter with its guarantee re-checked, or why the target is infeasible. Source: section 4 of docs/theory.md.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, or a combination makes no sense.
+
+    Examples
+    --------
+    >>> found = calibrate(max_log="0.2", groups=16, gamma=1, tau="0.3")
+    >>> round(float(found.keep_probabilities[0]), 3), round(float(found.paper_keep_probabilities[0]), 3)
+    (0.125, 0.075)
+    """
+    target = calibration_target(max_ratio, max_log, quantity)
+    attributes = _attributes(groups)
+    if bound not in RULES:
+        raise InputError(f"bound={shown(bound)} is not accepted; {nearest(str(bound), RULES)}")
+    if split not in SPLITS:
+        raise InputError(f"split={shown(split)} is not accepted; {nearest(str(split), SPLITS)}")
+    setting = _setting(gamma, tau, g_min, delta, lipschitz, diameter, raw_ratio, bound)
+    independent = (INDEPENDENT, POPULATION) if quantity == "global" else ()
+    found = _search(target, bound, setting, attributes, split)
+    paper = found if bound == "paper" else _search(target, "paper", setting, attributes, split)
+    return replace(
+        found,
+        quantity=quantity,
+        assumptions=(*found.assumptions, *independent),
+        paper_keep_probabilities=paper.keep_probabilities,
+    )
+
+
+def _search(target: Fraction, rule: Rule, setting: _Setting, attributes: Mapping[str, tuple[Any, ...]], split: Split) -> Calibration:
+    """Calibrate by one rule; the quantity is filled in by the caller."""
+    guarantee = _guarantee(rule, setting)
+    bare = identity_filter(attributes)
+    if setting.tau > 0 and target * setting.tau >= setting.gamma and rule != "contraction":
+        cap = _for_every_policy(floor_cap(setting.gamma, setting.tau, floor="declared"), setting)
+        return _result(target, rule, bare, cap, "the floor alone keeps the ratio under the target; no privacy is needed")
+
+    def climb(line: ResponseLine) -> Calibration:
+        return _climb(target, rule, line, lambda mechanism: guarantee(mechanism).value, lambda: guarantee(bare).value)
+
+    found = best_tilt(climb, attributes, split)
+    if found.mechanism is None:
+        hidden = guarantee(ResponseLine(attributes, split).on_grid(0))
+        return replace(found, reason=_why(rule, setting, hidden.value), scope=hidden.scope)
+    proof = guarantee(found.mechanism)
+    return replace(found, scope=proof.scope, assumptions=_judge(proof))
+
+
+def _climb(
+    target: Fraction, rule: str, line: ResponseLine, value: Callable[[Mechanism], Fraction | float], bare: Callable[[], Fraction | float]
+) -> Calibration:
+    """The greatest step of a line of filters whose value, which grows along it, is at most the target."""
+    without = bare()
+    if without <= target:
+        return calibrated(target, rule, identity_filter(line.attributes), without, UNNEEDED)
+    if value(line.on_grid(0)) > target:
+        return Calibration("local", target, rule, False, None, (), inf, None, "", ())
+    low, high = 0, SEARCH_STEPS
+    while high - low > 1:
+        middle = (low + high) // 2
+        if value(line.on_grid(middle)) <= target:
+            low = middle
+        else:
+            high = middle
+    mechanism = line.on_grid(low)
+    achieved = value(mechanism)
+    if achieved > target:
+        raise InputError("the guarantee of the filter that was found exceeds the target; this is a fault of the program, please report it")
+    return calibrated(target, rule, mechanism, achieved, "")
+
+
+def calibrated(target: Fraction, rule: str, mechanism: Mechanism, achieved: Fraction | float, reason: str) -> Calibration:
+    keeps = tuple(Fraction(f.rows[0][0], f.denominator) for f in mechanism.factors)
+    return Calibration("local", target, rule, True, mechanism, keeps, response_factor(mechanism), achieved, "", (), reason=reason)
+
+
+def _result(target: Fraction, rule: str, mechanism: Mechanism, proof: Bound, reason: str) -> Calibration:
+    return replace(calibrated(target, rule, mechanism, proof.value, reason), scope=proof.scope, assumptions=_judge(proof))
+
+
+def _judge(proof: Bound) -> tuple[str, ...]:
+    return tuple(text for text in proof.assumptions if not text.startswith("the group filter multiplies"))
+
+
+def _guarantee(rule: Rule, s: _Setting) -> Callable[[Mechanism], Bound]:
+    """The bound of a rule as a function of the filter."""
+
+    def guarantee(mechanism: Mechanism) -> Bound:
+        factor = response_factor(mechanism)
+        if rule == "contraction":
+            return t12(factor, s.gamma / s.g_min if s.raw is None else s.raw)
+        if s.tau == 0:
+            if s.gap == 0 and s.delta == 0:
+                return t2(factor)
+            return t1_tight(factor, s.delta, s.gamma, s.tau, s.gap, floor="declared")
+        if rule == "paper":
+            return t1_paper(factor, s.delta, s.gamma, s.tau, s.gap, floor="declared")
+        if rule == "tight":
+            return t1_tight(factor, s.delta, s.gamma, s.tau, s.gap, floor="declared")
+        if rule == "sharp":
+            return t3_approx(factor, s.delta, s.tau / s.gamma, floor="declared")
+        if s.gap == 0 and s.g_min > 0:
+            return t4(mechanism, s.gamma, s.g_min, s.tau, floor="declared")
+        if s.gap == 0:
+            return t3_mechanism(mechanism, s.tau / s.gamma, floor="declared")
+        return t3_general(mechanism, s.gamma, s.tau, s.gap, floor="declared")
+
+    return lambda mechanism: _for_every_policy(guarantee(mechanism), s)
+
+
+def _for_every_policy(proof: Bound, s: _Setting) -> Bound:
+    """The same bound, about every policy where the least utility is the floor: no policy can go below it."""
+    if s.g_min == 0 or s.raw is not None or s.tau > s.g_min:
+        return proof
+    kept = (text for text in proof.assumptions if not text.endswith("(declared)"))
+    return replace(proof, scope=ANY_POLICY, assumptions=(*kept, f"no utility is below {s.g_min}"))
+
+
+def best_tilt(climb: Callable[[ResponseLine], Calibration], attributes: Mapping[str, tuple[Any, ...]], split: Split) -> Calibration:
+    """Climb one line; for "most-truth", tilt the odds of single attributes as long as the whole tuple is true more often.
+
+    For a given ε of the tuple the common keep probability is already the best: the gain d(log p)/dε = 1 − p is then the same for all
+    attributes that are kept above 1/k. Guarantees that look at more than ε may leave a little to gain.
+    """
+    best = climb(ResponseLine(attributes, split))
+    if split != "most-truth" or len(attributes) == 1 or not best.feasible or best.exp_epsilon == inf:
+        return best
+    tilts = (Fraction(1),) * len(attributes)
+    stride = Fraction(1, 2)
+    while stride >= Fraction(1, 32):
+        improved = False
+        for i in range(len(tilts)):
+            for factor in (1 + stride, 1 / (1 + stride)):
+                tried = tuple(tilt * factor if i == j else tilt for j, tilt in enumerate(tilts))
+                found = climb(ResponseLine(attributes, split, tried))
+                if found.feasible and prod(found.keep_probabilities) > prod(best.keep_probabilities):
+                    best, tilts, improved = found, tried, True
+        if not improved:
+            stride /= 2
+    return best
+
+
+def calibration_target(max_ratio: Any, max_log: Any, quantity: str) -> Fraction:
+    """The target as a ratio, rounded down where a logarithm was given."""
+    if quantity not in QUANTITIES:
+        raise InputError(f"quantity={shown(quantity)} is not accepted; {nearest(str(quantity), QUANTITIES)}")
+    unit, limit = one_limit(max_ratio, max_log)
+    if unit == "ratio":
+        if limit == 1:
+            raise InputError(f"max_ratio is {shown(max_ratio)}; a ratio other than 1 is accepted (1 needs a filter that hides everything)")
+        return limit
+    if limit == 0:
+        raise InputError(f"max_log is {shown(max_log)}; a logarithm above 0 is accepted (0 needs a filter that hides everything)")
+    low, _ = exp_enclosure((limit.numerator, limit.denominator), TARGET_BITS)
+    return max(Fraction(1), Fraction(low, 1 << TARGET_BITS))
+
+
+def _attributes(groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]]) -> dict[str, tuple[Any, ...]]:
+    listed = groups if isinstance(groups, Mapping) else {"group": groups}
+    if not listed:
+        raise InputError("no attribute was given; name at least one")
+    result = {}
+    for name, values in listed.items():
+        labels = tuple(str(i) for i in range(values)) if isinstance(values, int) else tuple(values)
+        if len(labels) < 2:
+            raise InputError(f"the attribute {shown(name)} has {len(labels)} values; randomized response needs at least two")
+        if len(labels) > 10_000:
+            raise InputError(f"the attribute {shown(name)} has {len(labels)} values; at most 10,000 are accepted")
+        result[name] = labels
+    return result
+
+
+def _setting(gamma: Any, tau: Any, g_min: Any, delta: Any, lipschitz: Any, diameter: Any, raw_ratio: Any, rule: Rule) -> _Setting:
+    named = {"gamma": gamma, "tau": tau, "g_min": g_min, "delta": delta, "lipschitz": lipschitz, "diameter": diameter}
+    exact: dict[str, Fraction] = {}
+    for name, value in named.items():
+        try:
+            exact[name] = Fraction(*option_value(value))
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
+        if exact[name] < 0:
+            raise InputError(f"{name} is {shown(value)}; it must be at least 0")
+    gap = exact["lipschitz"] * exact["diameter"]
+    top, low, least = exact["gamma"], exact["tau"], exact["g_min"]
+    if top == 0:
+        raise InputError("gamma is 0; a utility that is always 0 treats everybody alike, and needs no filter")
+    if exact["delta"] > 1:
+        raise InputError(f"delta is {shown(delta)}; a probability from 0 to 1 is accepted")
+    for name, value in (("tau", low), ("g_min", least)):
+        if value > top:
+            raise InputError(f"{name} is {value}, above gamma, which is {top}; no utility can be above the greatest")
+    if rule == "mechanism" and exact["delta"]:
+        raise InputError(
+            f'delta is {shown(delta)}, but bound="mechanism" looks at the very filter, whose delta is 0; leave it out, or use "tight"'
+        )
+    if rule == "contraction" and low:
+        raise InputError(f"tau is {shown(tau)}, but the contraction needs no floor; leave it out, or use another bound")
+    # The least utility is itself a floor.
+    low = max(low, least)
+    raw = _raw_ratio(raw_ratio, rule, gap, exact["delta"], least)
+    if rule == "sharp" and gap:
+        raise InputError(
+            'bound="sharp" is for a utility that does not depend on the group; use "mechanism" or "tight" with lipschitz above 0'
+        )
+    return _Setting(top, low, least, exact["delta"], gap, raw)
+
+
+def _raw_ratio(raw_ratio: Any, rule: Rule, gap: Fraction, delta: Fraction, least: Fraction) -> Fraction | float | None:
+    raw: Fraction | float | None = None
+    if rule == "contraction":
+        if gap or delta:
+            raise InputError("the contraction holds for delta = 0 and a utility that does not depend on the group (lipschitz 0)")
+        if raw_ratio is not None:
+            raw = inf if raw_ratio == "inf" else Fraction(*option_value(raw_ratio))
+            if raw < 1:
+                raise InputError(f"raw_ratio is {shown(raw_ratio)}; a ratio of at least 1 is accepted")
+            if least:
+                raise InputError("raw_ratio and g_min were both given; the contraction starts from one of them, for this policy or for all")
+        elif least == 0:
+            raise InputError(
+                "the contraction needs raw_ratio, the policy's own ratio, or g_min above 0, which bounds the ratio of every policy"
+            )
+    elif raw_ratio is not None:
+        raise InputError('raw_ratio goes with bound="contraction"')
+    return raw
+
+
+def _why(rule: Rule, s: _Setting, hidden: Fraction | float) -> str:
+    """Why even a filter that hides everything does not guarantee the target by this rule, and what would."""
+    if hidden == inf:
+        return (
+            "without a floor no filter helps: a group may get nothing where another gets something, since the utility depends on the "
+            "group or delta is positive; declare a floor tau above 0, or use a utility that does not depend on the group with delta = 0"
+        )
+    causes = []
+    if s.gap:
+        causes.append("the utility itself differs between groups (a smaller lipschitz or diameter helps)")
+    if s.delta:
+        causes.append("delta is positive (a smaller delta helps)")
+    said = " and ".join(causes) or "this rule is too coarse"
+    return (
+        f"even a filter that hides everything guarantees only a ratio of {float(hidden):.6g} by this rule, because {said}; "
+        f"a higher floor tau, or a target of at least {float(hidden):.6g} (log {log(hidden):.6g}), is feasible"
+        + ("" if rule in ("mechanism", "contraction") else '; so may be bound="mechanism"')
+    )

@@ -1,0 +1,142 @@
+"""A good filter for every policy that keeps a floor.
+
+Without a policy, at a declared floor t, one k that serves all ordered pairs of rows makes the guarantee T3 linear,
+H_k(M_a, M_a') ≤ t·(R* − k). Every k is sound; the search takes the best one. One k for each ordered pair can be better still: for
+two groups, equally frequent, 0/1 distortion, t = 0.5 and R* = 1.4 a common k costs 0.375, and k = (0.6, 1.4) costs 0.357; that
+set of filters is not convex, and is not searched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+from fairaudit.errors import InputError, shown
+from fairaudit.exact.rationals import at_least
+from fairaudit.filters.calibration import calibrate
+from fairaudit.filters.choice import best_design
+from fairaudit.filters.design_result import Design, checked_design
+from fairaudit.filters.problem import (
+    MAX_GROUPS,
+    Distortion,
+    Problem,
+    read_attributes,
+    read_cap,
+    read_masses,
+    read_problem,
+    read_target,
+    require_target_or_cap,
+)
+from fairaudit.measures.limits import ALONE, without_bare_limits
+from fairaudit.model.mechanism import Mechanism, RandomizedResponse
+from fairaudit.tables.values import Label
+from fairaudit.theorems.t01 import floor_cap
+from fairaudit.theorems.t02 import t2
+from fairaudit.theorems.t03 import t3_mechanism
+
+
+@without_bare_limits(ALONE)
+def design_model_free(
+    groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]],
+    *,
+    max_ratio: Any = None,
+    max_log: Any = None,
+    tau: Any = 0,
+    gamma: Any = 1,
+    population: Mapping[Any, Any] | Sequence[Any] | None = None,
+    distortion: Distortion | None = None,
+    max_epsilon: Any = None,
+    max_exp_epsilon: Any = None,
+) -> Design:
+    """Find a filter of small expected distortion that guarantees a target for every policy that keeps a floor.
+
+    The search covers the filters that one k certifies for all ordered pairs of rows, H_k(M_a, M_a') ≤ t·(R* − k) with t = τ/γ: a linear
+    program for each k, on a grid and then by golden section. Every k is sound, and the filter is measured at the end by the exact T3. One k
+    for each ordered pair can be better (see the module), and is not searched. Without a floor the target is a cap e^ε ≤ R* (T2).
+
+    Parameters
+    ----------
+    groups : int, sequence, or mapping of name to int or sequence
+        Number or labels of the groups (tuples for several columns); for several attributes the filter acts on the joint tuples.
+    max_ratio, max_log, distortion, max_epsilon, max_exp_epsilon
+        As in `design`.
+    tau, gamma : number or str
+        Declared floor of every group's expected utility behind the filter (0 for none), and the greatest utility.
+    population : mapping or sequence, optional
+        P(a) up to a factor, by group or in the order of the groups; equally frequent by default.
+
+    Returns
+    -------
+    Design
+        The filter, for any policy behind it that keeps the floor. With equally frequent groups and 0/1 distortion it is randomized
+        response, the best filter that a common k certifies.
+
+    Raises
+    ------
+    InputError
+        As in `design`, and if `gamma` is below `tau`.
+
+    Examples
+    --------
+    >>> found = design_model_free(2, max_ratio="1.4", tau="0.5")
+    >>> found.distortion, found.achieved
+    (Fraction(3, 8), Fraction(7, 5))
+    >>> design_model_free(["a", "b", "c"], max_exp_epsilon=2).truth_kept
+    Fraction(1, 2)
+    """
+    target = read_target(max_ratio, max_log)
+    cap = read_cap(max_epsilon, max_exp_epsilon)
+    require_target_or_cap(target, cap)
+    floor, top = at_least("tau", tau, 0), at_least("gamma", gamma, 0)
+    if top == 0:
+        raise InputError("gamma is 0; a utility that is always 0 treats everybody alike, and needs no filter")
+    if floor > top:
+        raise InputError(f"tau is {shown(tau)}, above gamma, which is {shown(gamma)}; a floor of at most the greatest utility is accepted")
+    attributes = read_attributes(groups)
+    labels = tuple(sum(parts, ()) for parts in product(*attributes.values()))
+    if len(labels) > MAX_GROUPS:
+        raise InputError(f"there are {len(labels)} joint groups; a design accepts up to {MAX_GROUPS}")
+    columns = tuple(attributes) if isinstance(groups, Mapping) else ()
+    problem = read_problem(labels, columns, read_masses(population, labels), distortion, target, cap)
+    level = floor / top
+    if target is not None and level == 0:
+        problem = replace(problem, cap=target if cap is None else min(cap, target), target=None)
+    elif target is not None and level * target < 1:
+        problem = replace(problem, level=level)
+    else:
+        problem = replace(problem, target=None)
+    found = best_design(problem, _free_response(problem, target, attributes, floor, top))
+    if problem.level is not None:
+        found = replace(found, lower_bound=None)
+    found = replace(found, target=target, max_exp_epsilon=cap)
+    mechanism = found.mechanism
+    if mechanism is None:
+        return found
+    if target is not None and level > 0:
+        if problem.level is None:
+            proof = floor_cap(top, floor, floor="declared")
+            found = replace(found, reason="the floor alone keeps the ratio under the target, whatever the filter")
+        else:
+            proof = t3_mechanism(mechanism, level, floor="declared")
+    else:
+        proof = t2(found.exp_epsilon)
+    assumptions = tuple(text for text in proof.assumptions if not text.startswith("the group filter multiplies"))
+    return checked_design(replace(found, achieved=proof.value, multipliers=proof.multipliers, scope=proof.scope, assumptions=assumptions))
+
+
+def _free_response(
+    problem: Problem, target: Fraction | None, attributes: Mapping[str, tuple[Label, ...]], tau: Fraction, gamma: Fraction
+) -> list[Mechanism]:
+    """The calibrated randomized response, for each attribute and over the joint tuples, and the latter at the cap."""
+    found = [RandomizedResponse(problem.labels, exp_epsilon=1)]
+    if target is not None and target > 1:
+        settings: list[Any] = [attributes, problem.labels] if len(attributes) > 1 else [attributes]
+        for groups in settings:
+            calibrated = calibrate(max_ratio=target, groups=groups, tau=tau, gamma=gamma)
+            found += [calibrated.mechanism] if calibrated.mechanism is not None else []
+    if problem.cap is not None:
+        found.append(RandomizedResponse(problem.labels, exp_epsilon=problem.cap))
+    return found

@@ -1,0 +1,80 @@
+"""Windows of a stream that contradict the rest of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from fairaudit.errors import InputError
+from fairaudit.inference.anytime import Arrivals, Quantity, stream_interval
+from fairaudit.inference.interval import Interval
+from fairaudit.model.law import Law
+from fairaudit.model.utility import UtilityTable
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A part of a stream, counted by itself.
+
+    Attributes
+    ----------
+    number : int
+        Its number, from 1 on: the error that all windows share is divided as 1/(i(i + 1)).
+    law : Law
+        What was counted in it.
+    utility : UtilityTable
+        The utility on it.
+    arrivals : Arrivals
+        The order in which its own cells first appeared.
+    """
+
+    number: int
+    law: Law
+    utility: UtilityTable
+    arrivals: Arrivals
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A window that contradicts the stream: their intervals have no ratio in common.
+
+    Attributes
+    ----------
+    quantity : {"local", "global"}
+        Which ratio.
+    window : Window
+        The window.
+    stream, part : Interval
+        The interval of the whole stream until then, and that of the window.
+    """
+
+    quantity: Quantity
+    window: Window
+    stream: Interval
+    part: Interval
+
+    @property
+    def confidence(self) -> Fraction:
+        """One minus the probability that, for a constant ratio, the stream and a window up to this one ever contradict each other."""
+        n = self.window.number
+        return self.stream.confidence - n * n * (1 - self.part.confidence)
+
+    @property
+    def withdrawn(self) -> frozenset[Quantity]:
+        """The ratios of which nothing is claimed any more: means that changed are behind both, the mix of contexts behind one."""
+        return frozenset({"global"} if self.quantity == "global" and self.window.law.columns.context else {"local", "global"})
+
+
+def change_of(stream: Interval, window: Window, quantity: Quantity, limits: tuple[Fraction, Fraction]) -> Change:
+    """Prove that a window contradicts the stream.
+
+    Raises
+    ------
+    InputError
+        If their intervals have a ratio in common.
+    """
+    level = 1 - (1 - stream.confidence) / (window.number * (window.number + 1))
+    part = stream_interval(window.law, window.utility, window.arrivals, quantity, limits, level)
+    if not (stream.upper < part.lower or part.upper < stream.lower):
+        raise InputError(f"window {window.number} does not contradict the stream: their intervals of the {quantity} ratio overlap")
+    return Change(quantity, window, stream, part)

@@ -1,0 +1,148 @@
+"""Forms, weighted sums of the means of cells, and the blocks of forms that are compared with each other.
+
+A form is a single cell for a plain table, the filters' probabilities for a policy behind filters, P(x|a) for a group mean. A block
+is a context for the local ratio. The ratio R is the greatest quotient of two forms of one block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import permutations
+from math import inf
+from typing import Any, Literal
+
+from fairaudit.errors import InputError
+from fairaudit.exact.extended import Extended
+from fairaudit.exact.rationals import option_value
+from fairaudit.inference.assumptions import DECLARED, DRAWS
+from fairaudit.inference.cells import Cell, Ends
+from fairaudit.measures.ratios import Ratio, Witness
+from fairaudit.model.layout import Units
+from fairaudit.tables.values import Label, names
+
+Form = tuple[tuple[int, Fraction], ...]
+
+Estimand = Literal["mean over rows", "mean over units"]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Cells, and the blocks of forms in their means that are compared.
+
+    Attributes
+    ----------
+    cells : tuple of Cell
+        The cells.
+    blocks : tuple of tuple of forms
+        A form is a tuple of (cell index, weight > 0).
+    labels : tuple
+        For each block its context and the groups of its forms, as mappings from column to label (the context is None over all contexts).
+    dependent : bool
+        Whether cells are known to share draws or sampling units, so that they cannot be declared independent.
+    assumptions, notes : tuple of str
+        What the reader must accept, and what was noticed.
+    limits : pair of Fraction or None
+        The declared range of g.
+    units : Units or None
+        The sampling units of the log.
+    """
+
+    cells: tuple[Cell, ...]
+    blocks: tuple[tuple[Form, ...], ...]
+    labels: tuple[tuple[dict[str, str] | None, tuple[dict[str, str], ...]], ...] = ()
+    dependent: bool = False
+    assumptions: tuple[str, ...] = (DRAWS, DECLARED)
+    notes: tuple[str, ...] = ()
+    limits: Ends | None = None
+    units: Units | None = None
+
+    @property
+    def estimand(self) -> Estimand:
+        """What the means of the cells are: over rows, or, where units have several rows in a cell, over units of the mean of each."""
+        return "mean over units" if self.units and self.units.repeated else "mean over rows"
+
+    @cached_property
+    def of_units(self) -> Ratio | None:
+        """The ratio of the sample as the mean over units, with its witness; None where a unit has one row in a cell."""
+        if self.estimand == "mean over rows":
+            return None
+        best: tuple[Extended, int, int, int] | None = None
+        for number, block in enumerate(self.blocks):
+            means = [self.cells[i].mean for ((i, _),) in block]
+            low, high = means.index(min(means)), means.index(max(means))
+            if means[low] == means[high]:
+                found: tuple[Extended, int, int] = Fraction(1), 0, 1
+            elif means[low]:
+                found = means[high] / means[low], high, low
+            else:
+                found = inf, next(i for i, mean in enumerate(means) if mean), low
+            if best is None or found[0] > best[0]:
+                best = found[0], number, *found[1:]
+        if best is None:
+            return None
+        ratio, *place = best
+        witness = witness_of(self, place)
+        return None if witness is None else Ratio(ratio, witness)
+
+    @cached_property
+    def used(self) -> tuple[int, ...]:
+        """The informative cells of blocks with at least two forms, in order."""
+        found = {i for block in self.blocks if len(block) > 1 for form in block for i, _ in form}
+        return tuple(i for i in sorted(found) if self.cells[i].informative)
+
+    @cached_property
+    def span(self) -> int:
+        """s, the greatest number of informative cells in the two forms of a compared pair."""
+        used = set(self.used)
+        best = 0
+        for block in self.blocks:
+            supports = {frozenset(i for i, _ in form if i in used) for form in block} if len(block) > 1 else set()
+            sizes = sorted((len(support) for support in supports), reverse=True)
+            if len(supports) == 1 or sizes[:1] == [1]:
+                best = max([best, sum(sizes[:2])])
+            elif sum(sizes[:2]) > best:
+                best = max([best, *(len(p | q) for p, q in permutations(supports, 2))])
+        return best
+
+    @cached_property
+    def single(self) -> bool:
+        """Whether every form is one cell."""
+        return all(len(form) == 1 and form[0][1] == 1 for block in self.blocks for form in block)
+
+    @property
+    def pairs(self) -> int:
+        """M, the number of ordered pairs that are compared."""
+        return sum(len(block) * (len(block) - 1) for block in self.blocks)
+
+
+def unit_form(cell: int) -> Form:
+    return ((cell, Fraction(1)),)
+
+
+def normalised_form(weights: Sequence[tuple[int, Fraction]]) -> Form:
+    total = sum((w for _, w in weights), Fraction(0))
+    return tuple((i, w / total) for i, w in weights)
+
+
+def stated_masses(population: Mapping[tuple[Label, Label], Any]) -> dict[tuple[Label, Label], Fraction]:
+    masses = {(names(x), names(a)): Fraction(*option_value(v)) for (x, a), v in population.items()}
+    if any(v < 0 for v in masses.values()) or not any(masses.values()):
+        raise InputError("the population needs masses of at least 0, one of them positive")
+    return masses
+
+
+def form_mean(comparison: Comparison, form: Form) -> Fraction:
+    cells = [(comparison.cells[i], w) for i, w in form]
+    return sum((w * (cell.mean if cell.draws else cell.low) for cell, w in cells), Fraction(0))
+
+
+def witness_of(comparison: Comparison, found: Sequence[int] | None) -> Witness | None:
+    if found is None:
+        return None
+    block, higher, lower = found
+    context, groups = comparison.labels[block]
+    forms = comparison.blocks[block]
+    return Witness(context, groups[higher], groups[lower], (form_mean(comparison, forms[higher]), form_mean(comparison, forms[lower])))

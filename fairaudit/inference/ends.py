@@ -1,0 +1,163 @@
+"""Ends of the means of cells, each wrong with at most a stated probability, its level; proved in integers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import lru_cache
+from math import ceil, floor, log, sqrt
+from typing import Literal
+
+import numpy as np
+
+from fairaudit.exact.enclosures import log_fixed
+from fairaudit.inference.cells import Cell, Ends
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.float_tails import closed_ends, float_end, float_upper_ends
+from fairaudit.inference.tails import BITS, ONE, tail_bound
+
+Method = Literal["hoeffding-kl", "empirical-bernstein", "intersection"]
+
+DIGITS = 7
+
+
+def _excluded(cell: Cell, mean: Fraction, side: Literal["lower", "upper"], level: Fraction) -> bool:
+    return tail_bound(cell, mean, side) * level.denominator <= level.numerator << BITS
+
+
+def _bernstein_excluded(cell: Cell, mean: Fraction, side: Literal["lower", "upper"], level: Fraction) -> bool:
+    """Whether a mean lies beyond the empirical Bernstein bound of Maurer and Pontil (theorem 4), decided in integers."""
+    n, width = cell.draws, cell.high - cell.low
+    if n < 2 or cell.squares is None:
+        return False
+    distance = (mean - cell.mean if side == "lower" else cell.mean - mean) / width
+    variance = max(Fraction(0), (cell.squares - cell.total**2 / n) / (n - 1) / width**2)
+    _, high = log_fixed(2 * level.denominator, level.numerator, BITS)
+    logarithm = Fraction(high, ONE)
+    rest = distance - 7 * logarithm / (3 * (n - 1))
+    return rest >= 0 and rest**2 >= 2 * variance * logarithm / n
+
+
+# Ends of a cell
+
+
+def cell_ends(cell: Cell, level: Fraction, method: Method = "hoeffding-kl") -> Ends:
+    """Bound the mean of a cell from below and above, each end wrong with probability at most `level`.
+
+    Parameters
+    ----------
+    cell : Cell
+        The draws.
+    level : Fraction
+        Probability of error of one end, in (0, 1).
+    method : {"hoeffding-kl", "empirical-bernstein", "intersection"}
+        For draws that are not binary; the intersection takes the better of the two, each at half the level. Binary draws have
+        binomial ends (Clopper and Pearson up to 5,000 draws).
+
+    Returns
+    -------
+    tuple of Fraction
+        Lower and upper end, rounded outwards to about seven digits and proved in integers; the range of the cell if it has no draws.
+
+    Examples
+    --------
+    >>> cell_ends(Cell(10, Fraction(0), None, Fraction(0), Fraction(1), True), Fraction(1, 40))
+    (Fraction(0, 1), Fraction(771243, 2500000))
+    """
+    if not cell.informative:
+        return cell.low, cell.high
+    width = cell.high - cell.low
+    scaled = Cell(
+        cell.draws,
+        cell.successes,
+        None if cell.binary or cell.squares is None else (cell.squares - 2 * cell.low * cell.total + cell.draws * cell.low**2) / width**2,
+        Fraction(0),
+        Fraction(1),
+        cell.binary,
+    )
+    low, high = _unit_ends(scaled, level, "hoeffding-kl" if cell.binary else method)
+    return cell.low + width * low, cell.low + width * high
+
+
+@lru_cache(maxsize=200_000)
+def _unit_ends(cell: Cell, level: Fraction, method: Method) -> Ends:
+    if method == "intersection":
+        (a, b), (c, d) = (_unit_ends(cell, level / 2, each) for each in ("hoeffding-kl", "empirical-bernstein"))
+        return max(a, c), min(b, d)
+    return _search(cell, level, method, "upper"), _search(cell, level, method, "lower")
+
+
+def _search(cell: Cell, level: Fraction, method: Method, side: Literal["lower", "upper"]) -> Fraction:
+    """Find the outermost grid point that is proved to be excluded: the lower end is excluded by the upper tail, and vice versa."""
+    outside = _bernstein_excluded if method == "empirical-bernstein" else _excluded
+    guess = min(max(_guess(cell, float(level), method, side), 0.0), 1.0)
+    scale = 10 ** (DIGITS - 1 + min(300, max(0, ceil(-log(guess) / log(10))) if guess > 0 else 0))
+    at = floor(Fraction(guess) * scale) if side == "upper" else ceil(Fraction(guess) * scale)
+    inward = 1 if side == "upper" else -1
+
+    def proved(i: int) -> bool:
+        return outside(cell, Fraction(i, scale), side, level)
+
+    def beyond(i: int) -> bool:
+        return i <= 0 if inward > 0 else i >= scale
+
+    step = 1
+    while not beyond(at) and not proved(at):
+        at -= inward * step
+        step *= 2
+    if beyond(at):
+        if step <= 2:
+            return Fraction(0 if inward > 0 else 1)
+        at = 0 if inward > 0 else scale
+    while step >= 1:
+        further = at + inward * step
+        if 0 < further < scale and proved(further):
+            at = further
+        else:
+            step //= 2
+    return Fraction(at, scale)
+
+
+def _guess(cell: Cell, level: float, method: Method, side: Literal["lower", "upper"]) -> float:
+    n, k = cell.draws, float(cell.total)
+    if method == "empirical-bernstein":
+        if n < 2 or cell.squares is None:
+            return 0.0 if side == "upper" else 1.0
+        variance = max(0.0, float((cell.squares - cell.total**2 / n) / (n - 1)))
+        radius = sqrt(2 * variance * log(2 / level) / n) + 7 * log(2 / level) / (3 * (n - 1))
+        return k / n - radius if side == "upper" else k / n + radius
+    return float_end(n, k, level, cell.binary, side)
+
+
+def ends_of_cells(comparison: Comparison, level: Fraction, method: Method) -> list[Ends]:
+    used = set(comparison.used) if level else set()
+    return [cell_ends(cell, level, method) if i in used else (cell.low, cell.high) for i, cell in enumerate(comparison.cells)]
+
+
+def guessed_ends(cells: Sequence[Cell], used: set[int], level: float) -> tuple[list[float], list[float]]:
+    """Ends of the used cells in floats, all at once, by the formula of `_float_tail` for many draws; the others have their range."""
+    low, high = ([float(end) for end in listed] for listed in ([cell.low for cell in cells], [cell.high for cell in cells]))
+    at = sorted(used)
+    n = np.array([cells[i].draws for i in at], dtype=np.float64)
+    k = n * np.array([cells[i].share for i in at])
+    binary = np.array([cells[i].binary for i in at])
+    upper, lower = float_upper_ends(n, k, binary, level), 1 - float_upper_ends(n, n - k, binary, level)
+    for i, a, b in zip(at, lower.tolist(), upper.tolist(), strict=True):
+        low[i], high[i] = low[i] + (high[i] - low[i]) * a, low[i] + (high[i] - low[i]) * b
+    return low, high
+
+
+def wide_ends(cells: Sequence[Cell], level: Fraction) -> list[Ends]:
+    """Ends of cells in closed form, which the sharp tail excludes too."""
+    share, draws = np.array([cell.share for cell in cells]), np.array([float(cell.draws) for cell in cells])
+    below, above = closed_ends(share, -log(float(level)) / draws)
+    low, high = below * (1 - 1e-6) - 1e-9, above * (1 + 1e-6) + 1e-9
+    grid = (np.maximum(0, np.floor(low * 1e9)), np.minimum(1e9, np.ceil(high * 1e9)))
+    listed = zip(cells, *(found.astype(np.int64).tolist() for found in grid), strict=True)
+    return [(_between(cell, a), _between(cell, b)) for cell, a, b in listed]
+
+
+def _between(cell: Cell, billionths: int) -> Fraction:
+    if not cell.low and cell.high == 1:
+        return Fraction(billionths, 10**9)
+    return cell.low + (cell.high - cell.low) * Fraction(billionths, 10**9)

@@ -1,0 +1,83 @@
+"""Tails and ends of cells in floats, by the formulas of the exact ones: for searches and plans, never for conclusions."""
+
+from __future__ import annotations
+
+from math import exp, log, log1p, pi, sqrt
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.inference.tails import EXACT_DRAWS
+
+Floats = NDArray[np.float64]
+
+
+def float_end(n: float, k: float, level: float, binary: bool, side: Literal["lower", "upper"]) -> float:
+    """An end in floats: a guess, and what planning uses."""
+    if binary and n <= EXACT_DRAWS:
+        from scipy.special import betaincinv
+
+        if side == "upper":
+            return float(betaincinv(k, n - k + 1, level)) if k > 0 else 0.0
+        return float(betaincinv(k + 1, n - k, 1 - level)) if k < n else 1.0
+    if side == "upper":
+        return 1 - float_end(n, n - k, level, binary, "lower") if k >= n / 2 else _float_solve(n, k, level, binary, upper=False)
+    return _float_solve(n, k, level, binary, upper=True) if k < n else 1.0
+
+
+def _float_solve(n: float, k: float, level: float, binary: bool, *, upper: bool) -> float:
+    low, high = (k / n, 1.0) if upper else (0.0, k / n)
+    for _ in range(200):
+        middle = (low + high) / 2
+        if middle in (low, high):
+            break
+        inside = float_tail(n, k if upper else n - k, middle if upper else 1 - middle, binary) > level
+        if inside == upper:
+            low = middle
+        else:
+            high = middle
+    return high if upper else low
+
+
+def float_tail(n: float, k: float, p: float, binary: bool) -> float:
+    """P(sum ≤ k) in floats, by the same formulas as `_below`."""
+    if k >= n or p <= 0:
+        return 1.0
+    if p >= 1:
+        return 0.0
+    if binary and n <= EXACT_DRAWS:
+        from scipy.special import bdtr
+
+        return float(bdtr(k, int(n), p))
+    if k >= n * p:
+        return 1.0
+    exponent = (k * log(k / (n * p)) if k else 0.0) + (n - k) * (log((n - k) / n) - log1p(-p))
+    value = exp(-max(exponent, 0.0))
+    if binary and k:
+        ratio = k * (1 - p) / ((n - k + 1) * p)
+        if ratio < 1:
+            value *= min(1.0, sqrt(n / (2 * pi * k * (n - k))) / (1 - ratio))
+    return value
+
+
+def float_upper_ends(n: Floats, k: Floats, binary: NDArray[np.bool_], level: float) -> Floats:
+    below, above = k / n, np.ones(len(n))
+    with np.errstate(all="ignore"):
+        for _ in range(50):
+            p = (below + above) / 2
+            exponent = np.where(k > 0, k * np.log(k / (n * p)), 0) + (n - k) * (np.log((n - k) / n) - np.log1p(-p))
+            ratio = k * (1 - p) / ((n - k + 1) * p)
+            factor = np.where(binary & (k > 0) & (ratio < 1), np.minimum(1, np.sqrt(n / (2 * pi * k * (n - k))) / (1 - ratio)), 1)
+            inside = np.exp(-np.maximum(exponent, 0)) * factor > level
+            below, above = np.where(inside, p, below), np.where(inside, above, p)
+    found: Floats = np.where(k < n, above, 1.0)
+    return found
+
+
+def closed_ends(share: Floats, cost: Floats) -> tuple[Floats, Floats]:
+    """Where n·D reaches n·cost by bounds in closed form: D ≥ 2(z − μ)², and D ≥ (z − μ)²/(2·max(z, μ))."""
+    square = np.sqrt(cost / 2)
+    below = np.maximum(share - square, share - np.sqrt(2 * share * cost))
+    above = np.minimum(share + square, share + cost + np.sqrt(2 * share * cost + cost * cost))
+    return np.maximum(below, 0.0), np.minimum(above, 1.0)

@@ -1,0 +1,73 @@
+"""A confidence interval of a fairness ratio, with its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Literal
+
+from fairaudit.exact.enclosures import log_enclosure
+from fairaudit.exact.extended import Extended, extended_pair
+from fairaudit.exact.rationals import rational_text
+from fairaudit.inference.comparisons import Estimand
+from fairaudit.measures.ratios import Ratio, Witness
+
+Region = Literal["box", "product"]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A confidence interval of a fairness ratio.
+
+    Attributes
+    ----------
+    lower : Fraction
+        At least 1.
+    upper : Fraction or float
+        Possibly `math.inf`.
+    estimate : Fraction or float or None
+        The ratio of the sample itself, of the means that are estimated; None if a cell has no draws.
+    confidence : Fraction
+        The probability, before the draws, that both ends are right (or the one that was asked for).
+    region : {"box", "product"}
+        How the ends of the cells are joined.
+    methods : tuple of str
+        How the ends of the cells were found.
+    assumptions : tuple of str
+        What the reader must accept.
+    evidence : dict
+        What a checker needs, as docs/certificate-samples.md describes it.
+    pairs : pair of Witness or None, optional
+        Of a stream, the pairs that drive the lower and the upper end; `drivers` finds those of others.
+    estimand : {"mean over rows", "mean over units"}
+        Of what the ratio is bounded: with sampling units of several rows in a cell, of the means over units.
+    of_units : Ratio or None
+        Then the ratio of the sample itself as the mean over units, with its witness.
+    """
+
+    lower: Fraction
+    upper: Extended
+    estimate: Extended | None
+    confidence: Fraction
+    region: Region
+    methods: tuple[str, ...]
+    assumptions: tuple[str, ...]
+    evidence: dict[str, Any]
+    pairs: tuple[Witness | None, Witness | None] = (None, None)
+    estimand: Estimand = "mean over rows"
+    of_units: Ratio | None = None
+
+    @cached_property
+    def log(self) -> tuple[Decimal, Decimal]:
+        """Both ends on the scale of L, rounded outwards."""
+        return Decimal(log_enclosure(extended_pair(self.lower))[0]), Decimal(log_enclosure(extended_pair(self.upper))[1])
+
+
+Places = tuple[Sequence[int] | None, Sequence[int] | None]  # block, higher, lower: behind the lower and the upper end
+
+
+def evidence_text(value: Fraction | float) -> str:
+    return rational_text((value.numerator, value.denominator) if isinstance(value, Fraction) else (1, 0))

@@ -1,0 +1,166 @@
+"""How an error budget is split: among the ends of cells, the pairs of the product region, cells that appear late, and windows.
+
+Let K be the number of cells with draws, s the greatest number of them in the two forms of one compared pair, 1 − α the confidence,
+and [lo, hi] the ends of a cell.
+
+* *Upper end.* Let the pair attain R (it is unknown, but does not depend on the draws) and let w, v be its weights. Each cell needs
+  one end only: hi where w > R·v, lo where w < R·v. If these s ends hold, the greatest quotient of this pair over the box is at least
+  R. So s ends of level β suffice, however many cells there are.
+* *Lower end.* The pair that gives the greatest lower end does depend on the draws, so all 2K ends, of level β', have to hold. With
+  β' ≤ β the s ends above are among them.
+* *Both* hold with probability at least 1 − s·β − (2K − s)·β' by the union bound, which asks for no independence between cells. With
+  independent cells (1 − β − β')^s·(1 − 2β')^(K − s) is enough.
+
+Cells of a stream that appear late share a budget that was set aside for them: the weights K/((j + K − 1)(j + K)), j = 1, 2, …, sum
+to 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from math import ceil, floor, log, log1p
+from typing import Any, Literal
+
+from fairaudit.errors import InputError, shown
+from fairaudit.exact.enclosures import log_fixed
+from fairaudit.exact.rationals import option_value
+from fairaudit.inference.tails import BITS, ONE
+
+Side = Literal["both", "lower", "upper"]
+
+SIDAK_CELLS = 2_000
+
+GUARD = Fraction(4, 5)
+
+
+# Levels
+
+
+def box_levels(cells: int, span: int, alpha: Fraction, *, independent: bool, side: Side = "both") -> tuple[Fraction, Fraction]:
+    """Levels of one end for the upper and for the lower end of the ratio; 0 for an end that was not asked for.
+
+    Examples
+    --------
+    >>> box_levels(4, 2, Fraction(1, 20), independent=False)
+    (Fraction(1, 80), Fraction(1, 240))
+    """
+    if not cells:
+        return Fraction(0), Fraction(0)
+    share = {"both": alpha / 2, "upper": alpha, "lower": alpha}[side]
+    upper = share / span if side != "lower" else Fraction(0)
+    lower = share / (2 * cells - span if side == "both" else 2 * cells) if side != "upper" else Fraction(0)
+    if not independent or cells > SIDAK_CELLS:
+        return upper, lower
+    # Scale both levels by the greatest factor that the product of the cells' chances allows.
+    low, high = 1.0, 2.0
+    rate, rest = float(upper + lower), float(2 * lower)
+    goal = log1p(-float(alpha))
+    for _ in range(60):
+        middle = (low + high) / 2
+        fits = middle * max(rate, rest) < 1 and span * log1p(-middle * rate) + (cells - span) * log1p(-middle * rest) >= goal
+        low, high = (middle, high) if fits else (low, middle)
+    factor = Fraction(floor(low * 10**9) - 1, 10**9)
+    if factor <= 1 or not _independent_levels(cells, span, alpha, upper * factor, lower * factor):
+        return upper, lower
+    return upper * factor, lower * factor
+
+
+def _independent_levels(cells: int, span: int, alpha: Fraction, upper: Fraction, lower: Fraction) -> bool:
+    return (1 - upper - lower) ** span * (1 - 2 * lower) ** (cells - span) >= 1 - alpha
+
+
+@dataclass(frozen=True)
+class _ProductLevels:
+    """b, c for the upper end and b', c' for the lower end."""
+
+    upper: tuple[Fraction, Fraction] | None
+    lower: tuple[Fraction, Fraction] | None
+
+
+@lru_cache(maxsize=1_000)
+def product_levels(cells: int, pairs: int, alpha: Fraction, side: Side) -> _ProductLevels:
+    share = {"both": alpha / 2, "upper": alpha, "lower": alpha}[side]
+    upper = lower = None
+    if side != "lower":
+        upper = _with_product(GUARD * share / 2, (1 - GUARD) * share)
+    if side != "upper":
+        ends = max(2, 2 * cells - 2) if side == "both" else 2 * cells
+        lower = _with_product(GUARD * share / ends, (1 - GUARD) * share / (pairs - 1 if side == "both" else pairs))
+    if upper and lower:
+        lower = (lower[0], min(lower[1], upper[1]))
+    return _ProductLevels(upper, lower)
+
+
+def _with_product(guard: Fraction, budget: Fraction) -> tuple[Fraction, Fraction]:
+    """The guard b rounded down, and the greatest c, of about six digits, with c·log(c/b²) − c + b² ≤ budget."""
+    guard = _rounded_down(guard)
+    low, high = float(guard) ** 2, float(guard)
+    for _ in range(100):
+        middle = (low + high) / 2
+        fits = middle * log(middle / float(guard) ** 2) - middle + float(guard) ** 2 <= float(budget)
+        low, high = (middle, high) if fits else (low, middle)
+    c = _rounded_down(Fraction(low))
+    while c > guard**2 and product_area(guard, c) > budget:
+        c -= c / 1_000
+    return guard, max(c, guard**2)
+
+
+def product_area(guard: Fraction, c: Fraction) -> Fraction:
+    """Upper bound of the area where both tails exceed b and their product is at most c, for b² ≤ c ≤ b."""
+    ratio = c / guard**2
+    _, high = log_fixed(ratio.numerator, ratio.denominator, BITS)
+    return c * Fraction(high, ONE) - c + guard**2
+
+
+def _rounded_down(value: Fraction) -> Fraction:
+    scale = 10 ** (6 + max(0, ceil(-log(value) / log(10))))
+    return Fraction(value.numerator * scale // value.denominator, scale)
+
+
+# Intervals
+
+
+def confidence_level(value: Any) -> Fraction:
+    """Read a confidence in (0, 1); a float is the decimal that it is printed as."""
+    level = Fraction(*option_value(value))
+    if not 0 < level < 1:
+        raise InputError(f"a confidence of {shown(value)} is not accepted; it lies between 0 and 1, such as 0.95")
+    return level
+
+
+def weight(rank: int, expected: int) -> Fraction:
+    """K/((j + K − 1)(j + K)): what the j-th to appear gets of the budget.
+
+    Examples
+    --------
+    >>> [str(weight(j, 1)) for j in (1, 2, 3)], sum(weight(j, 4) for j in range(1, 10_000)) < 1
+    (['1/2', '1/6', '1/12'], True)
+    """
+    return Fraction(expected, (rank + expected - 1) * (rank + expected))
+
+
+def pair_levels(ranks: Sequence[Sequence[int]], expected: int, alpha: Fraction) -> list[dict[frozenset[int], Fraction]]:
+    """Level of each unordered pair of a block, for either direction; `ranks` are those of first appearance, by block.
+
+    The cells that found others of their block are counted in order, j = 1, 2, …; the j-th shares α·weight(j) among the two directions
+    of its pairs with those that it found.
+    """
+    later = sorted(rank for block in ranks for rank in block if rank > min(block))
+    place = {rank: j for j, rank in enumerate(later, 1)}
+    levels = []
+    for block in ranks:
+        found: dict[frozenset[int], Fraction] = {}
+        for b, rank in enumerate(block):
+            earlier = [a for a, other in enumerate(block) if other < rank]
+            for a in earlier:
+                found[frozenset((a, b))] = alpha * weight(place[rank], -(-expected // 2)) / (2 * len(earlier))
+        levels.append(found)
+    return levels
+
+
+def window_share(number: int) -> Fraction:
+    """The part of the error that the windows have together, which window 1, 2, … gets: 1/(i(i+1))."""
+    return Fraction(1, number * (number + 1))

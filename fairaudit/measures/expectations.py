@@ -1,0 +1,287 @@
+"""Expected utilities of cells and groups, exact, with float64 enclosures that say which of them need not be looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from math import gcd
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.errors import InputError
+from fairaudit.exact.dense import products
+from fairaudit.measures.blocks import UNIT, Floats, block_starts, equal_blocks
+from fairaudit.model.law import Law
+from fairaudit.model.utility import UtilityTable
+from fairaudit.tables.values import INT64
+
+__all__ = ["compared_expectations", "least_expectation"]
+
+
+Pair = tuple[int, int]
+
+TINY = 2.0**-1074
+
+EXACT = 2**53
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Non-negative exact values on members × columns, enclosed in floats; members are sorted into blocks (contexts)."""
+
+    lo: Floats
+    hi: Floats
+    starts: NDArray[np.int64]
+    exact: Callable[[int, int], Pair]
+    same: Callable[[NDArray[np.int64]], NDArray[np.bool_]]
+    """Which of the given blocks have members that are byte for byte equal."""
+    refine: Callable[[NDArray[np.int64]], tuple[Floats, Floats]] | None = None
+    """Sharper ends for the given members, where these here are quick and coarse."""
+
+
+def least_expectation(law: Law, utility: UtilityTable) -> Fraction | None:
+    """τ, the least expected utility E(x,a) over the compared cells; None if no cell is compared."""
+    grid = expectation_grid(law, utility)
+    if not len(grid.lo):
+        return None
+    candidates = np.flatnonzero(grid.lo[:, 0] <= grid.hi[:, 0].min())
+    best = None
+    for i in _one_of_each(law, utility, candidates):
+        value = grid.exact(i, 0)
+        if best is None or value[0] * best[1] < best[0] * value[1]:
+            best = value
+    return Fraction(*best) if best else None
+
+
+def compared_expectations(law: Law, utility: UtilityTable, *, within_context: bool) -> list[list[Fraction]]:
+    """Expected utilities that are compared, exactly: by context, or all groups' means in one block.
+
+    Examples
+    --------
+    >>> from fairaudit.model.utility import Utility
+    >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> compared_expectations(law, Utility({"yes": 1}).on(law), within_context=True)
+    [[Fraction(3, 4), Fraction(1, 2)]]
+    """
+    grid = expectation_grid(law, utility) if within_context else mean_grid(law, utility)
+    return [[Fraction(*grid.exact(i, 0)) for i in range(a, b)] for a, b in pairwise(grid.starts.tolist())]
+
+
+def cell_expectation(law: Law, utility: UtilityTable, cell: int) -> Pair:
+    """E(x,a) of a cell as an exact, not necessarily reduced, pair."""
+    row = law.row(cell)
+    top = sum(w * g for w, g in zip(row, utility.row(cell), strict=True))
+    return top, sum(row) * utility.scale
+
+
+def expectation_grid(law: Law, utility: UtilityTable) -> Grid:
+    cells = np.flatnonzero(law.compared)
+    everything = len(cells) == len(law.weights)
+    weights = law.weights if everything else law.weights[cells]
+    values = utility.values if utility.by_decision or everything else utility.values[cells]
+    totals = law.float_sums if law.floating else law.totals
+    sums = totals if everything else totals[cells]
+    factors = _unit_floats(values) if law.floating else values
+    lo, hi = _expectation_enclosure(weights, sums, factors)
+    starts = block_starts(law, cells)
+    cache: dict[tuple[bytes, bytes], Pair] = {}
+
+    def exact(i: int, _: int) -> Pair:
+        key = (
+            _row_key(weights[i], b"" if values.ndim == 1 else values[i].tobytes())
+            if weights.dtype != object and values.dtype != object
+            else None
+        )
+        if key is None:
+            return cell_expectation(law, utility, int(cells[i]))
+        if key not in cache:
+            cache[key] = cell_expectation(law, utility, int(cells[i]))
+        return cache[key]
+
+    def same(blocks: NDArray[np.int64]) -> NDArray[np.bool_]:
+        equal = equal_blocks(weights, starts, blocks)
+        return equal if values.ndim == 1 else equal & equal_blocks(values, starts, blocks)
+
+    def refine(members: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        some = slice(None) if len(members) == len(cells) else members
+        low, high = _expectation_enclosure(weights[some], sums[some], factors if factors.ndim == 1 else factors[some], fine=True)
+        return low[:, None], high[:, None]
+
+    return Grid(lo[:, None], hi[:, None], starts, exact, same, refine if weights.dtype == np.float32 else None)
+
+
+def _row_key(row: NDArray[Any], extra: bytes) -> tuple[bytes, bytes]:
+    return row.tobytes(), extra
+
+
+def _expectation_enclosure(weights: NDArray[Any], sums: NDArray[Any], values: NDArray[Any], *, fine: bool = False) -> tuple[Floats, Floats]:
+    """Float bounds on E·scale, all in one common unit; for float rows `values` are floats, and float32 is quick and coarse unless `fine`.
+
+    For float rows the n products and sums of non-negative numbers carry a relative error of at most (2n+8)·u·1.01, and underflow adds
+    at most (n + Σw)·t to the numerator, with u = 2^-53 and t = 2^-1074 (float32: 2^-24 and 2^-149).
+    """
+    n = weights.shape[1]
+    if weights.dtype.kind == "f":
+        coarse = weights.dtype == np.float32 and not fine
+        unit, tiny = (2.0**-24, 2.0**-149) if coarse else (UNIT, TINY)
+        tops = products(weights, values.astype(np.float32) if coarse else values)
+        middle = tops / sums
+        relative = (2 * n + 12) * unit * 1.01
+        absolute = (n + sums) * tiny / sums * 1.01 + TINY
+        absolute = np.where(tops > n * tiny * 2.0 ** (30 if coarse else 114), 0.0, absolute)
+        return np.maximum(middle * (1 - relative) - absolute, 0.0), middle * (1 + relative) + absolute
+    if weights.dtype != object and values.dtype != object:
+        greatest = int(sums.max()) * int(values.max()) if len(sums) else 0
+        if greatest <= INT64:
+            if greatest < EXACT:
+                tops = products(weights, values)
+            else:
+                tops = weights @ values if values.ndim == 1 else (weights * values).sum(axis=1)
+            middle = tops / sums
+            return middle * (1 - 8 * UNIT), middle * (1 + 8 * UNIT)
+    wide, g = weights.astype(object), values.astype(object)
+    numerators = wide @ g if g.ndim == 1 else (wide * g).sum(axis=1)
+    return _enclose(list(zip(numerators.tolist(), sums.tolist(), strict=True)))
+
+
+def _unit_floats(values: NDArray[Any]) -> Floats:
+    """Non-negative integers divided by the greatest, each within a relative 2^-52."""
+    top = max(int(values.max()), 1)
+    if values.dtype != object:
+        return values.astype(np.float64) / top
+    return np.array([int(v) / top for v in values.ravel()], dtype=np.float64).reshape(values.shape)
+
+
+def _enclose(pairs: Sequence[Pair]) -> tuple[Floats, Floats]:
+    """Float neighbours of exact quotients; Python's division of integers is correctly rounded."""
+    middle = np.empty(len(pairs))
+    for i, (top, bottom) in enumerate(pairs):
+        try:
+            middle[i] = top / bottom
+        except OverflowError:
+            middle[i] = np.inf
+    zero = np.array([top == 0 for top, _ in pairs], dtype=bool)
+    lo = np.where(np.isinf(middle), np.finfo(np.float64).max, np.maximum(np.nextafter(middle, -np.inf), 0.0))
+    hi = np.nextafter(middle, np.inf)
+    lo[zero] = hi[zero] = 0.0
+    return lo, hi
+
+
+def probability_grid(law: Law) -> Grid:
+    cells = np.flatnonzero(law.compared)
+    weights = law.weights if len(cells) == len(law.weights) else law.weights[cells]
+    starts = block_starts(law, cells)
+    n = weights.shape[1]
+    if weights.dtype == object:
+        flat = [(w, total) for row in weights.tolist() for total in (sum(row),) for w in row]
+        lo, hi = (bound.reshape(weights.shape) for bound in _enclose(flat))
+    else:
+        middle = law.float_rows(cells)
+        relative = (n + 8) * UNIT * 1.01 if weights.dtype.kind == "f" else 8 * UNIT
+        absolute = np.where((middle > 0) & (middle < 2.0**-960), 2 * TINY, 0.0)
+        if weights.dtype.kind == "f":
+            absolute[(middle == 0) & (weights > 0)] = 2 * TINY
+        lo, hi = np.maximum(middle * (1 - relative) - absolute, 0.0), middle * (1 + relative) + absolute
+
+    def exact(i: int, column: int) -> Pair:
+        row = law.row(int(cells[i]))
+        return row[column], sum(row)
+
+    return Grid(lo, hi, starts, exact, lambda blocks: equal_blocks(weights, starts, blocks))
+
+
+def listed_grid(table: Sequence[Sequence[Pair]]) -> Grid:
+    """A single block of few members, from exact values."""
+    columns = len(table[0]) if table else 1
+    lo, hi = (bound.reshape(len(table), columns) for bound in _enclose([pair for row in table for pair in row]))
+    starts = np.array([0, len(table)] if table else [0], dtype=np.int64)
+    return Grid(lo, hi, starts, lambda i, k: table[i][k], lambda blocks: np.zeros(len(blocks), dtype=bool))
+
+
+def mean_grid(law: Law, utility: UtilityTable) -> Grid:
+    """Ē(a) of the globally compared groups."""
+    if law.floating and law.global_groups:
+        return _float_mean_grid(law, utility)
+    return listed_grid([[mean] for mean in _group_means(law, utility)])
+
+
+def _float_mean_grid(law: Law, utility: UtilityTable) -> Grid:
+    """Ē(a) of float rows, which share no denominator: enclosed in floats, and exact only where it is asked for."""
+    lo, hi = _expectation_enclosure(law.weights, law.float_sums, _unit_floats(utility.values), fine=True)
+    members = [[i for i in np.flatnonzero(law.cell_group == group).tolist() if law.cell_mass[i]] for group in law.global_groups]
+    totals = [sum(law.cell_mass[i] for i in cells) for cells in members]
+    shares = [np.array([law.cell_mass[i] / total for i in cells]) for cells, total in zip(members, totals, strict=True)]
+    slack = [(len(cells) + 8) * UNIT for cells in members]
+    low = [float(share @ lo[cells]) * (1 - s) for share, cells, s in zip(shares, members, slack, strict=True)]
+    high = [float(share @ hi[cells]) * (1 + s) + len(cells) * TINY for share, cells, s in zip(shares, members, slack, strict=True)]
+    low = [v if v > 2.0**-960 else 0.0 for v in low]
+    known: dict[bytes, Pair] = {}
+    means: dict[int, Pair] = {}
+
+    def expectation(cell: int) -> Pair:
+        key = law.weights[cell].tobytes() + (b"" if utility.by_decision else str(utility.row(cell)).encode())
+        if key not in known:
+            known[key] = cell_expectation(law, utility, cell)
+        return known[key]
+
+    def exact(i: int, _: int) -> Pair:
+        if i not in means:
+            top, bottom = _sum([(law.cell_mass[cell] * e, d) for cell in members[i] for e, d in (expectation(cell),)])
+            means[i] = top, bottom * totals[i]
+        return means[i]
+
+    starts = np.array([0, len(members)], dtype=np.int64)
+    return Grid(np.array(low)[:, None], np.array(high)[:, None], starts, exact, lambda blocks: np.zeros(len(blocks), dtype=bool))
+
+
+def _sum(pairs: Sequence[Pair]) -> Pair:
+    """Sum of quotients, in lowest terms, by halves so that the numbers stay short for long."""
+    if len(pairs) == 1:
+        top, bottom = pairs[0]
+    else:
+        (a, b), (c, d) = _sum(pairs[: len(pairs) // 2]), _sum(pairs[len(pairs) // 2 :])
+        top, bottom = (a + c, b) if b == d else (a * d + c * b, b * d)
+    common = gcd(top, bottom)
+    if bottom.bit_length() - common.bit_length() > 300_000:
+        raise InputError(
+            "the exact global figures of this table need more than 90,000 digits; give the probabilities as decimals of the "
+            "same length, so that rows share a denominator"
+        )
+    return top // common, bottom // common
+
+
+def _group_means(law: Law, utility: UtilityTable) -> list[Pair]:
+    """Ē(a) of the globally compared groups of integer rows, exact."""
+    if not law.global_groups:
+        return []
+    coefficients, totals = law.mixing
+    if law.weights.dtype == np.int64 == utility.values.dtype and int(law.totals.max()) * int(utility.values.max()) <= INT64:
+        tops = law.weights @ utility.values if utility.by_decision else (law.weights * utility.values).sum(axis=1)
+        listed: list[int] = tops.tolist()
+    else:
+        listed = [
+            sum(w * g for w, g in zip(row, utility.row(i), strict=True)) if coefficients[i] else 0 for i, row in enumerate(law.integer_rows)
+        ]
+    sums: dict[int, int] = {}
+    for group, coefficient, top in zip(law.cell_group.tolist(), coefficients.tolist(), listed, strict=True):
+        sums[group] = sums.get(group, 0) + coefficient * top
+    return [(sums[group], totals[group] * utility.scale) for group in law.global_groups]
+
+
+def _one_of_each(law: Law, utility: UtilityTable, candidates: NDArray[np.int64]) -> Iterator[int]:
+    """Members of a list of compared cells, rows that repeat byte for byte only once."""
+    cells = np.flatnonzero(law.compared)
+    if law.weights.dtype == object or utility.values.dtype == object:
+        yield from candidates.tolist()
+        return
+    seen: set[bytes] = set()
+    for i in candidates.tolist():
+        cell = int(cells[i])
+        key = law.weights[cell].tobytes() + (b"" if utility.by_decision else utility.values[cell].tobytes())
+        if key not in seen:
+            seen.add(key)
+            yield i

@@ -1,0 +1,1 @@
+"""What is audited: laws, utilities, privacy filters, policies, allocations."""

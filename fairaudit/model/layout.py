@@ -1,0 +1,254 @@
+"""How tables and arrays are laid out as a law: names of columns, weights and masses of cells, sampling units, true labels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import prod
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.errors import InputError, shown
+from fairaudit.exact.dense import least_and_sums
+from fairaudit.exact.rationals import common_denominator, rational
+from fairaudit.model.replication import copies_note
+from fairaudit.tables.columns import CodedTable
+from fairaudit.tables.label_text import label_text
+from fairaudit.tables.values import INT64, Label, Locate, combine, distinct, exact_floats, integers, numbers
+
+__all__ = ["Columns", "Truth", "Units"]
+
+
+Kind = Literal["counts", "probabilities"]
+
+
+MAX_ENTRIES = 500_000_000
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Names of the columns that a law was read from."""
+
+    decision: str
+    group: tuple[str, ...]
+    context: tuple[str, ...] = ()
+    truth: str | None = None
+
+
+@dataclass(frozen=True)
+class Units:
+    """Sampling units of a log: a run, a person, a profile, of which each may have several rows.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        The columns that name them.
+    total : int
+        How many there are.
+    spanning : int
+        How many of them have rows in several cells.
+    once_per_group : bool
+        Whether no unit has two rows with the same group.
+    profiles : tuple of tuple of (int, tuple of int)
+        For each cell of the law the different counts of rows per decision that a unit has there, each after the number of such units.
+    """
+
+    columns: tuple[str, ...]
+    total: int
+    spanning: int
+    once_per_group: bool
+    profiles: tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]
+
+    @property
+    def repeated(self) -> bool:
+        """Whether some unit has several rows in one cell."""
+        return any(sum(rows) > 1 for cell in self.profiles for _, rows in cell)
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """True labels beside the decisions: what should have been decided.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        The true labels, ordered as decisions are.
+    weights : ndarray, shape (cells, labels, decisions)
+        How the weights of each cell are spread over the true labels.
+    """
+
+    labels: tuple[str, ...]
+    weights: NDArray[Any]
+
+
+def dyadic(row: Sequence[float]) -> list[int]:
+    """Floats as integers over a common power of two, up to that factor.
+
+    Examples
+    --------
+    >>> dyadic([0.25, 0.75])
+    [1, 3]
+    """
+    pairs = [value.as_integer_ratio() for value in row]
+    bottom = max(d for _, d in pairs)
+    return [n * (bottom // d) for n, d in pairs]
+
+
+def spread_truth(
+    coded: CodedTable, columns: Columns, weights: NDArray[Any], cell: NDArray[np.int64], cells: int, full: NDArray[np.bool_]
+) -> Truth | None:
+    """Spread the weights of the cells over the true labels."""
+    if coded.truth is None:
+        return None
+    codes, labels = coded.truth
+    shape = (cells, len(labels), len(coded.decisions))
+    if prod(shape) > MAX_ENTRIES:
+        raise InputError(
+            f"column {shown(columns.truth)} has {len(labels)} true labels, which with {cells} combinations of context and group and "
+            f"{len(coded.decisions)} decisions are more than {MAX_ENTRIES} entries"
+        )
+    spread = np.zeros(shape, dtype=weights.dtype)
+    np.add.at(spread, (cell, codes, coded.codes[0]), weights)
+    return Truth(tuple(labels), spread[full])
+
+
+def sampling_units(coded: CodedTable, columns: tuple[str, ...], cell: NDArray[np.int64], cells: int) -> Units:
+    """Which rows belong to which sampling unit, as far as an interval needs it."""
+    for name, (found, _) in zip(columns, coded.units, strict=True):
+        if (found < 0).any():
+            at = int(np.flatnonzero(found < 0)[0])
+            raise InputError(f"column {shown(name)}, {coded.locate(at)}: the sampling unit has no label; every row belongs to a unit")
+    codes, texts = combine(coded.units, len(cell))
+    u, _, a = coded.codes
+    keys, pair = distinct(cell * len(texts) + codes)
+    if len(keys) * len(coded.decisions) > MAX_ENTRIES:
+        raise InputError(
+            f"column {shown(name)}: {len(keys)} units in {cells} cells with {len(coded.decisions)} decisions are too many entries"
+        )
+    rows = np.zeros((len(keys), len(coded.decisions)), dtype=np.int64)
+    np.add.at(rows, (pair, u), coded.counts)
+    kinds, times = np.unique(np.column_stack((keys // len(texts), rows)), axis=0, return_counts=True)
+    profiles: list[list[tuple[int, tuple[int, ...]]]] = [[] for _ in range(cells)]
+    for (where, *counts), n in zip(kinds.tolist(), times.tolist(), strict=True):
+        profiles[where].append((n, tuple(counts)))
+    _, per_unit = np.unique(keys % len(texts), return_counts=True)
+    once = len(np.unique(a * len(texts) + codes)) == coded.counts.sum()
+    return Units(columns, len(texts), int((per_unit > 1).sum()), once, tuple(map(tuple, profiles)))
+
+
+def copies_of_units(coded: CodedTable, columns: tuple[str, ...]) -> tuple[str, ...]:
+    """A note, if units answered alike more often than their answers explain."""
+    u, x, a = coded.codes
+    note = copies_note(columns, combine(coded.units, len(u)), x, a, u, coded.counts)
+    return (note,) if note else ()
+
+
+def refuse_repeats(flat: NDArray[np.int64], coded: CodedTable, columns: Columns) -> None:
+    order = np.argsort(flat, kind="stable")
+    again = np.flatnonzero(flat[order][1:] == flat[order][:-1])
+    if not len(again):
+        return
+    at = int(order[again + 1].min())
+    first = int(np.flatnonzero(flat == flat[at])[0])
+    u, x, a = (int(codes[at]) for codes in coded.codes)
+    labels = zip(
+        (columns.decision, *columns.context, *columns.group), (coded.decisions[u], *coded.contexts[x], *coded.groups[a]), strict=True
+    )
+    said = ", ".join(f"{name}={shown(text)}" for name, text in labels)
+    merged = any(entry["step"] in ("mapped", "folded") for entry in coded.preparation)
+    why = "; probabilities of labels that are merged cannot be added, because how often each occurs is not known: give counts" * merged
+    raise InputError(
+        f"{coded.locate(at)}: the probability of {said} was given before, on {coded.locate(first)}; each combination has one row{why}"
+    )
+
+
+def masses_of_cells(values: list[Any], name: str, cell: NDArray[np.int64], cells: int, where: Locate) -> tuple[int, ...]:
+    listed, _ = numbers(values, name, where)
+    if listed.dtype.kind == "f":
+        listed, _ = exact_floats(listed)
+    mass = np.zeros(cells, dtype=listed.dtype)
+    mass[cell[::-1]] = listed[::-1]
+    different = np.flatnonzero(mass[cell] != listed)
+    if len(different):
+        at = int(different[0])
+        raise InputError(
+            f"column {shown(name)}, {where(at)}: the mass {shown(values[at])} differs from that on other rows of the same context and group"
+        )
+    result = tuple(int(m) for m in mass.tolist())
+    if not any(result):
+        raise InputError(f"column {shown(name)}: every mass is zero; at least one must be positive")
+    return result
+
+
+def axis_labels(labels: Sequence[Any] | None, size: int, axis: str) -> list[Label]:
+    if labels is None:
+        return [(str(i),) for i in range(size)]
+    listed = []
+    for label in labels:
+        parts = label if isinstance(label, tuple) else (label,)
+        texts = []
+        for part in parts:
+            text = label_text(part)
+            if text is None:
+                raise InputError(f"a label of the {axis} is missing")
+            texts.append(text)
+        listed.append(tuple(texts))
+    if len(listed) != size:
+        raise InputError(f"{len(listed)} labels were given for {size} {axis}")
+    if len(set(listed)) != len(listed):
+        raise InputError(f"the labels of the {axis} are not all different")
+    if len({len(label) for label in listed}) > 1:
+        raise InputError(f"the labels of the {axis} have different numbers of parts")
+    return listed
+
+
+def array_entries(matrix: NDArray[Any], kind: Kind) -> tuple[NDArray[Any], int, NDArray[np.float64] | None]:
+    """Entries of an array, exact and checked, with the denominator of counts and the row sums of floats."""
+    scale = 1
+    sums = None
+    least: Any
+    if matrix.dtype.kind == "f" and matrix.dtype.itemsize <= 8:
+        if matrix.dtype != np.float32 or kind == "counts":
+            matrix = matrix.astype(np.float64, copy=False)
+        least, sums = least_and_sums(matrix)
+        if not (np.isfinite(least) and (np.isfinite(sums).all() or np.isfinite(float(matrix.max())))):
+            raise InputError("the array has an entry that is not a finite number")
+    elif matrix.dtype.kind in "iu":
+        least = int(matrix.min())
+        wide = float(matrix.max()) * matrix.size >= 2.0**62 and int(matrix.astype(object).sum()) > INT64
+        matrix = matrix.astype(object if wide else np.int64)
+    else:
+        pairs = [rational(v) for v in matrix.ravel().tolist()]
+        least = min(n for n, _ in pairs)
+        whole, scale = common_denominator(pairs)
+        matrix = integers(whole).reshape(matrix.shape)
+    if least < 0:
+        raise InputError("the array has a negative entry; entries of at least 0 are accepted")
+    if kind == "counts" and matrix.dtype.kind == "f":
+        flat, scale = exact_floats(matrix.ravel())
+        matrix = flat.reshape(matrix.shape)
+    return matrix, scale, sums
+
+
+def default_names(stem: str, count: int) -> tuple[str, ...]:
+    return (stem,) if count == 1 else tuple(f"{stem}{i + 1}" for i in range(count))
+
+
+def array_mass(population: Any, kind: Kind, shape: tuple[int, int], full: NDArray[np.bool_]) -> tuple[int, ...]:
+    if kind == "counts":
+        raise InputError("counts carry their own population; give a population only with probabilities")
+    given = np.asarray(population)
+    if given.shape != shape:
+        raise InputError(f"the population has shape {given.shape}; it must be {shape}, contexts by groups")
+    pairs = [rational(v) for v in given.ravel().tolist()]
+    if any(n < 0 for n, _ in pairs):
+        raise InputError("the population has a negative mass; masses of at least 0 are accepted")
+    whole, _ = common_denominator(pairs)
+    if any(m > 0 and not f for m, f in zip(whole, full.tolist(), strict=True)):
+        raise InputError("the population gives mass to a context and group without a law; give that cell a law, or mass 0")
+    mass = tuple(m for m, f in zip(whole, full.tolist(), strict=True) if f)
+    if not any(mass):
+        raise InputError("every mass of the population is zero; at least one must be positive")
+    return mass

@@ -1,0 +1,1 @@
+"""The exact privacy of a filter: ordered pairs, currencies, trade-off curves, composition."""

@@ -1,0 +1,268 @@
+"""Ordered pairs of rows of a filter, reduced to their likelihood ratios; a product is never multiplied out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import gcd
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.errors import InputError
+from fairaudit.model.mechanism import Factor, Mechanism
+from fairaudit.tables.values import Label
+
+Column = tuple[int, int]
+
+Pair = tuple[Label, Label]
+
+Positions = tuple[int, ...]
+
+MAX_KINDS = 1_000_000
+
+
+@dataclass(frozen=True)
+class PairLaw:
+    """An ordered pair of rows of a filter, reduced to its likelihood ratios.
+
+    Outputs with the same ratio p/q are one column: that keeps every hockey-stick, trade-off and Rényi quantity of the pair.
+
+    Attributes
+    ----------
+    columns : tuple of (int, int)
+        ``(p, q)`` over `denominator`, strictly falling in p/q, with q = 0 first.
+    denominator : int
+        Common denominator; the p and the q each sum to it.
+    first, second : tuple of str
+        The first ordered pair of different inputs found with this form.
+    """
+
+    columns: tuple[Column, ...]
+    denominator: int
+    first: Label
+    second: Label
+
+
+def pair_laws(mechanism: Mechanism) -> tuple[PairLaw, ...]:
+    """List the distinct ordered pairs of rows over all pairs of different inputs.
+
+    A product of three randomized responses has seven, however many inputs it has.
+
+    Examples
+    --------
+    >>> from fairaudit.model.mechanism import RandomizedResponse
+    >>> pair_laws(RandomizedResponse(["a", "b", "c"], keep_probability="0.5"))[0].columns
+    ((2, 1), (1, 1), (1, 2))
+    """
+    return tuple(
+        PairLaw(columns, sum(p for p, _ in columns), _input(mechanism, first), _input(mechanism, second))
+        for columns, (first, second) in kinds_of_pairs(mechanism).examples.items()
+        if first != second
+    )
+
+
+def joint_ratios(mechanism: Mechanism) -> int:
+    """Bound the likelihood ratios of the different pairs of rows, which bounds with multipliers go through; long numbers count more.
+
+    Examples
+    --------
+    >>> from fairaudit.model.mechanism import RandomizedResponse
+    >>> joint_ratios(RandomizedResponse(["a", "b", "c"], keep_probability="0.5"))
+    4
+    """
+    count, bits = 1, 0
+    for factor in mechanism.factors:
+        count *= 1 + sum(len(pair.columns) for pair in pair_laws(Mechanism((factor,))))
+        bits += factor.denominator.bit_length()
+    return count * (1 + (bits >> 8)) ** 2
+
+
+def hockey_stick(pair: PairLaw, k: Fraction) -> Fraction:
+    """H_k(P, Q) = Σ max(0, P − kQ), exact: the δ of this ordered pair at e^ε = k ≥ 0.
+
+    Examples
+    --------
+    >>> from fairaudit.model.mechanism import RandomizedResponse
+    >>> hockey_stick(pair_laws(RandomizedResponse(["a", "b"], keep_probability="0.7"))[0], Fraction(1))
+    Fraction(2, 5)
+    """
+    top, bottom = k.numerator, k.denominator
+    return Fraction(sum(max(0, p * bottom - top * q) for p, q in pair.columns), bottom * pair.denominator)
+
+
+def power(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
+    """Neyman–Pearson: the greatest E_P φ over tests φ with E_Q φ ≤ level, and the likelihood ratio k at which the best test is cut.
+
+    The two satisfy power = k·level + H_k(P, Q), and no other k gives less: that k is the certificate of theorem T3.
+
+    Parameters
+    ----------
+    pair : PairLaw
+        The ordered pair.
+    level : Fraction
+        In (0, 1].
+
+    Returns
+    -------
+    tuple of Fraction
+        1 − f(level), where f is the trade-off function of the ordered pair, and k.
+
+    Examples
+    --------
+    >>> from fairaudit.model.mechanism import RandomizedResponse
+    >>> power(pair_laws(RandomizedResponse(["a", "b"], keep_probability="0.7"))[0], Fraction(1, 10))
+    (Fraction(7, 30), Fraction(7, 3))
+    """
+    spent, gained = 0, 0
+    target = level * pair.denominator
+    for p, q in pair.columns:
+        if q and spent + q >= target:
+            ratio = Fraction(p, q)
+            return (gained + ratio * (target - spent)) / pair.denominator, ratio
+        spent += q
+        gained += p
+    return Fraction(1), Fraction(0)
+
+
+def pair_law(mechanism: Mechanism, first: Any, second: Any) -> PairLaw:
+    """Reduce one ordered pair of inputs to its likelihood ratios.
+
+    Raises
+    ------
+    InputError
+        If the filter does not know one of them.
+
+    Examples
+    --------
+    >>> from fairaudit.model.mechanism import Constant
+    >>> pair_law(Constant(["a", "b"]), "a", "b").columns
+    ((1, 1),)
+    """
+    places = zip(mechanism.factors, mechanism.locate(first), mechanism.locate(second), strict=True)
+    columns: tuple[Column, ...] = ((1, 1),)
+    for factor, i, j in places:
+        columns = joined_columns(columns, merged_columns(zip(factor.rows[i], factor.rows[j], strict=True)))
+    ends = [_input(mechanism, mechanism.locate(value)) for value in (first, second)]
+    return PairLaw(columns, sum(p for p, _ in columns), ends[0], ends[1])
+
+
+@dataclass(frozen=True)
+class _Kinds:
+    """The kinds of ordered pairs of inputs, pairs of equal inputs included.
+
+    Attributes
+    ----------
+    examples : dict
+        Columns of the kind to the positions of an ordered pair; different inputs if there are such. The order numbers the kinds.
+    steps : list
+        For each factor: the kind of each pair of its inputs (None: kind 0 for equal inputs and the last kind for others), and the kind that
+        the pair of the factors before it becomes with that.
+    """
+
+    examples: dict[tuple[Column, ...], tuple[Positions, Positions]]
+    steps: list[tuple[NDArray[np.int64] | None, NDArray[np.int64]]]
+
+
+def kinds_of_pairs(mechanism: Mechanism) -> _Kinds:
+    found: dict[tuple[Column, ...], tuple[Positions, Positions]] = {((1, 1),): ((), ())}
+    steps = []
+    for factor in mechanism.factors:
+        classes, of_pair = _factor_kinds(factor)
+        if len(found) * len(classes) > MAX_KINDS:
+            raise InputError(f"the filter has more than {MAX_KINDS} kinds of ordered pairs; use fewer or simpler factors")
+        numbers: dict[tuple[Column, ...], int] = {}
+        joint: dict[tuple[Column, ...], tuple[Positions, Positions]] = {}
+        steps.append((of_pair, np.zeros((len(found), len(classes)), dtype=np.int64)))
+        for old, (columns, (first, second)) in enumerate(found.items()):
+            for new, (more, (i, j)) in enumerate(classes.items()):
+                both = joined_columns(columns, more)
+                pair = ((*first, i), (*second, j))
+                known = joint.setdefault(both, pair)
+                if known[0] == known[1] and pair[0] != pair[1]:
+                    joint[both] = pair
+                steps[-1][1][old, new] = numbers.setdefault(both, len(numbers))
+        found = joint
+    return _Kinds(found, steps)
+
+
+def kinds_of_row(mechanism: Mechanism, kinds: _Kinds, row: int) -> list[int]:
+    """Kinds of the pairs of one input with every input."""
+    sizes = [len(f.inputs) for f in mechanism.factors]
+    result = np.zeros(1, dtype=np.int64)
+    for size, place, (of_pair, step) in zip(sizes, np.unravel_index(row, sizes), kinds.steps, strict=True):
+        if of_pair is None:
+            these = np.full(size, step.shape[1] - 1)
+            these[place] = 0
+        else:
+            these = of_pair[place]
+        result = step[result[:, None], these[None, :]].ravel()
+    listed: list[int] = result.tolist()
+    return listed
+
+
+def _factor_kinds(factor: Factor) -> tuple[dict[tuple[Column, ...], tuple[int, int]], NDArray[np.int64] | None]:
+    """Kinds of the ordered pairs of rows of a factor with an example of each, and the kind of each pair."""
+    size = len(factor.inputs)
+    alike = pairs_alike(factor)
+    pairs = [(0, 0), (0, 1)] if alike else [(i, j) for i in range(size) for j in range(size)]
+    found: dict[tuple[Column, ...], tuple[int, int]] = {}
+    numbers: dict[tuple[Column, ...], int] = {}
+    listed = []
+    for i, j in pairs:
+        columns = merged_columns(zip(factor.rows[i], factor.rows[j], strict=True))
+        known = found.setdefault(columns, (i, j))
+        if known[0] == known[1] and i != j:
+            found[columns] = (i, j)
+        listed.append(numbers.setdefault(columns, len(numbers)))
+    return found, None if alike else np.array(listed, dtype=np.int64).reshape(size, size)
+
+
+def pairs_alike(factor: Factor) -> bool:
+    """Whether all ordered pairs of different rows have the same form, as in randomized response."""
+    return len(factor.inputs) > 1 and factor.mixing is not None and len(set(factor.mixing[1])) == 1
+
+
+def merged_columns(entries: Iterable[Column]) -> tuple[Column, ...]:
+    """Join the columns of equal likelihood ratio, in falling order of the ratio, over the least common denominator."""
+    sums: dict[Column, int] = {}
+    for p, q in entries:
+        common = gcd(p, q)
+        if common:
+            ratio = (p // common, q // common)
+            sums[ratio] = sums.get(ratio, 0) + common
+    # Two ratios with denominators below 2^b differ by more than 2^-2b, so their first 2b binary places differ.
+    places = 2 * max(q for _, q in sums).bit_length()
+    listed = sorted(sums, key=lambda ratio: (ratio[1] > 0, -((ratio[0] << places) // ratio[1]) if ratio[1] else 0))
+    common = gcd(*sums.values())
+    return tuple((p * (sums[p, q] // common), q * (sums[p, q] // common)) for p, q in listed)
+
+
+def joined_columns(columns: tuple[Column, ...], more: tuple[Column, ...]) -> tuple[Column, ...]:
+    """Columns of two independent pairs together."""
+    if len(more) == 1:
+        return columns
+    return more if len(columns) == 1 else merged_columns((p * r, q * s) for p, q in columns for r, s in more)
+
+
+def _input(mechanism: Mechanism, places: Sequence[int]) -> Label:
+    return sum((f.inputs[i] for f, i in zip(mechanism.factors, places, strict=True)), ())
+
+
+def flat_position(mechanism: Mechanism, places: Sequence[int]) -> int:
+    """Position among all inputs."""
+    at = 0
+    for factor, i in zip(mechanism.factors, places, strict=True):
+        at = at * len(factor.inputs) + i
+    return at
+
+
+def any_pair(mechanism: Mechanism) -> Pair | None:
+    at = next((n for n, f in enumerate(mechanism.factors) if len(f.inputs) > 1), None)
+    if at is None:
+        return None
+    first = [0] * len(mechanism.factors)
+    second = [int(n == at) for n in range(len(first))]
+    return _input(mechanism, first), _input(mechanism, second)

@@ -1,0 +1,537 @@
+"""What a report says of a certificate, before it has a shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property, wraps
+from typing import Any, Literal
+
+from fairaudit.audits.sentences import (
+    Deciding,
+    Drivers,
+    Sizes,
+    caution,
+    change_text,
+    decide,
+    few_of_policy,
+    foremost,
+    headline_pair,
+    identifier_text,
+    pair_text,
+    sentence,
+    size_text,
+    sizes,
+)
+from fairaudit.certificates.certificate import Certificate
+from fairaudit.certificates.reader import Subject, number, ratio, subject
+from fairaudit.errors import InputError
+from fairaudit.inference.anytime import stream_drivers
+from fairaudit.inference.rates import KINDS, NAMES, OVERALL
+from fairaudit.inference.ratio_intervals import drivers as interval_drivers
+from fairaudit.measures.limits import limit_text
+from fairaudit.measures.ratios import Ratio, Witness
+from fairaudit.reports.expectations import Expectations, Matrix, Panel
+from fairaudit.reports.ladder import Calibrated, Rung, calibration, ladder
+from fairaudit.reports.verdicts import judged_targets
+from fairaudit.reports.words import QUANTITIES, THEOREMS, Value, claimed, clip, named, scope
+from fairaudit.tables.preparation import said
+from fairaudit.words import THE_INTERVAL, THIS_TABLE, Words, approximate, percent, place, plain, words_for
+
+
+def refusing_other_documents(function: Callable[..., str]) -> Callable[..., str]:
+    """Turn a document of the wrong shape into a sentence."""
+
+    @wraps(function)
+    def checked(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
+        try:
+            return function(certificate, checked=checked)
+        except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError("this is no certificate of the format; fairaudit verify says what is wrong with it") from None
+
+    return checked
+
+
+__all__ = ["Content", "Figure", "describe"]
+
+
+SHOW_LEFT_OUT = 12
+
+SHOW_RATES = 24
+
+GIVEN_TRUTH = {
+    "equal_opportunity": "How far apart are the true positive rates of two groups in the same context? 0 is alike.",
+    "equalized_odds_true_label": "The same, or the false positive rates where those are further apart.",
+    "equal_opportunity_overall": "How far apart are the true positive rates of two groups over all contexts?",
+    "equalized_odds_true_label_overall": "The same, or the false positive rates where those are further apart.",
+}
+
+UNCHECKED = "The table was not at hand when this was made: its statements are repeated unchecked."
+
+VERDICTS = {
+    "within": ("Within the target", "Within the targets"),
+    "exceeds": ("Exceeds the target", "Exceeds a target"),
+    "inconclusive": ("Inconclusive", "Inconclusive"),
+    "changed": ("The ratio changed", "The ratio changed"),
+    "none": ("No target was set", "No target was set"),
+}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A metric: its name, the question that it answers, its value and who it is about."""
+
+    key: str
+    name: str
+    question: str
+    value: Value | None
+    logs: str
+    witness: str
+    sure: tuple[Value, Value] | None = None
+    confidence: str = ""
+    over_units: Value | None = None  # with sampling units, what the interval is about
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """Everything that a report says.
+
+    Attributes
+    ----------
+    document : mapping
+        The certificate.
+    subject : Subject or None
+        Its table, if the certificate holds it.
+    """
+
+    document: Mapping[str, Any]
+    subject: Subject | None
+
+    @property
+    def verdict(self) -> str:
+        """The verdict as the certificate has it."""
+        verdict: str = self.document["verdict"]
+        return verdict
+
+    @property
+    def headline(self) -> str:
+        """The verdict in words."""
+        return VERDICTS[self.verdict][len(self.document["targets"]) > 1]
+
+    @property
+    def meaning(self) -> str:
+        """What the verdict means, where its word does not say it."""
+        if self.verdict == "inconclusive":
+            return "What was recorded does not settle whether the target is met."
+        if self.verdict == "changed":
+            return "A window of the stream contradicts the rest, so nothing is claimed about one constant ratio."
+        return "These are the figures, without a judgement." if self.verdict == "none" else ""
+
+    @property
+    def burden(self) -> bool:
+        """Whether the utility counts a burden."""
+        return "burden" in self.document["subject"]["utility"]
+
+    @property
+    def amount(self) -> str:
+        """What the groups get: a utility or a burden."""
+        return words_for(burden=self.burden).amount
+
+    @cached_property
+    def measured(self) -> dict[str, Ratio | None]:
+        """The local and the global ratio of the table."""
+        return {name: ratio(self.document["metrics"][name]) for name in ("local", "global")}
+
+    @cached_property
+    def drivers(self) -> dict[str, Drivers]:
+        """For each interval the pairs of groups that drive its lower and its upper end; none without the table."""
+        found: dict[str, Drivers] = {}
+        if self.subject is None or self.expectations is None:
+            return found
+        names: tuple[Literal["local", "global"], ...] = ("local", "global")
+        for name in names:
+            entry = self.document.get("intervals", {}).get(name)
+            if entry is None:
+                continue
+            if entry["method"] == "betting":
+                found[name] = stream_drivers(self.subject.law, self.subject.utility, name, entry)
+            elif name in self.expectations.comparisons:
+                found[name] = interval_drivers(self.expectations.comparisons[name], entry)
+        return found
+
+    @cached_property
+    def deciding(self) -> tuple[Deciding | None, ...]:
+        """For each target the pair of groups that decided it, or what else did; None where nothing could be compared."""
+        return tuple(
+            decide(target, self.measured[target.quantity], lower, self.drivers.get(target.quantity, (None, None)))
+            for target, lower in judged_targets(self.document)
+        )
+
+    def sizes_of(self, witness: Witness) -> Sizes | None:
+        """How much was recorded of the two groups of a pair; None where that is not known."""
+        return None if self.subject is None else sizes(self.subject.law, [witness])[0]
+
+    @cached_property
+    def sentence(self) -> str:
+        """Who is favoured over whom, where, and by what factor: of the pair of groups that decided the verdict."""
+        return plain(self._said(words_for(burden=self.burden), place))
+
+    @cached_property
+    def lead(self) -> str:
+        """The sentence, in the words of the decisions where the utility only says which decisions count."""
+        counted = " or ".join(f"“{clip(label)}”" for label in self._counted)
+        return plain(self._said(replace(words_for(burden=self.burden), counted=counted), named))
+
+    def _said(self, words: Words, name: Callable[[Mapping[str, str]], str]) -> str:
+        deciding = foremost([target["verdict"] for target in self.document["targets"]], self.deciding)
+        local, overall = self.measured["local"], self.measured["global"]
+        units = self.subject is not None and self.subject.law.units is not None and self.subject.law.units.repeated
+        mean = "as mean over units" if units and deciding is not None and deciding.quantity == "local" else "in the table"
+        contexts = bool(self.document["subject"]["columns"]["context"])
+        said = sentence(deciding, local, overall, words, sizes_of=self.sizes_of, name=name, contexts=contexts, mean=mean)
+        pair = headline_pair(deciding, local, overall)
+        identifiers = "" if self.subject is None else identifier_text(self.subject.law, self.subject.law.columns)
+        first = caution(pair, None if pair is None else self.sizes_of(pair), identifiers, name)
+        few = few_of_policy(None if self.subject is None else self.subject.deployment, pair)
+        changed = self._changed if "changed" in self.document else ""
+        return " ".join(text for text in (changed, first, few, said) if text)
+
+    @property
+    def _changed(self) -> str:
+        """What a window of the stream says against the whole of it."""
+        found = self.document["changed"]
+        low, high, first, last = (number(end) for key in ("stream", "ratio") for end in found[key]["ratio"])
+        return change_text(found["quantity"], found["window"], (low, high), (first, last), Fraction(number(found["confidence"])))
+
+    @cached_property
+    def _counted(self) -> list[str]:
+        """The decisions that count, when each of them is worth 1 and all others nothing."""
+        if self.subject is None or not self.subject.utility.by_decision:
+            return []
+        utility = self.subject.utility
+        values = utility.values.tolist()
+        if any(v not in (0, utility.scale) for v in values):
+            return []
+        listed = [plain(label) for label, v in zip(self.subject.law.decisions, values, strict=True) if v]
+        return listed if len(listed) <= 3 else []
+
+    @cached_property
+    def targets(self) -> list[dict[str, str]]:
+        """Each target with its verdict and what was judged."""
+        listed = []
+        for target, deciding in zip(self.document["targets"], self.deciding, strict=True):
+            limit = Value(number(target["limit"]))
+            name = limit_text(target["quantity"], target["unit"], Fraction(limit.value))
+            listed.append(
+                {
+                    "verdict": target["verdict"],
+                    "name": name,
+                    "judged": scope(target["judged"]) + (f" ({target['estimand']})" if "estimand" in target else ""),
+                    "exact": limit.exact,
+                    "limit": limit.decimal,
+                    "pair": "" if deciding is None else self._decided(deciding),
+                }
+            )
+        return listed
+
+    def _decided(self, deciding: Deciding) -> str:
+        """The pair of groups that decided a target, or the theorem that did."""
+        if deciding.pair is not None:
+            return self._pair(deciding.pair)
+        return "" if deciding.by in (THE_INTERVAL, THIS_TABLE) else f"every pair of groups, by {deciding.by}"
+
+    def _pair(self, witness: Witness) -> str:
+        return f"{pair_text(witness, named)} {size_text(self.sizes_of(witness))}".rstrip()
+
+    @cached_property
+    def facts(self) -> list[tuple[str, str]]:
+        """What was audited."""
+        about = self.document["subject"]
+        columns = about["columns"]
+        kinds = {
+            "counts": "counts of decisions",
+            "probabilities": "probabilities of decisions",
+            "policy": "a policy behind privacy filters",
+        }
+        said = [("Audited", kinds[about["kind"]]), ("Decision", clip(columns["decision"]))]
+        said.append(("Groups", ", ".join(map(clip, columns["group"])) + self._count("groups")))
+        said.append(("Contexts", (", ".join(map(clip, columns["context"])) or "none") + self._count("contexts")))
+        said.append(("Burden" if self.burden else "Utility", self._utility))
+        for name in ("group", "context"):
+            filtered = about.get("privacy", {}).get(name)
+            if filtered:
+                factor = Value(number(filtered["exp_epsilon"]), "up")
+                said.append((f"{name.capitalize()} filter", f"ε = {factor.log} (e^ε = {factor.exact or factor.decimal})"))
+        weights = {
+            "counts": "as counted",
+            "weights": "as stated with the table",
+            "equal": "none was given: contexts weigh equally",
+        }
+        said.append(("Population", weights[about["population"]]))
+        if "class" in about:
+            said.append(("Class", f"the worst utility of a class, for the {about['class']['quantity']} ratio"))
+        return said
+
+    @cached_property
+    def prepared(self) -> list[str]:
+        """What was done to the log before it was counted."""
+        return [clip(plain(text), 600) for text in said({"preparation": self.document["subject"].get("preparation", [])})]
+
+    @cached_property
+    def spelt(self) -> list[str]:
+        """Labels that are counted apart and look like one; the longest lists are cut."""
+        entries = self.document["subject"].get("spellings", [])
+        listed = [clip(plain(text), 600) for text in said({"spellings": entries[:SHOW_LEFT_OUT]})]
+        more = len(entries) - SHOW_LEFT_OUT
+        return [*listed, f"and {more:,} more, all of them in the certificate"] if more > 0 else listed
+
+    def _count(self, what: Literal["groups", "contexts"]) -> str:
+        if self.subject is None:
+            return ""
+        count = len(getattr(self.subject.law, what))
+        return f" ({count:,})" if what == "groups" or self.document["subject"]["columns"]["context"] else ""
+
+    @cached_property
+    def _utility(self) -> str:
+        constants = self.document["subject"]["utility"]
+        low, high = (approximate(number(constants[name])) for name in ("m", "gamma"))
+        span = f"from {low} to {high}"
+        if self._counted:
+            return "1 for " + " or ".join(f"“{clip(label)}”" for label in self._counted) + ", else 0"
+        if self.subject is not None and self.subject.utility.by_decision and len(self.subject.law.decisions) <= 8:
+            utility = self.subject.utility
+            pairs = zip(self.subject.law.decisions, utility.values.tolist(), strict=True)
+            return ", ".join(f"{approximate(Fraction(v, utility.scale))} for “{clip(label)}”" for label, v in pairs)
+        return span + (", depends on the group" if constants["depends_on_group"] else "")
+
+    @cached_property
+    def figures(self) -> list[Figure]:
+        """The measures that people ask for; without context columns there is no parity within contexts."""
+        metrics, intervals = self.document["metrics"], self.document.get("intervals", {})
+        listed = []
+        most = "does the most favoured group get as the least"
+        if self.burden:
+            most = "of the burden falls on the most disadvantaged group as on the least"
+        for key, name, question in (
+            ("local", "Within contexts", f"How many times as much {most}, in the same context?"),
+            ("global", "Overall", "The same for the averages of the groups over all contexts."),
+        ):
+            found = self.measured[key]
+            sure, confidence, over_units = None, "", ratio(intervals.get(key, {}).get("measured"))
+            if key in intervals:
+                low, high = intervals[key]["ratio"]
+                sure, confidence = (Value(number(low), "down"), Value(number(high), "up")), percent(number(intervals[key]["confidence"]))
+            value = None if found is None else Value(found.ratio)
+            who = "" if found is None else self._pair(found.witness)
+            of_units = None if over_units is None else Value(over_units.ratio)
+            listed.append(Figure(key, name, question, value, "" if value is None else value.log, who, sure, confidence, of_units))
+        for key, name, question in (
+            (
+                "equalized_odds",
+                "Parity within contexts (the paper's equalized odds)",
+                "How far apart are the decisions of two groups in the same context? 0 is alike, 1 disjoint.",
+            ),
+            ("demographic_parity", "Demographic parity", "The same for the groups over all contexts."),
+        ):
+            if key == "equalized_odds" and not self.document["subject"]["columns"]["context"]:
+                continue
+            entry = metrics[key]
+            who = "" if entry is None else _who(entry["witness"].get("context"), entry["witness"]["higher"], entry["witness"]["lower"])
+            listed.append(Figure(key, name, question, None if entry is None else Value(number(entry["value"])), "", who))
+        return listed
+
+    @cached_property
+    def given_truth(self) -> list[Figure]:
+        """Equal opportunity and equalized odds given the true label; empty where no true labels are known."""
+        metrics, intervals = self.document["metrics"], self.document.get("intervals", {})
+        listed = []
+        for key, question in GIVEN_TRUTH.items():
+            if key not in metrics:
+                continue
+            entry, value, who, sure, confidence = metrics[key], None, "", None, ""
+            if entry is not None:
+                witness = entry["witness"]
+                high, low = (approximate(number(rate)) for rate in witness["rates"])
+                value = Value(number(entry["value"]))
+                pair = _who(witness.get("context"), witness["higher"], witness["lower"])
+                who = f"{pair}, a {NAMES[witness['rate']]} of {high} against {low}"
+            if key in intervals:
+                ends = (number(end) for end in intervals[key]["difference"])
+                sure, confidence = (Value(next(ends), "down"), Value(next(ends), "up")), percent(number(intervals[key]["confidence"]))
+            listed.append(Figure(key, f"{NAMES[key][0].upper()}{NAMES[key][1:]}", question, value, "", who, sure, confidence))
+        return listed
+
+    @cached_property
+    def rates(self) -> list[tuple[str, str, str]]:
+        """True and false positive rates of the groups, over all contexts; the longest lists are cut."""
+        metrics, suffix = self.document["metrics"], OVERALL if self.document["subject"]["columns"]["context"] else ""
+        lists = [metrics.get(kind + suffix) or [] for kind in KINDS]
+        shown: dict[str, list[str]] = {}
+        for i, rates in enumerate(lists):
+            for entry in rates[:SHOW_RATES]:
+                shown.setdefault(named(entry["group"]), ["–", "–"])[i] = approximate(number(entry["rate"]))
+        return [(label, true, false) for label, (true, false) in [*shown.items()][:SHOW_RATES]]
+
+    @cached_property
+    def positive(self) -> str:
+        """What counts as positive; empty where no true labels are known."""
+        if "positive" not in self.document["subject"]:
+            return ""
+        positive, column = self.document["subject"]["positive"], self.document["subject"]["columns"]["truth"]
+        decisions = " or ".join(f"“{clip(label)}”" for label in positive["decision"])
+        label = f"“{clip(positive['truth'])}”"
+        return f"True labels are in column {clip(column)}. Positive are the decision {decisions} and the true label {label}."
+
+    @cached_property
+    def expectations(self) -> Expectations | None:
+        """What each group gets; None without a table."""
+        ratios = {name: entry for name, entry in self.document.get("intervals", {}).items() if "ratio" in entry}
+        return None if self.subject is None else Expectations(self.subject, ratios)
+
+    @property
+    def panels(self) -> list[Panel]:
+        """The most unequal contexts, with what each group gets; empty without a table."""
+        return self.expectations.panels if self.expectations else []
+
+    @property
+    def overall(self) -> Panel | None:
+        """Means of the groups over all contexts, where they are compared."""
+        return self.expectations.overall if self.expectations else None
+
+    @property
+    def matrices(self) -> list[Matrix]:
+        """Pairwise ratios within the most unequal contexts, then overall."""
+        return self.expectations.matrices if self.expectations else []
+
+    @cached_property
+    def ladders(self) -> dict[str, list[Rung]]:
+        """What is known of the local and of the global ratio, smallest first."""
+        names: tuple[Literal["local", "global"], ...] = ("local", "global")
+        return {name: rungs for name in names if (rungs := ladder(self.document, name))}
+
+    @cached_property
+    def calibration(self) -> Calibrated | None:
+        """How much truth a filter like this one may tell for each target; None where no filter was audited."""
+        return calibration(self.document, self.subject)
+
+    @cached_property
+    def not_compared(self) -> list[str]:
+        """What was left out, and why; the longest lists are cut."""
+        entries = self.document["not_compared"]
+        listed = [self._left_out(entry) for entry in entries[:SHOW_LEFT_OUT]]
+        more = len(entries) - SHOW_LEFT_OUT
+        return [*listed, f"and {more:,} more entries, all of them in the certificate"] if more > 0 else listed
+
+    def _left_out(self, entry: Mapping[str, Any]) -> str:
+        columns = self.document["subject"]["columns"]
+        what = []
+        if "context" in entry:
+            what.append(named(dict(zip(columns["context"], entry["context"], strict=True))) or "the only context")
+        if "groups" in entry:
+            groups = [named(dict(zip(columns["group"], group, strict=True))) for group in entry["groups"][:5]]
+            more = len(entry["groups"]) - 5
+            what.append("; ".join(groups) + (f" and {more:,} more groups" if more > 0 else ""))
+        if "quantity" in entry:
+            what.append(NAMES.get(entry["quantity"], f"{entry['quantity']} fairness"))
+        return f"{', '.join(what)}: {plain(entry['reason'])}"
+
+    @cached_property
+    def assumptions(self) -> list[tuple[str, str]]:
+        """What no checker can see, each with the claims that rest on it."""
+        resting: dict[str, dict[str, None]] = {}
+        for claim in self.document["claims"]:
+            for text in claim["assumptions"]:
+                resting.setdefault(plain(text), {})[scope(claim["scope"])] = None
+        for text in self.document.get("changed", {}).get("assumptions", ()):
+            resting.setdefault(plain(text), {})["the change of the ratio"] = None
+        return [(clip(text, 600), _listed(list(scopes))) for text, scopes in resting.items()]
+
+    @cached_property
+    def limits(self) -> list[str]:
+        """What this does not say."""
+        about = self.document["subject"]
+        said = []
+        if self.document.get("intervals"):
+            said.append("The figures describe this table; the intervals say what it tells about the decisions that were not recorded.")
+        elif about["kind"] == "counts":
+            said.append(
+                "The figures describe this table, not the population behind it: small counts vary by chance, and no interval is claimed."
+            )
+        else:
+            said.append("The probabilities in the table are taken as given.")
+        if about["population"] == "equal" and self.document["metrics"]["global"] is not None and about["columns"]["context"]:
+            said.append("No population was given: the overall figures weigh all contexts equally.")
+        said.append("Nobody can see from it whether the table is genuine, complete or representative, nor why groups differ.")
+        if not self.burden:
+            said.append("The utility is taken for a benefit; where it counts a burden, an audit with --burden says so.")
+        said.append("It is no statement about the law of any country.")
+        return said
+
+    @cached_property
+    def claims(self) -> list[dict[str, Any]]:
+        """Every claim, in order."""
+        relations = {"=": "=", "<=": "≤", ">=": "≥"}
+        return [
+            {
+                "quantity": QUANTITIES.get(claim["quantity"], plain(claim["quantity"])),
+                "relation": relations[claim["relation"]],
+                "value": claimed(claim),
+                "scope": scope(claim["scope"]),
+                "by": plain(claim["by"]),
+                "how": THEOREMS.get(claim["by"], ""),
+            }
+            for claim in self.document["claims"]
+        ]
+
+    @cached_property
+    def constants(self) -> list[tuple[str, Value | None]]:
+        """Constants of the utility, and those that were declared."""
+        about = self.document["subject"]
+        what = "burden" if self.burden else "utility"
+        names = {
+            "gamma": f"greatest {what} γ",
+            "m": f"least {what} m",
+            "tau": f"least expected {what} τ",
+            "lipschitz": "difference between groups L",
+        }
+        listed: list[tuple[str, Value | None]] = []
+        for key, name in names.items():
+            text = about["utility"][key]
+            listed.append((name, None if text is None else Value(number(text))))
+        return listed + [(f"declared {names[key]}", Value(number(text))) for key, text in about.get("declared", {}).items()]
+
+
+def describe(document: Mapping[str, Any], found: Subject | None = None) -> Content:
+    """Prepare what a report says of a certificate.
+
+    Parameters
+    ----------
+    document : mapping
+        The certificate.
+    found : Subject, optional
+        Its table; read from the certificate by default.
+
+    Returns
+    -------
+    Content
+        The content, made as it is asked for.
+
+    Raises
+    ------
+    InputError
+        If the document does not have the shape of a certificate.
+    """
+    return Content(document, subject(document) if found is None else found)
+
+
+def _who(context: Mapping[str, str] | None, higher: Mapping[str, str], lower: Mapping[str, str]) -> str:
+    where = f"{named(context)}: " if context else ""
+    return f"{where}{named(higher)} against {named(lower)}"
+
+
+def _listed(scopes: list[str]) -> str:
+    more = len(scopes) - 2
+    return "; ".join(scopes[:2]) + (f"; and {more} more" if more > 0 else "")

@@ -1,0 +1,146 @@
+"""What is known of a ratio, from the table to the guarantee, and how much truth a filter may tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, log, prod
+from typing import Any, Literal
+
+from fairaudit.certificates.reader import Subject, number, ratio
+from fairaudit.errors import InputError
+from fairaudit.exact.enclosures import exp_enclosure
+from fairaudit.filters.calibration import calibrate
+from fairaudit.measures.limits import limit_text
+from fairaudit.model.mechanism import Mechanism
+from fairaudit.reports.words import THEOREMS, Value, claimed, scope
+from fairaudit.words import approximate
+
+__all__ = ["Calibrated", "Rung", "calibration", "ladder"]
+
+
+CALIBRATED_GROUPS = 64
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A number on the ladder of a quantity: measured, bounded, or asked for."""
+
+    kind: Literal["measured", "unfiltered", "bound", "least", "target"]
+    name: str
+    scope: str
+    value: Value
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """How much truth a filter may tell for each target, and where the audited filter stands."""
+
+    points: tuple[tuple[float, float], ...]
+    here: tuple[float, float] | None
+    target: float | None
+    assumption: str
+
+
+def ladder(document: Mapping[str, Any], name: Literal["local", "global"]) -> list[Rung]:
+    """What is known of a ratio, smallest first: measured values, bounds and targets; empty where it was not measured."""
+    metrics = document["metrics"]
+    measured = ratio(metrics[name])
+    if measured is None:
+        return []
+    kind = "the table" if document["subject"]["kind"] != "policy" else "the policy behind its filters"
+    rungs = [Rung("measured", f"measured: {kind}", "this law", Value(measured.ratio))]
+    before = ratio((metrics.get("unfiltered") or {}).get(name))
+    if before is not None:
+        rungs.append(Rung("unfiltered", "measured: the policy without filters", "the policy itself", Value(before.ratio)))
+    over_units = ratio(document.get("intervals", {}).get(name, {}).get("measured"))
+    if over_units is not None:
+        rungs.append(Rung("measured", f"measured: {kind}, mean over units", "this law", Value(over_units.ratio)))
+    for claim in document["claims"]:
+        if claim["quantity"] != f"{name}_ratio" or claim["relation"] == "=":
+            continue
+        bounded: Literal["bound", "least"] = "bound" if claim["relation"] == "<=" else "least"
+        by = THEOREMS.get(claim["by"], "")
+        title = f"{'at most' if bounded == 'bound' else 'at least'}, {by}" + (f" ({claim['by']})" if claim["by"][0] in "Tfl" else "")
+        of = ", mean over units" if over_units is not None and "interval" in claim["evidence"] else ""
+        rungs.append(Rung(bounded, title, scope(claim["scope"]) + of, claimed(claim)))
+    for target in document["targets"]:
+        if target["quantity"] != name:
+            continue
+        limit = number(target["limit"])
+        shown = Value(limit) if target["unit"] == "ratio" else _exponential(limit)
+        said = limit_text(name, target["unit"], Fraction(limit))
+        of = f", {target['estimand']}" if "estimand" in target else ""
+        rungs.append(Rung("target", f"target: {said}", scope(target["judged"]) + of, shown))
+    return sorted(rungs, key=lambda rung: (float(rung.value), rung.kind != "measured"))
+
+
+def calibration(document: Mapping[str, Any], subject: Subject | None) -> Calibrated | None:
+    """How much truth a filter like the audited one may tell for each target; None where no filter was audited."""
+    if subject is None or subject.deployment is None:
+        return None
+    try:
+        return _calibrated(document, subject.deployment.group_filter)
+    except InputError:
+        return None
+
+
+def _exponential(limit: Fraction | float) -> Value:
+    if not isinstance(limit, Fraction) or limit > 700:
+        return Value(inf)
+    low, _ = exp_enclosure((limit.numerator, limit.denominator), 64)
+    return Value(Fraction(low, 1 << 64), "down", rational=False)
+
+
+def _calibrated(document: Mapping[str, Any], mechanism: Mechanism) -> Calibrated | None:
+    """Calibrate filters with the alphabets of this one for a range of targets."""
+    about = document["subject"]
+    sizes = [len(factor.inputs) for factor in mechanism.factors]
+    if prod(sizes) > CALIBRATED_GROUPS or min(sizes) < 2:
+        return None
+    constants = {key: number(text) for key, text in {**about["utility"], **about["declared"]}.items() if isinstance(text, str)}
+    declared = "tau" in about["declared"] and constants["tau"] > 0
+    if constants["lipschitz"] > 0 and not declared:
+        return None
+    tau = constants["tau"] if declared else Fraction(0)
+    widest = min(3.0, log(constants["gamma"] / tau) if declared else 3.0)
+    asked = [_target_log(target) for target in document["targets"] if target["quantity"] == "local"]
+    points = []
+    for step in range(1, 13):
+        target = Fraction(round(widest * step / 12 * 1000), 1000)
+        if target <= 0:
+            continue
+        found = calibrate(
+            max_log=target,
+            groups={str(i): size for i, size in enumerate(sizes)},
+            gamma=constants["gamma"],
+            tau=tau,
+            lipschitz=constants["lipschitz"],
+        )
+        if found.feasible:
+            points.append((float(target), float(prod(found.keep_probabilities))))
+    if len(points) < 2:
+        return None
+    assumption = (
+        f"any policy that gives every group an expected utility of at least {approximate(tau)} behind the filter"
+        if declared
+        else "any policy whatever, by privacy alone"
+    )
+    return Calibrated(tuple(points), _standing(document, mechanism, declared=declared), asked[0] if asked else None, assumption)
+
+
+def _standing(document: Mapping[str, Any], mechanism: Mechanism, *, declared: bool) -> tuple[float, float] | None:
+    """The guarantee of the audited filter for any policy, and the probability that it releases the truth."""
+    if any(factor.inputs != factor.outputs for factor in mechanism.factors):
+        return None
+    scopes = {"any policy behind this filter"} | ({"any policy behind this filter that keeps the declared floor"} if declared else set())
+    values = [number(c["value"]) for c in document["claims"] if c["scope"] in scopes and c["quantity"] == "local_ratio"]
+    best = min(values, default=inf)
+    kept = prod(min(Fraction(row[i], f.denominator) for i, row in enumerate(f.rows)) for f in mechanism.factors)
+    return None if best == inf else (log(best), float(kept))
+
+
+def _target_log(target: Mapping[str, str]) -> float:
+    limit = float(number(target["limit"]))
+    return limit if target["unit"] == "log" else log(limit)

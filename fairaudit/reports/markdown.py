@@ -1,0 +1,162 @@
+"""A report as markdown: for pull requests, model cards, wikis."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fairaudit.certificates.certificate import Certificate
+from fairaudit.reports import markdown as _markdown
+from fairaudit.reports.content import UNCHECKED, Content, Figure, describe, refusing_other_documents
+from fairaudit.reports.ladder import Rung
+from fairaudit.reports.words import Value
+
+
+@refusing_other_documents
+def markdown(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
+    """Write a certificate as markdown, for a pull request or a model card.
+
+    Parameters
+    ----------
+    certificate : Certificate or mapping
+        The certificate, or its JSON document.
+    checked : str
+        A sentence on who checked the certificate; without one, that of a certificate without its table says that nobody did.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    InputError
+        If the document does not have the shape of a certificate.
+
+    Examples
+    --------
+    >>> from fairaudit import Law, certify
+    >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> markdown(certify(law, {"yes": 1}, max_local_ratio=2, confidence=None).certificate).splitlines()[0]
+    '## Fairness audit: within the target'
+    """
+    return _markdown.write(describe(certificate.document if isinstance(certificate, Certificate) else certificate), checked)
+
+
+__all__ = ["code", "markdown", "table", "write"]
+
+
+SAFE_IN_PROSE = frozenset("()%'“”–-/·")
+
+LINK = re.compile(r"www\.|://", re.IGNORECASE)
+
+HARMLESS = frozenset(" abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789,.=;:")
+
+
+def write(page: Content, checked: str = "") -> str:
+    """Write a report."""
+    checked = checked or ("" if page.subject else UNCHECKED)
+    title = "Fairness audit, not checked" if checked == UNCHECKED else "Fairness audit"
+    blocks = [f"## {title}: {page.headline[0].lower()}{page.headline[1:]}"]
+    if page.spelt:
+        blocks.append("\n".join(f"* **Spellings**: {prose(line)}" for line in page.spelt))
+    blocks.append(prose(page.lead))
+    if page.targets:
+        blocks.append("\n".join(_target(t) for t in page.targets))
+    blocks.append(
+        table(("measure", "value", "log", "exactly", "in the population", "between"), [_figure(figure) for figure in page.figures])
+    )
+    if page.given_truth:
+        rows = [_figure(figure) for figure in page.given_truth]
+        blocks.append(f"### Given the true label\n\n{prose(page.positive)}")
+        blocks.append(table(("measure", "value", "log", "exactly", "in the population", "between"), rows))
+        listed = [(code(label), true, false) for label, true, false in page.rates]
+        blocks += [table(("group", "true positive rate", "false positive rate"), listed)] if listed else []
+    if page.prepared:
+        blocks.append("### Before it was counted\n\n" + "\n".join(f"* {prose(line)}" for line in page.prepared))
+    for name, rungs in page.ladders.items():
+        title = "within contexts" if name == "local" else "overall"
+        blocks.append(f"### What is known of the ratio {title}")
+        blocks.append(table(("value", "exactly", "what", "about"), [_rung(rung) for rung in rungs]))
+    shown = [panel for panel in (*page.panels[:3], page.overall) if panel]
+    for panel in shown:
+        blocks.append(f"### What each group {'bears' if page.burden else 'gets'}: {code(panel.title)}")
+        rows = [
+            (
+                code(m.label),
+                m.value.decimal,
+                _exact(m.value),
+                m.weight,
+                m.over_units.decimal if m.over_units else "",
+                f"{m.ends[0].decimal} to {m.ends[1].decimal}" if m.ends else "",
+            )
+            for m in panel.members
+        ]
+        heads = ("group", page.amount, "exactly", "recorded", "mean over units", "in the population, each by itself")
+        blocks.append(table(heads, rows))
+    if page.not_compared:
+        blocks.append("### What was not compared\n\n" + "\n".join(f"* {prose(line)}" for line in page.not_compared))
+    judged = [f"* {prose(text)} (for statements about {prose(scopes)})" for text, scopes in page.assumptions]
+    blocks.append("### What you have to judge\n\n" + "\n".join([*judged, *(f"* {line}" for line in page.limits)]))
+    digest = page.document["subject"]["table"]["sha256"]
+    beside = "" if page.subject else " --table certificate.table.jsonl"
+    blocks.append(
+        f"### How to verify\n\n`fairaudit verify certificate.json{beside}` checks every statement and uses none of the code "
+        f"that made them. Digest of the table: {code(digest)}."
+    )
+    if checked:
+        blocks.append(checked)
+    return "\n\n".join(blocks) + "\n"
+
+
+def code(text: str) -> str:
+    """A text from the input as code, in which markdown sees neither markup, links nor mentions.
+
+    Examples
+    --------
+    >>> code("a|b <i> @you")
+    '<code>a&#124;b &#60;i&#62; &#64;you</code>'
+    """
+    return "<code>" + "".join(c if c in HARMLESS or c.isalpha() else f"&#{ord(c)};" for c in text) + "</code>"
+
+
+def prose(text: str) -> str:
+    """A sentence that may hold text from the input: as it is where nothing in it could be markup, a link or a mention, else as code.
+
+    Examples
+    --------
+    >>> prose("In Dept=A, Female is favoured"), prose("#1 www.example.com")
+    ('In Dept=A, Female is favoured', '<code>&#35;1 www.example.com</code>')
+    """
+    harmless = all(c in HARMLESS or c in SAFE_IN_PROSE or c.isalpha() for c in text) and text[:1].isalpha() and not LINK.search(text)
+    return text if harmless else code(text)
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table, without the columns that are empty in every row."""
+    kept = [i for i in range(len(head)) if any(row[i] for row in rows)]
+    lines = [[head[i] for i in kept], ["---"] * len(kept), *([row[i] for i in kept] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _target(target: dict[str, str]) -> str:
+    said = f"* **{target['verdict']}**: {target['name']}, judged for {target['judged']}"
+    return f"{said}: {prose(target['pair'])}" if target["pair"] else said
+
+
+def _exact(value: Value) -> str:
+    return value.exact or ("(in the certificate)" if value.rational else "")
+
+
+def _figure(figure: Figure) -> tuple[str, ...]:
+    if figure.value is None:
+        return (figure.name, "not compared", "", "", "", "")
+    sure = f"{figure.sure[0].decimal} to {figure.sure[1].decimal}" if figure.sure else ""
+    if figure.over_units:
+        sure += f" (mean over units, {figure.over_units.decimal} in the table)"
+    return (figure.name, figure.value.decimal, figure.logs, _exact(figure.value), sure, prose(figure.witness))
+
+
+def _rung(rung: Rung) -> tuple[str, ...]:
+    return (rung.value.decimal, _exact(rung.value), rung.name, prose(rung.scope))

@@ -1,0 +1,144 @@
+"""A report as one self-contained HTML page, which loads nothing and recomputes its figures in the reader's browser."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.certificates.certificate import Certificate, schema
+from fairaudit.errors import InputError
+from fairaudit.reports.content import UNCHECKED, Content, describe, refusing_other_documents
+from fairaudit.reports.pictures import curve, heat, rail, share
+from fairaudit.reports.words import Value
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+__all__ = ["check_extra", "html"]
+
+
+@refusing_other_documents
+def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
+    """Write a certificate as one self-contained HTML page.
+
+    The page loads nothing. It shows the verdict, what each group gets, the bounds and what the reader has to judge, embeds the certificate,
+    and recomputes its figures in the reader's browser. What the certificate says is believed here: `fairaudit report` checks it first.
+
+    Parameters
+    ----------
+    certificate : Certificate or mapping
+        The certificate, or its JSON document.
+    checked : str
+        A sentence on who checked the certificate when the page was made. Without one, the page of a certificate that does not hold its
+        table says that it was not checked, and does not wear the colour of its verdict.
+
+    Returns
+    -------
+    str
+        The page.
+
+    Raises
+    ------
+    InputError
+        If jinja2 is missing, or the document does not have the shape of a certificate.
+
+    Examples
+    --------
+    >>> from fairaudit import Law, certify
+    >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> page = html(certify(law, {"yes": 1}).certificate)
+    >>> page.startswith("<!DOCTYPE html>"), "3/2" in page
+    (True, True)
+    """
+    environment, markup = _jinja()
+    page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
+    css, script = (files("fairaudit.reports").joinpath(name).read_text("utf-8") for name in ("page.css", "check.js"))
+    script = script.replace('"certificate.schema.json"', _shape(), 1)
+    embedded = json.dumps(page.document, ensure_ascii=True, separators=(",", ":"))
+    for character in "<>&":
+        embedded = embedded.replace(character, f"\\u{ord(character):04x}")
+    shown = [*page.panels, *([page.overall] if page.overall else [])]
+    top = max((end for panel in shown for m in panel.members for end in _reach(m)), key=float, default=Value(inf))
+    text: str = environment.get_template("page.html.j2").render(
+        page=page,
+        checked=checked,
+        unchecked="" if checked or page.subject is not None else UNCHECKED,
+        css=markup(css),
+        script=markup(script),
+        embedded=markup(embedded),
+        policy=f"default-src 'none'; style-src '{_digest(css)}'; script-src '{_digest(script)}'; base-uri 'none'; form-action 'none'; "
+        "require-trusted-types-for 'script'; trusted-types 'none'",
+        top=top,
+        whiskers=any(m.ends for panel in shown for m in panel.members),
+        hidden_contexts=_hidden(page),
+        share=lambda value, most: f"{share(value, most):.2f}%",
+        rail=lambda rung, rungs: markup(rail(rung, rungs)),
+        heat=heat,
+        curve=markup(curve(page.calibration)) if page.calibration else "",
+    )
+    return text
+
+
+def check_extra() -> None:
+    """Refuse when what pages need is not installed.
+
+    Raises
+    ------
+    InputError
+        Naming the extra to install.
+    """
+    _jinja()
+
+
+@cache
+def _jinja() -> tuple[Any, type[Markup]]:
+    try:
+        from jinja2 import Environment, FunctionLoader, StrictUndefined
+        from markupsafe import Markup
+    except ImportError:
+        raise InputError("a page needs jinja2; install the extra: pip install 'fairaudit-certify[report]', or ask for markdown") from None
+    loader = FunctionLoader(lambda name: files("fairaudit.reports").joinpath(name).read_text("utf-8"))
+    return Environment(autoescape=True, loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True), Markup
+
+
+@cache
+def _shape() -> str:
+    """The schema of certificates as a literal for the page's script, without what is only for people."""
+    return json.dumps(_bare(schema()), ensure_ascii=True, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _bare(of: Any) -> Any:
+    if isinstance(of, list):
+        return [_bare(item) for item in of]
+    if not isinstance(of, dict):
+        return of
+    bare: dict[str, Any] = {}
+    for key, value in of.items():
+        if key in ("properties", "$defs", "dependentSchemas"):
+            bare[key] = {name: _bare(item) for name, item in value.items()}
+        elif key not in ("$schema", "$id", "title", "description"):
+            bare[key] = value if key in ("const", "enum", "required") else _bare(value)
+    return bare
+
+
+def _digest(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}"
+
+
+def _hidden(page: Content) -> str:
+    if page.subject is None:
+        return ""
+    starts = page.subject.law.starts
+    compared = int(((starts[1:] - starts[:-1]) > 1).sum())
+    more = compared - len(page.panels)
+    return f"These are the most unequal contexts. {more:,} more are in the table below." if more > 0 else ""
+
+
+def _reach(member: Any) -> list[Value]:
+    return [member.value, *([member.ends[1]] if member.ends else []), *([member.before] if member.before else [])]

@@ -1,0 +1,421 @@
+"""A result as text for a terminal, in which labels from the input are data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from fractions import Fraction
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.audits.sentences import pair_text, size_text
+from fairaudit.certificates.document import change_assumptions
+from fairaudit.errors import shown
+from fairaudit.exact.rationals import rational_text
+from fairaudit.inference.rates import KINDS, NAMES, OVERALL
+from fairaudit.measures.expectations import cell_expectation
+from fairaudit.measures.limits import limit_text
+from fairaudit.measures.ratios import Ratio, Witness
+from fairaudit.model.mechanism import Mechanism
+from fairaudit.privacy.epsilon_delta import exp_epsilon
+from fairaudit.tables.preparation import said
+from fairaudit.theorems.applicable import to_judge
+from fairaudit.words import THE_INTERVAL, THIS_TABLE, approximate, percent, place, plain, words_for
+
+if TYPE_CHECKING:
+    from fairaudit.audits.result import Result
+    from fairaudit.audits.sentences import Deciding
+    from fairaudit.audits.targets import Target
+    from fairaudit.inference.changes import Change
+    from fairaudit.inference.rates import GivenTruth
+    from fairaudit.model.law import Law
+    from fairaudit.tables.preparation import Entry
+    from fairaudit.theorems.bound import Bound
+
+__all__ = ["intervals", "prepared_text", "spelling_text", "summary", "verdict"]
+
+
+SHOW_EXACT = 60
+
+SHOW_CELLS = 12
+
+SHOW_SPELLINGS = 5
+
+THEOREMS = {
+    "T1": "privacy and a floor, any utility",
+    "T1-paper": "the same in the paper's form",
+    "T2": "privacy alone",
+    "T3": "privacy and a floor, sharp",
+    "T4": "privacy and a least utility",
+    "T5": "privacy, groups spread alike",
+    "T5-decision": "privacy, and how groups are spread",
+    "T8": "the same policy without the context filter",
+    "T12": "contraction of the policy's own ratio",
+    "floor": "the floor alone",
+}
+
+NOWHERE = Witness(None, {}, {}, (Fraction(1), Fraction(1)))
+
+
+def summary(result: Result, top: int, written: Sequence[str], findings: Sequence[str] = ()) -> str:
+    """Describe a result: the verdict, one sentence, the figures, what was found beside them, and what they do not say."""
+    blocks = [
+        spelling_text(result.spellings),
+        verdict(result),
+        plain(result.sentence),
+        prepared_text(result.preparation),
+        _figures(result),
+        intervals(result),
+        given_truth(result),
+        "\n".join(findings),
+        _filters(result),
+        _before_and_after(result),
+        _bounds(result),
+        _assumed(result),
+        _pairs(result, top),
+        _constants(result),
+        _not_compared(result),
+        _limits(result),
+    ]
+    if written:
+        beside = f" --table {written[1]}" if len(written) > 1 else ""
+        blocks.append(f"Certificate: {plain(', '.join(written))}\nCheck it:    fairaudit verify {plain(written[0] + beside)}")
+    return "\n\n".join(block for block in blocks if block)
+
+
+def spelling_text(found: Sequence[dict[str, Any]]) -> str:
+    """Labels that are counted apart and look like one."""
+    lines = [f"SPELLINGS    {plain(text)}" for text in said({"spellings": found[:SHOW_SPELLINGS]})]
+    if more := len(found) - SHOW_SPELLINGS:
+        lines += [f"SPELLINGS    and {more} more, all in the certificate"] if more > 0 else []
+    advice = "--fold-labels merges labels that differ in case, blanks or Unicode form alone; --map FILE merges any"
+    return "\n".join([*lines, f"             {advice}"]) if lines else ""
+
+
+def prepared_text(preparation: Sequence[Entry]) -> str:
+    """What was done to the log before it was counted."""
+    lines = [f"  - {plain(text)}" for text in said({"preparation": preparation})]
+    return "\n".join(["Before it was counted", *lines]) if lines else ""
+
+
+def verdict(result: Result) -> str:
+    """One line per target, or that there was none."""
+    if not result.targets:
+        return "NO TARGET was set; these are the exact figures of the table."
+    lines = []
+    for target, deciding in zip(result.targets, result.deciding, strict=True):
+        measured = result.local if target.quantity == "local" else result.global_
+        lines.append(f"{target.verdict.upper():<13}{_target(target, measured, result)}")
+        if deciding is not None:
+            lines.append(f"{'':<13}{_decided(deciding, result)}")
+    return "\n".join(lines)
+
+
+def _target(target: Target, measured: Ratio | None, result: Result) -> str:
+    interval, units = result.intervals.get(target.quantity), result.law.units
+    said = limit_text(target.quantity, target.unit, target.limit)
+    if measured is None:
+        return f"{said}: nothing could be compared"
+    value = approximate(measured.ratio) if target.unit == "ratio" else _log(measured)
+    if target.confidence is None:
+        of = ", mean over rows" if units and units.repeated else ""
+        return f"{said}: it is {value} (this table{of}, decided exactly)"
+    if result.changed is not None and target.quantity in result.changed.withdrawn:
+        return f"{said}: {_in_window(target, result.changed)}nothing is said of the whole stream ({value} in the table)"
+    if target.upper is None:
+        return f"{said}: nothing bounds the population ({value} in the table)"
+    lower = interval.lower if interval else Fraction(1)
+    upper, source = target.upper
+    proved = "" if source == "the interval" else f", by {source}"
+    ends = " and ".join(_end(end, target.unit, up=up) for end, up in ((lower, False), (upper, True)))
+    of, beside = "", f"{value} in the table"
+    if interval is not None and interval.of_units is not None:
+        of, beside = f"{interval.estimand} ", _both_means(measured, interval.of_units, target.unit)
+    return f"{said}: {of}between {ends}{proved}, at confidence {percent(target.confidence)} ({beside})"
+
+
+def _in_window(target: Target, change: Change) -> str:
+    """Between which ends a ratio lies in the window that contradicts the stream, if it is that ratio that does."""
+    if target.quantity != change.quantity:
+        return ""
+    part = change.part
+    ends = " and ".join(_end(end, target.unit, up=up) for end, up in ((part.lower, False), (part.upper, True)))
+    return f"between {ends} in window {change.window.number}, at confidence {percent(part.confidence)}; "
+
+
+def _both_means(over_rows: Ratio, over_units: Ratio, unit: str) -> str:
+    """The ratio of the sample as the mean over units, and over rows where that is another."""
+    units, rows = (approximate(found.ratio) if unit == "ratio" else _log(found) for found in (over_units, over_rows))
+    return f"{units} in the table" if over_units.ratio == over_rows.ratio else f"{units} in the table, and {rows} as mean over rows"
+
+
+def _decided(deciding: Deciding, result: Result) -> str:
+    """The pair of groups that decided a target, or what else did."""
+    if deciding.pair is not None:
+        return plain(f"{pair_text(deciding.pair)} {size_text(result.sizes_of(deciding.pair))}").rstrip()
+    if deciding.by in (THE_INTERVAL, THIS_TABLE):
+        return "no pair of groups is apart" if deciding.value == 1 else "no interval is claimed"
+    return f"every pair of groups, by {deciding.by}"
+
+
+def _end(value: Fraction | float, unit: str, *, up: bool) -> str:
+    """An end of an interval in the unit of a target."""
+    if unit == "ratio" or value == inf:
+        return approximate(value, "up" if up else "down")
+    return _rounded(Ratio(value, NOWHERE).log[int(up)], up=up)
+
+
+def _rounded(value: Decimal, *, up: bool) -> str:
+    return "infinite" if value.is_infinite() else str(value.quantize(Decimal("1.0000"), ROUND_CEILING if up else ROUND_FLOOR))
+
+
+def intervals(result: Result) -> str:
+    """What the draws say of the population from which they come."""
+    if not result.intervals:
+        return ""
+    rows = []
+    for quantity, found in result.intervals.items():
+        logs = f"{_rounded(found.log[0], up=False)} to {_rounded(found.log[1], up=True)}"
+        ends = f"{approximate(found.lower, 'down')} to {approximate(found.upper, 'up')}"
+        method = ", ".join(found.methods) or "nothing was drawn at random"
+        of = "" if found.of_units is None else f", {found.estimand}"
+        rows.append((f"{quantity} ratio R{of}", ends, f"log R {logs}", f"at confidence {percent(found.confidence)} ({method})"))
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    lines = ["In the population from which these decisions were drawn"]
+    lines += ["  " + "  ".join([*(cell.ljust(width) for cell, width in zip(row[:3], widths, strict=True)), row[3]]) for row in rows]
+    if len(rows) == 2 and len({t.quantity for t in result.targets}) < 2:
+        lines.append("  Each interval holds at its confidence by itself.")
+    lines += [f"  {target.quantity}: {planned.sentence}" for target, planned in result.further_draws]
+    lines.append("  For you to judge")
+    lines += [f"    - {plain(text)}" for text in dict.fromkeys(text for found in result.intervals.values() for text in found.assumptions)]
+    return "\n".join(lines)
+
+
+def given_truth(result: Result) -> str:
+    """Rates of true and false positives, and how far apart they are, in the table and in the population."""
+    given = result.given_truth
+    if given is None:
+        return ""
+    positive = " or ".join(map(shown, given.positive.decision))
+    column, label = shown(result.law.columns.truth), shown(given.positive.truth)
+    lines = [f"Given the true label in column {column} (positive: decision {positive}, true label {label})"]
+    for name, found in given.differences.items():
+        if found is None:
+            lines.append(f"  {NAMES[name]}: not compared")
+            continue
+        where = f"{_place(found.context)}: " if found.context else ""
+        high, low = map(approximate, found.rates)
+        sizes = " and ".join(map(approximate, found.draws))
+        pair = f"{where}{NAMES[found.kind]} {high} for {_place(found.higher)}, {low} for {_place(found.lower)}; n = {sizes}"
+        lines.append(f"  {NAMES[name]}: a difference of {approximate(found.value)} ({pair})")
+        if interval := given.intervals.get(name):
+            ends = f"between {approximate(interval.lower, 'down')} and {approximate(interval.upper, 'up')}"
+            lines.append(f"    in the population {ends}, at confidence {percent(interval.confidence)} (binomial)")
+    lines += _rates(result.law, given)
+    if given.intervals:
+        lines.append("  Each interval holds at its confidence by itself. For you to judge")
+        texts = dict.fromkeys(text for interval in given.intervals.values() for text in interval.assumptions)
+        lines += [f"    - {plain(text)}" for text in texts]
+    return "\n".join(lines)
+
+
+def _rates(law: Law, given: GivenTruth) -> list[str]:
+    """The rates of each group over all contexts, and how many draws they are of."""
+    names = [kind + (OVERALL if law.columns.context else "") for kind in KINDS]
+    rates = [{rate.group: rate for rate in given.rates[name]} for name in names]
+    rows = [("", *(NAMES[name] for name in names))]
+    for a in sorted(set().union(*rates)):
+        found = [by_group.get(a) for by_group in rates]
+        said = [f"{approximate(r.value)} ({approximate(r.positives)} of {approximate(r.draws)})" if r else "no draws" for r in found]
+        rows.append((_place(law.group_label(a)), *said))
+    more = len(rows) - 1 - SHOW_CELLS
+    widths = [max(len(row[i]) for row in rows) for i in range(2)]
+    lines = ["  " + "  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[2]]) for row in rows]
+    return [*lines[: SHOW_CELLS + 1], *([f"  … and {more} more groups, in the certificate"] if more > 0 else [])]
+
+
+def _log(measured: Ratio) -> str:
+    lo = measured.log[0]
+    return "infinite" if lo.is_infinite() else f"{float(lo):.4f}"
+
+
+def _exact(value: Fraction | float) -> str:
+    if not isinstance(value, Fraction):
+        return "infinite"
+    text = rational_text((value.numerator, value.denominator))
+    return text if len(text) <= SHOW_EXACT else f"(a fraction of {len(text)} characters; it is in the certificate)"
+
+
+def _figures(result: Result) -> str:
+    rows: list[tuple[str, str, str, str]] = [("", "ratio R", "log R", "exactly")]
+    over_units = result.intervals["local"].of_units if "local" in result.intervals else None
+    if over_units is not None and result.local is not None and over_units.ratio == result.local.ratio:
+        over_units = None
+    for name, ratio in (
+        ("local fairness (worst within a context)", result.local),
+        *([("the same, as mean over units", over_units)] if over_units else []),
+        ("global fairness (worst of group means)", result.global_),
+        ("worst over group-blind utilities, local", result.local_supremum),
+        ("worst over group-blind utilities, global", result.global_supremum),
+    ):
+        if ratio:
+            rows.append((name, approximate(ratio.ratio), _log(ratio), _exact(ratio.ratio)))
+        else:
+            rows.append((name, "-", "-", "not compared"))
+    if result.deployment is not None:
+        for name, ratio in zip(("local", "global"), result.unfiltered or (None, None), strict=True):
+            title = f"{name} fairness without the filters"
+            if ratio:
+                rows.append((title, approximate(ratio.ratio), _log(ratio), _exact(ratio.ratio)))
+            else:
+                rows.append((title, "-", "-", "the policy lacks a true context or group"))
+    rows.append(("", "distance", "", ""))
+    for name, distance in result.distances.items():
+        if distance:
+            rows.append((name, approximate(distance.value), "", _exact(distance.value)))
+        else:
+            rows.append((name, "-", "", "not compared"))
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    return "\n".join(
+        f"{name.ljust(widths[0])}  {value.rjust(widths[1])}  {log.rjust(widths[2])}  {exact}".rstrip() for name, value, log, exact in rows
+    )
+
+
+def _filters(result: Result) -> str:
+    if result.deployment is None:
+        return ""
+    lines = []
+    for name, mechanism in (("group", result.deployment.group_filter), ("context", result.deployment.context_filter)):
+        if mechanism is None:
+            lines.append(f"No {name} filter: the policy sees the true {name}.")
+            continue
+        factor = exp_epsilon(mechanism)
+        epsilon = "infinite" if factor == inf else f"{float(Ratio(factor, NOWHERE).log[0]):.4f}"
+        line = f"The {name} filter is ε-private with ε = {epsilon} (e^ε = {_exact(factor)})"
+        if len(mechanism.factors) > 1:
+            each = ", ".join(_exact(exp_epsilon(Mechanism((part,)))) for part in mechanism.factors)
+            line += f"; this is the ε of the whole tuple, of single attributes e^ε is {each}"
+        lines.append(line + ".")
+    return "\n".join(lines)
+
+
+def _before_and_after(result: Result) -> str:
+    """What each group gets without and with the filters: equal may mean worse for everybody."""
+    before = result.unfiltered_expectations
+    if before is None:
+        return ""
+    law = result.law
+    lines = [f"{words_for(burden=result.burden).amount.capitalize()} without and with the filters"]
+    changes = [(before[cell], Fraction(*cell_expectation(law, result.utility, cell)), cell) for cell in range(len(before))]
+    changes.sort(key=lambda change: -abs(change[1] - change[0]))
+    for was, now, cell in changes[:SHOW_CELLS]:
+        x, a = int(law.cell_context[cell]), int(law.cell_group[cell])
+        where = f"{_place(law.context_label(x))}: " if law.contexts[x] else ""
+        lines.append(f"  {approximate(was):>8} -> {approximate(now):<8}  {where}{_place(law.group_label(a))}")
+    if len(changes) > SHOW_CELLS:
+        lines.append(f"  … and {len(changes) - SHOW_CELLS} smaller changes")
+    worse = sum(now < was for was, now, _ in changes)
+    verb = "bear" if result.burden else "get"
+    lines.append(f"  {worse} of {len(changes)} combinations of context and group {verb} less with the filters than without.")
+    return "\n".join(lines)
+
+
+def _bounds(result: Result) -> str:
+    """What theorems guarantee, by scope, the smallest bound of each scope first and marked."""
+    lines = []
+    scopes: dict[tuple[str, str], list[Bound]] = {}
+    for bound in result.bounds:
+        scopes.setdefault((bound.quantity, bound.scope), []).append(bound)
+    for (quantity, scope), bounds in scopes.items():
+        lines.append(f"Guaranteed for {quantity.replace('_', ' ')}, {scope}")
+        for i, bound in enumerate(sorted(bounds, key=lambda b: (b.value, b.theorem))):
+            log = "infinite" if bound.value == inf else f"{float(Ratio(bound.value, NOWHERE).log[1]):.4f}"
+            mark = "  <- the smallest" if i == 0 else ""
+            lines.append(f"  {bound.theorem:<12}{approximate(bound.value):>8}  log {log:<9} {THEOREMS[bound.theorem]}{mark}")
+    if lines:
+        judge = dict.fromkeys(text for bound in result.bounds for text in to_judge(bound))
+        confirmed = dict.fromkeys(text for bound in result.bounds for text in bound.assumptions if text not in judge)
+        for title, texts in (("Confirmed by the table and the filters", confirmed), ("For you to judge", judge)):
+            if texts:
+                lines += [title, *(f"  - {plain(text)}" for text in texts)]
+    return "\n".join(lines)
+
+
+def _assumed(result: Result) -> str:
+    """What claims rest on besides what stands beside intervals and bounds."""
+    intervals = result.given_truth.intervals if result.given_truth else {}
+    listed = [found.assumptions for found in result.intervals.values()] + [bound.assumptions for bound in result.bounds]
+    said = {text for texts in (*listed, *(found.assumptions for found in intervals.values())) for text in texts}
+    needed = [*(claim.assumptions for claim in result.claims), change_assumptions(result.changed) if result.changed else ()]
+    rest = dict.fromkeys(text for texts in needed for text in texts if text not in said)
+    return "\n".join(["For you to judge", *(f"  - {plain(text)}" for text in rest)]) if rest else ""
+
+
+def _pairs(result: Result, top: int) -> str:
+    lines = []
+    ranked = result.most_unequal_pairs(top)
+    for title, measures in (("Most unequal within a context", ranked["local"]), ("Most unequal group means", ranked["global"])):
+        entries = [_pair(measured, result) for measured in measures if measured.ratio != 1]
+        if entries:
+            lines.append(title + "\n" + "\n".join(f"  {entry}" for entry in entries))
+    return "\n".join(lines)
+
+
+def _pair(measured: Ratio, result: Result) -> str:
+    witness = measured.witness
+    high, low = (approximate(v) for v in witness.expectations)
+    where = f"{_place(witness.context)}: " if witness.context else ""
+    sizes = size_text(result.sizes_of(witness))
+    size = f" {sizes}" if sizes else ""
+    return f"{approximate(measured.ratio):>8}  {where}{_place(witness.higher)} {high}, {_place(witness.lower)} {low}{size}"
+
+
+def _place(labels: dict[str, str]) -> str:
+    return plain(place(labels))
+
+
+def _constants(result: Result) -> str:
+    utility = result.utility
+    tau = "undefined" if result.tau is None else approximate(result.tau)
+    blind = (
+        ""
+        if utility.by_decision or not utility.depends_on_group
+        else f", differs between groups by up to {approximate(utility.lipschitz())}"
+    )
+    name = "Burden" if result.burden else "Utility"
+    return f"{name}: from {approximate(utility.m)} to {approximate(utility.gamma)}{blind}; least expected value {tau}"
+
+
+def _not_compared(result: Result) -> str:
+    if not result.not_compared:
+        return ""
+    lines = [f"Not compared ({len(result.not_compared)}):"]
+    for entry in result.not_compared[:10]:
+        what: Any = []
+        if "context" in entry:
+            what.append(_place(entry["context"]) or "the only context")
+        if "groups" in entry:
+            groups = [_place(group) for group in entry["groups"][:5]]
+            what.append("; ".join(groups) + (f" and {len(entry['groups']) - 5} more" if len(entry["groups"]) > 5 else ""))
+        if "quantity" in entry:
+            what.append(NAMES.get(entry["quantity"], f"{entry['quantity']} fairness"))
+        lines.append(f"  {', '.join(what)}: {entry['reason']}")
+    if len(result.not_compared) > 10:
+        lines.append(f"  … and {len(result.not_compared) - 10} more, all in the certificate")
+    return "\n".join(lines)
+
+
+def _limits(result: Result) -> str:
+    said = []
+    if result.intervals:
+        said.append("The figures above the intervals describe this table; small counts vary by chance, as the intervals show.")
+    elif (result.deployment.policy.law if result.deployment else result.law).kind == "counts":
+        said.append("It describes this table, not the population behind it: small counts vary by chance, and no interval is claimed.")
+    else:
+        said.append("It takes the probabilities in the table as given.")
+    if result.law.population == "equal" and result.global_ is not None and len(result.law.contexts) > 1:
+        said.append("No population was given (--weight): the global figures weigh all contexts equally.")
+    said.append("It does not say that the table is genuine, complete or representative, nor why groups differ.")
+    if not result.burden:
+        said.append("The utility is taken for a benefit; if it counts a burden, say so with --burden.")
+    return "What this does not say\n" + "\n".join(f"  {line}" for line in said)

@@ -1,0 +1,37 @@
+"""The targets of a certificate, with what decided them, read back from its JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+from fairaudit.audits.targets import Target
+from fairaudit.certificates.reader import number
+from fairaudit.theorems.applicable import for_any_sampled
+from fairaudit.words import THE_INTERVAL, THIS_TABLE
+
+__all__ = ["judged_targets"]
+
+
+def judged_targets(document: Mapping[str, Any]) -> Iterator[tuple[Target, Fraction | float | None]]:
+    """Each target with the smallest upper end that it was judged by, and the lower end of its interval, where there is one."""
+    for entry in document["targets"]:
+        quantity, interval = entry["quantity"], document.get("intervals", {}).get(entry["quantity"])
+        lower = None if interval is None else number(interval["ratio"][0])
+        judged = entry["judged"]
+        confidence = None if judged == THIS_TABLE else Fraction(judged.rpartition(" ")[2])
+        upper = None if confidence is None else _upper(document, quantity)
+        yield Target(quantity, Fraction(entry["limit"]), entry["unit"], entry["verdict"], confidence, upper), lower
+
+
+def _upper(document: Mapping[str, Any], quantity: str) -> tuple[Fraction | float, str] | None:
+    """The smallest sound upper end for the population, and the theorem or interval that gave it."""
+    interval, declared = document.get("intervals", {}).get(quantity), document["subject"].get("declared", {})
+    ends = [] if interval is None else [(number(interval["ratio"][1]), THE_INTERVAL)]
+    ends += [
+        (number(claim["value"]), claim["by"])
+        for claim in document["claims"]
+        if claim["quantity"] == f"{quantity}_ratio" and claim["relation"] == "<=" and for_any_sampled(claim["by"], claim["scope"], declared)
+    ]
+    return min(ends, key=lambda end: end[0], default=None)

@@ -1,0 +1,137 @@
+"""How a report writes numbers, labels and scopes: exact with decimals beside, escaped, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import inf
+from typing import Any, Literal
+
+from fairaudit.certificates.reader import number
+from fairaudit.exact.enclosures import log_enclosure
+from fairaudit.inference.rates import NAMES
+from fairaudit.measures.distances import PARITY_WITHIN
+from fairaudit.words import approximate, percent, place, plain
+
+__all__ = ["QUANTITIES", "THEOREMS", "Value", "claimed", "clip", "named", "percent", "quotient", "scope"]
+
+
+SHOW_EXACT = 60
+
+SHOW_LABEL = 120
+
+
+QUANTITIES = {
+    "local_ratio": "local ratio R",
+    "global_ratio": "global ratio",
+    "local_ratio_supremum": "worst local ratio over utilities that ignore the group",
+    "global_ratio_supremum": "worst global ratio over utilities that ignore the group",
+    "equalized_odds": PARITY_WITHIN,
+    "demographic_parity": "demographic parity",
+    **NAMES,
+}
+
+THEOREMS = {
+    "enumeration": "counted in the table",
+    "T1": "privacy and a floor, any utility",
+    "T1-paper": "privacy and a floor, in the paper's form",
+    "T2": "privacy alone",
+    "T3": "privacy and a floor, sharp",
+    "T4": "privacy and a least utility",
+    "T5": "the local bound, groups being spread alike over contexts",
+    "T5-decision": "privacy, and how groups are spread over contexts",
+    "T6": "the worst utility for this law",
+    "T7": "from the worst ratio of probabilities",
+    "T8": "the same policy without the context filter",
+    "T12": "contraction of the policy's own ratio",
+    "floor": "the floor alone",
+    "lp-dual": "linear programming, with an exact proof",
+    "binomial": "exact binomial interval",
+    "hoeffding-kl": "Hoeffding–Chernoff interval",
+    "empirical-bernstein": "empirical Bernstein interval",
+    "intersection": "the better of two intervals",
+    "betting": "an interval that holds at every moment of the stream",
+}
+
+
+@dataclass(frozen=True)
+class Value:
+    """An exact number, as a certificate writes it, with decimals for a person."""
+
+    value: Fraction | float
+    rounding: Literal["nearest", "down", "up"] = "nearest"
+    rational: bool = True  # otherwise it only stands near an irrational number, which has no fraction to show
+
+    @property
+    def decimal(self) -> str:
+        """Four significant digits."""
+        return approximate(self.value, self.rounding)
+
+    @cached_property
+    def exact(self) -> str:
+        """The rational, or how long it is."""
+        if not self.rational:
+            return ""
+        if not isinstance(self.value, Fraction):
+            return "inf"
+        digits = max(self.value.numerator.bit_length(), self.value.denominator.bit_length())
+        text = str(self.value) if digits < 4 * SHOW_EXACT else ""
+        return text if text and len(text) <= SHOW_EXACT else ""
+
+    @property
+    def log(self) -> str:
+        """The logarithm of a ratio, rounded as the ratio is."""
+        if not isinstance(self.value, Fraction):
+            return "infinite"
+        low, high = log_enclosure((self.value.numerator, self.value.denominator))
+        text = high if self.rounding == "up" else low
+        return approximate(Fraction(text), self.rounding)
+
+    def __float__(self) -> float:
+        """Nearest float; finite values beyond its range are clipped."""
+        try:
+            return float(self.value)
+        except OverflowError:
+            return 1.7e308
+
+
+def clip(text: str, width: int = SHOW_LABEL) -> str:
+    """A text from the input, escaped, and cut where it is too long for a page."""
+    whole = plain(text)
+    return whole if len(whole) <= width else f"{whole[:width]}… ({len(text):,} characters)"
+
+
+def named(labels: Mapping[str, str] | None) -> str:
+    """Name a group or context, escaped."""
+    return clip(place(labels or {}))
+
+
+def scope(text: str) -> str:
+    """What a claim is about, in words.
+
+    Examples
+    --------
+    >>> scope("population at confidence 19/20")
+    'the population behind the decisions, at confidence 95 %'
+    """
+    if text == "this table":
+        return "the table itself"
+    if text.startswith("population at confidence "):
+        return f"the population behind the decisions, at confidence {percent(number(text.rpartition(' ')[2]))}"
+    return plain(text)
+
+
+def claimed(claim: Mapping[str, Any]) -> Value:
+    """The value of a claim; an end of an interval is rounded outwards, what is known exactly to the nearest decimals."""
+    outwards: dict[str, Literal["down", "up"]] = {"<=": "up", ">=": "down"}
+    sampled = claim["scope"].startswith("population")
+    return Value(number(claim["value"]), outwards[claim["relation"]] if sampled else "nearest")
+
+
+def quotient(top: Any, bottom: Any) -> Any:
+    """A ratio of two expected utilities: 0/0 is parity, c/0 infinite."""
+    if bottom:
+        return top / bottom
+    return inf if top else Fraction(1)

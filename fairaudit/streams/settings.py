@@ -1,0 +1,206 @@
+"""What a monitor audits: columns, utility, targets and budget of error, fixed before the first decision is read."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from fractions import Fraction
+from typing import Any
+
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.rationals import option_value, rational_text
+from fairaudit.inference.levels import confidence_level
+from fairaudit.measures.limits import LIMITS, read_limit, refuse_bare
+
+__all__ = ["OTHER", "Settings"]
+
+
+OTHER = "(other)"
+
+EARLIER = {"max_local": "max_local_log", "max_global": "max_global_log"}
+
+"""What limits on logarithms are called in states of before."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The settings of a monitor. Numbers are kept as the texts of exact rationals.
+
+    Attributes
+    ----------
+    group, context : tuple of str
+        Columns of the sensitive attributes and of the contexts.
+    decision : str
+        Column of the decision; with a utility column, that column.
+    utility : mapping of str to str, or None
+        What each listed decision is worth; others are worth 0 and counted together. None: the column says it itself.
+    low, high : str
+        The range of the utility, known in advance; low < high.
+    step : str or None
+        With a utility column: utilities are rounded to multiples of this, which is then what is audited.
+    confidence : str
+        With which each kind of statement holds at every moment.
+    targets : mapping of str to str
+        Limits, by the names `max_local_ratio`, `max_global_ratio`, `max_local_log`, `max_global_log`.
+    expected : int
+        About how many combinations of context and group will appear; shapes the budget, and any number is sound.
+    unit : tuple of str
+        Columns of the sampling unit: in each cell only its first decision counts.
+    event_id : str or None
+        Column whose repeats are dropped.
+    time : str or None
+        Column of the time of a decision.
+    since : str or None
+        Decisions before this time do not count.
+    window : str or None
+        Length of windows: a number of decisions, or of seconds with an ``s`` after it.
+    layout : {"jsonl", "csv"}
+        How the log is written.
+    burden : bool
+        Whether the utility counts a burden.
+
+    Examples
+    --------
+    >>> settings = Settings(group=("sex",), decision="answer", utility={"yes": "1"})
+    >>> settings.decisions
+    (('yes', Fraction(1, 1)), ('(other)', Fraction(0, 1)))
+    >>> Settings.from_text(settings.text) == settings
+    True
+    """
+
+    group: tuple[str, ...]
+    decision: str
+    context: tuple[str, ...] = ()
+    utility: Mapping[str, str] | None = None
+    low: str = "0"
+    high: str = "1"
+    step: str | None = None
+    confidence: str = "19/20"
+    targets: Mapping[str, str] | None = None
+    expected: int = 4
+    unit: tuple[str, ...] = ()
+    event_id: str | None = None
+    time: str | None = None
+    since: str | None = None
+    window: str | None = None
+    layout: str = "jsonl"
+    burden: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be audited, and write numbers in one way."""
+        columns = [*self.group, *self.context, self.decision]
+        for name in columns:
+            if columns.count(name) > 1:
+                raise InputError(f"the column {shown(name)} is used twice; each column has one role")
+        if not self.group:
+            raise InputError("no group column was named; name at least one")
+        low, high = (_number(name, value) for name, value in (("low", self.low), ("high", self.high)))
+        if not 0 <= low < high:
+            raise InputError(f"a utility between {low} and {high} cannot be monitored; the range goes from at least 0 up to something more")
+        if self.expected < 1 or self.expected > 10**6:
+            raise InputError(f"{self.expected} expected cells are not accepted; a number from 1 to 1,000,000 is")
+        if (self.since is not None or (self.window or "").endswith("s")) and self.time is None:
+            raise InputError("--since and windows of time need the column of the time (--time COL)")
+        if self.layout not in ("jsonl", "csv"):
+            raise InputError(f"a log of the kind {shown(self.layout)} is not known; 'jsonl' and 'csv' are")
+        written = {
+            "utility": None if self.utility is None else _utilities(self.utility, low, high),
+            "step": None if self.step is None else _step(self.step, high - low),
+            "targets": _targets(self.targets or {}),
+            "low": _text(low),
+            "high": _text(high),
+            "confidence": _text(confidence_level(self.confidence)),
+        }
+        for name, value in written.items():
+            object.__setattr__(self, name, value)
+        if self.unit and self.context and "global" in self.named:
+            raise InputError("a target for the global ratio cannot be judged with units in several contexts; leave out --unit or --context")
+
+    @property
+    def limits(self) -> tuple[Fraction, Fraction]:
+        """The range of the utility."""
+        return Fraction(self.low), Fraction(self.high)
+
+    @property
+    def decisions(self) -> tuple[tuple[str, Fraction], ...]:
+        """The decisions that are known in advance, with their utilities."""
+        if self.utility is None:
+            return ()
+        return (*((label, Fraction(value)) for label, value in self.utility.items()), (OTHER, Fraction(0)))
+
+    @property
+    def joint(self) -> bool:
+        """Whether the cells are a martingale together; rows of one unit in several cells need not be."""
+        return not self.unit
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The quantities with a target: "local", "global"."""
+        return tuple(dict.fromkeys(quantity for name, (quantity, _) in LIMITS.items() if name in (self.targets or {})))
+
+    @property
+    def text(self) -> str:
+        """All settings, as one line of JSON with sorted keys; what a utility means is said only where it counts a burden."""
+        stated = {key: value for key, value in asdict(self).items() if key != "burden" or value}
+        return json.dumps(stated, sort_keys=True, separators=(",", ":"))
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the text."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    @staticmethod
+    def from_text(text: str) -> Settings:
+        """Read what `text` wrote, also under the earlier names of limits: they were logarithms, and stay so."""
+        members: dict[str, Any] = json.loads(text)
+        members["targets"] = {EARLIER.get(name, name): limit for name, limit in members["targets"].items()}
+        read: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in members.items()}
+        return Settings(**read)
+
+    def differences(self, other: Settings) -> list[str]:
+        """Name what another audit has different, with both values."""
+        return [
+            f"{field.name} is {shown(getattr(other, field.name))} there and {shown(getattr(self, field.name))} here"
+            for field in fields(self)
+            if getattr(self, field.name) != getattr(other, field.name)
+        ]
+
+
+def _number(name: str, value: Any) -> Fraction:
+    try:
+        return Fraction(*option_value(value))
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def _text(value: Fraction) -> str:
+    return rational_text((value.numerator, value.denominator))
+
+
+def _utilities(given: Mapping[str, str], low: Fraction, high: Fraction) -> dict[str, str]:
+    values = {label: _number(f"the utility of {shown(label)}", value) for label, value in given.items()}
+    if OTHER in values:
+        raise InputError(f"the decision {OTHER!r} stands for those that are not listed; rename it")
+    for label, value in values.items():
+        if not low <= value <= high:
+            raise InputError(f"the utility of {shown(label)} is {value}, outside the range from {low} to {high}")
+    if low > 0:
+        raise InputError("decisions that are not listed are worth 0, so the range of the utility begins at 0")
+    return {label: _text(value) for label, value in values.items()}
+
+
+def _step(given: str, width: Fraction) -> str:
+    step = _number("step", given)
+    if step <= 0 or width / step > 10_000:
+        raise InputError(f"a step of {step} is not accepted; a range is divided into at most 10,000 steps")
+    return _text(step)
+
+
+def _targets(given: Mapping[str, Any]) -> dict[str, str]:
+    refuse_bare(given)
+    for name in given:
+        if name not in LIMITS:
+            raise InputError(f"{shown(name)} is no limit; {nearest(name, LIMITS)}")
+    return {name: _text(read_limit(name, value)) for name, value in given.items()}

@@ -1,0 +1,534 @@
+"""A monitor: reads decisions, keeps the counts, and says at any moment what they show."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+from decimal import Decimal
+from fractions import Fraction
+from math import inf
+from pathlib import Path
+from typing import Any
+
+from fairaudit.errors import InputError, shown
+from fairaudit.exact.rationals import rational, rational_text
+from fairaudit.inference.anytime import Quantity
+from fairaudit.inference.interval import Interval
+from fairaudit.inference.levels import window_share
+from fairaudit.measures.limits import LIMITS
+from fairaudit.streams.looks import (
+    QUANTITIES,
+    RANK,
+    Contradiction,
+    Look,
+    Verdict,
+    asked_targets,
+    contradiction,
+    interval_of,
+    look,
+    pair_labels,
+    target_verdict,
+    withdrawn,
+)
+from fairaudit.streams.readers import Batch, Decoder, Row, decoder, moment
+from fairaudit.streams.settings import OTHER
+from fairaudit.streams.state import Counts, State
+from fairaudit.streams.subjects import Subject, subject
+from fairaudit.streams.tail import Log
+from fairaudit.tables.label_text import json_number, label_text
+from fairaudit.tables.values import Label
+
+MAX_CELLS = 10_000
+
+MAX_VALUES = 10_001
+
+CACHED = 200_000
+
+COMMIT_SECONDS = 0.1
+
+FIRST_LOOKS = 1_000
+
+LOOKS = 1.02
+
+PATIENCE = 40
+
+FUTURE = 86_400.0
+
+SHOWN = 2_000
+
+UNREADABLE, MISSING, UNUSABLE, UNKNOWN = "unreadable line", "missing label", "unusable value", "unknown reason"
+
+NO_VALUE = "no value in column "
+
+
+def reasons(tally: dict[str, Any], alarm: dict[str, Any] | None = None) -> dict[str, int]:
+    """How many lines could not be counted so far, or when an alarm was raised, by reason.
+
+    Examples
+    --------
+    >>> reasons({"dead": 5, "reasons": {"unreadable line": 3}})
+    {'unreadable line': 3, 'unknown reason': 2}
+    """
+    known = tally if alarm is None or "dead" not in alarm else alarm
+    listed = known.get("reasons", {})
+    counts = {reason: listed.get(reason, 0) for reason in (UNREADABLE, MISSING, UNUSABLE)}
+    counts[UNKNOWN] = known.get("dead", 0) - sum(counts.values())
+    return {reason: n for reason, n in counts.items() if n}
+
+
+def _texts(*ends: Fraction | float) -> list[str]:
+    return [rational_text(end.as_integer_ratio()) if end != inf else "inf" for end in ends]
+
+
+class Monitor:
+    """Reads a log into a state, and looks at it.
+
+    Parameters
+    ----------
+    state : State
+        Where counts are kept.
+    path : str
+        The log, or ``-``.
+    letters : str or None
+        File for lines that cannot be counted.
+
+    Raises
+    ------
+    InputError
+        If the log or that file cannot be used.
+    """
+
+    def __init__(self, state: State, path: str, letters: str | None = None) -> None:
+        self.state, self.settings = state, state.settings
+        place = state.place()
+        self.log = Log(path, place)
+        self._letters = self._open_letters(letters, place.letters)
+        self.total, self.window = state.counts(), Counts()
+        self.decisions = state.decisions()
+        self._numbers = {label: number for number, (label, _) in enumerate(self.decisions)}
+        self.tally: dict[str, Any] = {
+            "dead": 0,
+            "reasons": {},
+            "repeats": 0,
+            "early": 0,
+            "back": 0,
+            "clock": None,
+            "window": 0,
+            "index": None,
+            "letters": None,
+        } | state.get("tally", {})
+        own = None if letters is None else os.path.realpath(letters)
+        if self._letters is not None and self.tally["letters"] != own:
+            # Known before the first line is written, so that a kill before the first commit leaves nothing behind.
+            opened = asdict(replace(place, letters=self._letters.tell()))
+            state.commit({}, [], [], {"tally": self.tally | {"letters": own}, "place": opened})
+        self.tally["letters"] = own
+        if self.tally["window"]:
+            self.window = state.counts(self.tally["window"])
+        self.alarms = state.alarms()
+        self.closed: list[dict[str, Any]] = []
+        self.notes: list[str] = []
+        self._decoder: Decoder | None = None
+        self._resolved: dict[Any, tuple[tuple[Label, Label], int] | str] = {}
+        self._pending: dict[int, Counts] = {}
+        self._uncounted: Counter[Any] = Counter()
+        self._known: set[Any] = set()
+        self._truth: tuple[bool, ...] = ()
+        self._new_decisions: list[tuple[int, str, str]] = []
+        self._new_alarms: list[dict[str, Any]] = []
+        self.events = self.total.events
+        self._window_events = self.window.events
+
+    # Reading
+
+    def read(self, *, follow: bool = False, eager: bool = False) -> Iterator[None]:
+        """Read what there is, in parts; after each the counts are committed, and alarms raised.
+
+        Parameters
+        ----------
+        follow : bool
+            Whether a last line without an end may still get one.
+        eager : bool
+            Whether to look for alarms after every 1,000 decisions or 2 % more, whatever that costs; else it takes a fortieth of the time.
+        """
+        last, next_events, next_time = time.monotonic(), self.events, 0.0
+        try:
+            for data, line, place in self.log.chunks(follow=follow):
+                self._take(data, line)
+                self._place = place
+                now = time.monotonic()
+                if eager or now >= next_time or now - last > COMMIT_SECONDS:
+                    self._flush()
+                if (eager and self.events >= next_events) or (not eager and now >= next_time):
+                    self._watch()
+                    next_events = int(max(self.events + FIRST_LOOKS, self.events * LOOKS))
+                    next_time = time.monotonic() + PATIENCE * (time.monotonic() - now)
+                if now - last > COMMIT_SECONDS:
+                    self.commit()
+                    last = now
+                    yield
+            self._flush()
+            self._watch()
+            self.commit()
+        except BaseException:
+            self.state.roll_back()
+            raise
+        self.notes += self.log.notes
+        self.log.notes.clear()
+        yield
+
+    def commit(self) -> None:
+        """Store everything that was read."""
+        place = getattr(self, "_place", None)
+        if place is None and not (self._new_alarms or self._pending):
+            return
+        entries: dict[str, Any] = {"tally": self.tally}
+        if place is not None:
+            if self._letters is not None:
+                self._letters.flush()
+                place = replace(place, letters=self._letters.tell())
+            entries["place"] = asdict(replace(place, header=self._header))
+        orders = {self.tally["window"]: self.window.order, 0: self.total.order}
+        added = {window: Counts(orders.get(window, counts.order), counts.n) for window, counts in self._pending.items()}
+        self.state.commit(added, self._new_decisions, self._new_alarms, entries)
+        self._pending, self._new_decisions, self._new_alarms = {}, [], []
+
+    def look(self) -> Look:
+        """What the whole stream shows now, as far as no window contradicts it."""
+        self._compare_window()
+        if self._new_alarms:
+            self.commit()
+        found, gone = look(self.settings, self.subject(), self.events), self.withdrawn
+        if not gone:
+            return found
+        current = self._look_at_window()
+        verdicts = dict(found.verdicts)
+        for name in verdicts:
+            if LIMITS[name][0] in gone:
+                verdicts[name] = "exceeds" if name in self._exceeded or current.verdicts.get(name) == "exceeds" else "changed"
+        judged = {LIMITS[name][0] for name in verdicts} or gone
+        overall: Verdict = "changed" if gone & judged else max(verdicts.values(), key=RANK.__getitem__)
+        pairs = {name: pair for name, pair in found.pairs.items() if LIMITS[name][0] not in gone}
+        pairs |= {name: pair for name, pair in current.pairs.items() if name not in pairs and current.verdicts[name] == "exceeds"}
+        return Look(found.events, {q: ends for q, ends in found.intervals.items() if q not in gone}, verdicts, overall, pairs)
+
+    @property
+    def withdrawn(self) -> frozenset[Quantity]:
+        """The quantities whose interval a window contradicts."""
+        return withdrawn(self.settings, self.alarms)
+
+    @property
+    def _exceeded(self) -> set[str]:
+        """Targets that were exceeded at some moment, or in some window."""
+        return {name for alarm in self.alarms for name in (alarm["exceeds"] if "changed" in alarm else [alarm["target"]])}
+
+    def subject(self) -> Subject | None:
+        """What was counted so far."""
+        return subject(self.settings, self.total, self.decisions)
+
+    def _watch(self) -> None:
+        """Raise an alarm for each target that is exceeded for the first time, and where a window contradicts the stream."""
+        self._compare_window()
+        waiting = [name for name in self.settings.targets or {} if name not in self._exceeded]
+        found = self.subject() if waiting else None
+        for quantity in QUANTITIES:
+            if quantity in self.withdrawn:
+                continue
+            asked = {name: limit for name, limit in asked_targets(self.settings, quantity).items() if name in waiting}
+            interval = interval_of(self.settings, found, quantity, exact=False) if asked else None
+            if interval and any(target_verdict(interval, name, limit) == "exceeds" for name, limit in asked.items()):
+                interval = interval_of(self.settings, found, quantity) or interval
+                for name, limit in asked.items():
+                    if target_verdict(interval, name, limit) == "exceeds":
+                        self._alarm(name, interval)
+
+        if self._new_alarms:
+            self.commit()
+
+    def _alarm(self, name: str, interval: Interval, **where: int) -> None:
+        limit, lower = (self.settings.targets or {})[name], rational_text(interval.lower.as_integer_ratio())
+        self._raise({"target": name, "limit": limit, "lower": lower, "pair": pair_labels(interval.pairs[0]), **where})
+
+    def _compare_window(self) -> None:
+        """Raise an alarm for each quantity for which the current window contradicts the whole stream for the first time."""
+        if not self.tally["window"] or len(self.withdrawn) == len(QUANTITIES):
+            return
+        whole, part = self.subject(), subject(self.settings, self.window, self.decisions)
+        for quantity in QUANTITIES:
+            found = None if quantity in self.withdrawn else contradiction(self.settings, whole, part, self.tally["window"], quantity)
+            if found is not None:
+                self._changed(found)
+
+    def _changed(self, found: Contradiction) -> None:
+        asked = asked_targets(self.settings, found.quantity)
+        self._raise(
+            {
+                "changed": found.quantity,
+                "window": found.number,
+                "window_events": self._window_events,
+                "stream": _texts(found.whole.lower, found.whole.upper),
+                "ratio": _texts(found.part.lower, found.part.upper),
+                "error": str(found.error),
+                "exceeds": [name for name, limit in asked.items() if target_verdict(found.part, name, limit) == "exceeds"],
+                "window_order": [[list(x), list(a)] for x, a in self.window.order],
+                "window_counts": [[rank, number, n] for (rank, number), n in self.window.n.items()],
+            }
+        )
+
+    def _raise(self, entry: dict[str, Any]) -> None:
+        """Keep an alarm with the counts of the moment; it is stored with the next commit."""
+        alarm = entry | {
+            "events": self.events,
+            "line": self._place.line - 1 if hasattr(self, "_place") else None,
+            "clock": self.tally["clock"],
+            "order": [[list(x), list(a)] for x, a in self.total.order],
+            "counts": [[rank, number, n] for (rank, number), n in self.total.n.items()],
+            "dead": self.tally["dead"],
+            "reasons": dict(self.tally["reasons"]),
+        }
+        self.alarms.append(alarm)
+        self._new_alarms.append(alarm)
+
+    # Taking decisions in
+
+    @property
+    def _header(self) -> str:
+        return self._header_line.decode("utf-8", "surrogateescape") if self.settings.layout == "csv" else ""
+
+    _header_line = b""
+
+    def _take(self, data: bytes, line: int) -> None:
+        if self.settings.layout == "csv" and (line == 1 or self._decoder is None):
+            data, line = self._take_header(data, line)
+        if self._decoder is None:
+            self._decoder = decoder(self.settings)
+        batch = self._decoder.batch(data, line)
+        if batch.rows is None:
+            if self._decoder.truth != self._truth:  # 1 and true are equal keys, and different labels
+                self._flush()
+                self._truth = self._decoder.truth
+            if not self.settings.window and not any(isinstance(self._resolve(key), str) for key in batch.counts.keys() - self._known):
+                self._known.update(batch.counts)
+                self._uncounted.update(batch.counts)
+                return
+            batch = self._decoder.batch(data, line, itemise=True)
+        self._flush()
+        self._take_rows(batch, data, line)
+
+    def _flush(self) -> None:
+        """Count what was gathered from chunks that were decoded as a whole."""
+        for key, n in self._uncounted.items():
+            what = self._resolve(key)
+            if not isinstance(what, str):
+                self._count(*what, n)
+        self._uncounted.clear()
+        self._known.clear()
+
+    def _take_header(self, data: bytes, line: int) -> tuple[bytes, int]:
+        if line == 1:
+            cut = data.find(b"\n") + 1
+            self._header_line, data, line = data[:cut].rstrip(b"\r\n"), data[cut:], 2
+        else:
+            self._header_line = self.state.place().header.encode("utf-8", "surrogateescape")
+        self._decoder = decoder(self.settings, self._header_line)
+        return data, line
+
+    def _take_rows(self, batch: Batch, data: bytes, line: int) -> None:
+        bad = [(number, UNREADABLE, reason) for number, reason in batch.bad]
+        if self.settings.event_id or self.settings.unit:
+            self.state.begin()
+        for row in batch.rows or ():
+            reason = self._take_row(row)
+            if reason:
+                bad.append((row.line, MISSING if reason.startswith(NO_VALUE) else UNUSABLE, reason))
+        if bad:
+            lines = data.split(b"\n")
+            for number, kind, reason in sorted(bad):
+                self._dead(number, kind, reason, lines[number - line])
+
+    def _take_row(self, row: Row) -> str:
+        """Count one decision; say why if it cannot be."""
+        settings, extra = self.settings, list(row.extra)
+        what = self._resolve(row.key)
+        if isinstance(what, str):
+            return what
+        identity = extra.pop(0) if settings.event_id else None
+        if settings.event_id and (identity is None or identity == ""):
+            return f"no event id in column {shown(settings.event_id)}"
+        if settings.time:
+            try:
+                when = moment(extra.pop(0))
+            except InputError as error:
+                return str(error)
+            if when > time.time() + FUTURE:
+                return "the time lies more than a day in the future"
+            if settings.since is not None and when < moment(settings.since):
+                self.tally["early"] += 1
+                return ""
+            self._tick(when)
+        if settings.event_id and not self.state.first_seen([f"event {identity!r}"])[0]:
+            self.tally["repeats"] += 1
+            return ""
+        if settings.unit:
+            if any(part is None or part == "" for part in extra):
+                return f"no unit in column {shown(settings.unit[[p is None or p == '' for p in extra].index(True)])}"
+            if not self.state.first_seen([json.dumps(["unit", *map(str, extra), *what[0]])])[0]:
+                self.tally["repeats"] += 1
+                return ""
+        self._count(*what, 1)
+        return ""
+
+    def _tick(self, when: float) -> None:
+        """Advance the clock, which never goes back: a decision with an earlier time counts where the clock stands."""
+        clock = self.tally["clock"]
+        if clock is not None and when < clock:
+            self.tally["back"] += 1
+        self.tally["clock"] = when if clock is None else max(clock, when)
+
+    def _count(self, cell: tuple[Label, Label], number: int, n: int) -> None:
+        if self.settings.window:
+            self._roll()
+        for window, counts in ((0, self.total), (self.tally["window"], self.window)):
+            if window or counts is self.total:
+                counts.add(cell, number, n)
+                pending = self._pending.setdefault(window, Counts())
+                at = counts.order[cell], number
+                pending.n[at] = pending.n.get(at, 0) + n
+        self.events += n
+        self._window_events += n
+
+    def _roll(self) -> None:
+        """Open the next window if the time or the number of decisions says so."""
+        length = self.settings.window or ""
+        index = int(self.tally["clock"] // float(length[:-1])) if length.endswith("s") else self.events // int(length)
+        if index == self.tally["index"]:
+            return
+        if self.tally["window"]:
+            self._close()
+        self.tally["window"] += 1
+        self.tally["index"] = index
+        self.window, self._window_events = Counts(), 0
+
+    def _close(self) -> None:
+        number = self.tally["window"]
+        pending = self._pending.get(number)
+        if pending is not None:
+            pending.order = dict(self.window.order)
+        self._compare_window()
+        found = self._look_at_window()
+        for name, judged in found.verdicts.items():
+            if judged == "exceeds" and name not in self._exceeded and LIMITS[name][0] in self.withdrawn:
+                part = subject(self.settings, self.window, self.decisions)
+                interval = interval_of(self.settings, part, LIMITS[name][0], window_share(number))
+                if interval is not None:
+                    self._alarm(name, interval, window=number)
+        self.closed.append(self._entry(found))
+
+    def window_entry(self) -> dict[str, Any]:
+        """What the current window shows, by its own budget."""
+        return self._entry(self._look_at_window())
+
+    def _look_at_window(self) -> Look:
+        found = subject(self.settings, self.window, self.decisions)
+        return look(self.settings, found, self._window_events, window_share(self.tally["window"]))
+
+    def _entry(self, found: Look) -> dict[str, Any]:
+        return {
+            "window": self.tally["window"],
+            "index": self.tally["index"],
+            "events": found.events,
+            "intervals": found.intervals,
+            "verdict": found.verdict,
+        }
+
+    def _resolve(self, key: tuple[Any, ...]) -> tuple[tuple[Label, Label], int] | str:
+        """The cell and the decision that labels stand for, or why they stand for none."""
+        kinds = (key, *map(type, key))
+        try:
+            found = self._resolved.get(kinds)
+        except TypeError:  # a list or an object instead of a label
+            return self._resolve_anew(key)
+        if found is None:
+            if len(self._resolved) >= CACHED:
+                self._resolved.clear()
+            found = self._resolved[kinds] = self._resolve_anew(key)
+        if not isinstance(found, str) and found[0] not in self.total.order and len(self.total.order) >= MAX_CELLS:
+            return f"more than {MAX_CELLS} combinations of context and group"
+        return found
+
+    def _resolve_anew(self, key: tuple[Any, ...]) -> tuple[tuple[Label, Label], int] | str:
+        names = (*self.settings.context, *self.settings.group, self.settings.decision)
+        labels = []
+        for name, value in zip(names, key, strict=True):
+            if isinstance(value, (list, dict)):
+                return f"column {shown(name)} holds no label"
+            try:
+                text = label_text(json_number(str(value)) if isinstance(value, Decimal) else value)
+            except InputError as error:
+                return f"column {shown(name)}: {error}"
+            if text is None:
+                return f"{NO_VALUE}{shown(name)}"
+            labels.append(text)
+        contexts = len(self.settings.context)
+        cell = tuple(labels[:contexts]), tuple(labels[contexts:-1])
+        if self.settings.utility is not None:
+            return cell, self._numbers.get(labels[-1], self._numbers[OTHER])
+        try:
+            return cell, self._value(key[-1], labels[-1])
+        except InputError as error:
+            return f"column {shown(names[-1])}: {error}"
+
+    def _value(self, value: Any, text: str) -> int:
+        """Number of the decision that a utility stands for."""
+        exact = Fraction(*rational(text if isinstance(value, (str, float)) else value))
+        if self.settings.step is not None:
+            step = Fraction(self.settings.step)
+            exact = round(exact / step) * step
+        low, high = self.settings.limits
+        if not low <= exact <= high:
+            raise InputError(f"a utility of {shown(text)} is outside the range from {low} to {high}")
+        label = rational_text((exact.numerator, exact.denominator))
+        if label not in self._numbers:
+            if len(self._numbers) >= MAX_VALUES:
+                raise InputError(f"more than {MAX_VALUES} different utilities; round them (--utility-step)")
+            self._numbers[label] = len(self._numbers)
+            self.decisions.append((label, label))
+            self._new_decisions.append((self._numbers[label], label, label))
+        return self._numbers[label]
+
+    # Dead letters
+
+    def _open_letters(self, path: str | None, length: int) -> Any:
+        """Open the file of dead letters, without what was written after the last commit."""
+        if path is None:
+            return None
+        try:
+            file = Path(path).open("ab")  # noqa: SIM115
+            earlier = self.state.get("tally", {}).get("letters")
+            if earlier == os.path.realpath(path) and file.tell() > length:
+                file.truncate(length)
+                file.seek(0, os.SEEK_END)
+        except OSError as error:
+            self.log.file.close()
+            raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
+        return file
+
+    def _dead(self, line: int, kind: str, reason: str, text: bytes) -> None:
+        self.tally["dead"] += 1
+        self.tally["reasons"][kind] = self.tally["reasons"].get(kind, 0) + 1
+        if self._letters is not None:
+            entry = {"line": line, "reason": reason, "text": text[:SHOWN].decode("utf-8", "backslashreplace")}
+            self._letters.write(json.dumps(entry).encode("ascii") + b"\n")
+
+    def close(self) -> None:
+        """Close the files."""
+        with contextlib.suppress(OSError):
+            self.log.file.close()
+        if self._letters is not None:
+            self._letters.close()
+        self.state.close()

@@ -1,0 +1,271 @@
+"""Columns of a table, whatever holds it: labels become codes, numbers become exact.
+
+Labels are in order of first appearance, except those of logs, which are sorted: a log has no order that every
+engine would keep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.errors import InputError, shown
+from fairaudit.tables.label_text import label_text
+from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level, words
+from fairaudit.tables.tally import Tally, counted
+from fairaudit.tables.values import Label, Locate, column, combine, encode, exact_floats, in_order_of_appearance, locator, names, numbers
+
+__all__ = ["CodedTable", "label_codes", "read_columns"]
+
+
+Missing = Literal["error", "drop", "group"]
+
+MISSING_LABEL = "(missing)"
+
+
+@dataclass(frozen=True)
+class CodedTable:
+    """The columns of a table that an audit needs, without the rows that were left out.
+
+    Attributes
+    ----------
+    codes : tuple of ndarray of int64
+        Decision, context and group of each row, as codes.
+    counts : ndarray of int64
+        How many rows of the log each row stands for; one unless it is a `Tally`.
+    decisions, contexts, groups : list
+        What the codes stand for: in order of first appearance, or sorted.
+    values : dict of str to list
+        Cells of the other columns that were asked for.
+    units : tuple of (ndarray of int64, list of str)
+        Codes of the columns of the sampling unit, -1 where a label is missing, and what they stand for.
+    truth : tuple of ndarray of int64 and list of str, or None
+        Codes of the true labels, and what they stand for.
+    locate : callable
+        Maps a row's position to words for a message.
+    notes : tuple of str
+        What was done to rows with missing labels, in words.
+    preparation : tuple of mapping
+        What was done to the table before it was counted.
+    """
+
+    codes: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
+    counts: NDArray[np.int64]
+    decisions: list[str]
+    contexts: list[Label]
+    groups: list[Label]
+    values: dict[str, list[Any]]
+    locate: Locate
+    notes: tuple[str, ...]
+    units: tuple[tuple[NDArray[np.int64], list[str]], ...] = ()
+    truth: tuple[NDArray[np.int64], list[str]] | None = None
+    preparation: tuple[Entry, ...] = ()
+
+
+def read_columns(
+    table: Any,
+    decision: str,
+    group: Sequence[str],
+    context: Sequence[str],
+    others: Sequence[str],
+    missing: Missing,
+    unit: Sequence[str] = (),
+    *,
+    ordered: bool = False,
+    truth: str | None = None,
+    count: str | None = None,
+    measured_in: Unit = "decisions",
+) -> CodedTable:
+    """Read decision, group and context columns as codes, and fetch others.
+
+    Parameters
+    ----------
+    table : DataFrame, mapping of str to sequence, or CsvTable
+        The table.
+    decision, group, context : str or sequence of str
+        Label columns.
+    others : sequence of str
+        Columns to fetch as they are.
+    missing : {"error", "drop", "group"}
+        What an empty label means.
+    unit : sequence of str
+        Columns of the sampling unit, which may be among the label columns.
+    ordered : bool
+        Whether labels are sorted (by code point) instead of listed as they appear.
+    truth : str, optional
+        Column of the true label.
+    count : str, optional
+        The column among `others` that says how many decisions a row stands for.
+    measured_in : {"decisions", "rows"}
+        What is left out: decisions, or rows of a table of probabilities.
+
+    Returns
+    -------
+    CodedTable
+        The codes.
+
+    Raises
+    ------
+    InputError
+        If a column is absent or used twice, columns differ in length, or a label is not usable.
+    """
+    labelled = (decision, *group, *context, *names(truth))
+    lists = _lists(table, labelled, others)
+    counts = counted(table, len(lists[decision]))
+    where = locator(table)
+    if missing not in ("error", "drop", "group"):
+        raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop' or 'group'")
+    coded = {name: _encoded(table, lists[name], name, where) for name in labelled}
+    values = {name: lists[name] for name in others}
+    absent = {name: codes < 0 for name, (codes, _) in coded.items()}
+    weighed = _Weights(counts, None if count is None else values[count], count or "", np.all(list(absent.values()), axis=0), where)
+    done: list[Entry] = []
+    for name in labelled:
+        coded[name] = _missing_labels(*coded[name], name, missing, where, counts)
+        if missing == "group" and (amount := weighed(absent[name])):
+            done.append(level(name, MISSING_LABEL, measured_in, amount))
+    rows = len(lists[decision])
+    units = label_codes(table, unit, where)
+    for name, (codes, _) in zip(unit, units, strict=True):
+        if unit.count(name) > 1:
+            raise InputError(f"the column {shown(name)} is used twice; each column has one role")
+        if len(codes) != rows:
+            raise InputError(f"column {shown(name)} has {len(codes)} values and column {shown(decision)} {rows}; they must be equally long")
+    keep = np.all([codes >= 0 for codes, _ in coded.values()], axis=0)
+    if not keep.all():
+        kept = np.flatnonzero(keep).tolist()
+        if not kept:
+            raise InputError("every row has a missing label; nothing is left to audit")
+        if amount := weighed(~keep):
+            done.append(left_out(measured_in, amount, weighed(keep) + amount, {name: weighed(absent[name]) for name in labelled}))
+        counts = counts[keep]
+        coded = {name: _recode(codes[keep], texts) for name, (codes, texts) in coded.items()}
+        values = {name: [cells[i] for i in kept] for name, cells in values.items()}
+        units = [_recode(codes[keep], texts) if (codes[keep] >= 0).all() else (codes[keep], texts) for codes, texts in units]
+        everywhere = where
+
+        def where(position: int) -> str:
+            return everywhere(kept[position])
+
+        rows = len(kept)
+    notes = tuple(map(words, done))
+    preparation = in_order((*getattr(table, "preparation", ()), *done), labelled, {name: texts for name, (_, texts) in coded.items()})
+    u, decisions = coded[decision]
+    x, contexts = combine([coded[name] for name in context], rows)
+    a, groups = combine([coded[name] for name in group], rows)
+    true = None if truth is None else coded[truth]
+    if ordered:
+        (u, decisions), (x, contexts), (a, groups) = _sorted(u, decisions), _sorted(x, contexts), _sorted(a, groups)
+        true = true and _sorted(*true)
+    return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, notes, tuple(units), true, preparation)
+
+
+@dataclass(frozen=True)
+class _Weights:
+    """How many decisions rows stand for, where that is asked: as many as a column says, or else one for each row of the log.
+
+    Blank rows, which have no label and no number either, stand for none.
+    """
+
+    counts: NDArray[np.int64]
+    values: list[Any] | None
+    column: str
+    unlabelled: NDArray[np.bool_]
+    locate: Locate
+
+    def __call__(self, rows: NDArray[np.bool_]) -> Fraction:
+        values = self.values
+        if values is None:
+            return Fraction(int(self.counts[rows].sum()))
+        places = [i for i in np.flatnonzero(rows).tolist() if not self.unlabelled[i] or label_text(values[i]) is not None]
+        if not places:
+            return Fraction(0)
+        listed, scale = numbers([values[i] for i in places], self.column, lambda position: self.locate(places[position]))
+        if listed.dtype.kind == "f":
+            listed, scale = exact_floats(listed)
+        return Fraction(sum(n * times for n, times in zip(listed.tolist(), self.counts[places].tolist(), strict=True)), scale)
+
+
+def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[str, Any]:
+    """Cells of the columns; of a `Tally` only the codes of those that are labels and nothing else."""
+    used = [*labelled, *others]
+    coded = set(labelled) & set(table.codes) if isinstance(table, Tally) else set()
+    for name in used:
+        if used.count(name) > 1:
+            raise InputError(f"the column {shown(name)} is used twice; each column has one role")
+    lists = {name: table.codes[name] if name in coded else column(table, name) for name in used}
+    rows = len(lists[used[0]])
+    for name, values in lists.items():
+        if len(values) != rows:
+            raise InputError(f"column {shown(name)} has {len(values)} values and column {shown(used[0])} {rows}; they must be equally long")
+    if rows == 0:
+        raise InputError("the table has no rows")
+    return lists
+
+
+def _missing_labels(
+    codes: NDArray[np.int64], texts: list[str], name: str, missing: Missing, where: Locate, counts: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], list[str]]:
+    """Refuse missing labels, or make them a level, or leave them to be dropped."""
+    absent = codes < 0
+    if not absent.any() or missing == "drop":
+        return codes, texts
+    if missing == "error":
+        at = int(np.flatnonzero(absent)[0])
+        raise InputError(
+            f"column {shown(name)}, {where(at)}: the label is missing ({int(counts[absent].sum())} in all); "
+            "missing=drop (--missing drop) leaves such rows out, missing=group (--missing group) makes them a level"
+        )
+    if MISSING_LABEL in texts:
+        raise InputError(f"column {shown(name)} already has a label {MISSING_LABEL!r}; rename it, or use missing=drop")
+    return np.where(absent, len(texts), codes), [*texts, MISSING_LABEL]
+
+
+def _sorted(codes: NDArray[np.int64], labels: list[Any]) -> tuple[NDArray[np.int64], list[Any]]:
+    """Sort labels by code point, and their codes with them."""
+    order = sorted(range(len(labels)), key=labels.__getitem__)
+    rank = np.empty(len(labels), dtype=np.int64)
+    rank[order] = np.arange(len(labels))
+    return rank[codes], [labels[i] for i in order]
+
+
+def _recode(codes: NDArray[np.int64], texts: list[str]) -> tuple[NDArray[np.int64], list[str]]:
+    """Forget the labels that no row uses any more."""
+    ranks, values = in_order_of_appearance(codes)
+    return ranks, [texts[v] for v in values]
+
+
+def _encoded(table: Any, values: list[Any], name: str, locate: Locate) -> tuple[NDArray[np.int64], list[str]]:
+    """Codes of a column; of a `Tally` only the different values are looked at."""
+    if not isinstance(table, Tally):
+        return encode(values, name, locate)
+    at = table.codes[name]
+
+    def first(level: int) -> str:
+        return locate(int(np.flatnonzero(at == level)[0]))
+
+    codes, texts = encode(table.levels[name], name, first)
+    return codes[at], texts
+
+
+def label_codes(table: Any, columns: Sequence[str], locate: Locate) -> list[tuple[NDArray[np.int64], list[str]]]:
+    """Codes of the labels in each column, -1 where one is missing, and the labels.
+
+    Raises
+    ------
+    InputError
+        If a column is not there, or holds no labels.
+
+    Examples
+    --------
+    >>> [(codes, labels)] = label_codes({"sex": ["f", "", "f"]}, ["sex"], str)
+    >>> codes.tolist(), labels
+    ([0, -1, 0], ['f'])
+    """
+    held = table.codes if isinstance(table, Tally) else {}
+    return [_encoded(table, [] if name in held else column(table, name), name, locate) for name in columns]

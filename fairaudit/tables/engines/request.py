@@ -1,0 +1,115 @@
+"""What is asked of an engine: columns, intervals and where the log is; and the work in a thread that can be watched and interrupted."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from fairaudit.errors import InputError
+from fairaudit.tables.binning import Bins
+from fairaudit.tables.sql import table_name
+
+__all__ = ["ManyRowsError", "Request", "attended", "database_source"]
+
+
+Report = Callable[[float | None, int | None], None]
+
+T = TypeVar("T")
+
+
+class ManyRowsError(InputError):
+    """A log has more different rows than were asked for."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is wanted of an engine.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        The columns that tell rows apart.
+    bins : dict of str to Bins
+        Numeric columns among them to cut into intervals.
+    table, query : str or None
+        Of a database, the table or the query that gives the log.
+    memory : str or None
+        How much memory the engine may use before it spills to disk, such as ``2GB``.
+    report : callable or None
+        Told how far the work is: a share of it, or a number of rows.
+    meanwhile : callable or None
+        Run once beside the engine's work.
+    most : int or None
+        How many different rows may come back from DuckDB, where more can be read in parts.
+    by : tuple of str
+        The columns whose values those parts would keep together.
+    """
+
+    columns: tuple[str, ...]
+    bins: Mapping[str, Bins]
+    table: str | None = None
+    query: str | None = None
+    memory: str | None = None
+    report: Report | None = None
+    meanwhile: Callable[[], Any] | None = None
+    most: int | None = None
+    by: tuple[str, ...] = ()
+
+
+def database_source(request: Request, dialect: str) -> str:
+    """Write what a database counts, as it stands after ``from``.
+
+    Raises
+    ------
+    InputError
+        If neither a table nor a query was named.
+    """
+    if request.table is not None:
+        return table_name(request.table, dialect)
+    if request.query is None:
+        raise InputError("a database holds several tables; name one with table (--table), or give a query (--query)")
+    return f"({request.query.strip().rstrip(';')}\n) as log"
+
+
+def attended(work: Callable[[], T], interrupt: Callable[[], Any], request: Request, share: Callable[[], float | None] | None = None) -> T:
+    """Run an engine's work in a thread, so that it can be watched and interrupted.
+
+    Parameters
+    ----------
+    work : callable
+        The work.
+    interrupt : callable
+        Makes the engine give the work up.
+    request : Request
+        Whose `report` is told how far the work is, and whose `meanwhile` runs beside it.
+    share : callable, optional
+        Says how much of the work is done, from 0 to 1.
+    """
+    done: list[T] = []
+    failed: list[BaseException] = []
+    ended = threading.Event()  # an interrupted Thread.join would take the thread for ended
+
+    def run() -> None:
+        try:
+            done.append(work())
+        except BaseException as error:
+            failed.append(error)
+        finally:
+            ended.set()
+
+    threading.Thread(target=run, name="fairaudit-engine", daemon=True).start()
+    try:
+        if request.meanwhile is not None:
+            request.meanwhile()
+        while not ended.wait(0.1):
+            if request.report is not None:
+                request.report(share() if share is not None else None, None)
+    except BaseException:
+        interrupt()
+        ended.wait(30)
+        raise
+    if failed:
+        raise failed[0]
+    return done[0]

@@ -1,0 +1,136 @@
+"""What was done to a log before it was counted: the entries of `subject.preparation` in a certificate, and their words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, Literal
+
+from fairaudit.errors import shown
+from fairaudit.exact.rationals import rational_text
+
+__all__ = ["Entry", "Unit", "assumption", "in_order", "intervals", "left_out", "level", "merged_labels", "said", "unread", "words"]
+
+
+Entry = Mapping[str, Any]
+
+Unit = Literal["decisions", "rows"]
+
+STEPS = ("intervals", "mapped", "folded", "left out", "level")
+
+MISSING = "missing label"
+
+UNIT_OF_LINES = "lines"
+
+
+def intervals(column: str, edges: Sequence[Fraction]) -> Entry:
+    """Numbers of a column were cut into intervals."""
+    return {"step": "intervals", "column": column, "edges": [_text(edge) for edge in edges]}
+
+
+def merged_labels(step: Literal["mapped", "folded"], column: str, label: str, spellings: Iterable[str]) -> Entry:
+    """Labels of a column were written as another one."""
+    return {"step": step, "column": column, "label": label, "from": sorted(spellings)}
+
+
+def left_out(unit: Unit, amount: Fraction, of: Fraction, columns: Mapping[str, Fraction]) -> Entry:
+    """Decisions (of a table of probabilities: rows) had no label in some column and were left out, so many in each column.
+
+    Examples
+    --------
+    >>> entry = left_out("decisions", Fraction(3), Fraction(10), {"sex": Fraction(3)})
+    >>> words(entry)
+    "3 of 10 decisions have a missing label and were left out ('sex': 3)"
+    """
+    without = {column: _text(missing) for column, missing in columns.items() if missing}
+    return {"step": "left out", "reason": MISSING, unit: _text(amount), "of": _text(of), "columns": without}
+
+
+def unread(reason: str, lines: int) -> Entry:
+    """Lines of a log could not be counted."""
+    return {"step": "left out", "reason": reason, UNIT_OF_LINES: str(lines)}
+
+
+def level(column: str, label: str, unit: Unit, amount: Fraction) -> Entry:
+    """Decisions (of a table of probabilities: rows) without a label in a column form a level of their own."""
+    return {"step": "level", "column": column, "label": label, unit: _text(amount)}
+
+
+def in_order(entries: Iterable[Entry], columns: Sequence[str], labels: Mapping[str, Iterable[str]]) -> tuple[Entry, ...]:
+    """Order entries by step and by column, without those about other columns or about labels of which nothing is left.
+
+    Parameters
+    ----------
+    entries : iterable of mapping
+        The entries.
+    columns : sequence of str
+        The columns of the law: decision, groups, contexts.
+    labels : mapping of str to iterable of str
+        For each of them the labels of the law.
+    """
+    known = {column: set(labels[column]) for column in columns}
+    kept = [e for e in entries if "column" not in e or (e["column"] in known and e.get("label", None) in {None, *known[e["column"]]})]
+    places = {column: place for place, column in enumerate(columns)}
+    return tuple(sorted(kept, key=lambda e: (STEPS.index(e["step"]), places[e["column"]] if "column" in e else 0, e.get("label", ""))))
+
+
+def assumption(entry: Entry) -> str:
+    """What has to be assumed of what was left out; empty for other entries."""
+    if entry["step"] != "left out":
+        return ""
+    return f"{_counted(entry)}; they are taken to be no different from the others"
+
+
+def words(entry: Entry) -> str:
+    """An entry in words.
+
+    Examples
+    --------
+    >>> words(merged_labels("folded", "race", "Black", ["BLACK", " black"]))
+    "in column 'race', ' black' and 'BLACK' count as 'Black': they differ in case, blanks or Unicode form alone"
+    """
+    if entry["step"] == "left out":
+        columns = ", ".join(f"{shown(column)}: {amount}" for column, amount in entry.get("columns", {}).items())
+        return _counted(entry) + (f" ({columns})" if columns else "")
+    column = f"column {shown(entry['column'])}"
+    if entry["step"] == "intervals":
+        return f"{column} was cut into intervals at {', '.join(entry['edges'])}"
+    if entry["step"] == "level":
+        amount, unit = _amount(entry)
+        return f"{amount} {unit} without a label in {column} form the level {shown(entry['label'])}"
+    *others, last = map(shown, entry["from"])
+    named = f"{', '.join(others)} and {last}" if others else last
+    alike = f": {'they differ' if others else 'it differs'} in case, blanks or Unicode form alone"
+    why = ", as the map says" if entry["step"] == "mapped" else alike
+    return f"in {column}, {named} count{'' if others else 's'} as {shown(entry['label'])}{why}"
+
+
+def said(about: Mapping[str, Any]) -> tuple[str, ...]:
+    """What the subject of a certificate says of labels in several spellings, and of what was done before it was counted.
+
+    Examples
+    --------
+    >>> said({"spellings": [{"column": "race", "labels": ["BLACK", "Black"]}]})
+    ("column 'race': 'BLACK' and 'Black' count as different labels, and differ in spelling alone",)
+    """
+    return (*map(_spelt, about.get("spellings", ())), *map(words, about.get("preparation", ())))
+
+
+def _spelt(entry: Mapping[str, Any]) -> str:
+    *others, last = map(shown, entry["labels"])
+    return f"column {shown(entry['column'])}: {', '.join(others)} and {last} count as different labels, and differ in spelling alone"
+
+
+def _counted(entry: Entry) -> str:
+    amount, unit = _amount(entry)
+    if unit == UNIT_OF_LINES:
+        return f"{amount} lines of the log could not be counted and were left out ({entry['reason']})"
+    return f"{amount} of {entry['of']} {unit} have a missing label and were left out"
+
+
+def _amount(entry: Entry) -> tuple[str, str]:
+    return next((entry[unit], unit) for unit in ("decisions", "rows", UNIT_OF_LINES) if unit in entry)
+
+
+def _text(value: Fraction) -> str:
+    return rational_text((value.numerator, value.denominator))

@@ -1,0 +1,186 @@
+"""The values of one column: labels as codes, in order of first appearance, and numbers as exact integers over one denominator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.rationals import common_denominator, rational
+from fairaudit.tables.label_text import PLAIN, label_text, native_values
+
+__all__ = ["column", "combine", "distinct", "integers", "locator", "names", "numbers"]
+
+
+Label = tuple[str, ...]
+
+Locate = Callable[[int], str]
+
+INT64 = 2**63 - 1
+
+
+def distinct(keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Different integers, rising, and the place of each one among them; without sorting where their range is small.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in distinct(np.array([7, 3, 7]))]
+    [[3, 7], [1, 0, 1]]
+    """
+    low, high = (int(keys.min()), int(keys.max())) if len(keys) else (0, 0)
+    if high - low > 4 * len(keys) + 1_000:
+        values, places = np.unique(keys, return_inverse=True)
+        return values, places
+    present = np.zeros(high - low + 1, dtype=np.bool_)
+    present[keys - low] = True
+    return np.flatnonzero(present) + low, (np.cumsum(present) - 1)[keys - low]
+
+
+def in_order_of_appearance(keys: NDArray[np.int64]) -> tuple[NDArray[np.int64], list[int]]:
+    """Number keys in order of first appearance."""
+    values, inverse = distinct(keys)
+    first = np.empty(len(values), dtype=np.int64)
+    first[inverse[::-1]] = np.arange(len(keys) - 1, -1, -1)
+    order = np.argsort(first)
+    rank = np.empty(len(values), dtype=np.int64)
+    rank[order] = np.arange(len(values))
+    return rank[inverse], values[order].tolist()
+
+
+def names(columns: str | Sequence[str] | None) -> tuple[str, ...]:
+    """Column names as a tuple; a single name stands for itself."""
+    if columns is None:
+        return ()
+    return (columns,) if isinstance(columns, str) else tuple(columns)
+
+
+def locator(table: Any) -> Locate:
+    """How to name a row in a message: a table may have a method `locate`; otherwise rows are counted from 1."""
+    own = getattr(type(table), "locate", None)
+    if own is None:
+        return lambda position: f"row {position + 1}"
+    return lambda position: str(own(table, position))
+
+
+def column(table: Any, name: str) -> list[Any]:
+    """Values of a column of a frame or mapping as a list of Python values."""
+    known = [c for c in (table.columns if hasattr(table, "columns") else table) if isinstance(c, str)]
+    if name not in known:
+        raise InputError(f"there is no column {shown(name)}; {nearest(name, known)}")
+    values = table[name]
+    if getattr(values, "ndim", 1) != 1:
+        raise InputError(f"the column name {shown(name)} occurs more than once; give each column its own name")
+    try:
+        return native_values(values)
+    except InputError as error:
+        raise InputError(f"column {shown(name)}: {error}") from None
+
+
+def encode(values: list[Any], name: str, locate: Locate) -> tuple[NDArray[np.int64], list[str]]:
+    """Codes of labels in order of first appearance; -1 where the label is missing."""
+    keys = _keys(values, name, locate)
+    first: dict[Hashable, int] = {}
+    for position, key in enumerate(keys):
+        if key not in first:
+            first[key] = position
+    codes: dict[Hashable, int] = {}
+    seen: dict[str, tuple[int, Any]] = {}
+    for key, position in first.items():
+        value = values[position]
+        text = _label(value, name, position, locate)
+        if text is None:
+            codes[key] = -1
+            continue
+        code, other = seen.setdefault(text, (len(seen), value))
+        if other != value and not (type(other) is type(value) and type(value) not in PLAIN):
+            raise InputError(
+                f"column {shown(name)}, {locate(position)}: {shown(value)} and {shown(other)} are different values with the same text; "
+                "make the column of one type"
+            )
+        codes[key] = code
+    return np.fromiter(map(codes.__getitem__, keys), dtype=np.int64, count=len(keys)), list(seen)
+
+
+def _keys(values: list[Any], name: str, locate: Locate) -> Sequence[Hashable]:
+    """What tells the values of a column apart; dates and times by their texts, because Python takes two moments of one hour for equal."""
+    kinds = set(map(type, values))
+    if kinds <= PLAIN:
+        return values if len(kinds) <= 1 else [(type(value), value) for value in values]
+    return [
+        (type(value), value if type(value) in PLAIN else _label(value, name, position, locate)) for position, value in enumerate(values)
+    ]
+
+
+def _label(value: Any, name: str, position: int, locate: Locate) -> str | None:
+    try:
+        return label_text(value)
+    except InputError as error:
+        raise InputError(f"column {shown(name)}, {locate(position)}: {error}") from None
+
+
+def combine(parts: Sequence[tuple[NDArray[np.int64], list[str]]], rows: int) -> tuple[NDArray[np.int64], list[Label]]:
+    """Join the codes of several columns into codes of tuples, in order of first appearance."""
+    if not parts:
+        return np.zeros(rows, dtype=np.int64), [()]
+    if len(parts) == 1:
+        return parts[0][0], [(text,) for text in parts[0][1]]
+    joined = parts[0][0]
+    labels: list[Label] = [(text,) for text in parts[0][1]]
+    for codes, texts in parts[1:]:
+        joined, values = in_order_of_appearance(joined * len(texts) + codes)
+        labels = [(*labels[v // len(texts)], texts[v % len(texts)]) for v in values]
+    return joined, labels
+
+
+def numbers(values: list[Any], name: str, locate: Locate) -> tuple[NDArray[Any], int]:
+    """Numbers of a column, exact: float64 as they are, everything else as integers over one denominator.
+
+    Negative numbers are an error.
+    """
+    kinds = set(map(type, values))
+    if kinds == {float}:
+        floats = np.array(values, dtype=np.float64)
+        for bad, what in (
+            (~np.isfinite(floats), "is not a finite number"),
+            (floats < 0, "is negative; numbers of at least 0 are accepted"),
+        ):
+            if bad.any():
+                at = int(np.flatnonzero(bad)[0])
+                raise InputError(f"column {shown(name)}, {locate(at)}: {shown(values[at])} {what}")
+        return floats, 1
+    cache: dict[tuple[type, Any], tuple[int, int]] = {}
+    pairs: list[tuple[int, int]] = []
+    for position, value in enumerate(values):
+        key = (type(value), value) if isinstance(value, Hashable) else None
+        pair = cache.get(key) if key is not None else None
+        if pair is None:
+            try:
+                if label_text(value) is None:
+                    raise InputError("the number is missing")
+                pair = rational(value)
+                if pair[0] < 0:
+                    raise InputError(f"{shown(value)} is negative; numbers of at least 0 are accepted")
+            except InputError as error:
+                raise InputError(f"column {shown(name)}, {locate(position)}: {error}") from None
+            if key is not None:
+                cache[key] = pair
+        pairs.append(pair)
+    whole, bottom = common_denominator(pairs)
+    return integers(whole), bottom
+
+
+def integers(values: Iterable[int]) -> NDArray[Any]:
+    """Integers as int64 if their sum fits, else as Python integers."""
+    listed = list(values)
+    return np.array(listed, dtype=np.int64 if sum(map(abs, listed)) <= INT64 else object)
+
+
+def exact_floats(values: NDArray[Any]) -> tuple[NDArray[Any], int]:
+    """Float64 counts as integers over one denominator."""
+    if float(values.sum()) < 2.0**53 and bool(np.all(values == np.floor(values))):
+        return values.astype(np.int64), 1
+    whole, bottom = common_denominator([v.as_integer_ratio() for v in values.tolist()])
+    return integers(whole), bottom

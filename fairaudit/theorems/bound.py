@@ -1,0 +1,127 @@
+"""A bound on a fairness measure: what a theorem concludes, what it rests on, and the words for it.
+
+Throughout, E(x,a) is the expected utility of group a in context x, R the greatest ratio of two of them in one context, γ the
+greatest and m the least utility, τ a floor under every compared E(x,a), t = τ/γ, K the greatest difference of utility between
+two groups for the same decision and context (L_A·d), and H_k(P,Q) = Σ max(0, P − kQ) the hockey stick of an ordered pair of
+rows of the group filter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from fairaudit.errors import InputError, shown
+
+Extended = Fraction | float
+
+Floor = Literal["table", "declared", "policy"]
+
+
+THIS_LAW = "this law"
+
+THIS_POLICY = "this policy and context filter, any group filter at most this epsilon that releases the same values"
+
+ANY_POLICY = "any policy behind this filter"
+
+FLOORED = "any policy behind this filter that keeps the declared floor"
+
+
+FRESH = (
+    "the filter's draws for group and context are independent of each other and of everything else, fresh for each decision, and the "
+    "decision depends on group and context only through what the filters release"
+)
+
+GROUP_FREE = "the utility does not depend on the group"
+
+DECISION_ONLY = "the utility depends on the decision alone"
+
+INDEPENDENT = "context and group are independent in the population"
+
+POPULATION = "the contexts of each group are distributed as in the stated population"
+
+ORDER = (
+    "the order of the candidates is drawn uniformly from all orders, independently of everything else, unseen by the policy and fresh for "
+    "each decision; the same filter serves every candidate, and nothing else travels with a candidate"
+)
+
+
+@dataclass(frozen=True)
+class Bound:
+    """An upper bound on a fairness measure, with what it rests on.
+
+    Attributes
+    ----------
+    theorem : str
+        Its number, such as ``"T3"``.
+    quantity : str
+        What is bounded: ``"local_ratio"``, ``"global_ratio"``, ``"selection_ratio"`` (ratios R; the measure is log R),
+        ``"equalized_odds"`` or ``"demographic_parity"`` (total variation distances).
+    value : Fraction or float
+        The bound; `math.inf` if the theorem gives none.
+    constants : mapping of str to Fraction
+        The numbers that it was computed from; infinite ones are left out.
+    multipliers : tuple of Fraction
+        The evidence, in falling order: for every ordered pair of inputs at least one of these k proves the value (see the module).
+    assumptions : tuple of str
+        What the reader must accept.
+    scope : str
+        Which laws the bound covers.
+    certified : bool
+        Whether integers suffice to check it.
+    note : str
+        Why there is no finite bound, or how the value was rounded.
+    """
+
+    theorem: str
+    quantity: str
+    value: Extended
+    constants: Mapping[str, Fraction]
+    multipliers: tuple[Fraction, ...]
+    assumptions: tuple[str, ...]
+    scope: str
+    certified: bool = True
+    note: str = ""
+
+
+# Words
+
+
+def floor_terms(
+    floor: Floor, amount: str, *, any_filter: bool, trivial: bool = False, mean: bool = False, chance: bool = False
+) -> tuple[str, tuple[str, ...]]:
+    """Scope, and the sentence that a declared floor adds.
+
+    `any_filter`: whether the bound depends on the filter through its privacy parameters alone; `trivial`: whether the floor holds for
+    every policy by itself.
+    """
+    if floor not in ("table", "declared", "policy"):
+        raise InputError(f"floor={shown(floor)} is not accepted; use 'table', 'declared' or 'policy'")
+    if trivial:
+        return ANY_POLICY, ()
+    if floor == "declared":
+        who = "compared person's chance" if chance else "compared group's mean utility" if mean else "compared group's expected utility"
+        return FLOORED, (f"every {who} is at least {amount} behind the filter (declared)",)
+    return (THIS_POLICY if floor == "policy" and any_filter else THIS_LAW), ()
+
+
+def privacy_premise(factor: Extended, delta: Fraction, who: str = "the group filter") -> str:
+    more = f" plus {delta}" if delta else ""
+    return f"{who} multiplies the probability of any event by at most {factor}{more} between any two inputs, in either order"
+
+
+def gap_premise(gap: Fraction) -> str:
+    return f"the utilities of two groups differ by at most {gap} for the same decision and context" if gap else GROUP_FREE
+
+
+def finite_constants(**numbers: Extended) -> dict[str, Fraction]:
+    return {name: value for name, value in numbers.items() if isinstance(value, Fraction)}
+
+
+def as_multipliers(factor: Extended) -> tuple[Fraction, ...]:
+    return (factor,) if isinstance(factor, Fraction) else ()
+
+
+NO_FLOOR = "with a floor of 0 and K or delta above 0 one group may get nothing where another gets something"

@@ -1,0 +1,115 @@
+"""Words that results, reports and the command line share: figures rounded for people, labels that are data, who is favoured."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
+from fractions import Fraction
+from typing import Literal
+
+__all__ = ["BENEFIT", "BURDEN", "Words", "approximate", "percent", "place", "plain", "words_for"]
+
+
+def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest") -> str:
+    """Four significant digits of an exact value, for a person.
+
+    Examples
+    --------
+    >>> approximate(Fraction(24475, 18432)), approximate(Fraction(10**400, 3)), approximate(float("inf"))
+    ('1.328', '3.333e+399', 'infinite')
+    >>> approximate(Fraction(24475, 18432), "down"), approximate(Fraction(2, 3), "up")
+    ('1.327', '0.6667')
+    """
+    if not isinstance(value, Fraction):
+        return "infinite"
+    if rounding == "nearest" and (value == 0 or Fraction(1, 10**300) < value < 10**300):
+        return f"{float(value):.4g}"
+    towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
+    with localcontext(Context(prec=4, rounding=towards, Emin=-999_999, Emax=999_999)) as context:
+        return format(context.divide(Decimal(value.numerator), Decimal(value.denominator)), ".4g")
+
+
+STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
+
+
+def plain(text: str) -> str:
+    r"""Escape characters that could steer a terminal or reorder text.
+
+    Examples
+    --------
+    >>> plain("a\x1b[31mb\u202ec")
+    'a\\x1b[31mb\\u202ec'
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if unicodedata.category(c) not in STEERING else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+THE_INTERVAL = "the interval"
+
+THIS_TABLE = "this table"
+
+
+@dataclass(frozen=True)
+class Words:
+    """How a sentence speaks of what is compared.
+
+    Attributes
+    ----------
+    worse : str
+        What is said of the group with the higher expectation.
+    amount : str
+        What is compared.
+    counted : str
+        The decisions that count, where each is worth 1 and all others nothing; the sentence then says how often they are taken.
+    """
+
+    worse: str
+    amount: str
+    counted: str = ""
+
+    def amounts(self, values: tuple[Fraction, Fraction]) -> str:
+        """What two groups get."""
+        high, low = values
+        if self.counted:
+            return f"{self.counted} in {approximate(100 * high)} % of decisions against {approximate(100 * low)} %"
+        return f"an {self.amount} of {approximate(high)} against {approximate(low) if low else 'exactly 0'}"
+
+    @property
+    def much(self) -> str:
+        """The unit of a factor."""
+        return "as often" if self.counted else "as much"
+
+
+BENEFIT = Words("is favoured over", "expected utility")
+
+BURDEN = Words("is disadvantaged compared with", "expected burden")
+
+
+def words_for(*, burden: bool) -> Words:
+    """The words for a utility that counts a benefit, or a burden."""
+    return BURDEN if burden else BENEFIT
+
+
+def place(labels: Mapping[str, str]) -> str:
+    """Name a group or context.
+
+    Examples
+    --------
+    >>> place({"Dept": "A", "Year": "1973"})
+    'Dept=A, Year=1973'
+    """
+    return ", ".join(f"{column}={label}" for column, label in labels.items())
+
+
+def percent(value: Fraction | float) -> str:
+    """A probability as a percentage.
+
+    Examples
+    --------
+    >>> percent(Fraction(19, 20))
+    '95 %'
+    """
+    return f"{float(100 * value):.6g} %"

@@ -1,0 +1,1 @@
+"""The utility of a class that makes a law look worst, between exact ends."""
