@@ -8,7 +8,7 @@ from math import inf
 from random import Random
 
 import pytest
-from common import F, Row, Table, maximize, most_power, pure, random_filter, random_row, ratio, response_rows, stick, table_filter
+from theorem_oracle import F, Row, Table, maximize, most_power, pure, random_filter, random_row, ratio, response_rows, stick, table_filter
 
 from fairaudit.model.mechanism import RandomizedResponse
 from fairaudit.theorems.t01 import t1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 import pytest
-from common import F, deployments, pure, ratio
+from theorem_oracle import F, deployments, pure, ratio
 
 from fairaudit.errors import InputError
 from fairaudit.theorems.t11 import t11_refutes

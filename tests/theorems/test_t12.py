@@ -6,7 +6,7 @@ from fractions import Fraction
 from math import inf
 
 import pytest
-from common import F, deployments, pure, random_row, ratio
+from theorem_oracle import F, deployments, pure, random_row, ratio
 
 from fairaudit.theorems.t02 import t2
 from fairaudit.theorems.t12 import t12

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 import pytest
-from common import F, deployments, distance, pure, ratio, response_rows, stick
+from theorem_oracle import F, deployments, distance, pure, ratio, response_rows, stick
 
 from fairaudit.theorems.t02 import t2
 from fairaudit.theorems.t10 import t10

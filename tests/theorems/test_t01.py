@@ -6,7 +6,7 @@ from fractions import Fraction
 from math import inf
 
 import pytest
-from common import F, deployments, proved, pure, random_row, ratio, stick, table_filter, worst_stick
+from theorem_oracle import F, deployments, proved, pure, random_row, ratio, stick, table_filter, worst_stick
 
 from fairaudit.model.mechanism import Identity, RandomizedResponse
 from fairaudit.theorems.t01 import floor_cap, t1, t1_paper, t1_tight

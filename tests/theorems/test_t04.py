@@ -6,7 +6,7 @@ from itertools import permutations
 from random import Random
 
 import pytest
-from common import F, best_over_pairs, best_ratio, deployments, most_power, proved, random_filter, stick, table_filter
+from theorem_oracle import F, best_over_pairs, best_ratio, deployments, most_power, proved, random_filter, stick, table_filter
 
 from fairaudit.errors import InputError
 from fairaudit.model.mechanism import RandomizedResponse

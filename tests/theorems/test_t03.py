@@ -9,7 +9,7 @@ from random import Random
 
 import mpmath
 import pytest
-from common import (
+from theorem_oracle import (
     F,
     at,
     best_over_pairs,

@@ -7,7 +7,7 @@ from math import inf
 from random import Random
 
 import pytest
-from common import F, deployments, distance, pure, random_row, ratio
+from theorem_oracle import F, deployments, distance, pure, random_row, ratio
 
 from fairaudit.errors import InputError
 from fairaudit.measures.distances import demographic_parity, equalized_odds

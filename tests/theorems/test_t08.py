@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 import pytest
-from common import Deployment, F, deployments, pure, random_row, response_rows, table_filter
+from theorem_oracle import Deployment, F, deployments, pure, random_row, response_rows, table_filter
 
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Mechanism

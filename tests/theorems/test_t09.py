@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from common import F, deployments, kron, response_rows, table_filter
+from theorem_oracle import F, deployments, kron, response_rows, table_filter
 
 Table = list[list[F]]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import permutations
 from math import inf
 
-from common import Deployment, F, deployments, ratio, response_rows, table_filter
+from theorem_oracle import Deployment, F, deployments, ratio, response_rows, table_filter
 
 from fairaudit.measures.ratios import global_supremum, local_supremum
 

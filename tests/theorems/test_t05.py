@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 import pytest
-from common import Deployment, F, deployments, proved, pure, stick, table_filter
+from theorem_oracle import Deployment, F, deployments, proved, pure, stick, table_filter
 
 from fairaudit.errors import InputError
 from fairaudit.measures.ratios import global_fairness, local_fairness
