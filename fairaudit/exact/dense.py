@@ -19,6 +19,7 @@ __all__ = ["each_block", "equal_to_previous", "least_and_sums", "products"]
 BLOCK_BYTES = 1 << 22
 
 Floats = NDArray[np.float64]
+"""An array of float64."""
 
 
 def each_block(rows: int, step: int, work: Callable[[int, int], None]) -> None:

@@ -1,13 +1,24 @@
-"""Logarithms and exponentials of rationals, as enclosures; comparing them raises the precision until it is decided."""
+"""Logarithms and exponentials of rationals, as enclosures; comparing them raises the precision until it is decided.
+
+And the two constants with which passes in floating point bound their own error.
+"""
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from fairaudit.errors import InputError
 
-__all__ = ["compare_log", "exp_enclosure", "log_enclosure"]
+__all__ = ["HUGE", "UNIT", "compare_log", "exp_below", "exp_enclosure", "log_enclosure"]
 
 
 LOG_DIGITS = 12
+
+UNIT = 2.0**-53
+"""The relative error of one rounding to the nearest float64 is at most this."""
+
+HUGE = 1e300
+"""Stands for infinity where floats must stay finite: a few of them may still be added or multiplied by small numbers."""
 
 
 def log_enclosure(pair: tuple[int, int]) -> tuple[str, str]:
@@ -127,6 +138,20 @@ def exp_enclosure(exponent: tuple[int, int], bits: int) -> tuple[int, int]:
         low, high = (low * low) >> work, ((high * high) >> work) + 1
     drop = work - bits
     return low >> drop, -(-high >> drop)
+
+
+def exp_below(exponent: Fraction, bits: int) -> Fraction:
+    """e^q of a rational q from 0 to 10,000, rounded down by a few units of 2^-bits, and at least 1.
+
+    A target that was given as a logarithm, or a cap on ε, is kept when its exponential is taken too low.
+
+    Examples
+    --------
+    >>> exp_below(Fraction(0), 80), float(exp_below(Fraction(1), 80))
+    (Fraction(1, 1), 2.718281828459045)
+    """
+    low, _ = exp_enclosure((exponent.numerator, exponent.denominator), bits)
+    return max(Fraction(1), Fraction(low, 1 << bits))
 
 
 def _exp_series(z: int, work: int, up: int) -> int:

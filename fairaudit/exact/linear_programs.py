@@ -12,17 +12,14 @@ from math import gcd
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fairaudit.exact.dense import Floats
+from fairaudit.exact.extended import ZERO
 from fairaudit.exact.rationals import common_denominator
-
-Floats = NDArray[np.float64]
 
 ROUNDING = 2**44
 
 LARGEST = Fraction(10) ** 200
-
-ZERO, ONE = Fraction(0), Fraction(1)
 
 
 def solver_float(value: Fraction) -> float:

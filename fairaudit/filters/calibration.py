@@ -6,19 +6,22 @@ keep probability on a grid of 10⁻¹² whose guarantee, computed exactly at the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from fractions import Fraction
-from math import inf, log, prod
+from math import inf, prod
 from typing import Any, Literal
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.enclosures import exp_enclosure, log_enclosure
-from fairaudit.exact.rationals import option_value
+from fairaudit.exact.extended import Extended, extended_pair
+from fairaudit.exact.rationals import at_least
+from fairaudit.filters.groups import Groups, read_attributes
 from fairaudit.filters.responses import SEARCH_STEPS, SPLITS, ResponseLine, Split, identity_filter, response_factor
-from fairaudit.measures.limits import ALONE, Quantity, one_limit, without_bare_limits
+from fairaudit.filters.targets import calibration_target, ratio_and_log
+from fairaudit.measures.limits import ALONE, Quantity, without_bare_limits
 from fairaudit.model.mechanism import Mechanism
+from fairaudit.privacy.currencies import Enclosure
+from fairaudit.privacy.epsilon_delta import epsilon_enclosure
 from fairaudit.theorems.bound import ANY_POLICY, INDEPENDENT, POPULATION, Bound
 from fairaudit.theorems.t01 import floor_cap, t1_paper, t1_tight
 from fairaudit.theorems.t02 import t2
@@ -31,9 +34,8 @@ Rule = Literal["paper", "tight", "sharp", "mechanism", "contraction"]
 
 RULES: tuple[Rule, ...] = ("paper", "tight", "sharp", "mechanism", "contraction")
 
-QUANTITIES: tuple[Quantity, ...] = ("local", "global")
-
-TARGET_BITS = 80
+MAX_VALUES = 10_000
+"""Values of one attribute: the filter is a square table over them, of which a product of filters is computed with."""
 
 UNNEEDED = "the target holds without any filter; no privacy is needed"
 
@@ -78,8 +80,8 @@ class Calibration:
     feasible: bool
     mechanism: Mechanism | None
     keep_probabilities: tuple[Fraction, ...]
-    exp_epsilon: Fraction | float
-    achieved: Fraction | float | None
+    exp_epsilon: Extended
+    achieved: Extended | None
     scope: str
     assumptions: tuple[str, ...]
     paper_keep_probabilities: tuple[Fraction, ...] = ()
@@ -87,12 +89,9 @@ class Calibration:
     settled: bool = True
 
     @property
-    def epsilon(self) -> tuple[Decimal, Decimal]:
+    def epsilon(self) -> Enclosure:
         """Enclosure of ε of the whole filter, in nats."""
-        lo, hi = log_enclosure(
-            (self.exp_epsilon.numerator, self.exp_epsilon.denominator) if isinstance(self.exp_epsilon, Fraction) else (1, 0)
-        )
-        return Decimal(lo), Decimal(hi)
+        return epsilon_enclosure(extended_pair(self.exp_epsilon))
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ class _Setting:
     g_min: Fraction
     delta: Fraction
     gap: Fraction
-    raw: Fraction | float | None
+    raw: Extended | None
 
 
 @without_bare_limits(ALONE)
@@ -113,7 +112,7 @@ def calibrate(
     max_ratio: Any = None,
     max_log: Any = None,
     quantity: Quantity = "local",
-    groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]],
+    groups: Groups,
     bound: Rule = "mechanism",
     gamma: Any = 1,
     tau: Any = 0,
@@ -170,7 +169,7 @@ def calibrate(
     (0.125, 0.075)
     """
     target = calibration_target(max_ratio, max_log, quantity)
-    attributes = _attributes(groups)
+    attributes = read_attributes(groups, MAX_VALUES)
     if bound not in RULES:
         raise InputError(f"bound={shown(bound)} is not accepted; {nearest(str(bound), RULES)}")
     if split not in SPLITS:
@@ -207,7 +206,7 @@ def _search(target: Fraction, rule: Rule, setting: _Setting, attributes: Mapping
 
 
 def _climb(
-    target: Fraction, rule: str, line: ResponseLine, value: Callable[[Mechanism], Fraction | float], bare: Callable[[], Fraction | float]
+    target: Fraction, rule: str, line: ResponseLine, value: Callable[[Mechanism], Extended], bare: Callable[[], Extended]
 ) -> Calibration:
     """The greatest step of a line of filters whose value, which grows along it, is at most the target."""
     without = bare()
@@ -229,7 +228,7 @@ def _climb(
     return calibrated(target, rule, mechanism, achieved, "")
 
 
-def calibrated(target: Fraction, rule: str, mechanism: Mechanism, achieved: Fraction | float, reason: str) -> Calibration:
+def calibrated(target: Fraction, rule: str, mechanism: Mechanism, achieved: Extended, reason: str) -> Calibration:
     keeps = tuple(Fraction(f.rows[0][0], f.denominator) for f in mechanism.factors)
     return Calibration("local", target, rule, True, mechanism, keeps, response_factor(mechanism), achieved, "", (), reason=reason)
 
@@ -300,46 +299,9 @@ def best_tilt(climb: Callable[[ResponseLine], Calibration], attributes: Mapping[
     return best
 
 
-def calibration_target(max_ratio: Any, max_log: Any, quantity: str) -> Fraction:
-    """The target as a ratio, rounded down where a logarithm was given."""
-    if quantity not in QUANTITIES:
-        raise InputError(f"quantity={shown(quantity)} is not accepted; {nearest(str(quantity), QUANTITIES)}")
-    unit, limit = one_limit(max_ratio, max_log)
-    if unit == "ratio":
-        if limit == 1:
-            raise InputError(f"max_ratio is {shown(max_ratio)}; a ratio other than 1 is accepted (1 needs a filter that hides everything)")
-        return limit
-    if limit == 0:
-        raise InputError(f"max_log is {shown(max_log)}; a logarithm above 0 is accepted (0 needs a filter that hides everything)")
-    low, _ = exp_enclosure((limit.numerator, limit.denominator), TARGET_BITS)
-    return max(Fraction(1), Fraction(low, 1 << TARGET_BITS))
-
-
-def _attributes(groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]]) -> dict[str, tuple[Any, ...]]:
-    listed = groups if isinstance(groups, Mapping) else {"group": groups}
-    if not listed:
-        raise InputError("no attribute was given; name at least one")
-    result = {}
-    for name, values in listed.items():
-        labels = tuple(str(i) for i in range(values)) if isinstance(values, int) else tuple(values)
-        if len(labels) < 2:
-            raise InputError(f"the attribute {shown(name)} has {len(labels)} values; randomized response needs at least two")
-        if len(labels) > 10_000:
-            raise InputError(f"the attribute {shown(name)} has {len(labels)} values; at most 10,000 are accepted")
-        result[name] = labels
-    return result
-
-
 def _setting(gamma: Any, tau: Any, g_min: Any, delta: Any, lipschitz: Any, diameter: Any, raw_ratio: Any, rule: Rule) -> _Setting:
     named = {"gamma": gamma, "tau": tau, "g_min": g_min, "delta": delta, "lipschitz": lipschitz, "diameter": diameter}
-    exact: dict[str, Fraction] = {}
-    for name, value in named.items():
-        try:
-            exact[name] = Fraction(*option_value(value))
-        except InputError as error:
-            raise InputError(f"{name}: {error}") from None
-        if exact[name] < 0:
-            raise InputError(f"{name} is {shown(value)}; it must be at least 0")
+    exact = {name: at_least(name, value, 0) for name, value in named.items()}
     gap = exact["lipschitz"] * exact["diameter"]
     top, low, least = exact["gamma"], exact["tau"], exact["g_min"]
     if top == 0:
@@ -365,15 +327,13 @@ def _setting(gamma: Any, tau: Any, g_min: Any, delta: Any, lipschitz: Any, diame
     return _Setting(top, low, least, exact["delta"], gap, raw)
 
 
-def _raw_ratio(raw_ratio: Any, rule: Rule, gap: Fraction, delta: Fraction, least: Fraction) -> Fraction | float | None:
-    raw: Fraction | float | None = None
+def _raw_ratio(raw_ratio: Any, rule: Rule, gap: Fraction, delta: Fraction, least: Fraction) -> Extended | None:
+    raw: Extended | None = None
     if rule == "contraction":
         if gap or delta:
             raise InputError("the contraction holds for delta = 0 and a utility that does not depend on the group (lipschitz 0)")
         if raw_ratio is not None:
-            raw = inf if raw_ratio == "inf" else Fraction(*option_value(raw_ratio))
-            if raw < 1:
-                raise InputError(f"raw_ratio is {shown(raw_ratio)}; a ratio of at least 1 is accepted")
+            raw = inf if raw_ratio == "inf" else at_least("raw_ratio", raw_ratio, 1)
             if least:
                 raise InputError("raw_ratio and g_min were both given; the contraction starts from one of them, for this policy or for all")
         elif least == 0:
@@ -385,7 +345,7 @@ def _raw_ratio(raw_ratio: Any, rule: Rule, gap: Fraction, delta: Fraction, least
     return raw
 
 
-def _why(rule: Rule, s: _Setting, hidden: Fraction | float) -> str:
+def _why(rule: Rule, s: _Setting, hidden: Extended) -> str:
     """Why even a filter that hides everything does not guarantee the target by this rule, and what would."""
     if hidden == inf:
         return (
@@ -398,8 +358,9 @@ def _why(rule: Rule, s: _Setting, hidden: Fraction | float) -> str:
     if s.delta:
         causes.append("delta is positive (a smaller delta helps)")
     said = " and ".join(causes) or "this rule is too coarse"
+    ratio, logarithm = ratio_and_log(hidden)
     return (
-        f"even a filter that hides everything guarantees only a ratio of {float(hidden):.6g} by this rule, because {said}; "
-        f"a higher floor tau, or a target of at least {float(hidden):.6g} (log {log(hidden):.6g}), is feasible"
+        f"even a filter that hides everything guarantees only a ratio of {ratio} by this rule, because {said}; "
+        f"a higher floor tau, or a target of at least {ratio} (log {logarithm}), is feasible"
         + ("" if rule in ("mechanism", "contraction") else '; so may be bound="mechanism"')
     )

@@ -15,8 +15,9 @@ from typing import Any
 
 from fairaudit.errors import InputError
 from fairaudit.exact.bernstein import coefficients, greatest_nonnegative
-from fairaudit.filters.calibration import UNNEEDED, Calibration, best_tilt, calibrated, calibration_target
+from fairaudit.filters.calibration import UNNEEDED, Calibration, best_tilt, calibrated
 from fairaudit.filters.responses import GRID, ResponseLine, Split, alphabets, identity_filter, rounded_keep
+from fairaudit.filters.targets import calibration_target
 from fairaudit.measures.expectations import compared_expectations
 from fairaudit.measures.limits import ALONE, Quantity, without_bare_limits
 from fairaudit.measures.ratios import global_fairness, local_fairness

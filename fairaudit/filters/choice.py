@@ -13,7 +13,6 @@ from fairaudit.filters.design_result import Design
 from fairaudit.filters.one_k import tables_over_k
 from fairaudit.filters.problem import Problem
 from fairaudit.filters.program import (
-    GRID,
     deepest_table,
     dual_bound,
     entry_prices,
@@ -23,6 +22,7 @@ from fairaudit.filters.program import (
     solve_in_floats,
     why_infeasible,
 )
+from fairaudit.filters.responses import GRID
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, RandomizedResponse
 from fairaudit.privacy.epsilon_delta import exp_epsilon
 

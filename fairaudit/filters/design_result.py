@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 
 from fairaudit.errors import InputError
-from fairaudit.exact.enclosures import log_enclosure
+from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.model.mechanism import Mechanism
+from fairaudit.privacy.currencies import Enclosure
+from fairaudit.privacy.epsilon_delta import epsilon_enclosure
 
 
 @dataclass(frozen=True)
@@ -58,8 +59,8 @@ class Design:
     distortion: Fraction | None
     truth_kept: Fraction | None
     lower_bound: Fraction | None
-    achieved: Fraction | float | None
-    exp_epsilon: Fraction | float
+    achieved: Extended | None
+    exp_epsilon: Extended
     multipliers: tuple[Fraction, ...]
     method: str
     scope: str
@@ -69,11 +70,9 @@ class Design:
     reason: str = ""
 
     @property
-    def epsilon(self) -> tuple[Decimal, Decimal]:
+    def epsilon(self) -> Enclosure:
         """Enclosure of ε of the whole filter, in nats."""
-        pair = (self.exp_epsilon.numerator, self.exp_epsilon.denominator) if isinstance(self.exp_epsilon, Fraction) else (1, 0)
-        lo, hi = log_enclosure(pair)
-        return Decimal(lo), Decimal(hi)
+        return epsilon_enclosure(extended_pair(self.exp_epsilon))
 
 
 def checked_design(found: Design) -> Design:

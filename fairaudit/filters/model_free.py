@@ -19,17 +19,9 @@ from fairaudit.exact.rationals import at_least
 from fairaudit.filters.calibration import calibrate
 from fairaudit.filters.choice import best_design
 from fairaudit.filters.design_result import Design, checked_design
-from fairaudit.filters.problem import (
-    MAX_GROUPS,
-    Distortion,
-    Problem,
-    read_attributes,
-    read_cap,
-    read_masses,
-    read_problem,
-    read_target,
-    require_target_or_cap,
-)
+from fairaudit.filters.groups import Groups, read_attributes, read_masses
+from fairaudit.filters.problem import MAX_GROUPS, Distortion, Problem, read_problem
+from fairaudit.filters.targets import read_cap, read_target, require_target_or_cap
 from fairaudit.measures.limits import ALONE, without_bare_limits
 from fairaudit.model.mechanism import Mechanism, RandomizedResponse
 from fairaudit.tables.values import Label
@@ -40,7 +32,7 @@ from fairaudit.theorems.t03 import t3_mechanism
 
 @without_bare_limits(ALONE)
 def design_model_free(
-    groups: int | Sequence[Any] | Mapping[str, int | Sequence[Any]],
+    groups: Groups,
     *,
     max_ratio: Any = None,
     max_log: Any = None,
@@ -95,7 +87,7 @@ def design_model_free(
         raise InputError("gamma is 0; a utility that is always 0 treats everybody alike, and needs no filter")
     if floor > top:
         raise InputError(f"tau is {shown(tau)}, above gamma, which is {shown(gamma)}; a floor of at most the greatest utility is accepted")
-    attributes = read_attributes(groups)
+    attributes = read_attributes(groups, MAX_GROUPS)
     labels = tuple(sum(parts, ()) for parts in product(*attributes.values()))
     if len(labels) > MAX_GROUPS:
         raise InputError(f"there are {len(labels)} joint groups; a design accepts up to {MAX_GROUPS}")

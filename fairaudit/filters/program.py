@@ -16,9 +16,8 @@ from math import log
 from fairaudit.exact.linear_programs import Row, solve_over_tables, solved_exactly
 from fairaudit.exact.rationals import common_denominator
 from fairaudit.filters.problem import Problem, Rows
+from fairaudit.filters.responses import GRID
 from fairaudit.model.mechanism import Mechanism
-
-GRID = 10**12
 
 DUAL_GRID = 1 << 60
 

@@ -17,8 +17,9 @@ from fairaudit.exact.rationals import common_denominator
 from fairaudit.filters.calibration_with_policy import calibrate_policy
 from fairaudit.filters.choice import best_design
 from fairaudit.filters.design_result import Design, checked_design
-from fairaudit.filters.problem import MAX_GROUPS, Distortion, Problem, read_cap, read_problem, read_target, require_target_or_cap
-from fairaudit.filters.program import GRID
+from fairaudit.filters.problem import MAX_GROUPS, Distortion, Problem, read_problem
+from fairaudit.filters.responses import GRID
+from fairaudit.filters.targets import read_cap, read_target, require_target_or_cap
 from fairaudit.measures.limits import ALONE, without_bare_limits
 from fairaudit.measures.ratios import local_fairness
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, RandomizedResponse

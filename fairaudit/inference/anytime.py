@@ -16,12 +16,11 @@ from fairaudit.inference.assumptions import DECLARED, MIX, ORDER, OWN_PAST, PAST
 from fairaudit.inference.betting import Tally
 from fairaudit.inference.interval import Interval, Places, evidence_text
 from fairaudit.inference.levels import confidence_level
+from fairaudit.measures.limits import Quantity
 from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label
-
-Quantity = Literal["local", "global"]
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.inference.betting import DIGITS, IDLE, LOG_IDLE, Floats, Tally, greatest_excluded, wealth, wealth_reaches
+from fairaudit.exact.dense import Floats
+from fairaudit.inference.betting import DIGITS, IDLE, LOG_IDLE, Tally, greatest_excluded, wealth, wealth_reaches
 from fairaudit.inference.interval import Places, evidence_text
 from fairaudit.inference.levels import pair_levels
 from fairaudit.inference.rounding import Number, number_below

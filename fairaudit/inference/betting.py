@@ -21,11 +21,9 @@ from math import ceil, floor, log, log10
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fairaudit.exact.dense import Floats
 from fairaudit.inference.rounding import Number, number_below, power_below, product_below, sum_below
-
-Floats = NDArray[np.float64]
 
 Side = Literal["above", "below"]
 

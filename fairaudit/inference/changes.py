@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from fairaudit.errors import InputError
-from fairaudit.inference.anytime import Arrivals, Quantity, stream_interval
+from fairaudit.inference.anytime import Arrivals, stream_interval
 from fairaudit.inference.interval import Interval
+from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 

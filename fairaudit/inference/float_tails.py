@@ -8,9 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.exact.dense import Floats
 from fairaudit.inference.tails import EXACT_DRAWS
-
-Floats = NDArray[np.float64]
 
 
 def float_end(n: float, k: float, level: float, binary: bool, side: Literal["lower", "upper"]) -> float:

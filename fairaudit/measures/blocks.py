@@ -10,11 +10,6 @@ from numpy.typing import NDArray
 from fairaudit.exact.dense import equal_to_previous
 from fairaudit.model.law import Law
 
-Floats = NDArray[np.float64]
-
-UNIT = 2.0**-53
-
-
 # Grids: what is compared, with enclosures
 
 

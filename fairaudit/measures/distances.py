@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.measures.blocks import UNIT, Floats, block_starts, equal_blocks
+from fairaudit.exact.dense import Floats
+from fairaudit.exact.enclosures import UNIT
+from fairaudit.measures.blocks import block_starts, equal_blocks
 from fairaudit.model.law import Law
 
 __all__ = ["Distance", "DistanceWitness", "demographic_parity", "equalized_odds", "most_unequal_distances"]

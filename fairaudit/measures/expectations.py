@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
-from fairaudit.exact.dense import products
-from fairaudit.measures.blocks import UNIT, Floats, block_starts, equal_blocks
+from fairaudit.exact.dense import Floats, products
+from fairaudit.exact.enclosures import UNIT
+from fairaudit.measures.blocks import block_starts, equal_blocks
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import INT64

@@ -15,9 +15,8 @@ from functools import cached_property, cmp_to_key
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact.enclosures import log_enclosure
+from fairaudit.exact.enclosures import UNIT, log_enclosure
 from fairaudit.exact.rationals import quotient
-from fairaudit.measures.blocks import UNIT
 from fairaudit.measures.expectations import Grid, Pair, expectation_grid, listed_grid, mean_grid, probability_grid
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable

@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import option_value
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.values import Label
-
-Extended = Fraction | float
 
 Term = tuple[Label | None, Label | None, str, Fraction]
 

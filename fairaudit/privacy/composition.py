@@ -15,7 +15,7 @@ from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import at_least
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.currencies import Enclosure
-from fairaudit.privacy.epsilon_delta import epsilon_enclosure, exp_below, exp_epsilon
+from fairaudit.privacy.epsilon_delta import epsilon_enclosure, exp_epsilon, exp_epsilon_below
 from fairaudit.privacy.pairs import Column, PairLaw, hockey_stick, joined_columns, merged_columns, pair_laws
 from fairaudit.privacy.trade_offs import TradeOff, interpolated, lower_hull, pair_trade_off
 
@@ -62,7 +62,7 @@ class Composition:
 
     def delta_at(self, epsilon: Any) -> Fraction:
         """Return a δ for which the releases are (ε, δ)-differentially private, as `fairaudit.privacy.epsilon_delta.delta_at` does."""
-        return self.delta(exp_below(epsilon))
+        return self.delta(exp_epsilon_below(epsilon))
 
 
 def compose(mechanism: Mechanism, releases: int, *, exact: bool | None = None) -> Composition:

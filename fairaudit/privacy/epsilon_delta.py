@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from fractions import Fraction
-from math import inf
 from typing import Any
 
-from fairaudit.errors import InputError, shown
-from fairaudit.exact.enclosures import exp_enclosure, log_enclosure
-from fairaudit.exact.rationals import at_least, option_value
+from fairaudit.exact.enclosures import exp_below, log_enclosure
+from fairaudit.exact.rationals import at_least, fraction
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.privacy.currencies import ApproxDP, AttributeDP, Enclosure, PureDP
 from fairaudit.privacy.multiplied_out import hockey_sticks_of_rows, whole_table, worth_multiplying_out
@@ -18,6 +16,7 @@ from fairaudit.privacy.pairs import Column, any_pair, hockey_stick, pair_laws
 from fairaudit.tables.values import Label
 
 EXP_BITS = 64
+"""e^ε is rounded to these binary digits, a few units of which stay below the 2^-60 that `delta_at` promises."""
 
 
 def pure_dp(mechanism: Mechanism) -> PureDP:
@@ -49,7 +48,7 @@ def pure_dp(mechanism: Mechanism) -> PureDP:
             attributes.append(_attribute(factor, part, column))
     pair = (tuple(first), tuple(second))
     return PureDP(
-        fraction_or_inf(top, bottom),
+        fraction((top, bottom)),
         epsilon_enclosure((top, bottom)),
         pair if pair[0] != pair[1] else any_pair(mechanism),
         tuple(attributes),
@@ -136,7 +135,7 @@ def delta_at(mechanism: Mechanism, epsilon: Any) -> Fraction:
     >>> float(delta_at(RandomizedResponse(["a", "b"], keep_probability="0.7"), "0.5"))
     0.20538361878996156
     """
-    return delta(mechanism, exp_below(epsilon))
+    return delta(mechanism, exp_epsilon_below(epsilon))
 
 
 def _extreme(rows: Sequence[Sequence[int]], among: Iterable[int]) -> tuple[Column, int, int]:
@@ -168,24 +167,15 @@ def _attribute(factor: Factor, part: int, column: str) -> AttributeDP:
     if best is None:
         return AttributeDP(column, Fraction(1), epsilon_enclosure((1, 1)), None)
     ratio, i, j = best
-    return AttributeDP(column, fraction_or_inf(*ratio), epsilon_enclosure(ratio), (factor.inputs[i], factor.inputs[j]))
-
-
-def fraction_or_inf(top: int, bottom: int) -> Fraction | float:
-    return Fraction(top, bottom) if bottom else inf
+    return AttributeDP(column, fraction(ratio), epsilon_enclosure(ratio), (factor.inputs[i], factor.inputs[j]))
 
 
 def epsilon_enclosure(ratio: Column) -> Enclosure:
+    """Enclose the logarithm of e^ε, given as a pair, in two decimals."""
     low, high = log_enclosure(ratio)
     return Decimal(low), Decimal(high)
 
 
-def exp_below(epsilon: Any) -> Fraction:
+def exp_epsilon_below(epsilon: Any) -> Fraction:
     """e^ε rounded down, by less than 2^-60."""
-    try:
-        top, bottom = option_value(epsilon)
-    except InputError as error:
-        raise InputError(f"epsilon: {error}") from None
-    if top < 0:
-        raise InputError(f"epsilon is {shown(epsilon)}; it must be at least 0")
-    return max(Fraction(1), Fraction(exp_enclosure((top, bottom), EXP_BITS)[0], 1 << EXP_BITS))
+    return exp_below(at_least("epsilon", epsilon, 0), EXP_BITS)

@@ -9,9 +9,8 @@ from heapq import nlargest
 from math import prod
 from typing import Any, NamedTuple
 
-from fairaudit.exact.rationals import at_least
+from fairaudit.exact.rationals import at_least, fraction
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.privacy.epsilon_delta import fraction_or_inf
 from fairaudit.privacy.multiplied_out import greatest_ratios_of_rows, hockey_sticks_of_rows, whole_table, worth_multiplying_out
 from fairaudit.privacy.pairs import PairLaw, flat_position, hockey_stick, kinds_of_pairs, kinds_of_row
 from fairaudit.tables.values import Label
@@ -101,7 +100,7 @@ def per_pair(mechanism: Mechanism, exp_epsilon: Any = 1) -> PairTable:
         values: list[tuple[Fraction | float, Fraction]] = []
         for i, tops in enumerate(hockey_sticks_of_rows(rows, bottoms, k)):
             scale = bottoms[i] * k.denominator
-            values += [(fraction_or_inf(*ratios[i * size + j]), Fraction(top, scale * bottoms[j])) for j, top in enumerate(tops)]
+            values += [(fraction(ratios[i * size + j]), Fraction(top, scale * bottoms[j])) for j, top in enumerate(tops)]
         return PairTable(
             mechanism, k, values, lambda i: list(range(i * size, (i + 1) * size)), [divmod(n, size) for n in range(size * size)]
         )
@@ -109,6 +108,6 @@ def per_pair(mechanism: Mechanism, exp_epsilon: Any = 1) -> PairTable:
     evaluated: list[tuple[Fraction | float, Fraction]] = []
     for columns in kinds.examples:
         law = PairLaw(columns, sum(p for p, _ in columns), (), ())
-        evaluated.append((fraction_or_inf(*columns[0]), hockey_stick(law, k)))
+        evaluated.append((fraction(columns[0]), hockey_stick(law, k)))
     examples = [(flat_position(mechanism, first), flat_position(mechanism, second)) for first, second in kinds.examples.values()]
     return PairTable(mechanism, k, evaluated, lambda i: kinds_of_row(mechanism, kinds, i), examples)

@@ -8,11 +8,11 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from fairaudit.errors import InputError
-from fairaudit.inference.anytime import Quantity, stream_interval
+from fairaudit.inference.anytime import stream_interval
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import window_share
 from fairaudit.inference.verdicts import verdict
-from fairaudit.measures.limits import LIMITS
+from fairaudit.measures.limits import LIMITS, Quantity
 from fairaudit.measures.ratios import Witness
 from fairaudit.streams.settings import Settings
 from fairaudit.streams.subjects import Subject

@@ -17,10 +17,9 @@ from typing import Any
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import rational, rational_text
-from fairaudit.inference.anytime import Quantity
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import window_share
-from fairaudit.measures.limits import LIMITS
+from fairaudit.measures.limits import LIMITS, Quantity
 from fairaudit.streams.looks import (
     QUANTITIES,
     RANK,

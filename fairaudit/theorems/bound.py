@@ -14,8 +14,7 @@ from fractions import Fraction
 from typing import Literal
 
 from fairaudit.errors import InputError, shown
-
-Extended = Fraction | float
+from fairaudit.exact.extended import Extended
 
 Floor = Literal["table", "declared", "policy"]
 

@@ -7,8 +7,8 @@ from math import inf
 from typing import Any
 
 from fairaudit.errors import InputError, shown
+from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import at_least
-from fairaudit.theorems.bound import Extended
 
 # Reading numbers
 

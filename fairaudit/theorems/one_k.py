@@ -24,11 +24,12 @@ from itertools import permutations
 from math import inf
 from typing import Any, TypeVar
 
+from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import at_least
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_laws, power
 from fairaudit.tables.values import Label
-from fairaudit.theorems.bound import FRESH, NO_FLOOR, Bound, Extended, Floor, floor_terms, gap_premise
+from fairaudit.theorems.bound import FRESH, NO_FLOOR, Bound, Floor, floor_terms, gap_premise
 from fairaudit.theorems.constants import read_range
 
 Gap = Any | Callable[[Label, Label], Any]

@@ -8,9 +8,10 @@ from itertools import pairwise
 from typing import Any, Literal
 
 from fairaudit.errors import InputError, shown
+from fairaudit.exact.extended import Extended
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.pairs import hockey_stick, pair_laws
-from fairaudit.theorems.bound import FRESH, GROUP_FREE, Bound, Extended, Floor, finite_constants, floor_terms, privacy_premise
+from fairaudit.theorems.bound import FRESH, GROUP_FREE, Bound, Floor, finite_constants, floor_terms, privacy_premise
 from fairaudit.theorems.constants import read_factor, read_level, read_probability
 from fairaudit.theorems.one_k import Gap, additive_bound, power_ratio, worst_pair
 

@@ -9,6 +9,7 @@ from math import inf, lcm
 from typing import Any
 
 from fairaudit.errors import InputError
+from fairaudit.exact.extended import Extended
 from fairaudit.measures.expectations import cell_expectation
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Factor, Mechanism
@@ -22,7 +23,6 @@ from fairaudit.theorems.bound import (
     POPULATION,
     THIS_LAW,
     Bound,
-    Extended,
     Floor,
     as_multipliers,
     finite_constants,

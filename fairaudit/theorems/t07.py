@@ -7,7 +7,8 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from fairaudit.errors import InputError, shown
-from fairaudit.theorems.bound import GROUP_FREE, THIS_LAW, Bound, Extended, finite_constants
+from fairaudit.exact.extended import Extended
+from fairaudit.theorems.bound import GROUP_FREE, THIS_LAW, Bound, finite_constants
 from fairaudit.theorems.constants import read_ratio
 
 # T7: distances from suprema

@@ -5,7 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from fairaudit.theorems.bound import FRESH, GROUP_FREE, THIS_POLICY, Bound, Extended, as_multipliers, finite_constants, privacy_premise
+from fairaudit.exact.extended import Extended
+from fairaudit.theorems.bound import FRESH, GROUP_FREE, THIS_POLICY, Bound, as_multipliers, finite_constants, privacy_premise
 from fairaudit.theorems.constants import read_factor, read_ratio
 
 

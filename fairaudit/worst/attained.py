@@ -6,11 +6,9 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import inf
 
-from fairaudit.exact.linear_programs import ONE, ZERO
+from fairaudit.exact.extended import ONE, ZERO, Extended
 from fairaudit.measures.ratios import Witness
 from fairaudit.worst.setting import Setting
-
-Extended = Fraction | float
 
 
 def raised_to_floor(

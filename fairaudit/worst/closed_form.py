@@ -9,11 +9,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fairaudit.exact.linear_programs import ONE, ZERO
-from fairaudit.worst.attained import Extended, raised_to_floor
+from fairaudit.exact.enclosures import HUGE, UNIT
+from fairaudit.exact.extended import ONE, ZERO, Extended
+from fairaudit.worst.attained import raised_to_floor
 from fairaudit.worst.evidence import pairs_by_sticks
 from fairaudit.worst.result import WorstCase
-from fairaudit.worst.rows import HUGE, UNIT, ComparedRows, compared_rows
+from fairaudit.worst.rows import ComparedRows, compared_rows
 from fairaudit.worst.setting import Setting
 from fairaudit.worst.sieve import Sieve, Span
 

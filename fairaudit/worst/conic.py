@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from fairaudit.errors import InputError
+from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import log_enclosure
-from fairaudit.exact.linear_programs import ZERO, Floats
+from fairaudit.exact.extended import ZERO, Extended
 from fairaudit.measures.ratios import Witness
 from fairaudit.model.utility_class import Ball, LinearRow
-from fairaudit.worst.attained import Extended
 from fairaudit.worst.fractional_program import FractionalProgram
 from fairaudit.worst.result import WorstCase
 from fairaudit.worst.search import LinearSearch

@@ -8,7 +8,7 @@ from math import inf
 from typing import Any
 
 from fairaudit.errors import InputError
-from fairaudit.worst.attained import Extended
+from fairaudit.exact.extended import Extended
 from fairaudit.worst.setting import Setting
 
 

@@ -19,9 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.exact.linear_programs import ONE, ZERO, Floats, ask_solver, dot, eliminate, rounded_multipliers, solver_float
-from fairaudit.worst.attained import Extended, ratio_of_means
-from fairaudit.worst.rows import HUGE
+from fairaudit.exact.dense import Floats
+from fairaudit.exact.enclosures import HUGE
+from fairaudit.exact.extended import ONE, ZERO, Extended
+from fairaudit.exact.linear_programs import ask_solver, dot, eliminate, rounded_multipliers, solver_float
+from fairaudit.worst.attained import ratio_of_means
 
 TOLERANCES = (1e-9, 1e-7, 1e-11, 1e-5)
 

@@ -9,11 +9,12 @@ linear-fractional programs, one per ordered pair of groups.
 
 from __future__ import annotations
 
+from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
 from fairaudit.model.utility_class import UtilityClass
 from fairaudit.worst.closed_form import closed_form_case
 from fairaudit.worst.conic import conic_case
-from fairaudit.worst.result import Quantity, WorstCase
+from fairaudit.worst.result import WorstCase
 from fairaudit.worst.search import linear_case
 from fairaudit.worst.setting import lay_out
 

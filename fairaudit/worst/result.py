@@ -9,16 +9,15 @@ from functools import cached_property
 from math import inf
 from typing import Any, Literal
 
-from fairaudit.exact.linear_programs import ZERO
+from fairaudit.exact.extended import ZERO, Extended
 from fairaudit.measures.expectations import least_expectation
+from fairaudit.measures.limits import Quantity
 from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 from fairaudit.model.utility_class import UtilityClass
-from fairaudit.worst.attained import Extended, mean_under
+from fairaudit.worst.attained import mean_under
 from fairaudit.worst.setting import Setting
-
-Quantity = Literal["local", "global"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,14 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact.linear_programs import Floats
+from fairaudit.exact.dense import Floats
 from fairaudit.worst.setting import Setting
 
 Indices = NDArray[np.int64]
-
-UNIT = 2.0**-53
-
-HUGE = 1e300
 
 ENTRIES = 1_000_000
 

@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 
 from fairaudit.errors import InputError
-from fairaudit.exact.linear_programs import ONE, ZERO, Floats, dot, rounded_multipliers
+from fairaudit.exact.dense import Floats
+from fairaudit.exact.enclosures import UNIT
+from fairaudit.exact.extended import ONE, ZERO, Extended
+from fairaudit.exact.linear_programs import dot, rounded_multipliers
 from fairaudit.measures.ratios import Witness, global_fairness, local_fairness
-from fairaudit.worst.attained import Extended, mean_under, raised_to_floor, ratio_of_means, witness_of
+from fairaudit.worst.attained import mean_under, raised_to_floor, ratio_of_means, witness_of
 from fairaudit.worst.evidence import evidence_entry, pairs_to_prove
 from fairaudit.worst.fractional_program import (
     Enclosed,
@@ -26,7 +29,7 @@ from fairaudit.worst.fractional_program import (
     refined_multipliers,
 )
 from fairaudit.worst.result import WorstCase, utility_keeps_floor, utility_of_rows
-from fairaudit.worst.rows import ENTRIES, LOOKED_AT, UNIT, ComparedRows, Indices, compared_rows
+from fairaudit.worst.rows import ENTRIES, LOOKED_AT, ComparedRows, Indices, compared_rows
 from fairaudit.worst.setting import Setting
 
 

@@ -7,22 +7,20 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.extended import ONE, ZERO
 from fairaudit.exact.rationals import option_value, rational
+from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
 from fairaudit.model.utility_class import LinearRow, UtilityClass, read_number
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.values import Label
 
-Quantity = Literal["local", "global"]
-
 Terms = dict[int, Fraction]
-
-ZERO, ONE = Fraction(0), Fraction(1)
 
 
 # The class on a law: variables, constraints and their numbers, as docs/certificate-worst-case.md lists them

@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.exact.linear_programs import ONE, ZERO, Floats
-from fairaudit.worst.rows import ENTRIES, HUGE, LOOKED_AT, UNIT, ComparedRows, Indices
+from fairaudit.exact.dense import Floats
+from fairaudit.exact.enclosures import HUGE, UNIT
+from fairaudit.exact.extended import ONE, ZERO
+from fairaudit.worst.rows import ENTRIES, LOOKED_AT, ComparedRows, Indices
 
 FEW = 256
 
