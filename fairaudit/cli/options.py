@@ -56,7 +56,7 @@ def limits_as_options(message: str) -> str:
 
     Examples
     --------
-    >>> as_options("max_ratio: 'x' is not a number")
+    >>> limits_as_options("max_ratio: 'x' is not a number")
     "--max-ratio: 'x' is not a number"
     """
     return message.replace("max_ratio", "--max-ratio").replace("max_log", "--max-log")

@@ -89,6 +89,9 @@ def further_draws(
 
     Examples
     --------
+    >>> from fairaudit.inference.table_comparisons import local_comparison
+    >>> from fairaudit.model.law import Law
+    >>> from fairaudit.model.utility import Utility
     >>> law = Law.from_array([[12, 28], [8, 32]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     >>> planned = further_draws(local_comparison(law, Utility({"yes": 1}).on(law)), max_ratio="5/4")
     >>> planned.decides, planned.total > 0, planned.total_if_equal > 0

@@ -64,6 +64,9 @@ def ratio_interval(
 
     Examples
     --------
+    >>> from fairaudit.inference.table_comparisons import local_comparison
+    >>> from fairaudit.model.law import Law
+    >>> from fairaudit.model.utility import Utility
     >>> law = Law.from_array([[90, 10], [30, 70]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     >>> found = ratio_interval(local_comparison(law, Utility({"yes": 1}).on(law)), "0.95")
     >>> round(float(found.lower), 2), found.estimate, round(float(found.upper), 2)
@@ -121,6 +124,9 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witnes
 
     Examples
     --------
+    >>> from fairaudit.inference.table_comparisons import local_comparison
+    >>> from fairaudit.model.law import Law
+    >>> from fairaudit.model.utility import Utility
     >>> law = Law.from_array([[90, 10], [30, 70]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     >>> compared = local_comparison(law, Utility({"yes": 1}).on(law))
     >>> [found.higher for found in drivers(compared, ratio_interval(compared).evidence)]

@@ -47,6 +47,7 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
 
     Examples
     --------
+    >>> from fairaudit.model.utility import Utility
     >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     >>> [cell.mean for cell in local_comparison(law, Utility({"yes": 1}).on(law)).cells]
     [Fraction(3, 4), Fraction(1, 2)]

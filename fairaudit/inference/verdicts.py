@@ -32,6 +32,7 @@ def verdict(
 
     Examples
     --------
+    >>> from fractions import Fraction
     >>> verdict((Fraction(1), Fraction(6, 5)), max_log=0.2), verdict((Fraction(1), Fraction(4, 3)), max_ratio="5/4")
     ('within', 'inconclusive')
     """

@@ -88,6 +88,7 @@ def pair_trade_off(law: PairLaw) -> TradeOff:
     Examples
     --------
     >>> from fairaudit.model.mechanism import RandomizedResponse
+    >>> from fairaudit.privacy.pairs import pair_law
     >>> coin = RandomizedResponse(["a", "b"], keep_probability="0.7")
     >>> [(str(a), str(b)) for a, b in pair_trade_off(pair_law(coin, "a", "b")).vertices]
     [('0', '1'), ('3/10', '3/10'), ('1', '0')]

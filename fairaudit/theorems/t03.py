@@ -190,6 +190,7 @@ def t3_general(mechanism: Mechanism, gamma: Any, tau: Any, K: Gap = 0, *, floor:
     Examples
     --------
     >>> from fairaudit.model.mechanism import RandomizedResponse
+    >>> from fairaudit.theorems.t01 import t1
     >>> coin = RandomizedResponse(["a", "b"], keep_probability="0.6")
     >>> t3_general(coin, 1, "0.4", "0.1").value, t1(coin, 1, "0.4", "0.1").value
     (Fraction(5, 3), Fraction(7, 4))

@@ -55,6 +55,7 @@ def t5_independent(local_ratio: Any) -> Bound:
 
     Examples
     --------
+    >>> from fairaudit.theorems.t02 import t2
     >>> t5_independent(t2(2)).quantity
     'global_ratio'
     """

@@ -37,6 +37,7 @@ def t7(supremum: Any, *, quantity: Literal["equalized_odds", "demographic_parity
 
     Examples
     --------
+    >>> from fairaudit.theorems.t02 import t2
     >>> t7(3).value, t7(t2(3)).scope
     (Fraction(1, 2), 'any policy behind this filter')
     """
