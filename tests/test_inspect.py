@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 
 import pytest
-from test_engines import files, log  # noqa: F401 (a fixture)
+from logs import files, log  # noqa: F401 (a fixture)
 
 from fairaudit.cli import main
 from fairaudit.tables.engines.logs import survey_log

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_certificate import FOUR, KINDS, admissions, infinite, never_locally, small_counts
+from certificate_kinds import FOUR, KINDS, admissions, infinite, never_locally, small_counts
 
 import fairaudit as fa
 

@@ -13,7 +13,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from browser import Browser
-from test_report_browser import fifty_by_forty
+from certificate_kinds import fifty_by_forty
 
 from fairaudit.reports.page import html
 

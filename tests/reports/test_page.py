@@ -17,9 +17,9 @@ from math import inf
 from pathlib import Path
 
 import pytest
+from certificate_kinds import FOUR, KINDS, admissions, infinite, small_counts, weighted
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_certificate import FOUR, KINDS, admissions, infinite, small_counts, weighted
 
 import fairaudit as fa
 from fairaudit import checker
@@ -364,7 +364,7 @@ def test_without_extras_the_core_works_and_the_rest_says_what_to_install(tmp_pat
 
 @pytest.mark.skipif(not os.environ.get("FAIRAUDIT_FULL"), reason="installs a clean environment; set FAIRAUDIT_FULL=1")
 def test_a_clean_environment_without_extras(tmp_path: Path) -> None:
-    root = Path(__file__).resolve().parents[1]
+    root = Path(__file__).resolve().parents[2]
     venv.create(tmp_path / "venv", with_pip=True)
     scripts = tmp_path / "venv" / ("Scripts" if os.name == "nt" else "bin")
     subprocess.run([scripts / "python", "-m", "pip", "install", "-q", str(root)], check=True)

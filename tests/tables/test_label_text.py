@@ -28,7 +28,7 @@ from uuid import UUID
 
 import numpy as np
 import pytest
-from test_engines_outside import _absent, postgres
+from servers import _absent, postgres
 
 from fairaudit import InputError, Law, certify
 from fairaudit.tables.engines.logs import read_log, survey_log

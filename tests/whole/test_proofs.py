@@ -28,10 +28,10 @@ from fairaudit.certificates.certificate import schema
 from fairaudit.cli import main
 from fairaudit.tables.examples import example
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PROOFS = ROOT / "proofs"
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-"""500 linear programs and 500 tampered ones instead of 60 each: FAIRAUDIT_FULL=1 pytest tests/test_proofs.py"""
+"""500 linear programs and 500 tampered ones instead of 60 each: FAIRAUDIT_FULL=1 pytest tests/whole/test_proofs.py"""
 BLOCKS = 10
 PER_BLOCK = 50 if FULL else 6
 

@@ -1,6 +1,6 @@
 """Damaged and odd small files of every format through every reader: counts, or one sentence; and the readers of text agree.
 
-``FAIRAUDIT_FUZZ=200000 pytest tests/test_fuzz_engines.py`` tries that many of each kind; ``FAIRAUDIT_FULL=1`` a million in all.
+``FAIRAUDIT_FUZZ=200000 pytest tests/whole/test_fuzz_engines.py`` tries that many of each kind; ``FAIRAUDIT_FULL=1`` a million in all.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from damage import PIECES, TABLES, damaged, filled
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from test_fuzz_input import PIECES, TABLES, damaged, filled
 
 from fairaudit import InputError, Law
 from fairaudit.tables.csv import decimal_commas, read_csv

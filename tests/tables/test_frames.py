@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_engines import counts, log
+from logs import counts, log
 
 from fairaudit import InputError, Law, certify
 from fairaudit.tables import coded

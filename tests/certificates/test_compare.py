@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from certificate_kinds import FOUR, KINDS, admissions, small_counts
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_certificate import FOUR, KINDS, admissions, small_counts
 
 import fairaudit as fa
 from fairaudit.certificates.compare import compare

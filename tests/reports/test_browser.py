@@ -6,7 +6,6 @@ import copy
 import io
 import json
 import os
-import random
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import islice, pairwise
@@ -16,7 +15,8 @@ from typing import Any
 import pytest
 from assumptions import complete
 from browser import Browser
-from test_certificate import FOUR, KINDS, admissions, changed_values, many_columns, outcome, small_counts
+from certificate_changes import changed_values
+from certificate_kinds import FOUR, KINDS, admissions, fifty_by_forty, many_columns, outcome, small_counts
 from test_checker_policy import TINY, Policy, bounds, write
 from test_checker_unit import INF, text
 
@@ -24,7 +24,7 @@ import fairaudit as fa
 from fairaudit import checker
 from fairaudit.reports.page import html
 
-GOLDEN = Path(__file__).parent / "golden"
+GOLDEN = Path(__file__).parents[1] / "golden"
 FULL = bool(os.environ.get("FAIRAUDIT_FULL"))
 HOSTILE = (
     "<script>window.hit = 1</script>",
@@ -423,19 +423,6 @@ def test_printing_opens_everything(browser: Browser, tmp_path: Path) -> None:
     printed = browser.driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})
     assert base64.b64decode(printed["data"]).startswith(b"%PDF")
     assert browser.run("return [...document.querySelectorAll('details')].every((e) => e.open)")
-
-
-def fifty_by_forty() -> fa.Result:
-    drawn = random.Random(11)
-    rows = {"u": [], "a": [], "x": [], "n": []}  # type: dict[str, list[Any]]
-    for x in range(50):
-        for a in range(40):
-            total = drawn.randint(50, 300)
-            yes = drawn.randint(total // 4, 3 * total // 4)
-            for u, n in (("yes", yes), ("no", total - yes)):
-                for key, value in zip("uaxn", (u, f"group {a}", f"context {x}", n), strict=True):
-                    rows[key].append(value)
-    return fa.certify(fa.Law.from_counts(rows, decision="u", group="a", context="x", count="n"), {"yes": 1}, max_local_ratio=2)
 
 
 def test_fifty_contexts_by_forty_groups(browser: Browser, tmp_path: Path, record_property: Callable[[str, Any], None]) -> None:
