@@ -80,6 +80,7 @@ def add_given_truth(document: dict[str, Any], given: GivenTruth) -> None:
 
 
 def rate_entry(law: Law, rate: Rate) -> dict[str, Any]:
+    """One group's rate given the true label, in its context or over all of them."""
     where = {} if rate.context is None else {"context": law.context_label(rate.context)}
     return {**where, "group": law.group_label(rate.group), "rate": number(rate.value)}
 
@@ -106,6 +107,7 @@ def interval_entry(interval: Interval, comparison: Comparison | None, law: Law |
 
 
 def ratio_entry(measured: Ratio | None) -> dict[str, Any] | None:
+    """A ratio with the enclosure of its logarithm and its witness; None where nothing could be compared."""
     if measured is None:
         return None
     witness = measured.witness
@@ -121,6 +123,7 @@ def ratio_entry(measured: Ratio | None) -> dict[str, Any] | None:
 
 
 def distance_entry(measured: Distance | None) -> dict[str, Any] | None:
+    """A distance with its witness; None where nothing could be compared."""
     if measured is None:
         return None
     witness = measured.witness

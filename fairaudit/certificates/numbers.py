@@ -14,4 +14,5 @@ def number(value: Fraction | float) -> str:
 
 
 def log_text(value: Decimal) -> str:
+    """One end of an enclosure of a logarithm, all of its decimals."""
     return "inf" if value.is_infinite() else format(value, "f")

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from fairaudit.exact.dense import equal_to_previous
 from fairaudit.model.law import Law
 
-# Grids: what is compared, with enclosures
-
 
 def block_starts(law: Law, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Where the cells of each context begin, and after the last where they end."""
     if not len(cells):
         return np.zeros(1, dtype=np.int64)
     edges = np.flatnonzero(np.diff(law.cell_context[cells])) + 1

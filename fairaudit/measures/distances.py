@@ -130,9 +130,6 @@ def _distance_error(columns: int) -> float:
     return (4 * columns + 64) * UNIT
 
 
-# Ranking distances
-
-
 def _rank_distances(rows: _Rows, count: int) -> list[tuple[Fraction, int, int]]:
     """Find the `count` greatest total variation distances as (value, first, second); equal pairs only if nothing else is there."""
     if len(rows.starts) < 2 or not len(rows.floats):

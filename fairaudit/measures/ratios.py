@@ -165,9 +165,6 @@ def most_unequal_ratios(law: Law, utility: UtilityTable, count: int, *, within_c
     return tuple(_global_ratio(law, grid, high, low) for _, high, low in _rank(grid, count))
 
 
-# Ranking ratios
-
-
 def _rank(grid: Grid, count: int) -> list[tuple[int, int, int]]:
     """Find the `count` greatest ratios as (column, higher, lower), by member; equal pairs only if nothing else is there."""
     if len(grid.starts) < 2 or not len(grid.lo):

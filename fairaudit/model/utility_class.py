@@ -303,6 +303,7 @@ def _affine(variable: Any, constraints: Sequence[Any]) -> Iterator[tuple[NDArray
 
 
 def read_number(name: str, value: Any, read: Callable[[object], tuple[int, int]] = option_value) -> Fraction:
+    """An option's value as the rational that it says; what is wrong with it is said with the option's name."""
     try:
         return Fraction(*read(value))
     except InputError as error:
