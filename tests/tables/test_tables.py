@@ -1,6 +1,6 @@
 """Random bytes and damaged tables through the command line: an exit code and a sentence, whatever is in the file.
 
-``FAIRAUDIT_FUZZ=100000 pytest tests/whole/test_fuzz_input.py`` tries that many of each kind.
+``FAIRAUDIT_FUZZ=100000 pytest tests/tables/test_tables.py`` tries that many of each kind.
 """
 
 from __future__ import annotations

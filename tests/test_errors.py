@@ -1,0 +1,31 @@
+"""Messages: what was given is quoted and cut, and what was probably meant is named."""
+
+from __future__ import annotations
+
+import pytest
+
+from fairaudit.errors import InputError, nearest, shown
+
+
+def test_what_is_quoted_is_never_long() -> None:
+    assert shown("a\nb") == "'a\\nb'"
+    assert len(shown("x" * 1000)) == 60 and shown("x" * 1000).endswith("…")
+    assert len(shown("x" * 1000, 12)) == 12
+
+
+def test_a_number_with_more_digits_than_python_writes_is_described() -> None:
+    assert shown(10**5000) == "a number of about 4983 digits"
+
+
+@pytest.mark.parametrize(("word", "meant"), [("Depth", "'Dept'"), ("answr", "'answer'")])
+def test_what_was_probably_meant_is_named(word: str, meant: str) -> None:
+    assert nearest(word, ["Dept", "answer"]) == f"known: 'Dept', 'answer'; did you mean {meant}?"
+
+
+def test_nothing_is_guessed_where_nothing_is_near() -> None:
+    assert nearest("zzz", ["Dept"]) == "known: 'Dept'"
+    assert nearest("zzz", map(str, range(25))).endswith("… (25 in all)")
+
+
+def test_bad_input_is_a_value_error() -> None:
+    assert issubclass(InputError, ValueError)
