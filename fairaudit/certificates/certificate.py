@@ -18,7 +18,7 @@ __all__ = ["Certificate", "schema"]
 
 FORMAT = "fairaudit-certificate/1"
 
-EMBED_LIMIT = 100_000
+EMBED_LIMIT = 100_000  # cells: about 10 MB of text; larger tables stand beside the certificate
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ __all__ = ["Subject", "load", "number", "ratio", "subject"]
 
 FORMAT = "fairaudit-certificate/1"
 
-MAX_BYTES = 1 << 30
+MAX_BYTES = 1 << 30  # what the checker reads, too
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ __all__ = ["Table", "WrittenTable"]
 
 TABLE_FORMAT = "fairaudit-table/1"
 
-NUMBERS = 100_000
+NUMBERS = 100_000  # numbers that are made text at a time
 
 CANONICAL = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", ":"))
 

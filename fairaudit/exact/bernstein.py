@@ -18,9 +18,9 @@ __all__ = ["coefficients", "greatest_nonnegative"]
 Coefficients = tuple[int, ...]
 
 
-HALVINGS = 60
+HALVINGS = 60  # an interval is halved so often that a root between its ends no longer matters to twelve decimals
 
-MOST_PARTS = 20_000
+MOST_PARTS = 20_000  # a few seconds; what is undecided by then counts as not proved
 
 
 def coefficients(values: Sequence[Fraction]) -> list[Fraction]:

@@ -12,7 +12,7 @@ from fairaudit.errors import InputError
 __all__ = ["HUGE", "UNIT", "compare_log", "exp_below", "exp_enclosure", "log_enclosure"]
 
 
-LOG_DIGITS = 12
+LOG_DIGITS = 12  # decimals of a logarithm as certificates state it; the format fixes them
 
 UNIT = 2.0**-53
 """The relative error of one rounding to the nearest float64 is at most this."""

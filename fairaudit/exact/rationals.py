@@ -29,18 +29,18 @@ __all__ = [
 ]
 
 
-MAX_DIGITS = 4_000
+MAX_DIGITS = 4_000  # below the 4,300 digits at which Python refuses to read a number
 
-MAX_EXPONENT = 4_000
+MAX_EXPONENT = 4_000  # so that 1e4000 has as many digits as may be written out
 
-MAX_OUTPUT_DIGITS = 100_000
+MAX_OUTPUT_DIGITS = 100_000  # what the checker reads, too
 
 
 _NUMBER = re.compile(r"([+-]?)(?:(\d+)(?:\.(\d*))?|\.(\d+))(?:[eE]([+-]?\d+))?", re.ASCII)
 
 _QUOTIENT = re.compile(r"([+-]?)(\d+)/(\d+)", re.ASCII)
 
-_CHUNK = 4_000
+_CHUNK = 4_000  # digits that Python writes at once; below its limit of 4,300
 
 
 def parse_rational(text: str) -> tuple[int, int]:

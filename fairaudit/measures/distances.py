@@ -20,7 +20,7 @@ from fairaudit.model.law import Law
 __all__ = ["Distance", "DistanceWitness", "demographic_parity", "equalized_odds", "most_unequal_distances"]
 
 
-BLOCK = 1 << 17
+BLOCK = 1 << 17  # entries of a block that stay in the cache of one core
 
 
 @dataclass(frozen=True)

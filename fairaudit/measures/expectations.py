@@ -25,9 +25,9 @@ __all__ = ["compared_expectations", "least_expectation"]
 
 Pair = tuple[int, int]
 
-TINY = 2.0**-1074
+TINY = 2.0**-1074  # the least positive float64: what underflow can lose
 
-EXACT = 2**53
+EXACT = 2**53  # whole numbers up to here are exact as float64
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ ALONE = dict.fromkeys(
     ("max_ratio", "max_log"),
 )
 
-MOST = 10_000
+MOST = 10_000  # beyond, a limit on a logarithm is shown as more than e^10,000, which has 4,343 digits
 
 
 P = ParamSpec("P")

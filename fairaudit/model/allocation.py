@@ -26,9 +26,9 @@ __all__ = ["Allocation", "read_allocation"]
 
 CHOSEN, NOT_CHOSEN = "chosen", "not chosen"
 
-FALSE_ALARM = 1 / 1000
+FALSE_ALARM = 1 / 1000  # chance of the note about orders where orders were drawn evenly
 
-FEW_ORDERS = 5_040
+FEW_ORDERS = 5_040  # the orders of seven candidates: up to here ways are counted exactly, beyond by a bound
 
 
 @dataclass(frozen=True, eq=False)

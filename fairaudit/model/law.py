@@ -48,9 +48,9 @@ __all__ = ["Law"]
 
 Population = Literal["counts", "weights", "equal"]
 
-MAX_DRAWS = 10**18
+MAX_DRAWS = 10**18  # draws of a cell that still fit 64 bits
 
-TOLERANCE = 10**6
+TOLERANCE = 10**6  # one part in so many is what rows of probabilities may be off 1 by: six printed digits
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ __all__ = ["Columns", "Truth", "Units"]
 Kind = Literal["counts", "probabilities"]
 
 
-MAX_ENTRIES = 500_000_000
+MAX_ENTRIES = 500_000_000  # numbers of a dense law: 4 GB as int64
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from fairaudit.tables.values import Label, column, locator, names, numbers
 __all__ = ["Constant", "Factor", "Identity", "Mechanism", "Product", "RandomizedResponse", "Store"]
 
 
-KEEP_BITS = 60
+KEEP_BITS = 60  # significant bits of a keep probability made from an ε, which is rounded down: it loses less than a float would show
 
 
 class Store(Protocol):

@@ -25,7 +25,7 @@ CREATE TABLE releases (filter TEXT, attribute TEXT, subject TEXT, released TEXT 
 
 FIND = "SELECT released FROM releases WHERE filter = ? AND attribute = ? AND subject = ?"
 
-PATIENCE = 60.0
+PATIENCE = 60.0  # seconds to wait for other processes that write
 
 
 class ReleaseStore:

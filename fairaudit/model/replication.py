@@ -33,11 +33,11 @@ from fairaudit.errors import shown
 __all__ = ["copies_note"]
 
 
-STEPS = 999
+STEPS = 999  # 1 in 1,000 logs of independent units is suspected
 
-ROWS = 8_000
+ROWS = 8_000  # what is judged in about a second
 
-LISTED = 5
+LISTED = 5  # columns that a sentence names
 
 
 Codes = NDArray[np.int64]

@@ -58,9 +58,9 @@ def refusing_other_documents(function: Callable[..., str]) -> Callable[..., str]
 __all__ = ["Content", "Figure", "describe"]
 
 
-SHOW_LEFT_OUT = 12
+SHOW_LEFT_OUT = 12  # what a reader looks through; the certificate has all
 
-SHOW_RATES = 24
+SHOW_RATES = 24  # what a reader looks through; the certificate has all
 
 GIVEN_TRUTH = {
     "equal_opportunity": "How far apart are the true positive rates of two groups in the same context? 0 is alike.",

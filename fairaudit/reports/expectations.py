@@ -25,11 +25,11 @@ from fairaudit.tables.values import Label
 __all__ = ["Expectations", "Matrix", "Member", "Panel"]
 
 
-PANELS = 8
+PANELS = 8  # contexts on a page; the table has all
 
-MEMBERS = 12
+MEMBERS = 12  # groups of a context on a page
 
-MOST_FORMS = 64
+MOST_FORMS = 64  # cells of one mean, beyond which its ends would take seconds to find again
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from fairaudit.words import approximate
 __all__ = ["Calibrated", "Rung", "calibration", "ladder"]
 
 
-CALIBRATED_GROUPS = 64
+CALIBRATED_GROUPS = 64  # groups up to which a page says how much truth a filter may tell: less than a second
 
 
 @dataclass(frozen=True)

@@ -35,11 +35,11 @@ if TYPE_CHECKING:
 __all__ = ["intervals", "prepared_text", "spelling_text", "summary", "verdict"]
 
 
-SHOW_EXACT = 60
+SHOW_EXACT = 60  # characters of an exact number that still fit a line
 
-SHOW_CELLS = 12
+SHOW_CELLS = 12  # small cells that a line names
 
-SHOW_SPELLINGS = 5
+SHOW_SPELLINGS = 5  # pairs of spellings that a line names
 
 THEOREMS = {
     "T1": "privacy and a floor, any utility",

@@ -18,9 +18,9 @@ from fairaudit.words import approximate, percent, place, plain
 __all__ = ["QUANTITIES", "THEOREMS", "Value", "claimed", "clip", "named", "percent", "quotient", "scope"]
 
 
-SHOW_EXACT = 60
+SHOW_EXACT = 60  # characters of an exact number that still fit a line
 
-SHOW_LABEL = 120
+SHOW_LABEL = 120  # characters of a label that still fit a line
 
 
 QUANTITIES = {

@@ -17,11 +17,11 @@ from fairaudit.tables.label_text import native_values
 __all__ = ["DENSE", "Coded", "UnknownValueError", "coded_column", "count_combinations"]
 
 Codes = NDArray[Any]
-DENSE = 1 << 20
-BLOCK_ROWS = 1 << 17
-SAMPLE = 100_000
-FEW = 250
-SLOT_BITS = 16
+DENSE = 1 << 20  # combinations that are counted in one array of 8 MiB; more are sorted
+BLOCK_ROWS = 1 << 17  # rows whose codes stay in the cache of one core
+SAMPLE = 100_000  # rows that say which values there are; the rest is checked against them
+FEW = 250  # different values that fit a byte, with room for those that the sample lacked
+SLOT_BITS = 16  # 65,536 slots for at most 250 values: one factor in a few keeps them apart
 
 
 class UnknownValueError(Exception):

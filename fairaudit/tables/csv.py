@@ -25,7 +25,7 @@ from fairaudit.tables.values import column
 
 __all__ = ["CsvTable", "Layout", "count_csv", "decimal_commas", "first_row", "layout", "opened", "read_csv", "same_layout", "text_lines"]
 
-HEAD = 200_000
+HEAD = 200_000  # characters that say which separator and which decimal mark a file has
 EMPTY = "the file is empty; a header line and at least one row were expected"
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*", re.ASCII)

@@ -22,7 +22,7 @@ from fairaudit.tables.values import INT64
 __all__ = ["Tally", "counted", "merged"]
 
 
-BATCH = 50_000
+BATCH = 50_000  # rows that an engine hands over at a time: a few MB
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,11 +50,11 @@ __all__ = [
     "writing",
 ]
 
-BATCH = 50_000
-SAMPLE = 100_000
-FEW = 1_000
-PART = 2_000_000
-BLOCK = 1 << 24
+BATCH = 50_000  # rows that are fetched at a time: a few MB
+SAMPLE = 100_000  # rows that say which texts are few; one that they lacked is noticed while counting
+FEW = 1_000  # different texts that become an enumeration; more cost more than they save
+PART = 2_000_000  # different rows that are held at a time when a log is read in parts: some 200 MB
+BLOCK = 1 << 24  # 16 MiB of a text that are scanned at a time
 BOM = codecs.BOM_UTF8
 WHOLE = ("TINYINT", "SMALLINT", "INTEGER", "BIGINT", "UTINYINT", "USMALLINT", "UINTEGER", "BOOLEAN")
 ROUNDED = re.compile(r"TIME|DOUBLE|FLOAT")

@@ -25,7 +25,7 @@ __all__ = ["Form", "expand", "form"]
 
 Form = Literal["csv", "json", "parquet", "sqlite", "duckdb", "delta"]
 
-SMALL = 4_000_000
+SMALL = 4_000_000  # bytes that our own reader takes less time for than DuckDB takes to be imported
 
 JSON_NAME = re.compile(r".*\.(jsonl|ndjson|json)(\.(gz|zst))?", re.IGNORECASE)
 

@@ -18,7 +18,7 @@ from fairaudit.tables.values import column
 
 __all__ = ["read", "survey"]
 
-BATCH = 50_000
+BATCH = 50_000  # rows that are fetched at a time: a few MB
 NUMERIC = frozenset(("int2", "int4", "int8", "float4", "float8", "numeric"))
 SETTINGS = "set local timezone = 'UTC'; set local datestyle = 'ISO, YMD'; set local extra_float_digits = 3"
 TYPES = """

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["MOST", "Seen", "Survey", "of_database", "of_files", "of_text", "read_first"]
 
-MOST = 10_000
+MOST = 10_000  # different labels of a column that are held; a column with more is no column of labels
 
 
 @dataclass(frozen=True)
