@@ -18,12 +18,12 @@ from fairaudit.cli import main
 from fairaudit.exact.enclosures import compare_log
 from fairaudit.filters.calibration import calibrate
 from fairaudit.filters.calibration_with_policy import calibrate_policy
-from fairaudit.filters.choice import searched_filters
 from fairaudit.filters.design_result import Design
 from fairaudit.filters.frontiers import frontier
 from fairaudit.filters.model_free import design_model_free
 from fairaudit.filters.problem import read_problem
-from fairaudit.filters.program import repaired_filter
+from fairaudit.filters.repair import repaired_filter
+from fairaudit.filters.search import filters_by_program
 from fairaudit.filters.with_policy import design, policy_gains
 from fairaudit.measures.ratios import local_fairness
 from fairaudit.model.mechanism import Mechanism, RandomizedResponse
@@ -117,7 +117,7 @@ def test_a_cap_alone_recovers_randomized_response(n: int, cap: str) -> None:
         assert wanted - F(1, 10**9) < found.truth_kept <= wanted
     # The linear program finds it too, without being told.
     problem = read_problem(tuple((str(i),) for i in range(n)), (), [1] * n, None, None, factor)
-    proposed, lower, _ = searched_filters(problem)
+    proposed, lower, _ = filters_by_program(problem)
     kept = max(1 - problem.cost(*problem.rows_of(mechanism)) for mechanism, _ in proposed)
     assert wanted - F(1, 10**9) < kept <= wanted <= 1 - lower < wanted + F(1, 10**9)
 

@@ -1,25 +1,142 @@
 """Linear programs whose solver is asked and never believed.
 
 Floats only search. What a solver says is checked for shape and finiteness, rounded to rationals, and solved again exactly; wrong
-answers cost tightness, never truth.
+answers cost tightness, never truth. What is concluded rests on weak duality: for multipliers y ≥ 0 of the rows A v ≤ b and any
+domain that holds all points,
+
+    c·v ≤ y·b + max over the domain of (c − y·A)·v,
+
+however the multipliers were found.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from math import gcd
+from functools import cached_property
+from math import inf
 from typing import Any
 
 import numpy as np
 
 from fairaudit.exact.dense import Floats
-from fairaudit.exact.extended import ZERO
-from fairaudit.exact.rationals import common_denominator
+from fairaudit.exact.extended import ONE, ZERO, Extended
 
-ROUNDING = 2**44
+Row = Iterable[tuple[int, Fraction]]
+"""Variables and their coefficients."""
+
+Answer = tuple[Floats, Floats]
+"""What a solver said: a point, and the multipliers of the rows."""
 
 LARGEST = Fraction(10) ** 200
+"""What is greater is this to a solver, and answers beyond it are none: floats end at 10^308, and products of two must not."""
+
+ROUNDING = 2**44
+"""Multipliers are rounded to this grid: what a double near 1 still tells apart from noise, in numbers that stay short."""
+
+
+# Weak duality
+
+
+def reduced(objective: Mapping[int, Fraction], cited: Iterable[tuple[Fraction, Row, Fraction]]) -> tuple[dict[int, Fraction], Fraction]:
+    """C − y·A and y·b for rows that are cited as y, coefficients and bound."""
+    rest, total = dict(objective), ZERO
+    for y, terms, bound in cited:
+        total += y * bound
+        for v, a in terms:
+            rest[v] = rest.get(v, ZERO) - y * a
+    return rest, total
+
+
+def greatest_over_box(coefficients: Iterable[tuple[Fraction, Fraction, Fraction]]) -> Fraction:
+    """The greatest Σ c·v of variables between two ends each."""
+    return sum((c * (high if c > 0 else low) for c, low, high in coefficients), ZERO)
+
+
+@dataclass(frozen=True, eq=False)
+class LinearProgram:
+    """The points of a linear program: rows A v ≤ b, a box, and distributions.
+
+    Attributes
+    ----------
+    low, high : sequence of Fraction
+        The box.
+    rows : sequence of (coefficients, bound)
+        A and b.
+    distributions : sequence of range
+        Variables that are at least 0 and sum to 1.
+    unbounded : range
+        Variables whose upper end is infinite, or need not be said; `high` is not read there.
+    """
+
+    low: Sequence[Fraction]
+    high: Sequence[Fraction]
+    rows: Sequence[tuple[Sequence[tuple[int, Fraction]], Fraction]]
+    distributions: Sequence[range] = ()
+    unbounded: range = range(0)
+
+    def slack(self, row: int, point: Sequence[Fraction]) -> Fraction:
+        """By how much a point keeps a row."""
+        terms, bound = self.rows[row]
+        return bound - sum((a * point[j] for j, a in terms), ZERO)
+
+    def feasible(self, point: Sequence[Fraction]) -> bool:
+        """Whether a point keeps all constraints, exactly."""
+        ends = enumerate(zip(self.low, point, self.high, strict=True))
+        inside = all(low <= v and (v <= high or j in self.unbounded) for j, (low, v, high) in ends)
+        whole = all(sum((point[j] for j in part), ZERO) == ONE for part in self.distributions)
+        return inside and whole and all(self.slack(i, point) >= 0 for i in range(len(self.rows)))
+
+    def clipped(self, point: Floats) -> list[Fraction]:
+        """A point of floats as the rationals that they are, moved into the box."""
+        return [min(max(Fraction(v), low), high) for v, low, high in zip(point.tolist(), self.low, self.high, strict=True)]
+
+    def reduced(self, objective: Mapping[int, Fraction], multipliers: Mapping[int, Fraction]) -> tuple[dict[int, Fraction], Fraction]:
+        """C − y·A and y·b for multipliers by row."""
+        return reduced(objective, ((y, *self.rows[i]) for i, y in multipliers.items()))
+
+    def greatest(self, objective: Mapping[int, Fraction]) -> Extended:
+        """The greatest c·v over box and distributions, whatever the rows say."""
+        total = sum((max(objective.get(j, ZERO) for j in part) for part in self.distributions), ZERO)
+        inside = {j for part in self.distributions for j in part}
+        others = {j: c for j, c in objective.items() if j not in inside}
+        if any(c > 0 and j in self.unbounded for j, c in others.items()):
+            return inf
+        return total + greatest_over_box((c, self.low[j], self.high[j]) for j, c in others.items())
+
+    def dual_bound(self, objective: Mapping[int, Fraction], multipliers: Mapping[int, Fraction]) -> Extended:
+        """Weak duality: no point of the program has a greater c·v, for any multipliers y ≥ 0."""
+        rest, total = self.reduced(objective, multipliers)
+        most = self.greatest(rest)
+        return total + most if isinstance(most, Fraction) else most
+
+    def emptiness(self, multipliers: Mapping[int, Fraction]) -> Extended:
+        """By how much multipliers contradict the constraints: positive proves that no point satisfies them (Farkas)."""
+        return -self.dual_bound({}, multipliers)
+
+    @cached_property
+    def floats(self) -> tuple[Any, Floats, Floats, Floats]:
+        """A (sparse), b and the box, in floats."""
+        from scipy.sparse import csr_array
+
+        entries = [(i, j, solver_float(a)) for i, (terms, _) in enumerate(self.rows) for j, a in terms]
+        at = np.array([(i, j) for i, j, _ in entries], dtype=np.int64).reshape(-1, 2)
+        matrix = csr_array(
+            (np.array([a for _, _, a in entries], dtype=np.float64), (at[:, 0], at[:, 1])), shape=(len(self.rows), len(self.low))
+        )
+        high = solver_floats(self.high)
+        high[list(self.unbounded)] = np.inf
+        return matrix, solver_floats([bound for _, bound in self.rows]), solver_floats(self.low), high
+
+    def ask(self, costs: Floats, tolerance: float | None = None) -> Answer | None:
+        """Ask the solver for a point of least cost."""
+        matrix, b, low, high = self.floats
+        sums = distribution_sums(self.distributions, len(self.low)) if self.distributions else None
+        return ask_solver(costs, matrix, b, sums, np.column_stack((low, high)), tolerance)
+
+
+# Asking
 
 
 def solver_float(value: Fraction) -> float:
@@ -27,55 +144,80 @@ def solver_float(value: Fraction) -> float:
     return float(max(min(value, LARGEST), -LARGEST))
 
 
-def dot(left: Sequence[Fraction], right: Sequence[Fraction]) -> Fraction:
-    return sum((a * b for a, b in zip(left, right, strict=True) if a), ZERO)
+def solver_floats(values: Sequence[Fraction]) -> Floats:
+    """Numbers as floats that a solver can work with."""
+    return np.array([solver_float(v) for v in values], dtype=np.float64)
 
 
-def solve_with_highs(c: Floats, a: Any, b: Floats, equal: tuple[Any, Floats] | None, bounds: Any) -> tuple[Floats, Floats] | None:
+def distribution_sums(distributions: Sequence[range], variables: int) -> tuple[Any, Floats]:
+    """The equations that distributions sum to 1, in floats."""
+    from scipy.sparse import csr_array
+
+    owner = np.repeat(np.arange(len(distributions)), [len(part) for part in distributions])
+    place = np.array([j for part in distributions for j in part])
+    return csr_array((np.ones(len(place)), (owner, place)), shape=(len(distributions), variables)), np.ones(len(distributions))
+
+
+def solve_with_highs(c: Floats, a: Any, b: Floats, equal: tuple[Any, Floats] | None, bounds: Any, tolerance: float | None) -> Answer | None:
     """Minimise c·x over A x ≤ b by HiGHS; returns x and the multipliers of the rows, or nothing. Nothing that it says is believed."""
     import warnings
 
     from scipy.optimize import linprog
 
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            options: dict[str, Any] = {"A_eq": equal[0], "b_eq": equal[1]} if equal else {}
-            found = linprog(c, A_ub=a, b_ub=b, bounds=bounds, method="highs-ds", **options)
-    except (ValueError, ArithmeticError, RuntimeError):
-        return None
-    if found.status != 0 or found.x is None:
-        return None
-    return np.asarray(found.x, dtype=np.float64), -np.asarray(found.ineqlin.marginals, dtype=np.float64)
+    options: dict[str, Any] = {"A_eq": equal[0], "b_eq": equal[1]} if equal else {}
+    if tolerance is not None:
+        options["options"] = {"primal_feasibility_tolerance": tolerance, "dual_feasibility_tolerance": tolerance}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = linprog(c, A_ub=a, b_ub=b, bounds=bounds, method="highs-ds", **options)
+    return (np.asarray(found.x), -np.asarray(found.ineqlin.marginals)) if found.status == 0 else None
 
 
-def ask_solver(c: Floats, a: Any, b: Floats, equal: tuple[Any, Floats] | None, bounds: Any) -> tuple[Floats, Floats] | None:
-    """Ask the solver, and drop answers that are not even numbers of the right shape."""
+def ask_solver(
+    c: Floats, a: Any, b: Floats, equal: tuple[Any, Floats] | None, bounds: Any, tolerance: float | None = None
+) -> Answer | None:
+    """Ask the solver, and drop answers that are not even numbers of the right shape; None means that it was not solved."""
     try:
-        found = solve_with_highs(c, a, b, equal, bounds)
+        found = solve_with_highs(c, a, b, equal, bounds, tolerance)
+        if found is None:
+            return None
+        point, multipliers = (np.asarray(part, dtype=np.float64) for part in found)
     except Exception:  # whatever a solver does, it only may cost tightness
         return None
-    if found is None or len(found[0]) != len(c) or len(found[1]) != len(b):
+    if point.shape != (len(c),) or multipliers.shape != (len(b),):
         return None
-    return found if np.isfinite(found[0]).all() and np.isfinite(found[1]).all() else None
+    most = float(LARGEST)
+    return (point, multipliers) if (np.abs(point) <= most).all() and (np.abs(multipliers) <= most).all() else None
 
 
-def rounded_multipliers(multipliers: Floats) -> dict[int, Fraction]:
-    """Multipliers as dyadic rationals ≥ 0."""
+def rounded_multipliers(multipliers: Floats, grid: int = ROUNDING) -> dict[int, Fraction]:
+    """Multipliers as rationals ≥ 0 on a dyadic grid."""
     found = {}
-    for i in np.flatnonzero(multipliers > 0).tolist():
-        value = Fraction(round(Fraction(float(multipliers[i])) * ROUNDING), ROUNDING)
+    for i in np.flatnonzero((multipliers > 0) & np.isfinite(multipliers)).tolist():
+        value = Fraction(round(Fraction(float(multipliers[i])) * grid), grid)
         if value:
             found[i] = value
     return found
 
 
+# Solving again, exactly
+
+
+def dot(left: Sequence[Fraction], right: Sequence[Fraction]) -> Fraction:
+    """Σ a·b, exactly."""
+    return sum((a * b for a, b in zip(left, right, strict=True) if a), ZERO)
+
+
 def eliminate(
-    equations: Sequence[tuple[dict[int, Fraction], Fraction]], guess: Mapping[int, Fraction], needed: int | None = None
+    equations: Sequence[tuple[Mapping[int, Fraction], Fraction]],
+    guess: Mapping[int, Fraction],
+    needed: int | None = None,
+    most_bits: float = inf,
 ) -> dict[int, Fraction] | None:
     """Solve sparse linear equations in rationals; unknowns that they leave free keep their guess.
 
-    None if one of the first `needed` (all by default) contradicts those before it; later ones that do are left out.
+    None if one of the first `needed` (all by default) contradicts those before it, later ones that do are left out; or if an
+    unknown that they leave free has no guess; or if a number on the way is longer than `most_bits`.
     """
     needed = len(equations) if needed is None else needed
     pivots: list[tuple[int, dict[int, Fraction], Fraction]] = []
@@ -97,82 +239,22 @@ def eliminate(
             if rest and number < needed:
                 return None
             continue
-        pivot = min(terms, key=lambda j: (terms[j].denominator.bit_length() + terms[j].numerator.bit_length(), j))
+        pivot = min(terms, key=lambda j: (_bits(terms[j]), j))
         factor = terms.pop(pivot)
         where[pivot] = len(pivots)
-        pivots.append((pivot, {j: a / factor for j, a in terms.items()}, rest / factor))
+        others, value = {j: a / factor for j, a in terms.items()}, rest / factor
+        if most_bits < inf and any(
+            max(a.numerator.bit_length(), a.denominator.bit_length()) > most_bits for a in (value, *others.values())
+        ):
+            return None
+        pivots.append((pivot, others, value))
     solved = dict(guess)
+    if any(j not in where and j not in guess for _, others, _ in pivots for j in others):
+        return None
     for unknown, others, value in reversed(pivots):
         solved[unknown] = value - sum((a * solved[j] for j, a in others.items()), ZERO)
     return solved
 
 
-Row = list[tuple[int, Fraction]]
-
-MOST_BITS = 12_000
-
-
-def solve_over_tables(
-    costs: Sequence[float], matrix: Any, limits: Sequence[float], size: int, lower: Sequence[float]
-) -> tuple[list[float], list[float]] | None:
-    """Minimise over tables whose rows sum to 1 by the simplex method."""
-    from scipy.optimize import linprog
-    from scipy.sparse import csr_array
-
-    square = size * size
-    sums: Any = csr_array(
-        (np.ones(square), (np.repeat(np.arange(size), size), np.arange(square))),
-        shape=(size, len(costs)),
-    )
-    limit: Any = np.array(limits) if matrix is not None else None
-    solved: Any = linprog(
-        np.array(costs),
-        A_ub=matrix,
-        b_ub=limit,
-        A_eq=sums,
-        b_eq=np.ones(size),
-        bounds=[(low, None) for low in lower],
-        method="highs-ds",
-        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
-    )
-    if solved.status != 0:
-        return None
-    duals = [-float(d) for d in solved.ineqlin.marginals] if matrix is not None else []
-    return [float(v) for v in solved.x], duals
-
-
-def solved_exactly(equations: Iterable[tuple[Row, Fraction]], count: int) -> list[Fraction] | None:
-    """The one solution of linear equations, by elimination in integers; None if there is none, or more than one, or it is very long."""
-    pivots: dict[int, list[int]] = {}
-    for terms, value in equations:
-        whole, _ = common_denominator([*((c.numerator, c.denominator) for _, c in terms), (value.numerator, value.denominator)])
-        row = [0] * (count + 1)
-        for (i, _), c in zip(terms, whole, strict=False):
-            row[i] += c
-        row[count] = whole[-1]
-        for i, pivot in pivots.items():
-            if row[i]:
-                row = _eliminated(row, pivot, i)
-        first = next((i for i in range(count) if row[i]), None)
-        if first is None:
-            if row[count]:
-                return None
-            continue
-        for i, pivot in pivots.items():
-            if pivot[first]:
-                pivots[i] = _eliminated(pivot, row, first)
-        pivots[first] = row
-        if max(map(abs, row)).bit_length() > 4 * MOST_BITS:
-            return None
-    if len(pivots) < count:
-        return None
-    return [Fraction(pivots[i][count], pivots[i][i]) for i in range(count)]
-
-
-def _eliminated(row: list[int], pivot: list[int], at: int) -> list[int]:
-    """Subtract a multiple of the pivot row so that the entry vanishes; the result is divided by what is common."""
-    common = gcd(row[at], pivot[at])
-    up, down = pivot[at] // common, row[at] // common
-    result = [up * v - down * w for v, w in zip(row, pivot, strict=True)]
-    divisor = gcd(*result)
-    return [v // divisor for v in result] if divisor > 1 else result
+def _bits(value: Fraction) -> int:
+    return value.numerator.bit_length() + value.denominator.bit_length()

@@ -7,36 +7,14 @@ from dataclasses import replace
 from fractions import Fraction
 from math import inf
 
-from fairaudit.errors import InputError
-from fairaudit.exact.linear_programs import MOST_BITS
 from fairaudit.filters.design_result import Design
-from fairaudit.filters.one_k import tables_over_k
 from fairaudit.filters.problem import Problem
-from fairaudit.filters.program import (
-    deepest_table,
-    dual_bound,
-    entry_prices,
-    exact_vertex,
-    linear_program,
-    repaired_filter,
-    solve_in_floats,
-    why_infeasible,
-)
-from fairaudit.filters.responses import GRID
+from fairaudit.filters.search import Search
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, RandomizedResponse
 from fairaudit.privacy.epsilon_delta import exp_epsilon
 
-MAX_MODEL_FREE = 16
 
-EASY_BITS = 256
-
-GAP = 10**9
-
-
-# Choosing among filters
-
-
-def best_design(problem: Problem, response: Sequence[Mechanism]) -> Design:
+def best_design(problem: Problem, response: Sequence[Mechanism], search: Search) -> Design:
     """The cheapest of everything that was proposed and meets the constraints exactly; `response` is what it is compared with."""
     proposed = [(mechanism, "randomized response") for mechanism in response]
     proposed += [(_constant(problem), "the same release for everybody")]
@@ -47,7 +25,7 @@ def best_design(problem: Problem, response: Sequence[Mechanism]) -> Design:
         proposed.insert(0, (symmetric, "randomized response, exactly solved"))
         lower = problem.cost(*problem.rows_of(symmetric))
     else:
-        found, lower, reason = searched_filters(problem)
+        found, lower, reason = search(problem)
         proposed = [*found, *proposed]
     figures: list[tuple[Fraction, Fraction, int, Mechanism, str]] = []
     for mechanism, method in proposed:
@@ -56,7 +34,22 @@ def best_design(problem: Problem, response: Sequence[Mechanism]) -> Design:
             figures.append((problem.cost(rows, bottom), -problem.truth(rows, bottom), len(figures), mechanism, method))
     compared = min(((c, -t) for c, t, _, m, _ in figures if any(m is r for r in response)), default=(None, None))
     answer = Design(
-        problem.target, problem.cap, False, None, None, None, lower, None, inf, (), "", "", (), compared[0], compared[1], reason
+        target=problem.target,
+        max_exp_epsilon=problem.cap,
+        feasible=False,
+        mechanism=None,
+        distortion=None,
+        truth_kept=None,
+        lower_bound=lower,
+        achieved=None,
+        exp_epsilon=inf,
+        multipliers=(),
+        method="",
+        scope="",
+        assumptions=(),
+        response_distortion=compared[0],
+        response_truth_kept=compared[1],
+        reason=reason,
     )
     if not figures:
         return answer
@@ -94,60 +87,3 @@ def _symmetric(problem: Problem) -> Mechanism | None:
     if factor is None:
         return replace(Identity(problem.labels), columns=problem.columns)
     return replace(RandomizedResponse(problem.labels, exp_epsilon=factor), columns=problem.columns)
-
-
-# The linear program and what is made of its answer
-
-
-def searched_filters(problem: Problem) -> tuple[list[tuple[Mechanism, str]], Fraction | None, str]:
-    """Filters by linear programming, an exact lower bound on the distortion where there is one, and why nothing was found."""
-    if problem.level is not None and problem.target is not None:
-        return _searched_over_k(problem, problem.level, problem.target), None, ""
-    program = linear_program(problem)
-    prices = entry_prices(problem)
-    solved = solve_in_floats(program, prices)
-    if solved is None:
-        deepest = deepest_table(problem)
-        inside = deepest is not None and problem.holds(deepest, GRID)
-        return (
-            ([(problem.mechanism(deepest, GRID), "linear program, well inside the constraints")], None, "")
-            if inside and deepest
-            else ([], None, why_infeasible(problem))
-        )
-    values, duals = solved
-    lower = dual_bound(program, prices, duals)
-    found: list[tuple[Mechanism, str]] = []
-    repaired = repaired_filter(problem, values[: problem.size**2])
-    if repaired is not None:
-        found.append((repaired, "linear program, rounded and mixed until exact"))
-    close = repaired is not None and problem.cost(*problem.rows_of(repaired)) - lower < Fraction(1, GAP)
-    vertex = exact_vertex(problem, program, values, EASY_BITS if close else MOST_BITS)
-    if vertex is not None:
-        found.append((vertex, "linear program, exactly solved"))
-    if not found:
-        return found, lower, "a filter may exist, but none was found that holds exactly; a slightly larger target leaves room for rounding"
-    return found, lower, ""
-
-
-# Without a policy: one k for all ordered pairs
-
-
-def _searched_over_k(problem: Problem, level: Fraction, target: Fraction) -> list[tuple[Mechanism, str]]:
-    """The best filters that one k certifies. At the ends of its range, R* and (1 − t·R*)/(1 − t), k is a cap on ε."""
-    least = (1 - level * target) / (1 - level)
-    widest = max(target, 1 / least)
-    capped = replace(problem, target=None, level=None, cap=widest if problem.cap is None else min(widest, problem.cap))
-    found, _, _ = searched_filters(capped)
-    if target == 1:
-        return found
-    if problem.size > MAX_MODEL_FREE:
-        raise InputError(
-            f"a design without a policy accepts up to {MAX_MODEL_FREE} groups that differ in frequency or distortion, not {problem.size}; "
-            "with equal frequencies and the default distortion there is no such limit"
-        )
-    tables = tables_over_k(problem, level, target, least)
-    for values in tables:
-        repaired = repaired_filter(problem, values)
-        if repaired is not None:
-            found.append((repaired, "linear program for one common k, rounded and mixed until exact"))
-    return found

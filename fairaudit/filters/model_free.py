@@ -20,6 +20,7 @@ from fairaudit.filters.calibration import calibrate
 from fairaudit.filters.choice import best_design
 from fairaudit.filters.design_result import Design, checked_design
 from fairaudit.filters.groups import Groups, read_attributes, read_masses
+from fairaudit.filters.one_k import filters_by_one_k
 from fairaudit.filters.problem import MAX_GROUPS, Distortion, Problem, read_problem
 from fairaudit.filters.targets import read_cap, read_target, require_target_or_cap
 from fairaudit.measures.limits import ALONE, without_bare_limits
@@ -100,7 +101,7 @@ def design_model_free(
         problem = replace(problem, level=level)
     else:
         problem = replace(problem, target=None)
-    found = best_design(problem, _free_response(problem, target, attributes, floor, top))
+    found = best_design(problem, _free_response(problem, target, attributes, floor, top), filters_by_one_k)
     if problem.level is not None:
         found = replace(found, lower_bound=None)
     found = replace(found, target=target, max_exp_epsilon=cap)

@@ -2,28 +2,63 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from math import inf, sqrt
 
 import numpy as np
 
-from fairaudit.exact.linear_programs import solve_over_tables
+from fairaudit.errors import InputError
+from fairaudit.exact.linear_programs import ask_solver, distribution_sums, solver_float, solver_floats
 from fairaudit.filters.problem import Problem
-from fairaudit.filters.program import entry_prices
+from fairaudit.filters.program import TOLERANCE, entry_prices, table_rows
+from fairaudit.filters.repair import repaired_filter
+from fairaudit.filters.search import Found, filters_by_program
 
 GRID_POINTS = 9
+"""Values of k between the ends of its range that are looked at first: the cost over k is smooth, with one or two valleys."""
 
 GOLDEN_STEPS = 10
+"""Steps of golden section from the best of them: each costs a linear program, and all narrow the range to less than 1/100."""
+
+LEAST_K = 1e-100
+"""The range of k begins here at the latest: a fraction of it must not overflow."""
+
+MAX_MODEL_FREE = 16
+"""Each of twenty linear programs has a variable for every ordered pair of groups and release: 3,840 at this number of groups."""
 
 
-def tables_over_k(problem: Problem, level: Fraction, target: Fraction, least: Fraction) -> list[list[float]]:
+def filters_by_one_k(problem: Problem) -> Found:
+    """The best filters that one k certifies. At the ends of its range, R* and (1 − t·R*)/(1 − t), k is a cap on ε."""
+    level, target = problem.level, problem.target
+    if level is None or target is None:
+        return filters_by_program(problem)
+    least = (1 - level * target) / (1 - level)
+    widest = max(target, 1 / least)
+    capped = replace(problem, target=None, level=None, cap=widest if problem.cap is None else min(widest, problem.cap))
+    found, _, _ = filters_by_program(capped)
+    if target == 1:
+        return found, None, ""
+    if problem.size > MAX_MODEL_FREE:
+        raise InputError(
+            f"a design without a policy accepts up to {MAX_MODEL_FREE} groups that differ in frequency or distortion, not {problem.size}; "
+            "with equal frequencies and the default distortion there is no such limit"
+        )
+    for values in _tables_over_k(problem, level, target, least):
+        repaired = repaired_filter(problem, values)
+        if repaired is not None:
+            found.append((repaired, "linear program for one common k, rounded and mixed until exact"))
+    return found, None, ""
+
+
+def _tables_over_k(problem: Problem, level: Fraction, target: Fraction, least: Fraction) -> list[list[float]]:
     """Grid, then golden section around its best point; the best table of each."""
-    low, high = float(least), float(target)
+    low, high = max(solver_float(least), LEAST_K), solver_float(target)
     known: dict[float, tuple[float, list[float]]] = {}
 
     def value(k: float) -> float:
         if k not in known:
-            known[k] = _solve_for_k(problem, float(level), float(target), k)
+            known[k] = _solve_for_k(problem, solver_float(level), solver_float(target), k)
         return known[k][0]
 
     inside = [low * (high / low) ** (i / (GRID_POINTS + 1)) for i in range(1, GRID_POINTS + 1)]
@@ -67,14 +102,17 @@ def _solve_for_k(problem: Problem, level: float, target: float, k: float) -> tup
         start = count + pairs
         owner += [start + cells, start + cells, start + square + cells, start + square + cells]
         place += [floor, cells, cells, floor]
-        entries += [np.ones(square), np.full(square, -1.0), np.ones(square), np.full(square, -float(problem.cap))]
+        entries += [np.ones(square), np.full(square, -1.0), np.ones(square), np.full(square, -solver_float(problem.cap))]
         limits += [0.0] * (2 * square)
         variables += size
     matrix = coo_array((np.concatenate(entries), (np.concatenate(owner), np.concatenate(place))), shape=(len(limits), variables)).tocsr()
-    prices = [float(p) for p in entry_prices(problem)]
-    scale = max(prices) or 1.0
-    solved = solve_over_tables([p / scale for p in prices] + [0.0] * (variables - square), matrix, limits, size, [0.0] * variables)
+    prices = solver_floats(entry_prices(problem))
+    costs = np.zeros(variables)
+    costs[:square] = prices / (float(prices.max()) or 1.0)
+    bounds = np.column_stack((np.zeros(variables), np.full(variables, np.inf)))
+    sums = distribution_sums(table_rows(size), variables)
+    solved = ask_solver(costs, matrix, np.array(limits), sums, bounds, TOLERANCE)
     if solved is None:
         return inf, []
-    values = solved[0][:square]
-    return sum(p * v for p, v in zip(prices, values, strict=True)), values
+    values = solved[0][:square].tolist()
+    return sum(p * v for p, v in zip(prices.tolist(), values, strict=True)), values

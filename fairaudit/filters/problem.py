@@ -58,7 +58,9 @@ class Problem:
         return Fraction(sum(w * row[i] for i, (w, row) in enumerate(zip(self.weights, rows, strict=True))), sum(self.weights) * bottom)
 
     def holds(self, rows: Rows, bottom: int) -> bool:
-        """Whether a stochastic table meets cap and target, in integers."""
+        """Whether a table is stochastic and meets cap and target, in integers."""
+        if any(min(row) < 0 or sum(row) != bottom for row in rows):
+            return False
         if self.cap is not None:
             top, under = self.cap.numerator, self.cap.denominator
             if any(max(column) * under > min(column) * top for column in zip(*rows, strict=True)):

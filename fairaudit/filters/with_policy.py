@@ -19,6 +19,7 @@ from fairaudit.filters.choice import best_design
 from fairaudit.filters.design_result import Design, checked_design
 from fairaudit.filters.problem import MAX_GROUPS, Distortion, Problem, read_problem
 from fairaudit.filters.responses import GRID
+from fairaudit.filters.search import filters_by_program
 from fairaudit.filters.targets import read_cap, read_target, require_target_or_cap
 from fairaudit.measures.limits import ALONE, without_bare_limits
 from fairaudit.measures.ratios import local_fairness
@@ -105,7 +106,7 @@ def design(
         found = local_fairness(table.law, table)
         return Fraction(1) if found is None else found.ratio
 
-    found = best_design(problem, _policy_response(problem, policy, wanted))
+    found = best_design(problem, _policy_response(problem, policy, wanted), filters_by_program)
     if found.mechanism is not None:
         found = replace(found, achieved=measured(found.mechanism))
     return checked_design(replace(found, scope=THIS_LAW, assumptions=(FRESH,)))

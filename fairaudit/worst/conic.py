@@ -149,14 +149,15 @@ def _into_ball(
 ) -> list[Fraction] | None:
     """Mix a point with the reference until it is exactly in the ball and the linear constraints."""
     position = {v: j for j, v in enumerate(program.variables)}
-    reference = list(program.high)
+    reference = list(program.linear.high)
     for row, values in centres.items():
         for u, value in enumerate(values):
             reference[position[row * n + u]] = value
-    if not program.feasible(reference):
+    if not program.linear.feasible(reference):
         return None
     start = [
-        min(max(Fraction(round(v * 2**40), 2**40), lo), hi) for v, lo, hi in zip(point.tolist(), program.low, program.high, strict=True)
+        min(max(Fraction(round(v * 2**40), 2**40), lo), hi)
+        for v, lo, hi in zip(point.tolist(), program.linear.low, program.linear.high, strict=True)
     ]
     share = Fraction(0)
     for step in range(-36, 1):
@@ -164,7 +165,7 @@ def _into_ball(
         near = all(
             _divergence([values[position[row * n + u]] for u in range(n)], centre, ball) <= ball.radius for row, centre in centres.items()
         )
-        if near and program.feasible(values):
+        if near and program.linear.feasible(values):
             return values
         share = Fraction(2) ** step
     return reference

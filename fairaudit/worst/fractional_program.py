@@ -11,7 +11,7 @@ bounds p·v/q·v, however the multipliers were found.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from math import inf
@@ -22,23 +22,27 @@ import numpy as np
 from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import HUGE
 from fairaudit.exact.extended import ONE, ZERO, Extended
-from fairaudit.exact.linear_programs import ask_solver, dot, eliminate, rounded_multipliers, solver_float
+from fairaudit.exact.linear_programs import (
+    Answer,
+    LinearProgram,
+    ask_solver,
+    dot,
+    eliminate,
+    rounded_multipliers,
+    solver_float,
+    solver_floats,
+)
 from fairaudit.worst.attained import ratio_of_means
 
 TOLERANCES = (1e-9, 1e-7, 1e-11, 1e-5)
 
 
-# Linear programs
-
-
 @dataclass(frozen=True, eq=False)
 class FractionalProgram:
-    """Maximise p·v/q·v over A v ≤ b and a box; rows carry their numbers among the constraints of the class."""
+    """Maximise p·v/q·v over a linear program, whose variables and rows carry their numbers in the class."""
 
+    linear: LinearProgram
     variables: list[int]
-    low: list[Fraction]
-    high: list[Fraction]
-    rows: list[tuple[list[tuple[int, Fraction]], Fraction]]
     numbers: list[int]
     p: list[Fraction]
     q: list[Fraction]
@@ -47,48 +51,30 @@ class FractionalProgram:
     cap: Extended
 
     def ratio(self, point: Sequence[Fraction]) -> Extended:
+        """The ratio at a point."""
         return ratio_of_means(dot(self.p, point), dot(self.q, point))
 
-    def feasible(self, point: Sequence[Fraction]) -> bool:
-        inside = all(low <= v <= high for low, v, high in zip(self.low, point, self.high, strict=True))
-        return inside and all(self.slack(i, point) >= 0 for i in range(len(self.rows)))
-
-    def slack(self, row: int, point: Sequence[Fraction]) -> Fraction:
-        terms, bound = self.rows[row]
-        return bound - sum((a * point[j] for j, a in terms), ZERO)
+    def with_rows(self, rows: Sequence[tuple[list[tuple[int, Fraction]], Fraction]]) -> FractionalProgram:
+        """The same with further rows, which have no number."""
+        linear = replace(self.linear, rows=[*self.linear.rows, *rows])
+        return replace(self, linear=linear, numbers=[*self.numbers, *(-1 for _ in rows)])
 
     @cached_property
     def floats(self) -> tuple[Any, Floats, Floats, Floats, Floats, Floats]:
         """A (sparse), b, p, q and the box, in floats."""
-        from scipy.sparse import csr_array
-
-        entries = [(i, j, solver_float(a)) for i, (terms, _) in enumerate(self.rows) for j, a in terms]
-        at = np.array([(i, j) for i, j, _ in entries], dtype=np.int64).reshape(-1, 2)
-        matrix = csr_array(
-            (np.array([a for _, _, a in entries], dtype=np.float64), (at[:, 0], at[:, 1])), shape=(len(self.rows), len(self.p))
-        )
-        listed = ([bound for _, bound in self.rows], self.p, self.q, self.low, self.high)
-        b, p, q, low, high = (np.array([solver_float(v) for v in values], dtype=np.float64) for values in listed)
-        return matrix, b, p, q, low, high
+        matrix, b, low, high = self.linear.floats
+        return matrix, b, solver_floats(self.p), solver_floats(self.q), low, high
 
     def excess(self, multipliers: Mapping[int, Fraction], ratio: Fraction) -> tuple[Fraction, Fraction]:
         """F(ratio) and its slope to the right."""
-        c = self.reduced(multipliers, ratio)
-        total = sum((y * self.rows[i][1] for i, y in multipliers.items()), ZERO)
+        rest, total = self.linear.reduced({j: p - ratio * q for j, (p, q) in enumerate(zip(self.p, self.q, strict=True))}, multipliers)
         slope = ZERO
-        for value, q, low, high in zip(c, self.q, self.low, self.high, strict=True):
+        for j, (q, low, high) in enumerate(zip(self.q, self.linear.low, self.linear.high, strict=True)):
+            value = rest[j]
             at = high if value > 0 or (value == 0 and q < 0) else low
             total += value * at
             slope -= q * at
         return total, slope
-
-    def reduced(self, multipliers: Mapping[int, Fraction], ratio: Fraction) -> list[Fraction]:
-        """Coefficients p − ratio·q − y·A."""
-        c = [p - ratio * q for p, q in zip(self.p, self.q, strict=True)]
-        for i, y in multipliers.items():
-            for j, a in self.rows[i][0]:
-                c[j] -= y * a
-        return c
 
 
 @dataclass(frozen=True)
@@ -118,7 +104,7 @@ def _charnes_cooper(program: FractionalProgram) -> _Answer | None:
     matrix, b, p, q, low, high = program.floats
     n = len(p)
     width = high - low
-    unit = 1.0 if program.floor is None else max(solver_float(-program.rows[program.floor][1]), 1e-13)
+    unit = 1.0 if program.floor is None else max(solver_float(-program.linear.rows[program.floor][1]), 1e-13)
     top = hstack([matrix, csr_array(((matrix @ low - b) / unit)[:, None])])
     sides = hstack([diags_array(np.ones(n)), csr_array((-width / unit)[:, None])])
     one = csr_array(np.append(q, q @ low / unit)[None, :])
@@ -142,26 +128,26 @@ def _stretched_vertex(program: FractionalProgram, answer: _Answer, tolerance: fl
         return None
     at_low, at_high = w <= scale, (high - low) * s - w <= scale
     equations: list[tuple[dict[int, Fraction], Fraction]] = [
-        ({**dict(enumerate(program.q)), n: dot(program.q, program.low)}, ONE),
+        ({**dict(enumerate(program.q)), n: dot(program.q, program.linear.low)}, ONE),
         *(({j: ONE}, ZERO) for j in np.flatnonzero(at_low).tolist()),
-        *(({j: ONE, n: program.low[j] - program.high[j]}, ZERO) for j in np.flatnonzero(at_high & ~at_low).tolist()),
+        *(({j: ONE, n: program.linear.low[j] - program.linear.high[j]}, ZERO) for j in np.flatnonzero(at_high & ~at_low).tolist()),
     ]
     if len(b):
         slack = (b - matrix @ low) * s - matrix @ w
         size = np.abs(b - matrix @ low) * s + abs(matrix) @ np.abs(w) + 1e-300
         tight = np.flatnonzero(slack <= tolerance * size)
         for i in tight[np.argsort(-answer.multipliers[tight], kind="stable")].tolist():
-            terms, bound = program.rows[i]
-            equations.append(({**dict(terms), n: sum((a * program.low[j] for j, a in terms), -bound)}, ZERO))
+            terms, bound = program.linear.rows[i]
+            equations.append(({**dict(terms), n: sum((a * program.linear.low[j] for j, a in terms), -bound)}, ZERO))
     guess = {j: Fraction(float(v)) for j, v in enumerate(answer.stretched)}
     solved = eliminate(equations, guess)
     if solved is None or solved[n] <= 0:
         return None
-    values = [lo + solved[j] / solved[n] for j, lo in enumerate(program.low)]
-    return values if program.feasible(values) else None
+    values = [lo + solved[j] / solved[n] for j, lo in enumerate(program.linear.low)]
+    return values if program.linear.feasible(values) else None
 
 
-def answer_at_ratio(program: FractionalProgram, ratio: Extended) -> tuple[Floats, Floats] | None:
+def answer_at_ratio(program: FractionalProgram, ratio: Extended) -> Answer | None:
     """Maximise p·v − ratio·q·v; multipliers of an optimum of at most 0 prove the ratio."""
     matrix, b, p, q, low, high = program.floats
     factor = solver_float(ratio) if isinstance(ratio, Fraction) else HUGE
@@ -189,7 +175,7 @@ def least_proved_ratio(
         others = {i: y for i, y in multipliers.items() if i != program.floor}
         k = start - multipliers.get(program.floor, ZERO)
         total, _ = program.excess(others, k)
-        grown = max(ZERO, total) / -program.rows[program.floor][1]
+        grown = max(ZERO, total) / -program.linear.rows[program.floor][1]
         if k + grown < start:
             grown = start - k
         if k + grown < best[0]:
@@ -204,7 +190,9 @@ def _vertex(program: FractionalProgram, point: Floats, multipliers: Floats, tole
     at_low, at_high = (point - low) <= tolerance * width, (high - point) <= tolerance * width
     values = [
         lo if is_low else hi if is_high else Fraction(v)
-        for lo, hi, is_low, is_high, v in zip(program.low, program.high, at_low.tolist(), at_high.tolist(), point.tolist(), strict=True)
+        for lo, hi, is_low, is_high, v in zip(
+            program.linear.low, program.linear.high, at_low.tolist(), at_high.tolist(), point.tolist(), strict=True
+        )
     ]
     free = {j for j, (one, other) in enumerate(zip(at_low.tolist(), at_high.tolist(), strict=True)) if not (one or other)}
     if len(b):
@@ -213,7 +201,7 @@ def _vertex(program: FractionalProgram, point: Floats, multipliers: Floats, tole
         tight = np.flatnonzero(slack <= tolerance * scale)
         equations = []
         for i in tight[np.argsort(-multipliers[tight], kind="stable")].tolist():
-            terms, bound = program.rows[i]
+            terms, bound = program.linear.rows[i]
             rest = bound - sum((a * values[j] for j, a in terms if j not in free), ZERO)
             equations.append(({j: a for j, a in terms if j in free}, rest))
         solved = eliminate(equations, {j: values[j] for j in free})
@@ -221,17 +209,17 @@ def _vertex(program: FractionalProgram, point: Floats, multipliers: Floats, tole
             return None
         for j, value in solved.items():
             values[j] = value
-    return values if program.feasible(values) else None
+    return values if program.linear.feasible(values) else None
 
 
 def _mixed(program: FractionalProgram, point: Floats, interior: Sequence[Fraction]) -> list[Fraction]:
     """Move a point of floats towards a point that is exactly in the class, until it is in the class too."""
-    values = [min(max(Fraction(v), low), high) for v, low, high in zip(point.tolist(), program.low, program.high, strict=True)]
+    values = program.linear.clipped(point)
     share = ZERO
-    for i in range(len(program.rows)):
-        miss = -program.slack(i, values)
+    for i in range(len(program.linear.rows)):
+        miss = -program.linear.slack(i, values)
         if miss > 0:
-            share = max(share, miss / (miss + program.slack(i, interior)))
+            share = max(share, miss / (miss + program.linear.slack(i, interior)))
     return [v + share * (w - v) for v, w in zip(values, interior, strict=True)]
 
 
@@ -243,8 +231,8 @@ def _exact_multipliers(
     They make the coefficients of variables inside their box exactly zero, and, where that leaves a choice, other coefficients that the
     solver made nearly zero.
     """
-    inner = [j for j, (low, v, high) in enumerate(zip(program.low, point, program.high, strict=True)) if low < v < high]
-    tight = [i for i in range(len(program.rows)) if program.slack(i, point) == 0]
+    inner = [j for j, (low, v, high) in enumerate(zip(program.linear.low, point, program.linear.high, strict=True)) if low < v < high]
+    tight = [i for i in range(len(program.linear.rows)) if program.linear.slack(i, point) == 0]
     guess = rounded_multipliers(multipliers)
     used = [i for i in tight if i in guess]
     matrix, _, p, q, _, _ = program.floats
@@ -255,7 +243,7 @@ def _exact_multipliers(
     columns: dict[int, dict[int, Fraction]] = {j: {} for j in wished}
     wanted = set(tight)
     for i in wanted:
-        for j, a in program.rows[i][0]:
+        for j, a in program.linear.rows[i][0]:
             if j in columns:
                 columns[j][i] = a
     for rows in (used, tight):
@@ -339,7 +327,7 @@ def _prove(program: FractionalProgram, exact: list[Fraction] | None, multipliers
     return best
 
 
-def refined_multipliers(program: FractionalProgram, found: tuple[Floats, Floats], ratio: Fraction) -> Iterator[dict[int, Fraction]]:
+def refined_multipliers(program: FractionalProgram, found: Answer, ratio: Fraction) -> Iterator[dict[int, Fraction]]:
     """Yield exact multipliers from the solution of a program at a fixed ratio."""
     for tolerance in TOLERANCES:
         exact = _vertex(program, found[0], found[1], tolerance)
@@ -351,9 +339,7 @@ def refined_multipliers(program: FractionalProgram, found: tuple[Floats, Floats]
 def _ray(program: FractionalProgram) -> list[Fraction] | None:
     """Find a point of the class at which q·v = 0 < p·v, exactly."""
     row = ([(j, q) for j, q in enumerate(program.q) if q], ZERO)
-    wide = FractionalProgram(
-        program.variables, program.low, program.high, [*program.rows, row], program.numbers, program.p, program.q, None, program.cap
-    )
+    wide = replace(program.with_rows([row]), floor=None)
     matrix, b, p, _, low, high = wide.floats
     found = ask_solver(-p, matrix, b, None, np.column_stack((low, high)))
     if found is None:
@@ -371,27 +357,20 @@ def phase_one(program: FractionalProgram) -> tuple[list[Fraction] | None, dict[i
 
     matrix, b, p, _, low, high = program.floats
     if not len(b):
-        return list(program.low), None
+        return list(program.linear.low), None
     a = hstack([matrix, csr_array(-np.ones((len(b), 1)))], format="csr")
     bounds = np.vstack((np.column_stack((low, high)), [[-np.inf, np.inf]]))
     found = ask_solver(np.append(np.zeros(len(p)), 1.0), a, b, None, bounds)
     if found is None:
         return None, None
     proof = rounded_multipliers(found[1])
-    if emptiness(program, proof) > 0:
+    if program.linear.emptiness(proof) > 0:
         return None, proof
-    values = [min(max(Fraction(v), lo), hi) for v, lo, hi in zip(found[0][:-1].tolist(), program.low, program.high, strict=True)]
-    if program.feasible(values):
+    values = program.linear.clipped(found[0][:-1])
+    if program.linear.feasible(values):
         return values, None
     for tolerance in TOLERANCES:
         exact = _vertex(program, np.clip(found[0][:-1], low, high), found[1], tolerance)
         if exact is not None:
             return exact, None
     return None, None
-
-
-def emptiness(program: FractionalProgram, multipliers: Mapping[int, Fraction]) -> Fraction:
-    """By how much multipliers contradict the constraints: positive proves that no point satisfies them (Farkas)."""
-    nothing = [ZERO] * len(program.p)
-    bare = FractionalProgram(program.variables, program.low, program.high, program.rows, program.numbers, nothing, nothing, None, inf)
-    return -bare.excess(multipliers, ZERO)[0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from math import inf
 from typing import Any
@@ -14,7 +13,7 @@ from fairaudit.errors import InputError
 from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import UNIT
 from fairaudit.exact.extended import ONE, ZERO, Extended
-from fairaudit.exact.linear_programs import dot, rounded_multipliers
+from fairaudit.exact.linear_programs import LinearProgram, dot, rounded_multipliers
 from fairaudit.measures.ratios import Witness, global_fairness, local_fairness
 from fairaudit.worst.attained import mean_under, raised_to_floor, ratio_of_means, witness_of
 from fairaudit.worst.evidence import evidence_entry, pairs_to_prove
@@ -22,7 +21,6 @@ from fairaudit.worst.fractional_program import (
     Enclosed,
     FractionalProgram,
     answer_at_ratio,
-    emptiness,
     enclose,
     least_proved_ratio,
     phase_one,
@@ -68,7 +66,7 @@ class LinearSearch:
         floor = kept.index(floors.index(pair[1])) if floors and setting.of.tau > 0 else None
         p, q = ([vector.get(v, ZERO) for v in variables] for vector in (setting.vector(member) for member in pair))
         low, high = zip(*(setting.box(v) for v in variables), strict=True)
-        return FractionalProgram(variables, list(low), list(high), rows, kept, p, q, floor, setting.of.cap)
+        return FractionalProgram(LinearProgram(low, high, rows), variables, kept, p, q, floor, setting.of.cap)
 
     def _cells(self, member: int) -> list[int]:
         return [member] if self.setting.quantity == "local" else [i for i, a in enumerate(self.setting.group_of) if a == member]
@@ -98,7 +96,7 @@ class LinearSearch:
         key = (block, pair)
         if key not in self.solved:
             program = self.program(block, pair)
-            interior: list[Fraction] | None = list(program.high)
+            interior: list[Fraction] | None = list(program.linear.high)
             if self.setting.of.couples:
                 which = (block, pair if self.setting.of.tau_on == "pair" else None)
                 if which not in self.phase:
@@ -180,7 +178,7 @@ class LinearSearch:
             floors = [
                 ([(j, -c) for j, c in setting.vector(member).items()], -setting.of.tau) for members in setting.members for member in members
             ]
-            wide = replace(program, rows=[*program.rows, *floors], numbers=[*program.numbers, *(-1 for _ in floors)])
+            wide = program.with_rows(floors)
             interior, empty = phase_one(wide)
             if empty is not None:
                 break
@@ -318,7 +316,7 @@ class LinearSearch:
         program, found = self.solve(block, pair)
         if found.empty:
             objective, _ = program.excess({}, ratio)
-            scale = max(ZERO, objective) / emptiness(program, found.multipliers)
+            scale = max(ZERO, objective) / Fraction(program.linear.emptiness(found.multipliers))
             yield {program.numbers[i]: y * scale for i, y in found.multipliers.items()}
             return
         named = {program.numbers[i]: y for i, y in found.multipliers.items()}

@@ -13,6 +13,7 @@ import numpy as np
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.extended import ONE, ZERO
+from fairaudit.exact.linear_programs import greatest_over_box, reduced
 from fairaudit.exact.rationals import option_value, rational
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
@@ -286,16 +287,9 @@ class Setting:
         c = dict(self.vector(pair[0]))
         for v, q in self.vector(pair[1]).items():
             c[v] = c.get(v, ZERO) - ratio * q
-        total = ZERO
-        for number, y in multipliers.items():
-            terms, bound = self.constraint(block, pair, number)
-            total += y * bound
-            for v, a in terms.items():
-                c[v] = c.get(v, ZERO) - y * a
-        for v, value in c.items():
-            low, high = self.box(v)
-            total += value * (high if value > 0 else low)
-        return total
+        constraints = ((y, *self.constraint(block, pair, number)) for number, y in multipliers.items())
+        rest, total = reduced(c, ((y, terms.items(), bound) for y, terms, bound in constraints))
+        return total + greatest_over_box((value, *self.box(v)) for v, value in rest.items())
 
 
 @dataclass(frozen=True)
