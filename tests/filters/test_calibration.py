@@ -27,7 +27,7 @@ from fairaudit.theorems.t03 import t3_approx
 
 F = Fraction
 SETTINGS = int(os.environ.get("FAIRAUDIT_SETTINGS", "600"))
-"""Random settings per rule; the full suite runs 10,000: FAIRAUDIT_SETTINGS=10000 pytest tests/test_calibration.py"""
+"""Random settings per rule; the full suite runs 10,000: FAIRAUDIT_SETTINGS=10000 pytest tests/filters/test_calibration.py"""
 
 
 def response_factor(keep: Fraction, k: int) -> Any:
