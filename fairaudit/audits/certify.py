@@ -26,8 +26,8 @@ from fairaudit.measures.ratios import Ratio, global_fairness, global_supremum, l
 from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.utility import Utility, UtilityTable
-from fairaudit.privacy.pairs import joint_ratios
-from fairaudit.theorems.applicable import PAIR_RATIOS, TOO_WIDE, applicable_bounds
+from fairaudit.theorems.applicable import applicable_bounds
+from fairaudit.theorems.case import TOO_WIDE, Case
 from fairaudit.words import approximate
 
 __all__ = ["certify"]
@@ -142,8 +142,8 @@ def certify(
     tau = least_expectation(law, table)
     constants = _constants(table, tau, declared or {}, deployment)
     given, said = decisions_given_truth(subject, table, positive, None if arrivals else level, embed_table)
-    found = () if deployment is None else tuple(applicable_bounds(deployment, table, tau, constants, law))
-    too_wide = deployment is not None and joint_ratios(deployment.group_filter) > PAIR_RATIOS
+    case = None if deployment is None else Case(deployment, law, table, constants)
+    found = () if case is None else tuple(applicable_bounds(case, tau))
     named = {quantity for quantity, _, _ in limits}
     comparisons: dict[Quantity, Comparison] = {}
     notes: tuple[str, ...] = ()
@@ -182,7 +182,7 @@ def certify(
         not_compared=(*not_compared(law), *(given.not_compared if given else ())),
         targets=targets,
         verdict=verdict,
-        notes=(*law.notes, *notes, *said, *((TOO_WIDE,) if too_wide else ())),
+        notes=(*law.notes, *notes, *said, *((TOO_WIDE,) if case and not case.narrow else ())),
         deployment=deployment,
         unfiltered=None if without is None else _both(without, replace(table, law=without)),
         bounds=found,

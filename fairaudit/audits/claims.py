@@ -1,4 +1,4 @@
-"""The statements that a certificate makes, each with its scope and evidence."""
+"""The claims that a certificate makes, each of a kind of the registry, with its scope, assumptions and evidence."""
 
 from __future__ import annotations
 
@@ -6,45 +6,137 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import inf
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from fairaudit.certificates.numbers import number
-from fairaudit.inference.rates import GivenTruth
-from fairaudit.theorems.applicable import to_judge
+from fairaudit.inference.differences import DifferenceInterval
+from fairaudit.inference.interval import Interval
+from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import Bound
+from fairaudit.theorems.registry import BY_ID, BY_KEY, SAMPLED, Kind, Relation
+from fairaudit.theorems.t05 import t5_independent
+from fairaudit.theorems.t07 import t7
+
+if TYPE_CHECKING:
+    from fairaudit.audits.result import Result
+    from fairaudit.worst.result import WorstCase
 
 __all__ = ["Claim"]
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A statement with its scope and evidence, as docs/certificate.md lists them."""
+    """A statement with its scope and evidence, as docs/certificate.md lists them.
+
+    Attributes
+    ----------
+    quantity : str
+        What is claimed of, such as ``"local_ratio"``.
+    relation : {"=", "<=", ">="}
+        Whether it has the value, or which end the value is.
+    value : Fraction or float
+        The value; possibly `math.inf`.
+    by : str
+        What proves it: ``"enumeration"``, a theorem, ``"lp-dual"``, or the method of an interval.
+    evidence : mapping
+        What a checker needs.
+    scope : str
+        What may be changed without making it false.
+    assumptions : tuple of str
+        What the reader must accept.
+    """
 
     quantity: str
-    relation: Literal["=", "<=", ">="]
+    relation: Relation
     value: Fraction | float
     by: str
     evidence: Mapping[str, Any]
     scope: str = "this law"
     assumptions: tuple[str, ...] = ()
 
+    @property
+    def entry(self) -> dict[str, Any]:
+        """The claim as a certificate stores it."""
+        return {
+            "quantity": self.quantity,
+            "relation": self.relation,
+            "value": number(self.value),
+            "scope": self.scope,
+            "by": self.by,
+            "assumptions": list(self.assumptions),
+            "evidence": dict(self.evidence),
+        }
 
-def claims_given_truth(given: GivenTruth, assumptions: tuple[str, ...]) -> Iterator[Claim]:
-    for name, found in given.differences.items():
-        if found is not None:
-            yield Claim(name, "=", found.value, "enumeration", {"table": ""}, assumptions=assumptions)
-    for name, interval in given.intervals.items():
-        scope = f"population at confidence {number(interval.confidence)}"
-        yield Claim(name, ">=", interval.lower, "binomial", {"interval": name}, scope, interval.assumptions)
-        yield Claim(name, "<=", interval.upper, "binomial", {"interval": name}, scope, interval.assumptions)
+
+def claims_of(result: Result) -> Iterator[Claim]:
+    """What the certificate of a result claims: figures, what follows from them, intervals, and what theorems guarantee."""
+    law = result.law
+    about = (*((FRESH,) if result.deployment else ()), *law.assumptions)
+    yield from _figures(result, about)
+    for name, difference in (result.given_truth.intervals if result.given_truth else {}).items():
+        yield from _ends(BY_ID["binomial-rates"], name, name, difference)
+    for quantity, interval in result.intervals.items():
+        by = next((method for method in interval.methods if method != "binomial"), "binomial")
+        yield from _ends(BY_ID[f"{by}-interval"], f"{quantity}_ratio", quantity, interval)
+    for bound in result.bounds:
+        if bound.certified:
+            yield _by_theorem(bound, law.assumptions)
 
 
-def bound_claim(bound: Bound, assumptions: tuple[str, ...]) -> Claim:
+def claim_of_class(found: WorstCase, evidence: Mapping[str, Any]) -> Claim:
+    """What a worst case claims: that no utility of the class gives a greater ratio."""
+    kind = BY_ID["T3-class" if found.by == "T3" else found.by]
+    return _claim(kind, f"{found.quantity}_ratio", found.upper, found.law.assumptions, evidence)
+
+
+def _figures(result: Result, about: tuple[str, ...]) -> Iterator[Claim]:
+    """Claims about the table itself; the digest in their evidence is filled in when the table is put into the certificate."""
+    law, digest = result.law, {"table": ""}
+    figure, supremum_of, distance_by = BY_ID["enumeration"], BY_ID["T6"], BY_ID["T7"]
+    for name, ratio in (("local_ratio", result.local), ("global_ratio", result.global_)):
+        if ratio:
+            yield _claim(figure, name, ratio.ratio, about, digest)
+    for name, distance in (("demographic_parity", result.demographic_parity), ("equalized_odds", result.equalized_odds)):
+        if distance:
+            yield _claim(figure, name, distance.value, about, digest)
+    for quantity, supremum in (("local_ratio", result.local_supremum), ("global_ratio", result.global_supremum)):
+        if supremum:
+            bound = t7(supremum.ratio, quantity="equalized_odds" if quantity == "local_ratio" else "demographic_parity")
+            yield _claim(supremum_of, f"{quantity}_supremum", supremum.ratio, about, digest)
+            yield _claim(distance_by, bound.quantity, bound.value, about, {"supremum": number(supremum.ratio)})
+    if result.local and result.global_ and not result.passed and law.independent:
+        bound = t5_independent(result.local.ratio)
+        yield _claim(BY_ID["T5"], bound.quantity, bound.value, about, digest)
+    for name, difference in (result.given_truth.differences if result.given_truth else {}).items():
+        if difference is not None:
+            yield _claim(figure, name, difference.value, about, digest)
+
+
+def _ends(kind: Kind, quantity: str, key: str, interval: Interval | DifferenceInterval) -> Iterator[Claim]:
+    """Both ends of an interval of the population."""
+    scope = population_at(interval.confidence)
+    for relation, end in zip(kind.relations, (interval.lower, interval.upper), strict=True):
+        yield Claim(quantity, relation, end, kind.by, {kind.evidence: key}, scope, interval.assumptions)
+
+
+def _by_theorem(bound: Bound, about: tuple[str, ...]) -> Claim:
+    """What a theorem guarantees, with the assumptions and the evidence that its kind asks for."""
+    kind = BY_KEY[bound.quantity, "<=", bound.theorem, bound.scope]
     evidence: dict[str, Any] = {}
-    if bound.theorem == "T12":
-        evidence["raw_ratio"] = number(bound.constants.get("raw_ratio", inf))
-    if bound.theorem == "T5-decision":
-        evidence["composition"] = number(bound.constants["composition"])
-    if bound.theorem in ("T1", "T3", "T4"):
-        evidence["multipliers"] = [number(k) for k in bound.multipliers]
-    return Claim(bound.quantity, "<=", bound.value, bound.theorem, evidence, bound.scope, (*to_judge(bound), *assumptions))
+    if kind.evidence == "multipliers":
+        evidence = {kind.evidence: [number(k) for k in bound.multipliers]}
+    elif kind.evidence:
+        evidence = {kind.evidence: number(bound.constants.get(kind.evidence, inf))}
+    listed = kind.sentences(bound.scope, bound.constants)
+    return Claim(bound.quantity, "<=", bound.value, kind.by, evidence, bound.scope, (*listed, *about))
+
+
+def _claim(kind: Kind, quantity: str, value: Fraction | float, about: tuple[str, ...], evidence: Mapping[str, Any]) -> Claim:
+    """A claim of a kind that has one relation and one scope."""
+    (relation,), (scope,) = kind.relations, kind.scopes
+    return Claim(quantity, relation, value, kind.by, evidence, scope, (*kind.sentences(scope, {}), *about))
+
+
+def population_at(confidence: Fraction) -> str:
+    """The scope of what is said of the population behind draws."""
+    return f"{SAMPLED}{number(confidence)}"

@@ -19,7 +19,7 @@ from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import Utility, UtilityTable
-from fairaudit.theorems.bound import FRESH
+from fairaudit.theorems.assumptions import FRESH
 from fairaudit.words import approximate
 
 

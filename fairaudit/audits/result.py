@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from fairaudit import __version__
-from fairaudit.audits.claims import Claim, bound_claim, claims_given_truth
+from fairaudit.audits.claims import Claim, claims_of
+from fairaudit.audits.document import certificate_of
 from fairaudit.audits.sentences import (
     Deciding,
     Drivers,
@@ -25,20 +25,9 @@ from fairaudit.audits.sentences import (
     sentence,
     sizes,
 )
-from fairaudit.audits.targets import Target, Verdict
-from fairaudit.certificates.certificate import FORMAT, Certificate, with_table
-from fairaudit.certificates.document import (
-    add_given_truth,
-    change_entry,
-    distance_entry,
-    interval_entry,
-    left_out_entry,
-    privacy_entry,
-    rate_entry,
-    ratio_entry,
-)
-from fairaudit.certificates.numbers import number
-from fairaudit.certificates.table import Table, WrittenTable, column_names
+from fairaudit.audits.targets import Target
+from fairaudit.certificates.certificate import Certificate
+from fairaudit.certificates.table import WrittenTable
 from fairaudit.errors import InputError
 from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Comparison
@@ -46,6 +35,7 @@ from fairaudit.inference.interval import Interval
 from fairaudit.inference.planning import Planning, further_draws
 from fairaudit.inference.rates import NAMES, GivenTruth
 from fairaudit.inference.ratio_intervals import drivers as interval_drivers
+from fairaudit.inference.verdicts import Verdict, exit_code
 from fairaudit.measures.distances import PARITY_WITHIN, Distance, most_unequal_distances
 from fairaudit.measures.expectations import cell_expectation
 from fairaudit.measures.limits import Quantity
@@ -56,7 +46,7 @@ from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.labels import spellings
 from fairaudit.tables.preparation import Entry, said
-from fairaudit.theorems.bound import FRESH, Bound
+from fairaudit.theorems.bound import Bound
 from fairaudit.words import approximate, plain, words_for
 
 if TYPE_CHECKING:
@@ -164,9 +154,7 @@ class Result:
     @property
     def exit_code(self) -> int:
         """0 within or no target, 1 a target is exceeded, 3 inconclusive, or changed without an exceeded target."""
-        if self.verdict == "changed":
-            return 1 if any(target.verdict == "exceeds" for target in self.targets) else 3
-        return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[self.verdict]
+        return exit_code(self.verdict, [target.verdict for target in self.targets])
 
     @cached_property
     def sentence(self) -> str:
@@ -345,91 +333,12 @@ class Result:
     @cached_property
     def claims(self) -> tuple[Claim, ...]:
         """The statements that the certificate makes."""
-        return tuple(_claims(self))
+        return tuple(claims_of(self))
 
     @cached_property
     def certificate(self) -> Certificate:
         """The certificate, ready to be saved."""
-        law, deployment = self.law, self.deployment
-        document: dict[str, Any] = {
-            "format": FORMAT,
-            "subject": {
-                "kind": "policy" if deployment else law.kind,
-                "columns": column_names(self.columns),
-                "population": law.population,
-                "table": {},
-                "utility": {
-                    "gamma": number(self.utility.gamma),
-                    "m": number(self.utility.m),
-                    "tau": None if self.tau is None else number(self.tau),
-                    "lipschitz": number(self.utility.lipschitz()),
-                    "depends_on_group": self.utility.depends_on_group,
-                    **({"burden": True} if self.burden else {}),
-                },
-            },
-            "metrics": {
-                "local": ratio_entry(self.local),
-                "global": ratio_entry(self.global_),
-                "demographic_parity": distance_entry(self.demographic_parity),
-                "equalized_odds": distance_entry(self.equalized_odds),
-                "local_supremum": ratio_entry(self.local_supremum),
-                "global_supremum": ratio_entry(self.global_supremum),
-            },
-            "not_compared": [left_out_entry(entry) for entry in self.not_compared],
-            "claims": [
-                {
-                    "quantity": claim.quantity,
-                    "relation": claim.relation,
-                    "value": number(claim.value),
-                    "scope": claim.scope,
-                    "by": claim.by,
-                    "assumptions": list(claim.assumptions),
-                    "evidence": dict(claim.evidence),
-                }
-                for claim in self.claims
-            ],
-            "targets": [
-                {
-                    "quantity": t.quantity,
-                    "limit": number(t.limit),
-                    "unit": t.unit,
-                    "judged": _judged(t),
-                    **({} if t.estimand == "mean over rows" else {"estimand": t.estimand}),
-                    "verdict": t.verdict,
-                }
-                for t in self.targets
-            ],
-            "verdict": self.verdict,
-            "versions": {"fairaudit": __version__},
-        }
-        if self.preparation:
-            document["subject"]["preparation"] = [dict(entry) for entry in self.preparation]
-        if self.spellings:
-            document["subject"]["spellings"] = list(self.spellings)
-        if self.intervals:
-            document["intervals"] = {
-                quantity: interval_entry(interval, self.comparisons.get(quantity), law if quantity == "local" else None)
-                for quantity, interval in self.intervals.items()
-            }
-        if self.given_truth is not None:
-            add_given_truth(document, self.given_truth)
-        if self.changed is not None:
-            document["changed"] = change_entry(self.changed)
-        if deployment is None:
-            made = with_table(document, self.passed.table if self.passed else Table(law, self.utility), embed=self.embed)
-            if self.given_truth is not None and made.table is None:
-                document["metrics"] |= {name: [rate_entry(law, rate) for rate in rates] for name, rates in self.given_truth.rates.items()}
-            return made
-        context = deployment.context_filter
-        document["subject"]["privacy"] = {
-            "group": privacy_entry(deployment.group_filter),
-            "context": privacy_entry(context) if context else None,
-        }
-        document["subject"]["declared"] = {name: number(value) for name, value in self.declared.items()}
-        document["metrics"]["unfiltered"] = (
-            None if self.unfiltered is None else dict(zip(("local", "global"), map(ratio_entry, self.unfiltered), strict=True))
-        )
-        return with_table(document, Table(deployment.policy.law, self.utility, deployment), embed=self.embed)
+        return certificate_of(self)
 
 
 def spellings_of(law: Law, columns: Columns, contexts: Sequence[Any]) -> tuple[dict[str, Any], ...]:
@@ -455,6 +364,7 @@ def pair_key(witness: Witness) -> tuple[str, ...]:
 
 
 def not_compared(law: Law) -> list[dict[str, Any]]:
+    """Contexts, groups and quantities of a law that are left out of the comparison, and why."""
     present: list[list[int]] = [[] for _ in law.contexts]
     for x, a in zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True):
         present[x].append(a)
@@ -477,48 +387,3 @@ def not_compared(law: Law) -> list[dict[str, Any]]:
         reason = "a group is missing in a context and no population was given" if incomplete else "fewer than two groups"
         left_out.append({"quantity": "global", "reason": reason})
     return left_out
-
-
-def _claims(result: Result) -> list[Claim]:
-    law = result.law
-    assumptions = (*((FRESH,) if result.deployment else ()), *law.assumptions)
-    claims: list[Claim] = []
-
-    def add(
-        quantity: str, value: Fraction | float, by: str, *, relation: Literal["=", "<="] = "=", evidence: Mapping[str, str] | None = None
-    ) -> None:
-        # The digest is filled in when the table is put into the certificate.
-        claims.append(Claim(quantity, relation, value, by, evidence or {"table": ""}, assumptions=assumptions))
-
-    if result.local:
-        add("local_ratio", result.local.ratio, "enumeration")
-    if result.global_:
-        add("global_ratio", result.global_.ratio, "enumeration")
-    if result.demographic_parity:
-        add("demographic_parity", result.demographic_parity.value, "enumeration")
-    if result.equalized_odds:
-        add("equalized_odds", result.equalized_odds.value, "enumeration")
-    for quantity, distance, supremum in (
-        ("local_ratio_supremum", "equalized_odds", result.local_supremum),
-        ("global_ratio_supremum", "demographic_parity", result.global_supremum),
-    ):
-        if supremum:
-            r = supremum.ratio
-            add(quantity, r, "T6")
-            bound = Fraction(r - 1, r + 1) if isinstance(r, Fraction) else Fraction(1)
-            add(distance, bound, "T7", relation="<=", evidence={"supremum": number(r)})
-    if result.local and result.global_ and not result.passed and law.independent:
-        add("global_ratio", result.local.ratio, "T5", relation="<=")
-    if result.given_truth is not None:
-        claims += claims_given_truth(result.given_truth, assumptions)
-    for quantity, interval in result.intervals.items():
-        by = next((method for method in interval.methods if method != "binomial"), "binomial")
-        scope = f"population at confidence {number(interval.confidence)}"
-        evidence = {"interval": quantity}
-        claims.append(Claim(f"{quantity}_ratio", ">=", interval.lower, by, evidence, scope, interval.assumptions))
-        claims.append(Claim(f"{quantity}_ratio", "<=", interval.upper, by, evidence, scope, interval.assumptions))
-    return claims + [bound_claim(bound, law.assumptions) for bound in result.bounds if bound.certified]
-
-
-def _judged(target: Target) -> str:
-    return "this table" if target.confidence is None else f"population at confidence {number(target.confidence)}"

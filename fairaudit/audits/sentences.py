@@ -14,6 +14,7 @@ import numpy as np
 
 from fairaudit.errors import shown
 from fairaudit.exact.rationals import quotient
+from fairaudit.inference.verdicts import SEVERITY
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
@@ -48,8 +49,6 @@ FEW = 10
 LEVELS = 10
 
 Drivers = tuple[Witness | None, Witness | None]
-
-SEVERITY = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3, "changed": 4}
 
 
 @dataclass(frozen=True)

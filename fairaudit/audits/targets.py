@@ -6,25 +6,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf
-from typing import Literal
 
 from fairaudit.exact.enclosures import compare_log
 from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Estimand
 from fairaudit.inference.interval import Interval
+from fairaudit.inference.verdicts import Verdict, foremost_verdict
 from fairaudit.inference.verdicts import verdict as interval_verdict
 from fairaudit.measures.limits import Limit, Quantity, Unit
 from fairaudit.measures.ratios import Ratio
-from fairaudit.theorems.applicable import for_any_sampled
 from fairaudit.theorems.bound import Bound
+from fairaudit.theorems.registry import BY_KEY, for_any_sampled
 from fairaudit.words import THE_INTERVAL
 
 __all__ = ["Target"]
-
-
-Verdict = Literal["none", "within", "exceeds", "inconclusive", "changed"]
-
-RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3, "changed": 4}
 
 
 @dataclass(frozen=True)
@@ -86,7 +81,7 @@ def judged(
         else _judge_population(quantity, limit, unit, confidence, intervals.get(quantity), found, declared or {})
         for quantity, unit, limit in limits
     )
-    return targets, max((target.verdict for target in targets), key=RANK.__getitem__, default="none")
+    return targets, foremost_verdict(target.verdict for target in targets)
 
 
 def _judge(measured: Ratio | None, limit: Fraction, unit: str) -> Verdict:
@@ -113,7 +108,9 @@ def _judge_population(
     ends += [
         (bound.value, bound.theorem)
         for bound in found
-        if bound.certified and bound.quantity == f"{quantity}_ratio" and for_any_sampled(bound.theorem, bound.scope, declared)
+        if bound.certified
+        and bound.quantity == f"{quantity}_ratio"
+        and for_any_sampled(BY_KEY[bound.quantity, "<=", bound.theorem, bound.scope], bound.scope, declared)
     ]
     upper = min(ends, key=lambda end: end[0], default=None)
     lower = interval.lower if interval is not None else Fraction(1)

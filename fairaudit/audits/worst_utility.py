@@ -7,6 +7,7 @@ from math import inf
 from typing import Any
 
 from fairaudit.audits.certify import certify
+from fairaudit.audits.claims import claim_of_class
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.certificates.numbers import number
 from fairaudit.errors import InputError
@@ -57,17 +58,7 @@ def certify_worst_case(found: WorstCase, *, embed_table: bool | None = None) -> 
         )
     certificate = result.certificate
     certificate.document["subject"]["class"] = _class(found)
-    certificate.document["claims"].append(
-        {
-            "quantity": f"{found.quantity}_ratio",
-            "relation": "<=",
-            "value": number(found.upper),
-            "scope": "every utility of the class",
-            "by": found.by,
-            "assumptions": list(found.law.assumptions),
-            "evidence": _evidence(found),
-        }
-    )
+    certificate.document["claims"].append(claim_of_class(found, _evidence(found)).entry)
     return certificate
 
 

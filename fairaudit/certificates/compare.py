@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from fairaudit.certificates.reader import Subject, number, subject
 from fairaudit.errors import InputError, shown
+from fairaudit.inference.verdicts import SEVERITY
 from fairaudit.measures.expectations import cell_expectation
 from fairaudit.measures.limits import limit_text
 from fairaudit.model.law import Law
@@ -21,8 +22,6 @@ __all__ = ["Change", "Comparison", "Moved", "compare"]
 
 Direction = Literal["better", "worse", "same", "changed", "not comparable"]
 
-
-RANK = {"none": 0, "within": 1, "inconclusive": 2, "changed": 2, "exceeds": 3}
 
 GIVEN_TRUTH = ("equal_opportunity", "equalized_odds_true_label", "equal_opportunity_overall", "equalized_odds_true_label_overall")
 
@@ -282,15 +281,20 @@ def _worth(found: Subject) -> dict[str, Fraction]:
     return {u: Fraction(int(v), utility.scale) for u, v in zip(found.law.decisions, utility.values.tolist(), strict=True)}
 
 
+def _severity(verdict: str) -> int:
+    """How severe a verdict is beside another certificate's: a ratio that changed is as open as one that the draws do not decide."""
+    return SEVERITY["inconclusive" if verdict == "changed" else verdict]
+
+
 def _verdict(what: str, old: str | None, new: str | None, note: str = "") -> Change:
     direction: Direction = "same"
     if old is None:
         direction = "worse" if new in ("exceeds", "inconclusive") else "changed"
     elif new is None or (new == "none" and old != "none"):
         direction = "worse"
-    elif RANK[new] != RANK[old]:
+    elif _severity(new) != _severity(old):
         judged = old != "none" or new in ("exceeds", "inconclusive")
-        direction = ("worse" if RANK[new] > RANK[old] else "better") if judged else "changed"
+        direction = ("worse" if _severity(new) > _severity(old) else "better") if judged else "changed"
     return Change(what, old, new, direction, note)
 
 

@@ -144,7 +144,7 @@ def _where(measured: Any) -> str:
 
 
 def _json(found: Allocation, profile: Result, position: Result, within: Result, bound: Any) -> dict[str, Any]:
-    from fairaudit.certificates.document import measure_entry
+    from fairaudit.certificates.entries import measure_entry
     from fairaudit.certificates.numbers import number
 
     def effect(result: Result) -> dict[str, Any]:

@@ -121,7 +121,7 @@ def _fault(path: Path, tables: list[str]) -> str:
 
 def _json(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
     """What `--format json` prints: the certificate, the sentence, the most unequal pairs, findings of tests, and the notes."""
-    from fairaudit.certificates.document import measure_entry
+    from fairaudit.certificates.entries import measure_entry
     from fairaudit.exact.rationals import rational_text
     from fairaudit.measures.limits import limit_readings
 

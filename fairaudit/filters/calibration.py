@@ -22,7 +22,8 @@ from fairaudit.measures.limits import ALONE, Quantity, without_bare_limits
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.currencies import Enclosure
 from fairaudit.privacy.epsilon_delta import epsilon_enclosure
-from fairaudit.theorems.bound import ANY_POLICY, INDEPENDENT, POPULATION, Bound
+from fairaudit.theorems.assumptions import INDEPENDENT, POPULATION
+from fairaudit.theorems.bound import ANY_POLICY, Bound
 from fairaudit.theorems.t01 import floor_cap, t1_paper, t1_tight
 from fairaudit.theorems.t02 import t2
 from fairaudit.theorems.t03 import t3_approx, t3_general, t3_mechanism

@@ -25,7 +25,8 @@ from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.model.policy import Policy
 from fairaudit.model.utility import Utility, UtilityTable
-from fairaudit.theorems.bound import FRESH, THIS_LAW
+from fairaudit.theorems.assumptions import FRESH
+from fairaudit.theorems.bound import THIS_LAW
 
 Blocks = list[list[Fraction]]
 

@@ -26,7 +26,8 @@ from fairaudit.measures.ratios import local_fairness
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, RandomizedResponse
 from fairaudit.model.policy import Policy
 from fairaudit.model.utility import Utility
-from fairaudit.theorems.bound import FRESH, THIS_LAW
+from fairaudit.theorems.assumptions import FRESH
+from fairaudit.theorems.bound import THIS_LAW
 
 MAX_ENTRIES = 2_000_000
 

@@ -12,7 +12,6 @@ from fairaudit.errors import InputError
 from fairaudit.exact.rationals import quotient
 from fairaudit.inference.anytime_box import StreamBox
 from fairaudit.inference.anytime_product import StreamProduct
-from fairaudit.inference.assumptions import DECLARED, MIX, ORDER, OWN_PAST, PAST
 from fairaudit.inference.betting import Tally
 from fairaudit.inference.interval import Interval, Places, evidence_text
 from fairaudit.inference.levels import confidence_level
@@ -21,6 +20,7 @@ from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label
+from fairaudit.theorems.assumptions import DECLARED, MIX, ORDER, OWN_PAST, PAST
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,11 @@ from typing import Any, Literal
 from fairaudit.errors import InputError
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import option_value
-from fairaudit.inference.assumptions import DECLARED, DRAWS
 from fairaudit.inference.cells import Cell, Ends
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.layout import Units
 from fairaudit.tables.values import Label, names
+from fairaudit.theorems.assumptions import DECLARED, DRAWS
 
 Form = tuple[tuple[int, Fraction], ...]
 

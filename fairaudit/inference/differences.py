@@ -9,11 +9,11 @@ from heapq import heapify, heapreplace, nlargest, nsmallest
 from typing import Any
 
 from fairaudit.exact.extended import extended_text
-from fairaudit.inference.assumptions import DECLARED_POSITIVE, GIVEN_TRUTH, POOLED
 from fairaudit.inference.cells import Cell, Ends
 from fairaudit.inference.ends import cell_ends, wide_ends
 from fairaudit.inference.levels import box_levels, confidence_level
 from fairaudit.inference.quotients import FOREMOST, are_many
+from fairaudit.theorems.assumptions import DECLARED_POSITIVE, GIVEN_TRUTH, POOLED
 
 # Differences of rates
 

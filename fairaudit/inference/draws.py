@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import option_value
-from fairaudit.inference.assumptions import OWN_RANGE, range_said
 from fairaudit.inference.cells import Cell, pooled_cell
 from fairaudit.model.law import MAX_DRAWS, Law
 from fairaudit.model.layout import Units
 from fairaudit.model.utility import UtilityTable
+from fairaudit.theorems.assumptions import OWN_RANGE, range_said
 
 
 def whole_counts(law: Law, cell: int) -> list[int]:

@@ -9,7 +9,6 @@ from itertools import product
 from typing import Any
 
 from fairaudit.errors import InputError, shown
-from fairaudit.inference.assumptions import DECLARED, DRAWS, OWN_RANGE, POPULATION, range_said
 from fairaudit.inference.cells import Cell
 from fairaudit.inference.comparisons import Comparison, Form, normalised_form, stated_masses
 from fairaudit.inference.draws import declared_range, sampled_cell, scaled_values, whole_counts
@@ -18,6 +17,7 @@ from fairaudit.model.mechanism import Mechanism
 from fairaudit.model.policy import Policy
 from fairaudit.model.utility import Utility
 from fairaudit.tables.values import Label
+from fairaudit.theorems.assumptions import DECLARED, DRAWS, OWN_RANGE, POPULATION, range_said
 
 
 def policy_comparison(

@@ -11,7 +11,6 @@ from typing import Any, get_args
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.extended import extended_text
 from fairaudit.exact.rationals import rational
-from fairaudit.inference.assumptions import CELLS
 from fairaudit.inference.box import box_interval
 from fairaudit.inference.cells import cell_entries
 from fairaudit.inference.comparisons import Comparison, witness_of
@@ -21,6 +20,7 @@ from fairaudit.inference.levels import Side, confidence_level
 from fairaudit.inference.product_region import product_driver, product_interval
 from fairaudit.inference.quotients import extreme_ratio, sample_ratio, vanishing_pair
 from fairaudit.measures.ratios import Witness
+from fairaudit.theorems.assumptions import CELLS
 
 TIGHT_CELLS = 500
 

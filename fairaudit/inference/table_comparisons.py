@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from fairaudit.errors import InputError, shown
-from fairaudit.inference.assumptions import DECLARED, DRAWS, ONE_ROW, POOLED, POPULATION, UNITS
 from fairaudit.inference.comparisons import Comparison, Form, normalised_form, stated_masses, unit_form
 from fairaudit.inference.draws import RangedUtility, unit_columns, unit_notes
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label
+from fairaudit.theorems.assumptions import DECLARED, DRAWS, ONE_ROW, POOLED, POPULATION, UNITS
 
 # What is compared
 

@@ -1,7 +1,8 @@
-"""What an interval says of a target."""
+"""Verdicts: what an interval says of a target, and which of several verdicts stands for all."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, Literal
 
 from fairaudit.exact.enclosures import compare_log
@@ -9,7 +10,41 @@ from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.inference.interval import Interval
 from fairaudit.measures.limits import ALONE, one_limit, without_bare_limits
 
-# What follows from an interval
+Verdict = Literal["none", "within", "exceeds", "inconclusive", "changed"]
+
+SEVERITY: dict[str, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3, "changed": 4}
+"""The verdict on all targets is the severest: what is not known is no reason to pass, and a contradicted ratio leaves nothing to judge."""
+
+
+def foremost_verdict(verdicts: Iterable[Verdict]) -> Verdict:
+    """The verdict on all targets: the severest of theirs, "none" without any.
+
+    Examples
+    --------
+    >>> foremost_verdict(["within", "inconclusive"]), foremost_verdict([])
+    ('inconclusive', 'none')
+    """
+    return max(verdicts, key=SEVERITY.__getitem__, default="none")
+
+
+def exit_code(verdict: Verdict, verdicts: Iterable[Verdict]) -> int:
+    """0 within or no target, 1 a target is exceeded, 3 inconclusive, or changed without an exceeded target.
+
+    Parameters
+    ----------
+    verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
+        That on all targets.
+    verdicts : iterable
+        Those on each.
+
+    Examples
+    --------
+    >>> exit_code("changed", ["changed", "exceeds"]), exit_code("changed", ["changed"])
+    (1, 3)
+    """
+    if verdict == "changed":
+        return 1 if "exceeds" in verdicts else 3
+    return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[verdict]
 
 
 @without_bare_limits(ALONE)

@@ -35,7 +35,7 @@ from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.reports.expectations import Expectations, Matrix, Panel
 from fairaudit.reports.ladder import Calibrated, Rung, calibration, ladder
 from fairaudit.reports.verdicts import judged_targets
-from fairaudit.reports.words import QUANTITIES, THEOREMS, Value, claimed, clip, named, scope
+from fairaudit.reports.words import QUANTITIES, Value, claimed, clip, how, named, scope
 from fairaudit.tables.preparation import said
 from fairaudit.words import THE_INTERVAL, THIS_TABLE, Words, approximate, percent, place, plain, words_for
 
@@ -481,7 +481,7 @@ class Content:
                 "value": claimed(claim),
                 "scope": scope(claim["scope"]),
                 "by": plain(claim["by"]),
-                "how": THEOREMS.get(claim["by"], ""),
+                "how": how(claim),
             }
             for claim in self.document["claims"]
         ]

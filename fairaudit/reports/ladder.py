@@ -14,7 +14,9 @@ from fairaudit.exact.enclosures import exp_enclosure
 from fairaudit.filters.calibration import calibrate
 from fairaudit.measures.limits import limit_text
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.reports.words import THEOREMS, Value, claimed, scope
+from fairaudit.reports.words import Value, claimed, how, scope
+from fairaudit.theorems.bound import ANY_POLICY, FLOORED
+from fairaudit.theorems.registry import is_sampled
 from fairaudit.words import approximate
 
 __all__ = ["Calibrated", "Rung", "calibration", "ladder"]
@@ -61,8 +63,8 @@ def ladder(document: Mapping[str, Any], name: Literal["local", "global"]) -> lis
         if claim["quantity"] != f"{name}_ratio" or claim["relation"] == "=":
             continue
         bounded: Literal["bound", "least"] = "bound" if claim["relation"] == "<=" else "least"
-        by = THEOREMS.get(claim["by"], "")
-        title = f"{'at most' if bounded == 'bound' else 'at least'}, {by}" + (f" ({claim['by']})" if claim["by"][0] in "Tfl" else "")
+        source = "" if is_sampled(claim["scope"]) else f" ({claim['by']})"
+        title = f"{'at most' if bounded == 'bound' else 'at least'}, {how(claim)}{source}"
         of = ", mean over units" if over_units is not None and "interval" in claim["evidence"] else ""
         rungs.append(Rung(bounded, title, scope(claim["scope"]) + of, claimed(claim)))
     for target in document["targets"]:
@@ -134,7 +136,7 @@ def _standing(document: Mapping[str, Any], mechanism: Mechanism, *, declared: bo
     """The guarantee of the audited filter for any policy, and the probability that it releases the truth."""
     if any(factor.inputs != factor.outputs for factor in mechanism.factors):
         return None
-    scopes = {"any policy behind this filter"} | ({"any policy behind this filter that keeps the declared floor"} if declared else set())
+    scopes = {ANY_POLICY, *((FLOORED,) if declared else ())}
     values = [number(c["value"]) for c in document["claims"] if c["scope"] in scopes and c["quantity"] == "local_ratio"]
     best = min(values, default=inf)
     kept = prod(min(Fraction(row[i], f.denominator) for i, row in enumerate(f.rows)) for f in mechanism.factors)

@@ -9,7 +9,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.audits.sentences import pair_text, size_text
-from fairaudit.certificates.document import change_assumptions
+from fairaudit.certificates.entries import change_assumptions
 from fairaudit.errors import shown
 from fairaudit.exact.rationals import rational_text
 from fairaudit.inference.rates import KINDS, NAMES, OVERALL
@@ -20,6 +20,7 @@ from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.epsilon_delta import exp_epsilon
 from fairaudit.tables.preparation import said
 from fairaudit.theorems.applicable import to_judge
+from fairaudit.theorems.registry import BY_KEY
 from fairaudit.words import THE_INTERVAL, THIS_TABLE, approximate, percent, place, plain, words_for
 
 if TYPE_CHECKING:
@@ -40,19 +41,6 @@ SHOW_EXACT = 60  # characters of an exact number that still fit a line
 SHOW_CELLS = 12  # small cells that a line names
 
 SHOW_SPELLINGS = 5  # pairs of spellings that a line names
-
-THEOREMS = {
-    "T1": "privacy and a floor, any utility",
-    "T1-paper": "the same in the paper's form",
-    "T2": "privacy alone",
-    "T3": "privacy and a floor, sharp",
-    "T4": "privacy and a least utility",
-    "T5": "privacy, groups spread alike",
-    "T5-decision": "privacy, and how groups are spread",
-    "T8": "the same policy without the context filter",
-    "T12": "contraction of the policy's own ratio",
-    "floor": "the floor alone",
-}
 
 NOWHERE = Witness(None, {}, {}, (Fraction(1), Fraction(1)))
 
@@ -331,7 +319,8 @@ def _bounds(result: Result) -> str:
         for i, bound in enumerate(sorted(bounds, key=lambda b: (b.value, b.theorem))):
             log = "infinite" if bound.value == inf else f"{float(Ratio(bound.value, NOWHERE).log[1]):.4f}"
             mark = "  <- the smallest" if i == 0 else ""
-            lines.append(f"  {bound.theorem:<12}{approximate(bound.value):>8}  log {log:<9} {THEOREMS[bound.theorem]}{mark}")
+            how = BY_KEY[quantity, "<=", bound.theorem, scope].how
+            lines.append(f"  {bound.theorem:<12}{approximate(bound.value):>8}  log {log:<9} {how}{mark}")
     if lines:
         judge = dict.fromkeys(text for bound in result.bounds for text in to_judge(bound))
         confirmed = dict.fromkeys(text for bound in result.bounds for text in bound.assumptions if text not in judge)

@@ -8,7 +8,7 @@ from typing import Any
 
 from fairaudit.audits.targets import Target
 from fairaudit.certificates.reader import number
-from fairaudit.theorems.applicable import for_any_sampled
+from fairaudit.theorems.registry import for_any_sampled, kind_of
 from fairaudit.words import THE_INTERVAL, THIS_TABLE
 
 __all__ = ["judged_targets"]
@@ -32,6 +32,8 @@ def _upper(document: Mapping[str, Any], quantity: str) -> tuple[Fraction | float
     ends += [
         (number(claim["value"]), claim["by"])
         for claim in document["claims"]
-        if claim["quantity"] == f"{quantity}_ratio" and claim["relation"] == "<=" and for_any_sampled(claim["by"], claim["scope"], declared)
+        if claim["quantity"] == f"{quantity}_ratio"
+        and claim["relation"] == "<="
+        and for_any_sampled(kind_of(claim), claim["scope"], declared)
     ]
     return min(ends, key=lambda end: end[0], default=None)

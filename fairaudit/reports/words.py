@@ -13,9 +13,10 @@ from fairaudit.certificates.reader import number
 from fairaudit.exact.enclosures import log_enclosure
 from fairaudit.inference.rates import NAMES
 from fairaudit.measures.distances import PARITY_WITHIN
+from fairaudit.theorems.registry import is_sampled, kind_of
 from fairaudit.words import approximate, percent, place, plain
 
-__all__ = ["QUANTITIES", "THEOREMS", "Value", "claimed", "clip", "named", "percent", "quotient", "scope"]
+__all__ = ["QUANTITIES", "Value", "claimed", "clip", "how", "named", "percent", "quotient", "scope"]
 
 
 SHOW_EXACT = 60  # characters of an exact number that still fit a line
@@ -31,28 +32,6 @@ QUANTITIES = {
     "equalized_odds": PARITY_WITHIN,
     "demographic_parity": "demographic parity",
     **NAMES,
-}
-
-THEOREMS = {
-    "enumeration": "counted in the table",
-    "T1": "privacy and a floor, any utility",
-    "T1-paper": "privacy and a floor, in the paper's form",
-    "T2": "privacy alone",
-    "T3": "privacy and a floor, sharp",
-    "T4": "privacy and a least utility",
-    "T5": "the local bound, groups being spread alike over contexts",
-    "T5-decision": "privacy, and how groups are spread over contexts",
-    "T6": "the worst utility for this law",
-    "T7": "from the worst ratio of probabilities",
-    "T8": "the same policy without the context filter",
-    "T12": "contraction of the policy's own ratio",
-    "floor": "the floor alone",
-    "lp-dual": "linear programming, with an exact proof",
-    "binomial": "exact binomial interval",
-    "hoeffding-kl": "Hoeffding–Chernoff interval",
-    "empirical-bernstein": "empirical Bernstein interval",
-    "intersection": "the better of two intervals",
-    "betting": "an interval that holds at every moment of the stream",
 }
 
 
@@ -118,7 +97,7 @@ def scope(text: str) -> str:
     """
     if text == "this table":
         return "the table itself"
-    if text.startswith("population at confidence "):
+    if is_sampled(text):
         return f"the population behind the decisions, at confidence {percent(number(text.rpartition(' ')[2]))}"
     return plain(text)
 
@@ -126,8 +105,13 @@ def scope(text: str) -> str:
 def claimed(claim: Mapping[str, Any]) -> Value:
     """The value of a claim; an end of an interval is rounded outwards, what is known exactly to the nearest decimals."""
     outwards: dict[str, Literal["down", "up"]] = {"<=": "up", ">=": "down"}
-    sampled = claim["scope"].startswith("population")
-    return Value(number(claim["value"]), outwards[claim["relation"]] if sampled else "nearest")
+    return Value(number(claim["value"]), outwards[claim["relation"]] if is_sampled(claim["scope"]) else "nearest")
+
+
+def how(claim: Mapping[str, Any]) -> str:
+    """In a few words, how a claim is proved."""
+    kind = kind_of(claim)
+    return kind.how if kind else ""
 
 
 def quotient(top: Any, bottom: Any) -> Any:

@@ -5,23 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Any
 
 from fairaudit.errors import InputError
 from fairaudit.inference.anytime import stream_interval
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import window_share
-from fairaudit.inference.verdicts import verdict
+from fairaudit.inference.verdicts import Verdict, exit_code, foremost_verdict, verdict
 from fairaudit.measures.limits import LIMITS, Quantity
 from fairaudit.measures.ratios import Witness
 from fairaudit.streams.settings import Settings
 from fairaudit.streams.subjects import Subject
 
-Verdict = Literal["none", "within", "exceeds", "inconclusive", "changed"]
-
 QUANTITIES: tuple[Quantity, ...] = ("local", "global")
-
-RANK: dict[Verdict, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3, "changed": 4}
 
 
 @dataclass(frozen=True)
@@ -52,9 +48,7 @@ class Look:
     @property
     def exit_code(self) -> int:
         """0 within or no target, 1 a target is exceeded, 3 inconclusive, or changed without an exceeded target."""
-        if self.verdict == "changed":
-            return 1 if "exceeds" in self.verdicts.values() else 3
-        return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[self.verdict]
+        return exit_code(self.verdict, self.verdicts.values())
 
 
 @dataclass(frozen=True)
@@ -125,7 +119,7 @@ def look(settings: Settings, found: Subject | None, events: int, share: Fraction
             verdicts |= {name: target_verdict(interval, name, limit) for name, limit in asked.items()}
         pairs |= {name: interval.pairs[0 if verdicts[name] == "exceeds" else 1] for name in asked}
         intervals[quantity] = float(interval.lower), float(interval.upper)
-    overall: Verdict = max(verdicts.values(), key=RANK.__getitem__, default="none")
+    overall = foremost_verdict(verdicts.values())
     return Look(events, intervals, verdicts, overall, pairs)
 
 

@@ -19,13 +19,12 @@ from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import rational, rational_text
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import window_share
+from fairaudit.inference.verdicts import Verdict, foremost_verdict
 from fairaudit.measures.limits import LIMITS, Quantity
 from fairaudit.streams.looks import (
     QUANTITIES,
-    RANK,
     Contradiction,
     Look,
-    Verdict,
     asked_targets,
     contradiction,
     interval_of,
@@ -211,7 +210,7 @@ class Monitor:
             if LIMITS[name][0] in gone:
                 verdicts[name] = "exceeds" if name in self._exceeded or current.verdicts.get(name) == "exceeds" else "changed"
         judged = {LIMITS[name][0] for name in verdicts} or gone
-        overall: Verdict = "changed" if gone & judged else max(verdicts.values(), key=RANK.__getitem__)
+        overall: Verdict = "changed" if gone & judged else foremost_verdict(verdicts.values())
         pairs = {name: pair for name, pair in found.pairs.items() if LIMITS[name][0] not in gone}
         pairs |= {name: pair for name, pair in current.pairs.items() if name not in pairs and current.verdicts[name] == "exceeds"}
         return Look(found.events, {q: ends for q, ends in found.intervals.items() if q not in gone}, verdicts, overall, pairs)

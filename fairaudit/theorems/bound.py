@@ -15,6 +15,7 @@ from typing import Literal
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended
+from fairaudit.theorems.assumptions import FLOOR, GROUP_FREE
 
 Floor = Literal["table", "declared", "policy"]
 
@@ -28,23 +29,7 @@ ANY_POLICY = "any policy behind this filter"
 FLOORED = "any policy behind this filter that keeps the declared floor"
 
 
-FRESH = (
-    "the filter's draws for group and context are independent of each other and of everything else, fresh for each decision, and the "
-    "decision depends on group and context only through what the filters release"
-)
-
-GROUP_FREE = "the utility does not depend on the group"
-
-DECISION_ONLY = "the utility depends on the decision alone"
-
-INDEPENDENT = "context and group are independent in the population"
-
-POPULATION = "the contexts of each group are distributed as in the stated population"
-
-ORDER = (
-    "the order of the candidates is drawn uniformly from all orders, independently of everything else, unseen by the policy and fresh for "
-    "each decision; the same filter serves every candidate, and nothing else travels with a candidate"
-)
+ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that releases these contexts"
 
 
 @dataclass(frozen=True)
@@ -102,24 +87,33 @@ def floor_terms(
         return ANY_POLICY, ()
     if floor == "declared":
         who = "compared person's chance" if chance else "compared group's mean utility" if mean else "compared group's expected utility"
-        return FLOORED, (f"every {who} is at least {amount} behind the filter (declared)",)
+        return FLOORED, (FLOOR.format(who=who, tau=amount),)
     return (THIS_POLICY if floor == "policy" and any_filter else THIS_LAW), ()
 
 
+MULTIPLIES = "multiplies the probability of any event by at most"
+
+GAP = "the utilities of two groups differ by at most"
+
+
 def privacy_premise(factor: Extended, delta: Fraction, who: str = "the group filter") -> str:
+    """The sentence that a filter is (ε,δ)-private; `factor` is e^ε."""
     more = f" plus {delta}" if delta else ""
-    return f"{who} multiplies the probability of any event by at most {factor}{more} between any two inputs, in either order"
+    return f"{who} {MULTIPLIES} {factor}{more} between any two inputs, in either order"
 
 
 def gap_premise(gap: Fraction) -> str:
-    return f"the utilities of two groups differ by at most {gap} for the same decision and context" if gap else GROUP_FREE
+    """The sentence about how far the utility depends on the group."""
+    return f"{GAP} {gap} for the same decision and context" if gap else GROUP_FREE
 
 
 def finite_constants(**numbers: Extended) -> dict[str, Fraction]:
+    """The constants of a bound, without those that are infinite."""
     return {name: value for name, value in numbers.items() if isinstance(value, Fraction)}
 
 
 def as_multipliers(factor: Extended) -> tuple[Fraction, ...]:
+    """e^ε as the one multiplier; none where it is infinite."""
     return (factor,) if isinstance(factor, Fraction) else ()
 
 

@@ -29,7 +29,8 @@ from fairaudit.exact.rationals import at_least
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_laws, power
 from fairaudit.tables.values import Label
-from fairaudit.theorems.bound import FRESH, NO_FLOOR, Bound, Floor, floor_terms, gap_premise
+from fairaudit.theorems.assumptions import FRESH
+from fairaudit.theorems.bound import NO_FLOOR, Bound, Floor, floor_terms, gap_premise
 from fairaudit.theorems.constants import read_range
 
 Gap = Any | Callable[[Label, Label], Any]

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from math import inf
 from typing import Any
 
 from fairaudit.exact.rationals import at_least
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.theorems.bound import FRESH, NO_FLOOR, Bound, Floor, finite_constants, floor_terms, gap_premise, privacy_premise
+from fairaudit.theorems.assumptions import FRESH
+from fairaudit.theorems.bound import NO_FLOOR, Bound, Floor, finite_constants, floor_terms, gap_premise, privacy_premise
+from fairaudit.theorems.case import Case
 from fairaudit.theorems.constants import read_factor, read_probability, read_range
 from fairaudit.theorems.one_k import Gap, additive_bound
 
@@ -122,6 +125,26 @@ def t1_tight(exp_epsilon: Any, delta: Any, gamma: Any, tau: Any, K: Any = 0, *, 
     'with a floor of 0 and K or delta above 0 one group may get nothing where another gets something'
     """
     return _privacy_floor(exp_epsilon, delta, gamma, tau, K, floor, lambda e, excess: e + excess)
+
+
+def floor_in(case: Case) -> Bound:
+    """The cap by the floor of a case, about a policy behind filters."""
+    cap = floor_cap(case.gamma, case.tau, floor=case.floor)
+    return replace(cap, multipliers=(), assumptions=(FRESH, *cap.assumptions))
+
+
+def t1_in(case: Case) -> Bound | None:
+    """T1 in a case with a floor; None where the floor by itself proves as much."""
+    if not case.narrow:
+        return None
+    bound = t1(case.deployment.group_filter, case.gamma, case.tau, case.gap, floor=case.floor)
+    return bound if bound.value < case.cap else None
+
+
+def t1_paper_in(case: Case) -> Bound | None:
+    """T1 in the paper's form, in a case with a floor; None where the floor by itself proves as much."""
+    bound = t1_paper(case.exp_epsilon, 0, case.gamma, case.tau, case.gap, floor=case.floor)
+    return replace(bound, multipliers=()) if bound.value < case.cap else None
 
 
 def _privacy_floor(

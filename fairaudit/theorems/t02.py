@@ -5,7 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from fairaudit.theorems.bound import ANY_POLICY, FRESH, GROUP_FREE, Bound, as_multipliers, finite_constants, privacy_premise
+from fairaudit.theorems.assumptions import FRESH, GROUP_FREE
+from fairaudit.theorems.bound import ANY_POLICY, Bound, as_multipliers, finite_constants, privacy_premise
+from fairaudit.theorems.case import Case
 from fairaudit.theorems.constants import read_factor
 
 # T2: pure privacy, no floor
@@ -40,3 +42,8 @@ def t2(exp_epsilon: Any) -> Bound:
     return Bound(
         "T2", "local_ratio", factor, finite_constants(exp_epsilon=factor), as_multipliers(factor), assumptions, ANY_POLICY, note=note
     )
+
+
+def t2_in(case: Case) -> Bound:
+    """T2 in a case that has a finite ε."""
+    return t2(case.exp_epsilon)

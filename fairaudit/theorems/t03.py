@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import pairwise
+from math import inf
 from typing import Any, Literal
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.pairs import hockey_stick, pair_laws
-from fairaudit.theorems.bound import FRESH, GROUP_FREE, Bound, Floor, finite_constants, floor_terms, privacy_premise
+from fairaudit.theorems.assumptions import FRESH, GROUP_FREE
+from fairaudit.theorems.bound import Bound, Floor, finite_constants, floor_terms, privacy_premise
+from fairaudit.theorems.case import Case
 from fairaudit.theorems.constants import read_factor, read_level, read_probability
 from fairaudit.theorems.one_k import Gap, additive_bound, power_ratio, worst_pair
 
@@ -196,6 +199,35 @@ def t3_general(mechanism: Mechanism, gamma: Any, tau: Any, K: Gap = 0, *, floor:
     (Fraction(5, 3), Fraction(7, 4))
     """
     return additive_bound("T3", mechanism, gamma, tau, K, floor, lambda top, gap: top - gap)
+
+
+def t3_in(case: Case) -> Bound | None:
+    """T3 in a case with a floor; None where the floor by itself proves as much, or is too high for T3."""
+    if case.tau > case.gamma - case.gap or not case.narrow:
+        return None
+    bound = t3_general(case.deployment.group_filter, case.gamma, case.tau, case.gap, floor=case.floor)
+    return bound if bound.value < case.cap else None
+
+
+def t3_any_filter_in(case: Case) -> Bound | None:
+    """T3 in a case, for every group filter of its ε: the floor is that of the policy."""
+    least = policy_floor(case)
+    return t3_approx(case.exp_epsilon, 0, least / case.gamma, floor="policy") if case.exp_epsilon < inf and least > 0 else None
+
+
+def policy_floor(case: Case) -> Fraction:
+    """Least Σ_u T(u|x̃,ã)·g(u,x,a) over what the policy can be shown: a floor for every filter that releases the same values."""
+    law, table = case.deployment.policy.law, case.utility
+    least: Fraction | None = None
+    utilities = {
+        x: {tuple(table.row(cell)) for cell in range(start, end)} for x, (start, end) in enumerate(pairwise(table.law.starts.tolist()))
+    }
+    for x, cell in case.deployment.shown_cells:
+        row = law.row(cell)
+        for values in utilities[x]:
+            value = Fraction(sum(w * g for w, g in zip(row, values, strict=True)), sum(row) * table.scale)
+            least = value if least is None or value < least else least
+    return least if least is not None else Fraction(0)
 
 
 def approx_dp_ratio(factor: Extended, delta: Fraction, level: Fraction) -> tuple[Fraction, Fraction]:

@@ -10,7 +10,8 @@ from typing import Any
 from fairaudit.errors import InputError
 from fairaudit.exact.enclosures import exp_enclosure, log_enclosure
 from fairaudit.exact.rationals import at_least
-from fairaudit.theorems.bound import FRESH, GROUP_FREE, Bound, Floor, floor_terms
+from fairaudit.theorems.assumptions import FRESH, GROUP_FREE
+from fairaudit.theorems.bound import Bound, Floor, floor_terms
 from fairaudit.theorems.constants import read_level
 
 BITS = 128

@@ -10,7 +10,9 @@ from fairaudit.errors import InputError
 from fairaudit.exact.rationals import at_least
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_laws
-from fairaudit.theorems.bound import FRESH, GROUP_FREE, Bound, Floor, floor_terms
+from fairaudit.theorems.assumptions import FRESH, GROUP_FREE
+from fairaudit.theorems.bound import Bound, Floor, floor_terms
+from fairaudit.theorems.case import Case
 from fairaudit.theorems.constants import read_range
 from fairaudit.theorems.one_k import worst_pair
 
@@ -67,6 +69,11 @@ def t4(mechanism: Mechanism, gamma: Any, g_min: Any, tau: Any = None, *, floor: 
     scope, extra = floor_terms(floor, f"{low}", any_filter=False, trivial=low == least)
     assumptions = (FRESH, GROUP_FREE, *extra)
     return Bound("T4", "local_ratio", value, {"gamma": top, "g_min": least, "tau": low}, multipliers, assumptions, scope)
+
+
+def t4_in(case: Case) -> Bound | None:
+    """T4 in a case, with the least utility as the floor; None where that is 0."""
+    return t4(case.deployment.group_filter, case.gamma, case.m) if case.m > 0 and case.narrow else None
 
 
 def _with_least(k: Fraction, stick: Fraction, top: Fraction, least: Fraction, low: Fraction) -> Fraction:

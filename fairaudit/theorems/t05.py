@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations
@@ -14,13 +15,9 @@ from fairaudit.measures.expectations import cell_expectation
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.model.utility import UtilityTable
+from fairaudit.theorems.assumptions import DECISION_ONLY, FRESH, GROUP_FREE, INDEPENDENT, POPULATION
 from fairaudit.theorems.bound import (
     ANY_POLICY,
-    DECISION_ONLY,
-    FRESH,
-    GROUP_FREE,
-    INDEPENDENT,
-    POPULATION,
     THIS_LAW,
     Bound,
     Floor,
@@ -29,7 +26,9 @@ from fairaudit.theorems.bound import (
     floor_terms,
     privacy_premise,
 )
+from fairaudit.theorems.case import Case
 from fairaudit.theorems.constants import read_factor, read_level, read_ratio
+from fairaudit.theorems.t02 import t2
 from fairaudit.theorems.t03 import t3_mechanism
 
 # T5: from local to global
@@ -129,17 +128,10 @@ def context_ratio(law: Law, context_filter: Mechanism | None = None) -> Extended
     >>> context_ratio(law)
     Fraction(3, 2)
     """
-    shares = _shares(law)
-    if context_filter is None:
-        return _termwise(shares)
-    released: dict[int, dict[int, Fraction]] = {}
-    for group, masses in shares.items():
-        mixed = released.setdefault(group, {})
-        for x, mass in masses.items():
-            for place, weight in enumerate(context_filter.row(law.contexts[x])):
-                if weight and mass:
-                    mixed[place] = mixed.get(place, Fraction(0)) + mass * Fraction(weight, context_filter.denominator)
-    return _termwise(released)
+    masses = _masses(law)
+    if context_filter is not None:
+        masses = {group: _released(law, context_filter, of_group) for group, of_group in masses.items()}
+    return _termwise({group: _parts(of_group) for group, of_group in masses.items()})
 
 
 def t5_decision(
@@ -241,23 +233,56 @@ def t5_floor(law: Law, mechanism: Mechanism, t: Any, *, floor: Floor = "table") 
     return replace(found, theorem="T5", quantity="global_ratio", assumptions=(FRESH, GROUP_FREE, POPULATION, *extra), scope=scope)
 
 
+def t5_in(case: Case) -> Bound | None:
+    """T5 in a case whose context and group are independent: T2 for the global ratio; None without a population."""
+    if not case.law.global_groups:
+        return None
+    bound = t5_independent(t2(case.exp_epsilon))
+    return replace(bound, multipliers=(), assumptions=(*bound.assumptions, POPULATION))
+
+
+def t5_decision_in(case: Case) -> Bound | None:
+    """T5 for a utility of the decision alone in a case; None without a population, or where some context is for one group only."""
+    if not case.law.global_groups:
+        return None
+    spread = context_ratio(case.law, case.deployment.context_filter)
+    if spread == inf:
+        return None
+    bound = t5_decision(case.exp_epsilon, case.utility, released_ratio=spread)
+    return replace(bound, constants={"composition": Fraction(spread)}, multipliers=())
+
+
 # Populations
+
+
+def _masses(law: Law) -> dict[int, dict[int, int]]:
+    """P(x,a) of the globally compared groups, up to a common factor."""
+    if not law.global_groups:
+        raise InputError("the table has no population over which groups could be compared; give weights, or every group in every context")
+    masses: dict[int, dict[int, int]] = {group: {} for group in law.global_groups}
+    for x, group, mass in zip(law.cell_context.tolist(), law.cell_group.tolist(), law.cell_mass, strict=True):
+        if group in masses:
+            masses[group][x] = mass
+    return masses
+
+
+def _released(law: Law, context_filter: Mechanism, masses: Mapping[int, int]) -> dict[int, int]:
+    """Masses of the contexts that a filter releases, up to a common factor."""
+    released = [0] * len(context_filter.outputs)
+    for x, mass in masses.items():
+        released = [sum_ + mass * weight for sum_, weight in zip(released, context_filter.row(law.contexts[x]), strict=True)]
+    return dict(enumerate(released))
+
+
+def _parts(masses: Mapping[int, int]) -> dict[int, Fraction]:
+    """Masses as parts of their sum."""
+    total = sum(masses.values())
+    return {x: Fraction(mass, total) for x, mass in masses.items()}
 
 
 def _shares(law: Law) -> dict[int, dict[int, Fraction]]:
     """P(x|a) of the globally compared groups."""
-    if not law.global_groups:
-        raise InputError("the table has no population over which groups could be compared; give weights, or every group in every context")
-    sums = dict.fromkeys(law.global_groups, 0)
-    cells = list(zip(law.cell_context.tolist(), law.cell_group.tolist(), law.cell_mass, strict=True))
-    for _, group, mass in cells:
-        if group in sums:
-            sums[group] += mass
-    shares: dict[int, dict[int, Fraction]] = {group: {} for group in sums}
-    for x, group, mass in cells:
-        if group in shares:
-            shares[group][x] = Fraction(mass, sums[group])
-    return shares
+    return {group: _parts(masses) for group, masses in _masses(law).items()}
 
 
 def _termwise(parts: dict[int, dict[int, Fraction]]) -> Extended:

@@ -8,7 +8,8 @@ from typing import Any, Literal
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended
-from fairaudit.theorems.bound import GROUP_FREE, THIS_LAW, Bound, finite_constants
+from fairaudit.theorems.assumptions import GROUP_FREE
+from fairaudit.theorems.bound import THIS_LAW, Bound, finite_constants
 from fairaudit.theorems.constants import read_ratio
 
 # T7: distances from suprema

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import inf
+
 from fairaudit.errors import shown
+from fairaudit.measures.ratios import local_fairness
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label
+from fairaudit.theorems.assumptions import DECISION_ONLY, FRESH
+from fairaudit.theorems.bound import ANY_CONTEXT_FILTER, Bound
+from fairaudit.theorems.case import Case
 
 # T8: filtering the context
 
@@ -47,3 +54,12 @@ def t8_applies(law: Law, utility: UtilityTable, context_filter: Mechanism) -> tu
         if possible and members.get(label, 0) < len(law.groups):
             return False, f"the filter can release the context {shown(', '.join(label))}, in which not all groups are compared"
     return True, ""
+
+
+def t8_in(case: Case) -> Bound | None:
+    """T8 in a case: the local ratio over the contexts that the context filter can release; None where that is infinite."""
+    released = case.deployment.filtered_contexts_law
+    before = None if released is None else local_fairness(released, replace(case.utility, law=released))
+    if before is None or before.ratio == inf:
+        return None
+    return Bound("T8", "local_ratio", before.ratio, {}, (), (FRESH, DECISION_ONLY), ANY_CONTEXT_FILTER)

@@ -9,12 +9,16 @@ from typing import Any
 
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_laws
-from fairaudit.theorems.bound import ANY_POLICY, FRESH, ORDER, Bound, Floor, as_multipliers, finite_constants, floor_terms, privacy_premise
+from fairaudit.theorems.assumptions import FRESH
+from fairaudit.theorems.bound import ANY_POLICY, Bound, Floor, as_multipliers, finite_constants, floor_terms, privacy_premise
 from fairaudit.theorems.constants import read_chance, read_factor
 from fairaudit.theorems.one_k import power_ratio, worst_pair
 from fairaudit.theorems.t03 import approx_dp_ratio
 
-# T10: two persons in one decision
+RANDOM_ORDER = (
+    "the order of the candidates is drawn uniformly from all orders, independently of everything else, unseen by the policy and fresh for "
+    "each decision; the same filter serves every candidate, and nothing else travels with a candidate"
+)
 
 
 def t10(profile_exp_epsilon: Any, tau: Any = None, *, floor: Floor = "table") -> Bound:
@@ -52,11 +56,13 @@ def t10(profile_exp_epsilon: Any, tau: Any = None, *, floor: Floor = "table") ->
     premise = privacy_premise(factor, Fraction(0), "each candidate's profile filter")
     if tau is None:
         note = "" if isinstance(factor, Fraction) else "the profile filter is not purely private; give a floor"
-        return Bound("T10", "selection_ratio", doubled, constants, as_multipliers(doubled), (FRESH, ORDER, premise), ANY_POLICY, note=note)
+        return Bound(
+            "T10", "selection_ratio", doubled, constants, as_multipliers(doubled), (FRESH, RANDOM_ORDER, premise), ANY_POLICY, note=note
+        )
     chance = read_chance(tau)
     value, k = approx_dp_ratio(doubled, Fraction(0), chance)
     scope, extra = floor_terms(floor, f"{chance}", any_filter=True, chance=True)
-    return Bound("T10", "selection_ratio", value, {**constants, "tau": chance}, (k,), (FRESH, ORDER, premise, *extra), scope)
+    return Bound("T10", "selection_ratio", value, {**constants, "tau": chance}, (k,), (FRESH, RANDOM_ORDER, premise, *extra), scope)
 
 
 def t10_floor(mechanism: Mechanism, tau: Any, *, floor: Floor = "table") -> Bound:
@@ -92,7 +98,7 @@ def t10_floor(mechanism: Mechanism, tau: Any, *, floor: Floor = "table") -> Boun
         exchange_laws(mechanism), lambda pair: power_ratio(pair, chance), lambda pair, k: k + hockey_stick(pair, k) / chance
     )
     scope, extra = floor_terms(floor, f"{chance}", any_filter=False, chance=True)
-    return Bound("T10", "selection_ratio", value, {"tau": chance}, multipliers, (FRESH, ORDER, *extra), scope)
+    return Bound("T10", "selection_ratio", value, {"tau": chance}, multipliers, (FRESH, RANDOM_ORDER, *extra), scope)
 
 
 def exchange_laws(mechanism: Mechanism) -> tuple[PairLaw, ...]:

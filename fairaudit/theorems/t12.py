@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from math import inf
 from typing import Any
 
 from fairaudit.exact.extended import Extended
-from fairaudit.theorems.bound import FRESH, GROUP_FREE, THIS_POLICY, Bound, as_multipliers, finite_constants, privacy_premise
+from fairaudit.measures.ratios import local_fairness
+from fairaudit.theorems.assumptions import FRESH, GROUP_FREE
+from fairaudit.theorems.bound import THIS_POLICY, Bound, as_multipliers, finite_constants, privacy_premise
+from fairaudit.theorems.case import Case
 from fairaudit.theorems.constants import read_factor, read_ratio
 
 
@@ -53,3 +57,11 @@ def t12(exp_epsilon: Any, raw_ratio: Any) -> Bound:
         THIS_POLICY,
         note=note,
     )
+
+
+def t12_in(case: Case) -> Bound | None:
+    """T12 in a case: the policy's own ratio over everything that the filters can release, contracted; None if neither is finite."""
+    released = case.deployment.shown_law
+    raw = local_fairness(released, case.laid_over(released))
+    bound = t12(case.exp_epsilon, raw.ratio if raw else 1)
+    return bound if bound.value < inf else None

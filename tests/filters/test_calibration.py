@@ -22,7 +22,8 @@ from fairaudit.filters.calibration import calibrate
 from fairaudit.filters.calibration_with_policy import calibrate_policy
 from fairaudit.filters.responses import SPLITS
 from fairaudit.privacy.pairs import pair_laws, power
-from fairaudit.theorems.bound import ANY_POLICY, FLOORED, INDEPENDENT
+from fairaudit.theorems.assumptions import INDEPENDENT
+from fairaudit.theorems.bound import ANY_POLICY, FLOORED
 from fairaudit.theorems.t03 import t3_approx
 
 F = Fraction

@@ -21,8 +21,7 @@ from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.epsilon_delta import exp_epsilon
-
-WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows share, and where windows begin was fixed beforehand"
+from fairaudit.theorems.assumptions import WINDOWS
 
 
 def change_assumptions(change: Change) -> list[str]:

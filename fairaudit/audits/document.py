@@ -1,0 +1,121 @@
+"""The JSON document of a result, as docs/certificate.md describes it, with its table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fairaudit import __version__
+from fairaudit.audits.claims import population_at
+from fairaudit.certificates.certificate import FORMAT, Certificate, with_table
+from fairaudit.certificates.entries import (
+    add_given_truth,
+    change_entry,
+    distance_entry,
+    interval_entry,
+    left_out_entry,
+    privacy_entry,
+    rate_entry,
+    ratio_entry,
+)
+from fairaudit.certificates.numbers import number
+from fairaudit.certificates.table import Table, column_names
+from fairaudit.words import THIS_TABLE
+
+if TYPE_CHECKING:
+    from fairaudit.audits.result import Result
+    from fairaudit.audits.targets import Target
+    from fairaudit.model.policy import Deployment
+
+
+def certificate_of(result: Result) -> Certificate:
+    """The certificate of a result: its document, and the table in it or beside it."""
+    made, given = document(result), result.given_truth
+    if result.passed is not None:
+        return with_table(made, result.passed.table, embed=result.embed)
+    law = result.deployment.policy.law if result.deployment else result.law
+    certificate = with_table(made, Table(law, result.utility, result.deployment), embed=result.embed)
+    if given is not None and certificate.table is None:
+        made["metrics"] |= {name: [rate_entry(law, rate) for rate in rates] for name, rates in given.rates.items()}
+    return certificate
+
+
+def document(result: Result) -> dict[str, Any]:
+    """The document of a result, before the table is put into it."""
+    made: dict[str, Any] = {
+        "format": FORMAT,
+        "subject": _subject(result),
+        "metrics": {
+            "local": ratio_entry(result.local),
+            "global": ratio_entry(result.global_),
+            "demographic_parity": distance_entry(result.demographic_parity),
+            "equalized_odds": distance_entry(result.equalized_odds),
+            "local_supremum": ratio_entry(result.local_supremum),
+            "global_supremum": ratio_entry(result.global_supremum),
+        },
+        "not_compared": [left_out_entry(entry) for entry in result.not_compared],
+        "claims": [claim.entry for claim in result.claims],
+        "targets": [_target(target) for target in result.targets],
+        "verdict": result.verdict,
+        "versions": {"fairaudit": __version__},
+    }
+    if result.intervals:
+        made["intervals"] = {
+            quantity: interval_entry(interval, result.comparisons.get(quantity), result.law if quantity == "local" else None)
+            for quantity, interval in result.intervals.items()
+        }
+    if result.given_truth is not None:
+        add_given_truth(made, result.given_truth)
+    if result.changed is not None:
+        made["changed"] = change_entry(result.changed)
+    if result.deployment is not None:
+        _add_filters(made, result, result.deployment)
+    return made
+
+
+def _subject(result: Result) -> dict[str, Any]:
+    """What was audited; `table` is filled in when the table is put into the certificate."""
+    utility = result.utility
+    subject: dict[str, Any] = {
+        "kind": "policy" if result.deployment else result.law.kind,
+        "columns": column_names(result.columns),
+        "population": result.law.population,
+        "table": {},
+        "utility": {
+            "gamma": number(utility.gamma),
+            "m": number(utility.m),
+            "tau": None if result.tau is None else number(result.tau),
+            "lipschitz": number(utility.lipschitz()),
+            "depends_on_group": utility.depends_on_group,
+            **({"burden": True} if result.burden else {}),
+        },
+    }
+    if result.preparation:
+        subject["preparation"] = [dict(entry) for entry in result.preparation]
+    if result.spellings:
+        subject["spellings"] = list(result.spellings)
+    return subject
+
+
+def _add_filters(made: dict[str, Any], result: Result, deployment: Deployment) -> None:
+    """What is said of a policy behind filters besides: docs/certificate-policy.md."""
+    context = deployment.context_filter
+    made["subject"]["privacy"] = {
+        "group": privacy_entry(deployment.group_filter),
+        "context": privacy_entry(context) if context else None,
+    }
+    made["subject"]["declared"] = {name: number(value) for name, value in result.declared.items()}
+    made["metrics"]["unfiltered"] = (
+        None if result.unfiltered is None else dict(zip(("local", "global"), map(ratio_entry, result.unfiltered), strict=True))
+    )
+
+
+def _target(target: Target) -> dict[str, Any]:
+    """A target as a certificate stores it."""
+    return {
+        "quantity": target.quantity,
+        "limit": number(target.limit),
+        "unit": target.unit,
+        "judged": THIS_TABLE if target.confidence is None else population_at(target.confidence),
+        **({} if target.estimand == "mean over rows" else {"estimand": target.estimand}),
+        "verdict": target.verdict,
+    }

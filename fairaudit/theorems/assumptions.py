@@ -1,0 +1,100 @@
+"""What the reader of a claim must judge, because no table shows it: one sentence each, word by word as certificates list them.
+
+`SENTENCES` has them by the names that the pages of the format use. What stands in braces is filled in.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from fairaudit.exact.extended import extended_text
+
+# Of a policy behind filters
+
+FRESH = (
+    "the filter's draws for group and context are independent of each other and of everything else, fresh for each decision, and the "
+    "decision depends on group and context only through what the filters release"
+)
+
+FLOOR = "every {who} is at least {tau} behind the filter (declared)"
+
+DECLARED_FLOOR = FLOOR.replace("{who}", "compared group's expected utility")
+
+POPULATION = "the contexts of each group are distributed as in the stated population"
+
+# Of a policy behind filters, too, but shown by the table and its filters: bounds name them, claims do not
+
+GROUP_FREE = "the utility does not depend on the group"
+
+DECISION_ONLY = "the utility depends on the decision alone"
+
+INDEPENDENT = "context and group are independent in the population"
+
+# Of draws
+
+OWN_RANGE = "whatever could have been drawn in a cell has a utility between 0 and the greatest that a decision has there"
+
+RANGE = "whatever could have been drawn has a utility between {low} and {high}"
+
+DRAWS = (
+    "the draws within a cell are independent, each with the law of the cell, and how many there are does not depend on how they came out"
+)
+
+CELLS = "the draws of different cells are independent of each other"
+
+DECLARED = "utility, method and confidence were chosen without looking at the draws"
+
+ONE_ROW = "a sampling unit can have no more than one row in a cell, as is the case here"
+
+UNITS = (
+    "different sampling units are independent, how many there are does not depend on how they came out, and the mean over the rows of a "
+    "unit in a cell has the same expectation for all units: it is estimated by the mean over units, which is not the mean over rows"
+)
+
+POOLED = "the contexts of each group were drawn from its population, not set by design"
+
+# Of decisions with true labels
+
+GIVEN_TRUTH = (
+    "given the true labels, the decisions are independent, each positive with the rate of its cell, and how many there are of a true label "
+    "does not depend on how they came out"
+)
+
+DECLARED_POSITIVE = "positive labels, method and confidence were chosen without looking at the draws"
+
+# Of a stream
+
+PAST = "given everything recorded before it, each decision has the expected utility of its context and group as its mean"
+
+OWN_PAST = "given the earlier decisions that count in its context and group, each such decision has their expected utility as its mean"
+
+ORDER = "which contexts and groups appear, and in what order they first do, does not depend on how decisions come out"
+
+MIX = "whatever came before, the context of a group's next decision has the same distribution, and so its expected utility stays the same"
+
+WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows share, and where windows begin was fixed beforehand"
+
+SENTENCES: dict[str, str] = {
+    "fresh": FRESH,
+    "declared-floor": DECLARED_FLOOR,
+    "stated-population": POPULATION,
+    "draws": DRAWS,
+    "units": UNITS,
+    "one-row": ONE_ROW,
+    "pooled": POOLED,
+    "range": RANGE,
+    "own-range": OWN_RANGE,
+    "chosen": DECLARED,
+    "cells": CELLS,
+    "given-labels": GIVEN_TRUTH,
+    "chosen-labels": DECLARED_POSITIVE,
+    "past": PAST,
+    "own-past": OWN_PAST,
+    "mix": MIX,
+    "order": ORDER,
+}
+
+
+def range_said(low: Fraction, high: Fraction) -> str:
+    """The sentence about a range of the utility that was declared."""
+    return RANGE.format(low=extended_text(low), high=extended_text(high))

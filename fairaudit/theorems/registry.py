@@ -1,0 +1,465 @@
+"""The registry of claims: every kind of claim that a certificate can make, what it says, and what makes it true.
+
+A kind of claim that is not here is not written, and no checker accepts it. From these entries the writer takes what a claim is called,
+what it is about, what it needs, which assumptions it lists and what its evidence looks like; the tables of docs/claims.md and
+docs/proofs.md, the entries of proofs/index.toml, the JSON Schema and the list of claims that the page of a report knows are made from
+them. `fairaudit.checker` has rules of its own and imports nothing of this; tests compare the two. CONTRIBUTING.md says how to add a kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Literal
+
+from fairaudit.exact.extended import extended_text
+from fairaudit.theorems.assumptions import SENTENCES
+from fairaudit.theorems.bound import ANY_CONTEXT_FILTER, ANY_POLICY, FLOORED, THIS_LAW, THIS_POLICY, Bound
+from fairaudit.theorems.case import Case
+from fairaudit.theorems.t01 import floor_in, t1_in, t1_paper_in
+from fairaudit.theorems.t02 import t2_in
+from fairaudit.theorems.t03 import t3_any_filter_in, t3_in
+from fairaudit.theorems.t04 import t4_in
+from fairaudit.theorems.t05 import t5_decision_in, t5_in
+from fairaudit.theorems.t08 import t8_in
+from fairaudit.theorems.t12 import t12_in
+
+Relation = Literal["=", "<=", ">="]
+
+EVERY_UTILITY = "every utility of the class"
+
+SAMPLED = "population at confidence "
+"""The confidence follows."""
+
+RATIOS = ("local_ratio", "global_ratio")
+
+DISTANCES = ("demographic_parity", "equalized_odds")
+
+SUPREMA = ("local_ratio_supremum", "global_ratio_supremum")
+
+DIFFERENCES = ("equal_opportunity", "equalized_odds_true_label", "equal_opportunity_overall", "equalized_odds_true_label_overall")
+
+OF_DRAWS = ("draws", "units", "one-row", "pooled", "stated-population", "range", "own-range", "cells")
+"""What claims about draws can list besides, as their interval asks for."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of claim.
+
+    Attributes
+    ----------
+    id : str
+        Its name, here and in docs/claims.md.
+    by : str
+        What its claims name as their source: a theorem, a method, or how the figure is found. Several kinds can share it.
+    says : str
+        The statement in words. The entry of proofs/index.toml for `by` is that of all its kinds, one after the other.
+    how : str
+        The same in a few words, as reports put it beside a figure.
+    quantities, relations, scopes : tuple of str
+        What a claim of the kind can be about; the checker knows each combination.
+    subject : {"any", "policy", "class", "sample", "labels"}
+        What a certificate has to be about: anything, a policy behind filters, a class of utilities, draws, decisions with true labels.
+    evidence : str
+        The one key of the evidence, or "" where there is none.
+    code : tuple of str
+        The functions that find the value.
+    anchor : str
+        Where in docs/ it is stated and proved.
+    coq : tuple of str
+        The statements in proofs/ that say it.
+    reason : str
+        What there is instead, where nothing is machine-checked.
+    needs : tuple of str
+        What has to hold, of `case.NEEDS`; the checker decides the same by itself.
+    declares : tuple of str
+        Constants that have to be declared, besides what the scope says, for a claim about any policy to hold of one that was sampled.
+    assumes : tuple of str
+        Sentences of `SENTENCES` that each claim lists, besides those that its subject and its scope ask for.
+    may_assume : tuple of str
+        Sentences that some claims of the kind list besides, as their interval asks for.
+    applies : callable or None
+        Of a theorem about a policy behind filters: what it guarantees in a case that has what it needs.
+    """
+
+    id: str
+    by: str
+    says: str
+    how: str
+    quantities: tuple[str, ...]
+    relations: tuple[Relation, ...]
+    scopes: tuple[str, ...]
+    subject: Literal["any", "policy", "class", "sample", "labels"]
+    evidence: str
+    code: tuple[str, ...]
+    anchor: str
+    coq: tuple[str, ...] = ()
+    reason: str = ""
+    needs: tuple[str, ...] = ()
+    declares: tuple[str, ...] = ()
+    assumes: tuple[str, ...] = ()
+    may_assume: tuple[str, ...] = ()
+    applies: Callable[[Case], Bound | None] | None = None
+
+    @property
+    def floored(self) -> bool:
+        """Whether the theorem rests on a floor, that of the table or the one that was declared."""
+        return FLOORED in self.scopes
+
+    def listed(self, scope: str) -> tuple[str, ...]:
+        """The names of the sentences that every claim of the kind lists in a scope."""
+        return (
+            *(("fresh",) if self.subject == "policy" else ()),
+            *self.assumes,
+            *(("declared-floor",) if scope == FLOORED else ()),
+        )
+
+    def sentences(self, scope: str, constants: Mapping[str, Fraction]) -> tuple[str, ...]:
+        """The sentences that every claim of the kind lists in a scope, with the numbers that they speak of."""
+        numbers = {name: extended_text(value) for name, value in constants.items()}
+        return tuple(SENTENCES[name].format_map(numbers) for name in self.listed(scope))
+
+
+_COVERAGE = "property tests, and simulated coverage"
+_WRITTEN = f"Not machine-checked: written proofs in docs/certificate-samples.md, {_COVERAGE}."
+
+
+def _interval(by: str, says: str, how: str) -> Kind:
+    """An interval of a ratio of the population behind draws."""
+    return Kind(
+        id=f"{by}-interval",
+        by=by,
+        says=says,
+        how=how,
+        quantities=RATIOS,
+        relations=(">=", "<="),
+        scopes=(SAMPLED,),
+        subject="sample",
+        evidence="interval",
+        code=("fairaudit.inference.ratio_intervals.ratio_interval",),
+        anchor="certificate-samples.md#evidence-of-an-interval",
+        reason=_WRITTEN,
+        assumes=("chosen",),
+        may_assume=OF_DRAWS,
+    )
+
+
+def _bound(by: str, *, own: str = "", scopes: tuple[str, ...] = (ANY_POLICY,), quantity: str = "local_ratio", **entry: Any) -> Kind:
+    """A theorem that bounds a ratio of a policy behind filters; `own` is its id where several kinds share what they cite."""
+    return Kind(id=own or by, by=by, quantities=(quantity,), relations=("<=",), scopes=scopes, subject="policy", **entry)
+
+
+KINDS: tuple[Kind, ...] = (
+    # Figures of the table
+    Kind(
+        id="enumeration",
+        by="enumeration",
+        says="The figure is the one that the table gives.",
+        how="counted in the table",
+        quantities=(*RATIOS, *DISTANCES, *DIFFERENCES),
+        relations=("=",),
+        scopes=(THIS_LAW,),
+        subject="any",
+        evidence="table",
+        code=(
+            "fairaudit.measures.ratios.local_fairness",
+            "fairaudit.measures.ratios.global_fairness",
+            "fairaudit.measures.distances.demographic_parity",
+            "fairaudit.measures.distances.equalized_odds",
+            "fairaudit.inference.rates.given_truth",
+        ),
+        anchor="certificate.md#metrics",
+        reason=(
+            "Not a theorem: the checker computes the figure again from the table, and a second computation in the tests, over plain "
+            "fractions, agrees."
+        ),
+    ),
+    Kind(
+        id="T6",
+        by="T6",
+        says="The worst utility that ignores the group is that of a single decision.",
+        how="the worst utility for this law",
+        quantities=SUPREMA,
+        relations=("=",),
+        scopes=(THIS_LAW,),
+        subject="any",
+        evidence="table",
+        code=("fairaudit.measures.ratios.local_supremum", "fairaudit.measures.ratios.global_supremum"),
+        anchor="theory.md#t6",
+        coq=("T6_local", "T6_attained", "T6_exists", "T6_zero_denominator", "T6_global", "T6_global_attained"),
+    ),
+    Kind(
+        id="T7",
+        by="T7",
+        says="Total variation is at most (R* − 1)/(R* + 1), R* being the worst ratio of T6.",
+        how="from the worst ratio of probabilities",
+        quantities=DISTANCES,
+        relations=("<=",),
+        scopes=(THIS_LAW,),
+        subject="any",
+        evidence="supremum",
+        code=("fairaudit.theorems.t07.t7",),
+        anchor="theory.md#t7",
+        coq=("T7_symmetric", "T7_equalized_odds", "T7_demographic_parity"),
+    ),
+    Kind(
+        id="T5",
+        by="T5",
+        says="If context and group are independent, the global ratio is at most the local one.",
+        how="the local bound, groups being spread alike over contexts",
+        quantities=("global_ratio",),
+        relations=("<=",),
+        scopes=(THIS_LAW,),
+        subject="any",
+        evidence="table",
+        code=("fairaudit.theorems.t05.t5_independent",),
+        anchor="theory.md#t5",
+        coq=("T5_independent",),
+        needs=("independent",),
+    ),
+    # Theorems about a policy behind filters, in the order in which certificates list them
+    _bound(
+        "T2",
+        says="Behind a group filter with pure ε, for a utility that ignores the group: R ≤ e^ε for every policy.",
+        how="privacy alone",
+        evidence="",
+        code=("fairaudit.theorems.t02.t2",),
+        anchor="theory.md#t2",
+        coq=("T2_pure", "T2_sharp"),
+        needs=("a-free", "finite"),
+        applies=t2_in,
+    ),
+    _bound(
+        "T12",
+        scopes=(THIS_POLICY,),
+        says="A policy's own ratio R0 shrinks behind a filter with pure ε to at most (1 + R0·e^ε)/(R0 + e^ε).",
+        how="contraction of the policy's own ratio",
+        evidence="raw_ratio",
+        code=("fairaudit.theorems.t12.t12",),
+        anchor="theory.md#t12",
+        coq=("T12_contraction",),
+        needs=("a-free",),
+        applies=t12_in,
+    ),
+    _bound(
+        "T4",
+        says=(
+            "For a utility that ignores the group and is never below m > 0: R ≤ k + max(0, (γ − m)·H_k − (k − 1)·m)/m, for every policy."
+        ),
+        how="privacy and a least utility",
+        evidence="multipliers",
+        code=("fairaudit.theorems.t04.t4",),
+        anchor="theory.md#t4",
+        coq=("T4_one_k", "T4_any_policy"),
+        needs=("a-free",),
+        declares=("gamma", "m"),
+        applies=t4_in,
+    ),
+    _bound(
+        "T3",
+        own="T3-any-filter",
+        scopes=(THIS_POLICY,),
+        says="The same for every filter of an ε, under a floor of the policy.",
+        how="privacy and a floor, sharp",
+        evidence="multipliers",
+        code=("fairaudit.theorems.t03.t3_approx",),
+        anchor="theory.md#t3",
+        coq=("T3_any_filter", "pure_dp_hockey_stick"),
+        needs=("a-free",),
+        applies=t3_any_filter_in,
+    ),
+    _bound(
+        "floor",
+        scopes=(THIS_LAW, FLOORED),
+        says="Nobody gets more than γ and nobody compared less than τ, so R ≤ γ/τ.",
+        how="the floor alone",
+        evidence="",
+        code=("fairaudit.theorems.t01.floor_cap",),
+        anchor="theory.md#t1",
+        coq=("T1_cap",),
+        declares=("gamma",),
+        applies=floor_in,
+    ),
+    _bound(
+        "T1",
+        scopes=(THIS_LAW, FLOORED),
+        says="Behind a group filter, with a floor τ: R ≤ k + (K + γ·H_k)/τ for every k ≥ 0, hence R ≤ e^ε + (K + δγ)/τ.",
+        how="privacy and a floor, any utility",
+        evidence="multipliers",
+        code=("fairaudit.theorems.t01.t1",),
+        anchor="theory.md#t1",
+        coq=("T1_one_k", "T1_additive", "T1_filter", "T1_tight"),
+        declares=("gamma",),
+        applies=t1_in,
+    ),
+    _bound(
+        "T1-paper",
+        scopes=(THIS_LAW, FLOORED),
+        says="The paper's form of T1, R ≤ e^ε·(1 + (K + δγ)/τ): true, and never less.",
+        how="privacy and a floor, in the paper's form",
+        evidence="",
+        code=("fairaudit.theorems.t01.t1_paper",),
+        anchor="theory.md#t1",
+        coq=("T1_paper",),
+        needs=("finite",),
+        declares=("gamma",),
+        applies=t1_paper_in,
+    ),
+    _bound(
+        "T3",
+        scopes=(THIS_LAW, FLOORED),
+        says=(
+            "With a floor and a utility that ignores the group, or depends on it by at most K: R ≤ k + (K + (γ − K)·H_k)/τ for every k, "
+            "one k for each ordered pair of groups."
+        ),
+        how="privacy and a floor, sharp",
+        evidence="multipliers",
+        code=("fairaudit.theorems.t03.t3_general",),
+        anchor="theory.md#t3",
+        coq=("certificate_one_k", "T3_one_k", "T3_K_one_k"),
+        declares=("gamma",),
+        applies=t3_in,
+    ),
+    _bound(
+        "T5",
+        own="T5-any-policy",
+        quantity="global_ratio",
+        says="Behind a filter with pure ε, if context and group are independent, the global ratio is at most e^ε.",
+        how="the local bound, groups being spread alike over contexts",
+        evidence="",
+        code=("fairaudit.theorems.t05.t5_independent",),
+        anchor="theory.md#t5",
+        coq=("T5_independent_filter",),
+        needs=("a-free", "finite", "independent"),
+        assumes=("stated-population",),
+        applies=t5_in,
+    ),
+    _bound(
+        "T5-decision",
+        quantity="global_ratio",
+        says="For a utility of the decision alone: the global ratio is at most e^ε times the greatest ratio of P(x̃∣a) to P(x̃∣a').",
+        how="privacy, and how groups are spread over contexts",
+        evidence="composition",
+        code=("fairaudit.theorems.t05.t5_decision",),
+        anchor="theory.md#t5",
+        coq=("T5_decision",),
+        needs=("g(u)", "finite"),
+        assumes=("stated-population",),
+        applies=t5_decision_in,
+    ),
+    _bound(
+        "T8",
+        scopes=(ANY_CONTEXT_FILTER,),
+        says="Filtering the context does not raise the local ratio of a utility of the decision alone.",
+        how="the same policy without the context filter",
+        evidence="",
+        code=("fairaudit.theorems.t08.t8_in",),
+        anchor="theory.md#t8",
+        coq=("T8_context_filter", "T8_all_compared"),
+        needs=("g(u)", "context filter"),
+        applies=t8_in,
+    ),
+    # A class of utilities
+    Kind(
+        id="T3-class",
+        by="T3",
+        says="The same for every utility of a class, under a given law.",
+        how="privacy and a floor, sharp",
+        quantities=RATIOS,
+        relations=("<=",),
+        scopes=(EVERY_UTILITY,),
+        subject="class",
+        evidence="multipliers",
+        code=("fairaudit.worst.methods.worst_case",),
+        anchor="certificate-worst-case.md#the-claim",
+        coq=("T3_class", "T3_class_no_floor"),
+    ),
+    Kind(
+        id="lp-dual",
+        by="lp-dual",
+        says="The multipliers prove that no utility of the class gives a greater ratio.",
+        how="linear programming, with an exact proof",
+        quantities=RATIOS,
+        relations=("<=",),
+        scopes=(EVERY_UTILITY,),
+        subject="class",
+        evidence="pairs",
+        code=("fairaudit.worst.methods.worst_case",),
+        anchor="certificate-worst-case.md#the-claim",
+        coq=("lp_check_sound", "worst_case_local", "worst_case_global"),
+    ),
+    # The population behind draws
+    _interval("binomial", "The interval of a 0/1 utility holds at its confidence, by exact binomial tails.", "exact binomial interval"),
+    Kind(
+        id="binomial-rates",
+        by="binomial",
+        says="So does that of a difference of rates given the true label.",
+        how="exact binomial interval",
+        quantities=DIFFERENCES,
+        relations=(">=", "<="),
+        scopes=(SAMPLED,),
+        subject="labels",
+        evidence="interval",
+        code=("fairaudit.inference.rates.given_truth",),
+        anchor="certificate-samples.md#differences-of-rates",
+        reason=_WRITTEN,
+        assumes=("given-labels", "chosen-labels"),
+        may_assume=("pooled",),
+    ),
+    _interval(
+        "hoeffding-kl",
+        "The interval of a bounded utility holds at its confidence, by the Chernoff bound with the relative entropy.",
+        "Hoeffding–Chernoff interval",
+    ),
+    _interval(
+        "empirical-bernstein",
+        "The interval of a bounded utility holds at its confidence, by the empirical Bernstein bound.",
+        "empirical Bernstein interval",
+    ),
+    _interval("intersection", "The interval is where two methods agree, each at half the error.", "the better of two intervals"),
+    Kind(
+        id="betting-interval",
+        by="betting",
+        says="The interval of a stream holds at every moment, by Ville's inequality for mixtures of bets.",
+        how="an interval that holds at every moment of the stream",
+        quantities=RATIOS,
+        relations=(">=", "<="),
+        scopes=(SAMPLED,),
+        subject="sample",
+        evidence="interval",
+        code=("fairaudit.inference.anytime.stream_interval",),
+        anchor="certificate-monitor.md#wealth",
+        reason="Not machine-checked: written proofs in docs/certificate-monitor.md, property tests, and simulated streams.",
+        assumes=("range", "chosen", "order"),
+        may_assume=("past", "own-past", "mix"),
+    ),
+)
+
+BY_ID: dict[str, Kind] = {kind.id: kind for kind in KINDS}
+
+BY_KEY: dict[tuple[str, str, str, str], Kind] = {
+    (quantity, relation, kind.by, scope): kind
+    for kind in KINDS
+    for quantity in kind.quantities
+    for relation in kind.relations
+    for scope in kind.scopes
+}
+"""Kinds by the quantity, relation, source and scope of their claims; of a population, the scope without the confidence."""
+
+
+def kind_of(claim: Mapping[str, Any]) -> Kind | None:
+    """The kind of a claim of a certificate, if there is one."""
+    scope = SAMPLED if is_sampled(claim["scope"]) else claim["scope"]
+    return BY_KEY.get((claim["quantity"], claim["relation"], claim["by"], scope))
+
+
+def is_sampled(scope: str) -> bool:
+    """Whether a scope is the population behind draws."""
+    return scope.startswith(SAMPLED)
+
+
+def for_any_sampled(kind: Kind | None, scope: str, declared: Mapping[str, Any]) -> bool:
+    """Whether a bound holds for whatever policy was sampled, and rests on declared constants only."""
+    return kind is not None and scope in (ANY_POLICY, FLOORED) and all(name in declared for name in kind.declares)
