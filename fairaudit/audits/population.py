@@ -55,6 +55,7 @@ def intervals_of_stream(
     confidence: Fraction,
     named: set[Quantity],
 ) -> tuple[dict[Quantity, Interval], tuple[str, ...]]:
+    """The intervals of a stream that hold at every moment, as far as they are possible, and why they are not."""
     if not declared.keys() >= {"gamma", "m"}:
         raise InputError("intervals of a stream need the range of the utility: declare gamma and m")
     made: dict[Quantity, Interval] = {}

@@ -45,8 +45,10 @@ __all__ = [
 
 
 FEW = 10
+"""Of fewer draws a single other outcome moves a proportion by more than a tenth."""
 
 LEVELS = 10
+"""A column with fewer labels than this is not called an identifier, however few decisions each has."""
 
 Drivers = tuple[Witness | None, Witness | None]
 

@@ -121,14 +121,20 @@ def global_fairness(law: Law, utility: UtilityTable) -> Ratio | None:
 
 
 def local_supremum(law: Law) -> Ratio | None:
-    """Supremum of the local ratio over all utilities g(u,x) ≥ 0 that are blind to the group, max P(u|x,a)/P(u|x,a') (T6)."""
+    """Supremum of the local ratio over all utilities g(u,x) ≥ 0 that are blind to the group, max P(u|x,a)/P(u|x,a') (T6).
+
+    Source: T6; Coq `T6_local`, `T6_attained`, `T6_zero_denominator`.
+    """
     grid = probability_grid(law)
     found = _rank(grid, 1)
     return _local_ratio(law, grid, *found[0], decision=True) if found else None
 
 
 def global_supremum(law: Law) -> Ratio | None:
-    """Supremum of the global ratio over all utilities g(u) ≥ 0, max P(u|a)/P(u|a') (T6)."""
+    """Supremum of the global ratio over all utilities g(u) ≥ 0, max P(u|a)/P(u|a') (T6).
+
+    Source: T6; Coq `T6_global`, `T6_global_attained`.
+    """
     rows, groups = law.mixed_rows, law.global_groups
     if not groups:
         return None

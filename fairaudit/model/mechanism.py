@@ -401,6 +401,8 @@ def RandomizedResponse(  # noqa: N802
 ) -> Mechanism:
     """k-ary randomized response: the truth with the keep probability, otherwise one of the other values, uniformly.
 
+    Source: T9; Coq `T9_krr`, `T9_krr_degrades`, `T9_monotone`.
+
     Parameters
     ----------
     values : sequence
@@ -505,6 +507,8 @@ def Product(parts: Mapping[str, Mechanism]) -> Mechanism:  # noqa: N802
     """Independent filters, one for each attribute, applied together.
 
     When the whole tuple may change, their ε add up; when one attribute changes, its own counts.
+
+    Source: T9; Coq `T9_products`, `T9_products_monotone`.
 
     Parameters
     ----------

@@ -25,6 +25,8 @@ def pure_dp(mechanism: Mechanism) -> PureDP:
     The greatest ratio of an output's probabilities is that of the column's greatest entry to its least; over the factors of a product the
     ratios multiply, that is, ε add up.
 
+    Source: docs/theory.md; Coq `pure_dp_dp`.
+
     Examples
     --------
     >>> from fairaudit.model.mechanism import Product, RandomizedResponse
@@ -57,6 +59,8 @@ def pure_dp(mechanism: Mechanism) -> PureDP:
 
 def exp_epsilon(mechanism: Mechanism) -> Fraction | float:
     """e^ε of pure differential privacy of the whole tuple, exact; inf if the supports of two rows differ.
+
+    Source: docs/theory.md; Coq `pure_dp_products`.
 
     Examples
     --------
@@ -106,6 +110,8 @@ def approx_dp(mechanism: Mechanism, exp_epsilon: Any) -> ApproxDP:
 
 def delta(mechanism: Mechanism, exp_epsilon: Any) -> Fraction:
     """The least δ at a rational e^ε ≥ 1, exact: the greatest Σ max(0, P − e^ε·Q) over all ordered pairs.
+
+    Source: docs/theory.md; Coq `dp_hockey_stick`.
 
     Examples
     --------

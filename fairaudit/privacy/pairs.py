@@ -83,6 +83,8 @@ def joint_ratios(mechanism: Mechanism) -> int:
 def hockey_stick(pair: PairLaw, k: Fraction) -> Fraction:
     """H_k(P, Q) = Σ max(0, P − kQ), exact: the δ of this ordered pair at e^ε = k ≥ 0.
 
+    Source: docs/theory.md; Coq `dp_hockey_stick`, `dp_functions`.
+
     Examples
     --------
     >>> from fairaudit.model.mechanism import RandomizedResponse
@@ -97,6 +99,8 @@ def power(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
     """Neyman–Pearson: the greatest E_P φ over tests φ with E_Q φ ≤ level, and the likelihood ratio k at which the best test is cut.
 
     The two satisfy power = k·level + H_k(P, Q), and no other k gives less: that k is the certificate of theorem T3.
+
+    Source: T3; Coq `certificate_exact`.
 
     Parameters
     ----------

@@ -545,21 +545,30 @@
     return worst;
   }
 
-  // Which claims there are: for each relation and source the quantities, and the scope (null: several, see below).
+  // Which claims there are: relation, source, quantities, scopes, and what the certificate has to be about.
   const LAW = "this law", POLICIES = "any policy behind this filter", FLOORED = POLICIES + " that keeps the declared floor";
   const GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values";
   const CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts";
   const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ";
   const QUANTITIES = [...RATIOS, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
   const KNOWN = [
-    ["=", "enumeration", [...RATIOS, ...DIFFERENCES, "demographic_parity", "equalized_odds"], [LAW]],
-    ["=", "T6", ["local_ratio_supremum", "global_ratio_supremum"], [LAW]],
-    ["<=", "T7", ["demographic_parity", "equalized_odds"], [LAW]],
-    ["<=", "T5", ["global_ratio"], [LAW, POLICIES]], ["<=", "T5-decision", ["global_ratio"], [POLICIES]],
-    ["<=", "T2", ["local_ratio"], [POLICIES]], ["<=", "T4", ["local_ratio"], [POLICIES]],
-    ["<=", "T12", ["local_ratio"], [GROUP_FILTERS]], ["<=", "T8", ["local_ratio"], [CONTEXT_FILTERS]],
-    ["<=", "T1-paper", ["local_ratio"], [LAW, FLOORED]], ["<=", "T1", ["local_ratio"], [LAW, FLOORED]], ["<=", "floor", ["local_ratio"], [LAW, FLOORED]],
-    ["<=", "T3", ["local_ratio"], [LAW, FLOORED, GROUP_FILTERS]], ["<=", "T3", RATIOS, [CLASS]], ["<=", "lp-dual", RATIOS, [CLASS]],
+    ["=", "enumeration", ["local_ratio", "global_ratio", "demographic_parity", "equalized_odds", "equal_opportunity", "equalized_odds_true_label", "equal_opportunity_overall", "equalized_odds_true_label_overall"], [LAW], "any"],
+    ["=", "T6", ["local_ratio_supremum", "global_ratio_supremum"], [LAW], "any"],
+    ["<=", "T7", ["demographic_parity", "equalized_odds"], [LAW], "any"],
+    ["<=", "T5", ["global_ratio"], [LAW], "any"],
+    ["<=", "T2", ["local_ratio"], [POLICIES], "policy"],
+    ["<=", "T12", ["local_ratio"], [GROUP_FILTERS], "policy"],
+    ["<=", "T4", ["local_ratio"], [POLICIES], "policy"],
+    ["<=", "T3", ["local_ratio"], [GROUP_FILTERS], "policy"],
+    ["<=", "floor", ["local_ratio"], [LAW, FLOORED], "policy"],
+    ["<=", "T1", ["local_ratio"], [LAW, FLOORED], "policy"],
+    ["<=", "T1-paper", ["local_ratio"], [LAW, FLOORED], "policy"],
+    ["<=", "T3", ["local_ratio"], [LAW, FLOORED], "policy"],
+    ["<=", "T5", ["global_ratio"], [POLICIES], "policy"],
+    ["<=", "T5-decision", ["global_ratio"], [POLICIES], "policy"],
+    ["<=", "T8", ["local_ratio"], [CONTEXT_FILTERS], "policy"],
+    ["<=", "T3", RATIOS, [CLASS], "class"],
+    ["<=", "lp-dual", RATIOS, [CLASS], "class"],
   ];
   function listed(claim, f) {
     if (claim.scope.startsWith(POPULATION)) {
@@ -569,12 +578,13 @@
       return (difference || (RATIOS.includes(claim.quantity) && claim.quantity === claim.evidence.interval + "_ratio")) && [">=", "<="].includes(claim.relation) && interval && claim.scope === POPULATION + interval.confidence
         && ["binomial", interval.method].includes(claim.by) && claim.assumptions.length > 0;
     }
-    const policy = Boolean(f.law.policy), owns = claim.relation === "=" || claim.by === "T7" || (claim.by === "T5" && claim.scope === LAW);
-    if (claim.scope === CLASS ? !f.doc.subject.class : !owns && !policy) return false;
-    if (policy && claim.assumptions.length === 0) return false;
-    if ("table" in claim.evidence && claim.evidence.table !== f.doc.subject.table.sha256) return false;
-    return KNOWN.some(([relation, by, quantities, scopes]) => relation === claim.relation && by === claim.by
+    const kind = KNOWN.find(([relation, by, quantities, scopes]) => relation === claim.relation && by === claim.by
       && quantities.includes(claim.quantity) && scopes.includes(claim.scope));
+    if (!kind) return false;
+    const about = kind[4], policy = Boolean(f.law.policy);
+    if ((about === "class" && !f.doc.subject.class) || (about === "policy" && !policy)) return false;
+    if (policy && claim.assumptions.length === 0) return false;
+    return !("table" in claim.evidence) || claim.evidence.table === f.doc.subject.table.sha256;
   }
 
   // Each rule says true, false, or undefined when it is not recomputed here.

@@ -44,7 +44,10 @@ T = TypeVar("T")
 def worst_pair(
     pairs: Iterable[T], best: Callable[[T], tuple[Fraction, Fraction]], proves: Callable[[T, Fraction], Fraction]
 ) -> tuple[Fraction, tuple[Fraction, ...]]:
-    """Greatest of the pairs' best values, and multipliers that prove it for all of them; pairs that an earlier k proves add none."""
+    """Greatest of the pairs' best values, and multipliers that prove it for all of them; pairs that an earlier k proves add none.
+
+    Source: the one-k certificate; Coq `certificate_one_k`.
+    """
     found = sorted(((*best(pair), pair) for pair in pairs), key=lambda entry: -entry[0])
     value = found[0][0] if found else Fraction(1)
     kept: list[Fraction] = []
@@ -55,6 +58,10 @@ def worst_pair(
 
 
 def power_ratio(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
+    """The greatest power at a level, divided by it, and the k that proves it.
+
+    Source: the one-k certificate; Coq `certificate_exact`.
+    """
     gained, k = power(pair, level)
     return gained / level, k
 
@@ -86,7 +93,10 @@ def additive_bound(
     floor: Floor,
     weight: Callable[[Fraction, Fraction], Fraction],
 ) -> Bound:
-    """R ≤ k + (K + w·H_k)/τ, with w = γ (T1) or γ − K (T3), capped at γ/τ."""
+    """R ≤ k + (K + w·H_k)/τ, with w = γ (T1) or γ − K (T3), capped at γ/τ.
+
+    Source: T1 and T3; Coq `T1_one_k`, `T3_K_one_k`.
+    """
     top, low = read_range(gamma, tau)
     classes = [(pair, min(number, top)) for pair, number in _classes(mechanism, gap)]
     largest = max((number for _, number in classes), default=Fraction(0))

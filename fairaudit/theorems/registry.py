@@ -261,7 +261,7 @@ KINDS: tuple[Kind, ...] = (
         "T3",
         own="T3-any-filter",
         scopes=(THIS_POLICY,),
-        says="The same for every filter of an ε, under a floor of the policy.",
+        says="With a floor of the policy and a utility that ignores the group: T3 by ε alone, for every group filter of that ε.",
         how="privacy and a floor, sharp",
         evidence="multipliers",
         code=("fairaudit.theorems.t03.t3_approx",),
@@ -365,7 +365,7 @@ KINDS: tuple[Kind, ...] = (
     Kind(
         id="T3-class",
         by="T3",
-        says="The same for every utility of a class, under a given law.",
+        says="The bound of T3 for two rows of a law in the place of two of a filter, for every utility of a class.",
         how="privacy and a floor, sharp",
         quantities=RATIOS,
         relations=("<=",),

@@ -22,6 +22,8 @@ from fairaudit.theorems.one_k import Gap, additive_bound
 def floor_cap(gamma: Any, tau: Any, *, floor: Floor = "table") -> Bound:
     """Bound R by γ/τ, with no privacy at all.
 
+    Source: T1; Coq `T1_cap`.
+
     Parameters
     ----------
     gamma, tau : number or str
@@ -57,6 +59,8 @@ def floor_cap(gamma: Any, tau: Any, *, floor: Floor = "table") -> Bound:
 def t1(mechanism: Mechanism, gamma: Any, tau: Any, K: Gap = 0, *, floor: Floor = "table") -> Bound:  # noqa: N803
     """T1, tight: the least over k of k + (K + γ·H_k)/τ, greatest over the ordered pairs of rows, capped at γ/τ.
 
+    Source: T1; Coq `T1_one_k`, `T1_filter`, `T1_pairs`.
+
     Parameters
     ----------
     mechanism : Mechanism
@@ -91,6 +95,8 @@ def t1(mechanism: Mechanism, gamma: Any, tau: Any, K: Gap = 0, *, floor: Floor =
 def t1_paper(exp_epsilon: Any, delta: Any, gamma: Any, tau: Any, K: Any = 0, *, floor: Floor = "table") -> Bound:  # noqa: N803
     """T1 as the paper states it: R ≤ e^ε·(1 + (K + δγ)/τ), capped at γ/τ; never below `t1_tight`.
 
+    Source: T1; Coq `T1_paper`, `T1_paper_log`.
+
     Parameters
     ----------
     exp_epsilon, delta : number or str
@@ -118,6 +124,8 @@ def t1_paper(exp_epsilon: Any, delta: Any, gamma: Any, tau: Any, K: Any = 0, *, 
 
 def t1_tight(exp_epsilon: Any, delta: Any, gamma: Any, tau: Any, K: Any = 0, *, floor: Floor = "table") -> Bound:  # noqa: N803
     """T1, additive: R ≤ e^ε + (K + δγ)/τ, capped at γ/τ. Parameters, result and errors as in `t1_paper`.
+
+    Source: T1; Coq `T1_additive`, `T1_tight`.
 
     Examples
     --------

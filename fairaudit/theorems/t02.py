@@ -16,6 +16,8 @@ from fairaudit.theorems.constants import read_factor
 def t2(exp_epsilon: Any) -> Bound:
     """T2: behind a purely ε-private group filter R ≤ e^ε, for every policy and every utility that ignores the group; no floor.
 
+    Source: T2; Coq `T2_pure`, `T2_sharp`, `T2_log`.
+
     Parameters
     ----------
     exp_epsilon : number or str

@@ -24,6 +24,8 @@ from fairaudit.theorems.one_k import Gap, additive_bound, power_ratio, worst_pai
 def t3_approx(exp_epsilon: Any, delta: Any, t: Any, *, floor: Floor = "table") -> Bound:
     """T3 for (ε,δ)-privacy: R ≤ min{1/t, e^ε + δ/t, (1 − e^(−ε)·(1 − δ − t))/t}; attained.
 
+    Source: T3; Coq `T3_eps_delta`, `T3_sharp`.
+
     Parameters
     ----------
     exp_epsilon, delta : number or str
@@ -57,6 +59,8 @@ def t3_approx(exp_epsilon: Any, delta: Any, t: Any, *, floor: Floor = "table") -
 
 def t3_mechanism(mechanism: Mechanism, t: Any, *, floor: Floor = "table") -> Bound:
     """T3 for a known group filter: the greatest power at level t over its ordered pairs of rows, divided by t; attained by some policy.
+
+    Source: T3; Coq `T3_one_k`, `T3_power`, `T3_exact`.
 
     Parameters
     ----------
@@ -96,6 +100,8 @@ def t3_randomized_response(k: int, keep_probability: Any, t: Any, *, floor: Floo
     """T3 for k-ary randomized response in closed form; equal to `t3_mechanism`.
 
     With keep probability p ≥ 1/k and q = (1 − p)/(k − 1): p/q where t ≤ q, 1 + (p − q)/t between, (1 − (1 − t)·q/p)/t where t ≥ 1 − p.
+
+    Source: T3; Coq `T3_krr`, `T3_krr_attained`, `T3_krr_least`.
 
     Parameters
     ----------
@@ -144,6 +150,8 @@ def t3_randomized_response(k: int, keep_probability: Any, t: Any, *, floor: Floo
 def t3_curve(vertices: Sequence[tuple[Any, Any]], t: Any, *, orders: Literal["both", "one"], floor: Floor = "table") -> Bound:
     """T3 for a trade-off function given by its vertices: R ≤ (1 − f(t))/t.
 
+    Source: T3; Coq `T3_tradeoff`.
+
     Parameters
     ----------
     vertices : sequence of (number, number)
@@ -190,6 +198,8 @@ def t3_general(mechanism: Mechanism, gamma: Any, tau: Any, K: Gap = 0, *, floor:
 
     Parameters, result and errors as in `t1`.
 
+    Source: T3; Coq `T3_K_one_k`, `T3_K_power`, `T3_K_tradeoff`.
+
     Examples
     --------
     >>> from fairaudit.model.mechanism import RandomizedResponse
@@ -210,7 +220,10 @@ def t3_in(case: Case) -> Bound | None:
 
 
 def t3_any_filter_in(case: Case) -> Bound | None:
-    """T3 in a case, for every group filter of its ε: the floor is that of the policy."""
+    """T3 in a case, for every group filter of its ε: the floor is that of the policy.
+
+    Source: T3; Coq `T3_any_filter`, `pure_dp_hockey_stick`.
+    """
     least = policy_floor(case)
     return t3_approx(case.exp_epsilon, 0, least / case.gamma, floor="policy") if case.exp_epsilon < inf and least > 0 else None
 
@@ -231,7 +244,10 @@ def policy_floor(case: Case) -> Fraction:
 
 
 def approx_dp_ratio(factor: Extended, delta: Fraction, level: Fraction) -> tuple[Fraction, Fraction]:
-    """(1 − f(t))/t of (ε,δ), and its k."""
+    """(1 − f(t))/t of (ε,δ), and its k.
+
+    Source: T3; Coq `T3_eps_delta`.
+    """
     terms = [(1 / level, Fraction(0))]
     if isinstance(factor, Fraction):
         terms += [(factor + delta / level, factor), ((1 - (1 - delta - level) / factor) / level, 1 / factor)]

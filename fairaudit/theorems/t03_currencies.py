@@ -15,12 +15,16 @@ from fairaudit.theorems.bound import Bound, Floor, floor_terms
 from fairaudit.theorems.constants import read_level
 
 BITS = 128
+"""Of enclosures: 38 digits, of a bound that is shown with four, so that what rounding up adds is never seen."""
 
 MAX_EXPONENT = 10_000
+"""Beyond it e^q is above every 1/t that could be met, and an enclosure would have thousands of digits."""
 
 GAUSS_SLACK = 2.0**-34
+"""A relative margin of 6e-11: float64 evaluates erfc and its inverse to about 1e-14, which leaves three digits to spare."""
 
 LEAST_LEVEL = 1e-290
+"""Below it float64 nears its least normal number, 2.2e-308, and loses digits."""
 
 
 def t3_gdp(mu: Any, t: Any, *, floor: Floor = "table") -> Bound:
@@ -28,6 +32,8 @@ def t3_gdp(mu: Any, t: Any, *, floor: Floor = "table") -> Bound:
 
     Not certified: Φ was evaluated in float64, whose error is far below the margin but is not proved here. Below t = 1e-290, where float64
     has no digits to spare, the value is 1/t.
+
+    Source: T3; Coq `T3_gdp`.
 
     Parameters
     ----------
@@ -73,6 +79,8 @@ def t3_renyi(order: Any, rho: Any, t: Any, *, floor: Floor = "table") -> Bound:
     The value is a rigorous rational upper end, but the exponentials behind it are not among what a certificate can show in integers:
     `certified` is false for that reason alone.
 
+    Source: T3; Coq `T3_renyi`, `T3_renyi_reversed`.
+
     Parameters
     ----------
     order : number or str
@@ -114,6 +122,8 @@ def t3_zcdp(rho: Any, t: Any, *, floor: Floor = "table") -> Bound:
     """T3 for ρ-zCDP: log R ≤ 2√(ρ·log(1/t)) − ρ where ρ < log(1/t), R ≤ (1 − e^(−(√ρ + √log(1/(1−t)))²))/t, and 1/t; the least.
 
     Rounded up and not certified, for the reason given at `t3_renyi`.
+
+    Source: T3; Coq `T3_zcdp`, `T3_zcdp_reversed`.
 
     Parameters
     ----------

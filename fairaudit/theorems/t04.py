@@ -24,6 +24,8 @@ def t4(mechanism: Mechanism, gamma: Any, g_min: Any, tau: Any = None, *, floor: 
 
     That is the greatest (m + (γ−m)(1−f(s)))/(m + (γ−m)s) over s ≥ (τ−m)/(γ−m), exactly. Waiting times and positions are such utilities.
 
+    Source: T4; Coq `T4_one_k`, `T4_any_policy`, `T4_certificate_exact`.
+
     Parameters
     ----------
     mechanism : Mechanism
@@ -77,7 +79,10 @@ def t4_in(case: Case) -> Bound | None:
 
 
 def _with_least(k: Fraction, stick: Fraction, top: Fraction, least: Fraction, low: Fraction) -> Fraction:
-    """What a k proves by T4."""
+    """What a k proves by T4.
+
+    Source: T4; Coq `T4_one_k`.
+    """
     return k + max(Fraction(0), (top - least) * stick - (k - 1) * least) / low
 
 
@@ -86,6 +91,8 @@ def _least_over_k(pair: PairLaw, top: Fraction, least: Fraction, low: Fraction) 
 
     The right side is convex and piecewise linear in k. It bends at the likelihood ratios and where the maximum with 0 does; there it equals
     the greatest ratio of means over the levels from (τ−m)/(γ−m) up, so that this ratio is the only other candidate.
+
+    Source: T4; Coq `T4_certificate_exact`.
     """
     if top == least:
         return Fraction(1), Fraction(1)

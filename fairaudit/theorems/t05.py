@@ -37,6 +37,8 @@ from fairaudit.theorems.t03 import t3_mechanism
 def t5_independent(local_ratio: Any) -> Bound:
     """T5: where context and group are independent the global ratio is at most the local one.
 
+    Source: T5; Coq `T5_independent`, `T5_independent_filter`.
+
     Parameters
     ----------
     local_ratio : number, str or Bound
@@ -68,6 +70,8 @@ def t5_independent(local_ratio: Any) -> Bound:
 
 def t5_general(law: Law, utility: UtilityTable) -> Bound:
     """T5 without independence: the global ratio is at most the greatest P(x|a)·E(x,a) / (P(x|a')·E(x,a')) over contexts and pairs.
+
+    Source: T5; Coq `T5_general`, `T5_general_global`.
 
     Parameters
     ----------
@@ -105,6 +109,8 @@ def t5_general(law: Law, utility: UtilityTable) -> Bound:
 def context_ratio(law: Law, context_filter: Mechanism | None = None) -> Extended:
     """Find the greatest P(x|a)/P(x|a') over contexts and groups; with a filter, the same of the released contexts x̃.
 
+    Source: T5; Coq `T5_general_global`, `T5_decision`.
+
     Parameters
     ----------
     law : Law
@@ -140,6 +146,8 @@ def t5_decision(
     """T5 for g = g(u): the global ratio is at most e^(ε_A) times the greatest P(x̃|a)/P(x̃|a').
 
     That in turn is at most e^(ε_X) and at most the greatest P(x|a)/P(x|a').
+
+    Source: T5; Coq `T5_decision`, `T5_decision_min`.
 
     Parameters
     ----------
@@ -188,6 +196,8 @@ def t5_decision(
 
 def t5_floor(law: Law, mechanism: Mechanism, t: Any, *, floor: Floor = "table") -> Bound:
     """T3 for the global ratio: the rows P(x|a)·M(ã|a) in place of the filter's, and the floor under the group means.
+
+    Source: T5; Coq `T5_floor`.
 
     Parameters
     ----------

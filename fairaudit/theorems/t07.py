@@ -18,6 +18,8 @@ from fairaudit.theorems.constants import read_ratio
 def t7(supremum: Any, *, quantity: Literal["equalized_odds", "demographic_parity"] = "equalized_odds") -> Bound:
     """T7: from the supremum R* of the ratio over all utilities that ignore the group, a distance of at most (R*−1)/(R*+1).
 
+    Source: T7; Coq `T7_symmetric`, `T7_equalized_odds`, `T7_demographic_parity`, `T7_filter`.
+
     Parameters
     ----------
     supremum : number, str or Bound
@@ -55,6 +57,8 @@ def t7(supremum: Any, *, quantity: Literal["equalized_odds", "demographic_parity
 
 def t7_pair(first: Any, second: Any) -> Fraction:
     """T7 for one pair of groups: TV ≤ (R1−1)(R2−1)/(R1·R2−1) from the one-sided suprema R1 = max P/Q and R2 = max Q/P.
+
+    Source: T7; Coq `T7_product`, `T7_one_sided`.
 
     Parameters
     ----------

@@ -21,6 +21,8 @@ from fairaudit.theorems.case import Case
 def t8_applies(law: Law, utility: UtilityTable, context_filter: Mechanism) -> tuple[bool, str]:
     """Tell whether T8 applies: then a context filter cannot raise the local ratio above that of the law with unfiltered contexts.
 
+    Source: T8; Coq `T8_context_filter`, `T8_all_compared`.
+
     Parameters
     ----------
     law : Law
@@ -57,7 +59,10 @@ def t8_applies(law: Law, utility: UtilityTable, context_filter: Mechanism) -> tu
 
 
 def t8_in(case: Case) -> Bound | None:
-    """T8 in a case: the local ratio over the contexts that the context filter can release; None where that is infinite."""
+    """T8 in a case: the local ratio over the contexts that the context filter can release; None where that is infinite.
+
+    Source: T8; Coq `T8_context_filter`.
+    """
     released = case.deployment.filtered_contexts_law
     before = None if released is None else local_fairness(released, replace(case.utility, law=released))
     if before is None or before.ratio == inf:

@@ -26,6 +26,8 @@ def t10(profile_exp_epsilon: Any, tau: Any = None, *, floor: Floor = "table") ->
 
     Both profiles are filtered and exchanging two persons changes both: hence 2ε. With a floor under every chance, T3 at 2ε.
 
+    Source: T10; Coq `T10_persons`, `T10_floor_pure`, `T10_two_candidates`.
+
     Parameters
     ----------
     profile_exp_epsilon : number or str
@@ -68,6 +70,8 @@ def t10(profile_exp_epsilon: Any, tau: Any = None, *, floor: Floor = "table") ->
 def t10_floor(mechanism: Mechanism, tau: Any, *, floor: Floor = "table") -> Bound:
     """T10 with a floor under the chances and a known profile filter: the power at level τ of the exchange of two profiles, divided by τ.
 
+    Source: T10; Coq `T10_floor`, `T10_two_candidates_floor`.
+
     Parameters
     ----------
     mechanism : Mechanism
@@ -103,6 +107,8 @@ def t10_floor(mechanism: Mechanism, tau: Any, *, floor: Floor = "table") -> Boun
 
 def exchange_laws(mechanism: Mechanism) -> tuple[PairLaw, ...]:
     """List the distinct pairs M(a)⊗M(b) against M(b)⊗M(a): what a policy sees before and after two candidates are exchanged.
+
+    Source: T10; Coq `T10_two_candidates_floor`.
 
     Examples
     --------

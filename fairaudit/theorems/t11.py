@@ -17,6 +17,8 @@ def t11_refutes(measured_ratio_lower: Any, exp_epsilon: Any) -> bool:
     The utility must ignore the group and be fixed beforehand, and the decisions must come through the deployed filter at true values:
     a law composed from a known filter and policy can refute nothing.
 
+    Source: T11; Coq `T11_refutation`, `T11_test`.
+
     Parameters
     ----------
     measured_ratio_lower : number or str

@@ -20,6 +20,10 @@ from fairaudit.worst.sieve import Sieve, Span
 
 
 def closed_form_case(setting: Setting) -> WorstCase:
+    """The worst utility of such a class, attained, with its proof.
+
+    Source: T3 and T6; Coq `T3_class`, `T3_class_no_floor`.
+    """
     of, rows = setting.of, compared_rows(setting)
     span = Span(of.gamma, of.m, of.floor)
     if not span.width:
@@ -35,7 +39,10 @@ def closed_form_case(setting: Setting) -> WorstCase:
 
 
 def _greatest_quotient(rows: ComparedRows) -> tuple[Extended, int, tuple[int, int]]:
-    """Greatest P(j|a)/P(j|a') (T6), exact, with its column and pair."""
+    """Greatest P(j|a)/P(j|a'), exact, with its column and pair.
+
+    Source: T6; Coq `T6_local`, `T6_attained`.
+    """
     floats, edges = rows.floats, rows.starts[:-1]
     error = (2 * floats.shape[1] + 16) * UNIT
     top, low = np.maximum.reduceat(floats, edges), np.minimum.reduceat(floats, edges)

@@ -1,0 +1,292 @@
+"""What the registry of claims says on the pages, in the schema, in the index of proofs and in the page's script, as each should have it.
+
+FAIRAUDIT_GOLDEN=1 pytest tests/theorems/test_registry.py writes it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from fairaudit.theorems.bound import ANY_CONTEXT_FILTER, ANY_POLICY, FLOORED, THIS_LAW, THIS_POLICY
+from fairaudit.theorems.registry import DIFFERENCES, EVERY_UTILITY, KINDS, RATIOS, SAMPLED, Kind
+
+ROOT = Path(__file__).resolve().parents[1]
+PROOFS = ROOT / "proofs"
+STATED = re.compile(r"^(?:Theorem|Corollary) (\w+)", re.MULTILINE)
+WIDTH = 140
+
+# Scopes by the short names that the tables of the pages use, and by the names of constants in the page's script.
+SCOPES = {
+    THIS_LAW: ("law", "LAW"),
+    ANY_POLICY: ("policies", "POLICIES"),
+    FLOORED: ("floored", "FLOORED"),
+    THIS_POLICY: ("group filters", "GROUP_FILTERS"),
+    ANY_CONTEXT_FILTER: ("context filters", "CONTEXT_FILTERS"),
+    EVERY_UTILITY: ("class", "CLASS"),
+    SAMPLED: ("population", ""),
+}
+RULES = {
+    "any": "certificate.md#claims",
+    "policy": "certificate-policy.md#claims",
+    "class": "certificate-worst-case.md#the-claim",
+    "sample": "certificate-samples.md#claims",
+    "labels": "certificate-samples.md#differences-of-rates",
+}
+SHAPES: dict[str, Any] = {
+    "table": {"$ref": "#/$defs/digest"},
+    "multipliers": {"type": "array", "items": {"$ref": "#/$defs/nonnegative"}},
+    "pairs": {"type": "array", "items": {"$ref": "#/$defs/dual"}},
+    "interval": {"enum": ["local", "global", *DIFFERENCES]},
+}
+"""What the evidence is, by its key; any other key holds a number."""
+
+
+def sources() -> dict[str, str]:
+    """The file of each statement of the proofs, as the index names it."""
+    files = sorted([*PROOFS.glob("theories/*.v"), *PROOFS.glob("kernel/*.v")])
+    return {name: f"{path.parent.name}/{path.name}" for path in files for name in STATED.findall(path.read_text("utf-8"))}
+
+
+def unique(items: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(items))
+
+
+def by_source() -> dict[str, list[Kind]]:
+    """The kinds of claims by what they cite, in the order of the registry."""
+    found: dict[str, list[Kind]] = {}
+    for kind in KINDS:
+        found.setdefault(kind.by, []).append(kind)
+    return found
+
+
+def listed(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
+
+
+# docs/claims.md
+
+
+def kinds_table() -> str:
+    """Every kind of claim, one row each."""
+    lines = [
+        "| kind | `by` | in words | `quantity` | `relation` | scope | needs | lists | `evidence` | rule, and why |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for kind in KINDS:
+        relations = ", ".join(f"`{relation}`" for relation in kind.relations)
+        scopes = ", ".join(SCOPES[scope][0] for scope in kind.scopes)
+        always = unique(name for scope in kind.scopes for name in kind.listed(scope))
+        floor = [f"`{name}` (floored)" if name == "declared-floor" else f"`{name}`" for name in always]
+        may = [f"perhaps {listed(kind.may_assume)}"] if kind.may_assume else []
+        evidence = f"`{kind.evidence}`" if kind.evidence else ""
+        pages = f"[rule]({RULES[kind.subject]}), [why]({kind.anchor})"
+        cells = (f"`{kind.id}`", f"`{kind.by}`", kind.says, listed(kind.quantities), relations, scopes, ", ".join(kind.needs))
+        lines.append(f"| {' | '.join((*cells, '; '.join([', '.join(floor), *may]).strip('; '), evidence, pages))} |")
+    return "\n".join(lines)
+
+
+def scopes_table() -> str:
+    """The scopes by their short names."""
+    lines = ["| | `scope` |", "| --- | --- |"]
+    lines += [f"| {short} | `{scope}{'c' if scope == SAMPLED else ''}` |" for scope, (short, _) in SCOPES.items()]
+    return "\n".join(lines)
+
+
+# docs/proofs.md and proofs/index.toml
+
+
+def proofs_table() -> str:
+    """What stands behind each name that a claim can cite."""
+    files = sources()
+    lines = ["| by | in words | proved in |", "| --- | --- | --- |"]
+    for by, kinds in by_source().items():
+        proved = "; ".join(f"`proofs/{file}`" for file in unique(files[name] for kind in kinds for name in kind.coq))
+        lines.append(f"| `{by}` | {' '.join(kind.says for kind in kinds)} | {proved or kinds[0].reason} |")
+    return "\n".join(lines)
+
+
+def index_entries() -> str:
+    """The entries of the index of proofs for what claims cite; the tests that they name are kept."""
+    files = sources()
+    old = tomllib.loads((PROOFS / "index.toml").read_text("utf-8"))["cited"]
+    entries = []
+    for by, kinds in by_source().items():
+        modules = unique(name.split(".")[-2] for kind in kinds for name in kind.code)
+        tests = old.get(by, {}).get("tests") or [f"tests/theorems/test_{module}.py" for module in modules]
+        lines = [f"[cited.{by}]", f"says = {_toml(' '.join(kind.says for kind in kinds))}"]
+        coq = [name for kind in kinds for name in kind.coq]
+        if not coq:
+            lines += ['statements = "none"', f"reason = {_toml(kinds[0].reason)}"]
+        lines.append(f"tests = [{', '.join(map(_toml, tests))}]")
+        if coq:
+            lines += [f"[cited.{by}.statements]", *(f"{name} = {_toml(files[name])}" for name in coq)]
+        entries.append("\n".join(lines))
+    return "\n\n".join(entries)
+
+
+def _toml(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+# The schema
+
+
+def schema_text() -> str:
+    """The definitions of a claim, of one about a class, and of one about a population, as the schema file spells them."""
+    population = {"$ref": "#/$defs/population_at_confidence"}
+    scopes = [scope for scope in SCOPES if scope != SAMPLED]
+    shapes = {key: SHAPES.get(key, {"$ref": "#/$defs/extended"}) for key in unique(kind.evidence for kind in KINDS if kind.evidence)}
+    shapes["theta"] = {"$ref": "#/$defs/vector"}
+    claim = {
+        "description": (
+            "A statement about the law in the table, the population behind it, what a policy and its filters may be changed to, or a class "
+            "of utilities."
+        ),
+        "type": "object",
+        "required": ["quantity", "relation", "value", "scope", "by", "assumptions", "evidence"],
+        "additionalProperties": False,
+        "properties": {
+            "quantity": {"enum": unique(quantity for kind in KINDS for quantity in kind.quantities)},
+            "relation": {"enum": ["=", "<=", ">="]},
+            "value": {"$ref": "#/$defs/extended"},
+            "scope": {
+                "description": "What may be changed without making the statement false.",
+                "anyOf": [{"enum": scopes}, population],
+            },
+            "by": {
+                "description": (
+                    "Enumeration of the table, a floor, a theorem, multipliers of linear constraints, or the method of an interval."
+                ),
+                "enum": list(by_source()),
+            },
+            "assumptions": {
+                "description": "Sentences that the reader has to judge.",
+                "type": "array",
+                "items": {"type": "string"},
+            },
+            "evidence": {
+                "description": "What the value follows from, at most one of these; only parameters stand beside pairs.",
+                "type": "object",
+                "required": [],
+                "additionalProperties": False,
+                "if": {"required": ["theta"]},
+                "then": {"required": ["pairs"], "maxProperties": 2},
+                "else": {"maxProperties": 1},
+                "properties": shapes,
+            },
+        },
+        "oneOf": [*_sampled(), *(entry for kind in KINDS if SAMPLED not in kind.scopes for entry in _stated(kind))],
+    }
+    of_class = {
+        "description": "A claim in a certificate that describes a class of utilities.",
+        "properties": {"by": {"enum": unique(kind.by for kind in KINDS if kind.subject == "class")}, "scope": {"const": EVERY_UTILITY}},
+    }
+    of_population = {
+        "description": "A claim in a certificate about the population behind counts or the draws of a policy.",
+        "properties": {"by": {"enum": unique(kind.by for kind in KINDS if SAMPLED in kind.scopes)}, "scope": population},
+    }
+    made = {"claim": claim, "claim_about_class": of_class, "claim_about_population": of_population}
+    return "".join(f'    "{name}": {_json(entry, 4)},\n' for name, entry in made.items())
+
+
+def _sampled() -> Iterable[dict[str, Any]]:
+    """One entry for each quantity of a population: by what, and which interval it repeats."""
+    kinds = [kind for kind in KINDS if SAMPLED in kind.scopes]
+    for quantity in unique(quantity for kind in kinds for quantity in kind.quantities):
+        yield {
+            "allOf": [{"$ref": "#/$defs/claim_about_population"}],
+            "properties": {
+                "by": _among(kind.by for kind in kinds if quantity in kind.quantities),
+                "relation": _among(relation for kind in kinds for relation in kind.relations),
+                "quantity": {"const": quantity},
+                "assumptions": {"minItems": 1},
+                "evidence": {"required": ["interval"], "properties": {"interval": {"const": quantity.removesuffix("_ratio")}}},
+            },
+        }
+
+
+def _stated(kind: Kind) -> Iterable[dict[str, Any]]:
+    """The entries of a kind; one for each quantity where its evidence differs between them."""
+    evidence: dict[str, Any] = {"required": [kind.evidence]} if kind.evidence else {"maxProperties": 0}
+    if kind.evidence == "multipliers" and kind.subject == "policy":
+        evidence["properties"] = {"multipliers": {"minItems": 1}}
+    for quantities in [(quantity,) for quantity in kind.quantities] if kind.evidence == "pairs" else [kind.quantities]:
+        if kind.evidence == "pairs":
+            items = {"required": ["context"]} if quantities == ("local_ratio",) else {"properties": {"context": False}}
+            evidence = {**evidence, "properties": {"pairs": {"items": items}}}
+        yield {
+            "properties": {
+                "by": {"const": kind.by},
+                "relation": _among(kind.relations),
+                "quantity": _among(quantities),
+                "scope": _among(kind.scopes),
+                "evidence": evidence,
+            }
+        }
+
+
+def _among(values: Iterable[str]) -> dict[str, Any]:
+    found = unique(values)
+    return {"const": found[0]} if len(found) == 1 else {"enum": found}
+
+
+def _json(value: Any, indent: int) -> str:
+    """JSON on one line where it fits, else an entry to a line."""
+    flat = json.dumps(value, ensure_ascii=False)
+    if not isinstance(value, (dict, list)) or len(flat) + indent < WIDTH - 20:
+        return flat
+    inner = " " * (indent + 2)
+    items = value.items() if isinstance(value, dict) else ((None, item) for item in value)
+    lines = [inner + (f"{json.dumps(key)}: " if key is not None else "") + _json(item, indent + 2) for key, item in items]
+    left, right = "{}" if isinstance(value, dict) else "[]"
+    return left + "\n" + ",\n".join(lines) + f"\n{' ' * indent}{right}"
+
+
+# The script of the page
+
+
+def script_text() -> str:
+    """The list of claims that the page knows, but those about a population, which it reads by their interval."""
+    names = {RATIOS: "RATIOS"}
+    lines = []
+    for kind in KINDS:
+        if SAMPLED not in kind.scopes:
+            quantities = names.get(kind.quantities) or json.dumps(list(kind.quantities))
+            scopes = ", ".join(SCOPES[scope][1] for scope in kind.scopes)
+            (relation,) = kind.relations
+            lines.append(f'    ["{relation}", "{kind.by}", {quantities}, [{scopes}], "{kind.subject}"],\n')
+    return "".join(lines)
+
+
+# Where each stands
+
+PLACES: dict[str, list[tuple[str, str, Callable[[], str]]]] = {
+    "docs/claims.md": [
+        ("<!-- scopes: made from fairaudit/theorems/registry.py -->\n", "\n<!-- end of scopes -->", scopes_table),
+        ("<!-- kinds: made from fairaudit/theorems/registry.py -->\n", "\n<!-- end of kinds -->", kinds_table),
+    ],
+    "docs/proofs.md": [("<!-- cited: made from fairaudit/theorems/registry.py -->\n", "\n<!-- end of cited -->", proofs_table)],
+    "proofs/index.toml": [
+        ("# ---- What claims cite, made from fairaudit/theorems/registry.py ----\n\n", "\n\n# ---- Further theorems", index_entries)
+    ],
+    # JSON has no comments: what is made is all from the definition of a claim up to the one after it.
+    "fairaudit/certificates/certificate.schema.json": [('    "claim": {', '    "population_at_confidence": {', schema_text)],
+    "fairaudit/reports/check.js": [("  const KNOWN = [\n", "  ];\n", script_text)],
+}
+
+
+def should_be(path: str) -> str:
+    """The text of a file with everything in it that is made from the registry."""
+    text = (ROOT / path).read_text("utf-8")
+    for begin, end, made in PLACES[path]:
+        head, opening, rest = text.partition(begin)
+        _, closing, tail = rest.partition(end)
+        if not opening or not closing:
+            raise ValueError(f"{path} lacks {begin.strip()!r} or {end.strip()!r}")
+        text = head + ("" if made is schema_text else opening) + made() + closing + tail
+    return text

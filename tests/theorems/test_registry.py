@@ -1,0 +1,187 @@
+"""The registry of claims: the checker has the same kinds by rules of its own, pages and schema are made from it, every claim is of a kind.
+
+`FAIRAUDIT_GOLDEN=1 pytest tests/theorems/test_registry.py` writes what is made from it.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+from importlib import import_module
+from itertools import chain, combinations
+from pathlib import Path
+from typing import Any
+
+import pytest
+from assumptions import sentences as sentences_of_pages
+from certificates import KINDS as DOCUMENTS
+from certificates import random_certificate
+from registry_pages import PLACES, ROOT, SCOPES, should_be, sources
+
+from fairaudit import checker
+from fairaudit.theorems.assumptions import SENTENCES
+from fairaudit.theorems.bound import FLOORED, THIS_LAW
+from fairaudit.theorems.case import NEEDS
+from fairaudit.theorems.registry import BY_ID, BY_KEY, KINDS, SAMPLED, Kind, for_any_sampled, kind_of
+
+RULES = checker.claims.RULES
+STATED = {key: kind for key, kind in BY_KEY.items() if key[3] != SAMPLED}
+BLANK = re.compile(r"\{[^{}]*\}")
+
+
+def blank(text: str) -> str:
+    """A sentence without the names of what is filled in."""
+    return BLANK.sub("{}", text)
+
+
+# The registry by itself
+
+
+def test_every_kind_has_a_name_of_its_own_and_no_claim_is_of_two() -> None:
+    assert len(BY_ID) == len(KINDS)
+    assert len(BY_KEY) == sum(len(kind.quantities) * len(kind.relations) * len(kind.scopes) for kind in KINDS)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.id)
+def test_an_entry_is_complete(kind: Kind) -> None:
+    assert kind.says.endswith(".") and kind.how and not kind.how.endswith(".")
+    assert set(kind.scopes) <= set(SCOPES)
+    assert set(kind.needs) <= set(NEEDS)
+    assert {*kind.assumes, *kind.may_assume} <= set(SENTENCES)
+    assert set(kind.coq) <= set(sources())
+    assert bool(kind.coq) != (len(kind.reason) > 40)
+    for path in kind.code:
+        module, _, name = path.rpartition(".")
+        assert callable(getattr(import_module(module), name)), path
+    assert (kind.applies is None) != (kind.subject == "policy")
+
+
+@pytest.mark.parametrize("anchor", sorted({kind.anchor for kind in KINDS}))
+def test_an_anchor_leads_to_a_heading(anchor: str) -> None:
+    page, _, heading = anchor.partition("#")
+    headings = re.findall(r"^#+ (.+)$", (ROOT / "docs" / page).read_text("utf-8"), re.MULTILINE)
+    assert heading in [re.sub(r"[^\w\- ]", "", text.lower()).replace(" ", "-") for text in headings]
+
+
+# What is made from it
+
+
+@pytest.mark.parametrize("path", PLACES)
+def test_what_is_made_from_the_registry_is_up_to_date(path: str) -> None:
+    made = should_be(path)
+    if os.environ.get("FAIRAUDIT_GOLDEN") == "1":
+        (ROOT / path).write_text(made, "utf-8")
+    stands = (ROOT / path).read_text("utf-8").splitlines()
+    absent = [line for line in made.splitlines() if line not in stands]
+    message = f"{path} lacks these lines; FAIRAUDIT_GOLDEN=1 pytest tests/theorems/test_registry.py writes them:\n" + "\n".join(absent)
+    assert stands == made.splitlines(), message
+
+
+def test_the_sentences_are_those_of_the_pages_and_of_the_checker() -> None:
+    pages = "".join(path.read_text("utf-8") for path in (ROOT / "docs").glob("certificate*.md"))
+    rows = {name: blank(text) for name, text in re.findall(r"^\| `([a-z-]+)` \| ([^|]+) \|$", pages, re.MULTILINE)}
+    assert {name: blank(text) for name, text in SENTENCES.items()}.items() <= rows.items()
+    assert set(sentences_of_pages()) - {"decisions-left-out", "rows-left-out", "lines-left-out"} <= set(SENTENCES)
+    known = {blank(text) for name, text in vars(checker.sentences).items() if name.isupper() and isinstance(text, str)}
+    assert {blank(text) for text in SENTENCES.values()} <= known
+
+
+# The checker, which imports nothing of it
+
+
+def test_the_checker_has_a_rule_for_each_claim_and_no_other() -> None:
+    assert set(RULES) == set(STATED)
+
+
+@pytest.mark.parametrize("key", sorted(STATED), ids=" ".join)
+def test_the_rule_of_the_checker_asks_for_what_the_kind_says(key: tuple[str, str, str, str]) -> None:
+    rule, kind = RULES[key], STATED[key]
+    assert rule.evidence == kind.evidence
+    assert sorted(rule.needs) == sorted(kind.needs)
+    assert bool(rule.source) == (kind.subject == "any")
+    assert set(rule.assumes) == {SENTENCES[name] for name in kind.assumes}
+
+
+def test_the_checker_decides_the_same_conditions() -> None:
+    assert set(checker.facts.CONDITIONS) == set(NEEDS)
+
+
+def test_the_checker_reads_the_same_claims_about_a_population() -> None:
+    quantities, relations, by = ({key[i] for key in BY_KEY} | {"another"} for i in range(3))
+    for key in ((q, r, b, f"{scope}19/20") for q in quantities for r in relations for b in by for scope in (SAMPLED, "this law ")):
+        assert checker.population.is_about_population(key) == (key[3].startswith(SAMPLED) and (*key[:3], SAMPLED) in BY_KEY), key
+
+
+@pytest.mark.parametrize("key", sorted(STATED), ids=" ".join)
+def test_the_checker_lets_the_same_bounds_decide_about_a_sampled_policy(key: tuple[str, str, str, str]) -> None:
+    """A bound takes the place of the upper end where it holds for whatever policy was sampled, by declared constants alone."""
+    quantity, relation, _, scope = key
+    claim = checker.claims.Claim(key, (2, 1), (), None)
+    constants = ("gamma", "m", "tau", "lipschitz")
+    for declared in chain.from_iterable(combinations(constants, n) for n in range(5)):
+        facts = checker.facts.Facts(None, {}, dict.fromkeys(declared, (1, 1)), None, {})
+        _, high = checker.population.ends_of_population(quantity.removesuffix("_ratio"), facts, [claim])
+        assert (high == (2, 1)) == (relation == "<=" and for_any_sampled(STATED[key], scope, dict.fromkeys(declared))), declared
+
+
+# Claims as they are written
+
+
+@pytest.mark.parametrize("seed", range(4 * len(DOCUMENTS)))
+def test_every_claim_that_is_written_is_of_a_kind_and_lists_what_the_kind_says(seed: int) -> None:
+    written: Any = json.loads(random_certificate(seed).text)
+    policy = written["subject"]["kind"] == "policy"
+    for claim in written["claims"]:
+        kind = kind_of(claim)
+        assert kind is not None, claim
+        assert set(claim["evidence"]) - {"theta"} == ({kind.evidence} if kind.evidence else set())
+        needed = {*kind.listed(claim["scope"]), *(("fresh",) if policy else ())}
+        allowed = needed | set(kind.may_assume)
+        for name in needed:
+            assert any(matches(name, text) for text in claim["assumptions"]), (kind.id, name)
+        for text in claim["assumptions"]:
+            assert "left out" in text or any(matches(name, text) for name in allowed), (kind.id, text)
+
+
+def matches(name: str, text: str) -> bool:
+    """Whether a text is a sentence with something filled in."""
+    return re.fullmatch(".+".join(map(re.escape, BLANK.split(SENTENCES[name]))), text) is not None
+
+
+def test_every_kind_is_written_by_some_document() -> None:
+    written = (claim for seed in range(8 * len(DOCUMENTS)) for claim in json.loads(random_certificate(seed).text)["claims"])
+    found = {kind.id for claim in written if (kind := kind_of(claim))}
+    assert set(BY_ID) - found <= {"T3-class", "binomial-rates"}, set(BY_ID) - found
+
+
+def test_a_floor_is_about_this_law_or_declared() -> None:
+    assert all(set(kind.scopes) == {THIS_LAW, FLOORED} for kind in KINDS if kind.floored)
+
+
+# Sources of docstrings
+
+
+def cited(path: Path) -> list[tuple[str, str]]:
+    """The Coq statements that the docstrings of a module name after "Coq"."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
+            for text in re.findall(r"Coq ((?:`\w+`(?:,\s+|\s+and\s+)?)+)", ast.get_docstring(node) or ""):
+                found += [(getattr(node, "name", path.name), name) for name in re.findall(r"`(\w+)`", text)]
+    return found
+
+
+def test_docstrings_cite_statements_that_are_there() -> None:
+    named = [(where, name) for path in (ROOT / "fairaudit").rglob("*.py") for where, name in cited(path)]
+    assert len(named) > 40
+    assert [(where, name) for where, name in named if name not in sources()] == []
+
+
+def test_every_public_theorem_says_where_it_is_proved() -> None:
+    for path in sorted((ROOT / "fairaudit" / "theorems").glob("t[0-9][0-9]*.py")):
+        said = {where for where, _ in cited(path)}
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.FunctionDef) and re.match(r"(t\d+|floor_cap)(_|$)", node.name) and not node.name.endswith("_in"):
+                assert node.name in said, f"{path.name}: {node.name}"
