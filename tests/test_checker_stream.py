@@ -20,7 +20,7 @@ from fairaudit import checker
 from fairaudit.audits.certify import certify
 from fairaudit.certificates.certificate import schema
 from fairaudit.inference.anytime import Arrivals
-from fairaudit.inference.betting import Tally, wealth
+from fairaudit.inference.betting import ValueCounts, wealth
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 
@@ -144,7 +144,7 @@ def test_a_knot_or_an_end_moved_is_found_or_still_proves(block: int, place: int,
         assert false_statements(document)
         return
     cells = [[[400, 50, 550], [640, 60, 300], [300, 20, 200]], [[50, 0, 50], [70, 10, 120]]][block]
-    tallies = [Tally({F(0): row[0], F(1, 2): row[1], F(1): row[2]}) for row in cells]
+    tallies = [ValueCounts({F(0): row[0], F(1, 2): row[1], F(1): row[2]}) for row in cells]
     ranks = [[3, 2, 5], [1, 4]][block]
     number = {3: 1, 4: 2, 5: 3}
     ratio = F(interval["ratio"][1])

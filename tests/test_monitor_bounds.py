@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fairaudit.errors import InputError
-from fairaudit.inference.anytime import Arrivals, stream_interval, tallies
-from fairaudit.inference.betting import Tally, log_wealth, wealth, wealth_reaches
+from fairaudit.inference.anytime import Arrivals, stream_interval, value_counts
+from fairaudit.inference.betting import ValueCounts, log_wealth, wealth, wealth_reaches
 from fairaudit.inference.levels import pair_levels, weight
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
@@ -52,10 +52,10 @@ def test_the_money_is_not_more_than_one() -> None:
 @given(tallied, inner)
 def test_wealth_in_integers_is_the_mixture_barely_rounded_down(counts: dict[Fraction, int], p: Fraction) -> None:
     for side, expected in (("above", by_definition(counts, p)), ("below", by_definition(mirrored(counts), 1 - p))):
-        m, e = wealth(Tally(counts), p, side)  # type: ignore[arg-type]
+        m, e = wealth(ValueCounts(counts), p, side)  # type: ignore[arg-type]
         found = F(m) * F(2) ** e
         assert expected * (1 - F(1, 2**100)) <= found <= expected
-        assert abs(float(Tally(counts).log_wealth(np.array(float(p)), side)) - log(expected)) < 1e-9  # type: ignore[arg-type]
+        assert abs(float(ValueCounts(counts).log_wealth(np.array(float(p)), side)) - log(expected)) < 1e-9  # type: ignore[arg-type]
 
 
 @settings(max_examples=30, deadline=None)
@@ -78,13 +78,13 @@ def test_a_further_decision_leaves_the_expected_wealth_as_it_is(p: Fraction, xs:
 
 
 def test_many_decisions_are_counted_quickly_and_safely() -> None:
-    m, e = wealth(Tally({F(0): 10**18, F(1): 10**18}), F(1, 2), "above")
+    m, e = wealth(ValueCounts({F(0): 10**18, F(1): 10**18}), F(1, 2), "above")
     assert m * F(2) ** e <= 1
 
 
 @given(st.fractions(F(1, 1000), F(999, 1000)), tallied, inner)
 def test_reaching_a_level_is_decided_exactly(level: Fraction, counts: dict[Fraction, int], p: Fraction) -> None:
-    number = wealth(Tally(counts), p, "above")
+    number = wealth(ValueCounts(counts), p, "above")
     exact = F(number[0]) * F(2) ** number[1]
     assert wealth_reaches([number], level) == (exact * level >= 1)
     assert wealth_reaches([number, number], level) == (exact * exact * level >= 1)
@@ -182,10 +182,10 @@ def test_products_are_narrower_and_say_what_they_assume() -> None:
 def test_values_are_scaled_to_the_range() -> None:
     law = law_of([[2, 1, 1], [4, 0, 0]])
     utility = Utility({"half": 2, "yes": 3}).on(law)
-    [block] = tallies(law, utility, (F(0), F(4)), "local")
+    [block] = value_counts(law, utility, (F(0), F(4)), "local")
     assert [tally.counts for _, tally in block] == [{F(0): 2, F(1, 2): 1, F(3, 4): 1}, {F(0): 4}]
     with pytest.raises(InputError, match="outside the declared limits"):
-        tallies(law, utility, (F(0), F(2)), "local")
+        value_counts(law, utility, (F(0), F(2)), "local")
 
 
 def test_nothing_compared_is_refused() -> None:

@@ -17,7 +17,7 @@ from fairaudit.inference.changes import Window, change_of
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval
-from fairaudit.inference.levels import confidence_level
+from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
 from fairaudit.measures.distances import demographic_parity, equalized_odds
 from fairaudit.measures.expectations import least_expectation
@@ -149,12 +149,12 @@ def certify(
     notes: tuple[str, ...] = ()
     intervals: dict[Quantity, Interval] = {}
     if arrivals is not None and level is not None:
-        intervals, notes = intervals_of_stream(law, table, arrivals, measured, constants, 1 - (1 - level) / max(1, len(named)), named)
+        intervals, notes = intervals_of_stream(law, table, arrivals, measured, constants, 1 - equal_share(1 - level, len(named)), named)
     elif level is not None:
         comparisons, notes = possible_comparisons(subject, utility, table, measured, constants, named, embed_table)
     for quantity, comparison in comparisons.items():
         # Targets on both quantities share the error, so that their verdicts hold together.
-        alpha = (1 - (level or 0)) / max(1, len(named & comparisons.keys()))
+        alpha = equal_share(1 - Fraction(level or 0), len(named & comparisons.keys()))
         region = default_region(comparison, interval, independent=independent)
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, method=interval, region=region, independent=independent)
         notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))

@@ -12,9 +12,10 @@ from fairaudit.inference.anytime import Arrivals, stream_interval
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.policy_comparisons import policy_comparison
-from fairaudit.inference.rates import GivenTruth, given_truth
+from fairaudit.inference.rates import GivenTruth, with_intervals
 from fairaudit.inference.table_comparisons import global_comparison, local_comparison
 from fairaudit.measures.limits import Quantity
+from fairaudit.measures.rates import given_truth
 from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment
@@ -31,8 +32,11 @@ def decisions_given_truth(
         if subject.policy.law.truth is not None or positive is not None:
             raise InputError("true labels go with counts and logs, not with a policy behind filters")
         return None, ()
-    found = given_truth(subject, table, positive)
-    if found is None or confidence is None:
+    rates = given_truth(subject, table, positive)
+    if rates is None:
+        return None, ()
+    found = GivenTruth(rates.law, rates.positive)
+    if confidence is None:
         return found, ()
     reason = ""
     if subject.units is not None:
@@ -43,7 +47,7 @@ def decisions_given_truth(
         reason = "the ends of intervals would disclose the counts of a certificate without its table"
     if reason:
         return found, (f"no interval for the rates given the true label is claimed: {reason}",)
-    return replace(found, intervals=found.intervals_at(confidence)), ()
+    return with_intervals(rates, confidence), ()
 
 
 def intervals_of_stream(

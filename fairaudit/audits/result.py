@@ -33,12 +33,13 @@ from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.planning import Planning, further_draws
-from fairaudit.inference.rates import NAMES, GivenTruth
+from fairaudit.inference.rates import GivenTruth
 from fairaudit.inference.ratio_intervals import drivers as interval_drivers
 from fairaudit.inference.verdicts import Verdict, exit_code
 from fairaudit.measures.distances import PARITY_WITHIN, Distance, most_unequal_distances
 from fairaudit.measures.expectations import cell_expectation
 from fairaudit.measures.limits import Quantity
+from fairaudit.measures.rates import NAMES
 from fairaudit.measures.ratios import Ratio, Witness, most_unequal_ratios
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns

@@ -15,8 +15,9 @@ from fairaudit.exact.rationals import rational_text
 from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.interval import Interval
-from fairaudit.inference.rates import Difference, GivenTruth, Rate
+from fairaudit.inference.rates import GivenTruth
 from fairaudit.measures.distances import Distance
+from fairaudit.measures.rates import Difference, Rate
 from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Mechanism

@@ -432,8 +432,7 @@ def _change(now: tuple[float, float], then: tuple[float, float, Fraction], setti
     """Whether R has changed: both intervals hold together but with the sum of their errors."""
     low, high, confidence = then
     judged = "greater" if now[0] > high else "smaller" if now[1] < low else "no change shown"
-    alpha = (1 - Fraction(settings.confidence)) / max(1, len(settings.named))
-    return {"verdict": judged, "baseline": [low, high], "confidence": str(max(Fraction(0), confidence - alpha))}
+    return {"verdict": judged, "baseline": [low, high], "confidence": str(max(Fraction(0), confidence - settings.alpha))}
 
 
 def _finite(value: Any) -> Any:

@@ -20,8 +20,8 @@ def certify_state(arguments: argparse.Namespace) -> int:
     from fairaudit.audits.certify import certify
     from fairaudit.cli.output import check_output, report
     from fairaudit.errors import InputError
+    from fairaudit.streams.letters import reasons
     from fairaudit.streams.state import State
-    from fairaudit.streams.stream import reasons
     from fairaudit.streams.subjects import alarm_counts, subject, window_of
     from fairaudit.tables.preparation import unread
 

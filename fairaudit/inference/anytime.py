@@ -9,18 +9,19 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from fairaudit.errors import InputError
+from fairaudit.exact.extended import extended_text
 from fairaudit.exact.rationals import quotient
 from fairaudit.inference.anytime_box import StreamBox
 from fairaudit.inference.anytime_product import StreamProduct
-from fairaudit.inference.betting import Tally
-from fairaudit.inference.interval import Interval, Places, evidence_text
+from fairaudit.inference.betting import ValueCounts
+from fairaudit.inference.interval import Interval, Places
 from fairaudit.inference.levels import confidence_level
 from fairaudit.measures.limits import Quantity
 from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label
-from fairaudit.theorems.assumptions import DECLARED, MIX, ORDER, OWN_PAST, PAST
+from fairaudit.theorems.assumptions import DECLARED, MIX, ORDER, OWN_PAST, PAST, range_said
 
 
 @dataclass(frozen=True)
@@ -43,10 +44,9 @@ class Arrivals:
     joint: bool = True
 
 
-# Cells of a stream, and their levels
-
-
-def tallies(law: Law, utility: UtilityTable, limits: tuple[Fraction, Fraction], quantity: Quantity) -> list[list[tuple[Any, Tally]]]:
+def value_counts(
+    law: Law, utility: UtilityTable, limits: tuple[Fraction, Fraction], quantity: Quantity
+) -> list[list[tuple[Any, ValueCounts]]]:
     """Blocks of cells that are compared, each with its label: for the local ratio by context, for the global one the groups.
 
     Raises
@@ -69,14 +69,11 @@ def tallies(law: Law, utility: UtilityTable, limits: tuple[Fraction, Fraction], 
         pooled: dict[Label, Counter[Fraction]] = {law.groups[a]: Counter() for a in law.global_groups}
         for (_, group), counts in found.items():
             pooled[group].update(counts)
-        return [[(group, Tally(dict(counts))) for group, counts in pooled.items()]] if pooled else []
-    blocks: dict[Label, list[tuple[Any, Tally]]] = {}
+        return [[(group, ValueCounts(dict(counts))) for group, counts in pooled.items()]] if pooled else []
+    blocks: dict[Label, list[tuple[Any, ValueCounts]]] = {}
     for (context, group), counts in found.items():
-        blocks.setdefault(context, []).append(((context, group), Tally(dict(counts))))
+        blocks.setdefault(context, []).append(((context, group), ValueCounts(dict(counts))))
     return [block for block in blocks.values() if len(block) > 1]
-
-
-# The interval
 
 
 def stream_interval(
@@ -132,7 +129,7 @@ def stream_interval(
         raise InputError(
             "a unit may have decisions with one group in several contexts, so the global ratio of a stream with units is not bounded"
         )
-    blocks = tallies(law, utility, limits, quantity)
+    blocks = value_counts(law, utility, limits, quantity)
     if not any(len(block) > 1 for block in blocks):
         raise InputError("nothing is compared: no two groups have been seen together")
     order = _ranks(arrivals, quantity)
@@ -140,20 +137,20 @@ def stream_interval(
         ranks = [[order[label] for label, _ in block] for block in blocks]
     except KeyError as error:
         raise InputError(f"the order of arrival lacks {error.args[0]}") from None
-    cells = [[tally for _, tally in block] for block in blocks]
+    cells = [[counts for _, counts in block] for block in blocks]
     kind = StreamProduct if arrivals.joint else StreamBox
     made = kind(cells, ranks, arrivals.expected, limits, 1 - level)
     lower, upper, evidence = made.prove() if exact else (*made.estimate(), {})
-    assumptions = (PAST if arrivals.joint else OWN_PAST, *((MIX,) if quantity == "global" else ()), ORDER, _range(limits), DECLARED)
+    assumptions = (PAST if arrivals.joint else OWN_PAST, *((MIX,) if quantity == "global" else ()), ORDER, range_said(*limits), DECLARED)
     means = _means(blocks, limits)
     estimate = max(quotient(max(block), min(block)) for block in means)
     evidence = {
-        "confidence": evidence_text(level),
+        "confidence": extended_text(level),
         "side": "both",
         "region": "product" if arrivals.joint else "box",
         "independent": False,
         "method": "betting",
-        "limits": [evidence_text(limit) for limit in limits],
+        "limits": [extended_text(limit) for limit in limits],
         "levels": {"expected": arrivals.expected, "order": [rank for block in ranks for rank in block]},
         **evidence,
     }
@@ -179,21 +176,21 @@ def stream_drivers(
         The interval in the certificate.
     """
     limits = (Fraction(evidence["limits"][0]), Fraction(evidence["limits"][1]))
-    blocks = tallies(law, utility, limits, quantity)
+    blocks = value_counts(law, utility, limits, quantity)
     order = iter(evidence["levels"]["order"])
     ranks = [[next(order) for _ in block] for block in blocks]
     kind = StreamProduct if evidence["region"] == "product" else StreamBox
-    cells = [[tally for _, tally in block] for block in blocks]
+    cells = [[counts for _, counts in block] for block in blocks]
     made = kind(cells, ranks, evidence["levels"]["expected"], limits, 1 - Fraction(evidence["confidence"]))
     return _named(law, quantity, blocks, _means(blocks, limits), made.places_of(evidence))
 
 
-def _means(blocks: Sequence[Sequence[tuple[Any, Tally]]], limits: tuple[Fraction, Fraction]) -> list[list[Fraction]]:
-    return [[limits[0] + (limits[1] - limits[0]) * tally.mean for _, tally in block] for block in blocks]
+def _means(blocks: Sequence[Sequence[tuple[Any, ValueCounts]]], limits: tuple[Fraction, Fraction]) -> list[list[Fraction]]:
+    return [[limits[0] + (limits[1] - limits[0]) * counts.mean for _, counts in block] for block in blocks]
 
 
 def _named(
-    law: Law, quantity: Quantity, blocks: Sequence[Sequence[tuple[Any, Tally]]], means: Sequence[Sequence[Fraction]], places: Places
+    law: Law, quantity: Quantity, blocks: Sequence[Sequence[tuple[Any, ValueCounts]]], means: Sequence[Sequence[Fraction]], places: Places
 ) -> tuple[Witness | None, Witness | None]:
     """The pairs at these places, with their labels and means."""
 
@@ -214,8 +211,3 @@ def _ranks(arrivals: Arrivals, quantity: Quantity) -> dict[Any, int]:
     if quantity == "local":
         return {cell: j for j, cell in enumerate(arrivals.order, 1)}
     return {group: j for j, group in enumerate(dict.fromkeys(group for _, group in arrivals.order), 1)}
-
-
-def _range(limits: tuple[Fraction, Fraction]) -> str:
-    low, high = limits
-    return f"whatever could have been drawn has a utility between {evidence_text(low)} and {evidence_text(high)}"

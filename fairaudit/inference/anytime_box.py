@@ -8,10 +8,11 @@ from itertools import permutations
 from math import inf
 from typing import Any
 
+from fairaudit.exact.extended import extended_text
 from fairaudit.exact.rationals import quotient
-from fairaudit.inference.betting import Tally, betting_end
-from fairaudit.inference.interval import Places, evidence_text
-from fairaudit.inference.levels import weight
+from fairaudit.inference.betting import ValueCounts, betting_end
+from fairaudit.inference.interval import Places
+from fairaudit.inference.levels import arrival_levels
 
 
 class StreamBox:
@@ -20,10 +21,10 @@ class StreamBox:
     places: Places = (None, None)
 
     def __init__(
-        self, cells: list[list[Tally]], ranks: list[list[int]], expected: int, limits: tuple[Fraction, Fraction], alpha: Fraction
+        self, cells: list[list[ValueCounts]], ranks: list[list[int]], expected: int, limits: tuple[Fraction, Fraction], alpha: Fraction
     ) -> None:
         self.cells, self.limits = cells, limits
-        self.levels = [[alpha * weight(rank, expected) / 2 for rank in block] for block in ranks]
+        self.levels = arrival_levels(ranks, expected, alpha)
 
     def _ends(self, *, exact: bool) -> list[list[tuple[Fraction, Fraction]]]:
         low, high = self.limits
@@ -59,10 +60,12 @@ class StreamBox:
         return evidence["pair"], self.places[1]
 
     def estimate(self) -> tuple[Fraction, Fraction | float]:
+        """Both ends of the ratio in floats, for a display."""
         return self._ratios(self._ends(exact=False))[:2]
 
     def prove(self) -> tuple[Fraction, Fraction | float, dict[str, Any]]:
+        """Both ends of the ratio, proved, with their evidence."""
         ends = self._ends(exact=True)
         lower, upper, pair = self._ratios(ends)
-        listed = [[evidence_text(a), evidence_text(b)] for block in ends for a, b in block]
+        listed = [[extended_text(a), extended_text(b)] for block in ends for a, b in block]
         return lower, upper, {"upper": listed, "lower": listed, "pair": pair}

@@ -1,7 +1,8 @@
 """The product region of a stream, for cells that are a martingale together.
 
 Two cells are compared by the product of the wealth against one mean and the wealth against the other, again a supermartingale, so that
-all pairs of means whose product reaches 1/β are excluded. The proofs are in docs/certificate-monitor.md.
+all pairs of means whose product reaches 1/β are excluded. The ends are found in floats (`anytime_search`) and proved in integers here, by
+ladders; the proofs are in docs/certificate-monitor.md.
 """
 
 from __future__ import annotations
@@ -9,24 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise, permutations
-from math import ceil, floor, inf, log, log10
+from math import inf
 from typing import Any
 
-import numpy as np
-
-from fairaudit.exact.dense import Floats
-from fairaudit.inference.betting import DIGITS, IDLE, LOG_IDLE, Tally, greatest_excluded, wealth, wealth_reaches
-from fairaudit.inference.interval import Places, evidence_text
+from fairaudit.exact.extended import extended_text
+from fairaudit.inference.anytime_search import PairSearch, decimal_near
+from fairaudit.inference.betting import IDLE, ValueCounts, wealth, wealth_reaches
+from fairaudit.inference.interval import Places
 from fairaudit.inference.levels import pair_levels
 from fairaudit.inference.rounding import Number, number_below
 
-POINTS = 400
-
-SLACK = 0.025
-
-ROUNDING = 4e-3
-
-MAX_KNOTS = 2_000
+ATTEMPTS = 8  # to prove an end that floats found, each at twice the distance from it
 
 
 class StreamProduct:
@@ -35,164 +29,67 @@ class StreamProduct:
     places: Places = (None, None)
 
     def __init__(
-        self, cells: list[list[Tally]], ranks: list[list[int]], expected: int, limits: tuple[Fraction, Fraction], alpha: Fraction
+        self, cells: list[list[ValueCounts]], ranks: list[list[int]], expected: int, limits: tuple[Fraction, Fraction], alpha: Fraction
     ) -> None:
         self.cells, self.limits = cells, limits
         self.levels = pair_levels(ranks, expected, alpha)
-        self.low, self.width = float(limits[0]), float(limits[1] - limits[0])
-        self.curves = [
-            [_Curves(cell, max(-log(float(v)) for k, v in levels.items() if i in k) - LOG_IDLE + 1) for i, cell in enumerate(block)]
-            for block, levels in zip(cells, self.levels, strict=True)
-        ]
+        self.search = PairSearch(cells, self.levels, limits)
 
     def estimate(self) -> tuple[Fraction, Fraction | float]:
-        lower, pair = self._lower()
-        upper, outer = self._upper()
+        """Both ends of the ratio in floats, for a display."""
+        lower, pair = self.search.lower()
+        upper, outer = self.search.upper()
         self.places = pair, outer
         return Fraction(lower), Fraction(upper) if upper < inf else inf
 
     def places_of(self, evidence: Mapping[str, Any]) -> Places:
         """Where the pairs behind both ends are that a certificate stores."""
-        return None if evidence["lower"] is None else evidence["lower"]["pair"], self._upper()[1]
-
-    def _theta(self, block: int, i: int, j: int) -> float:
-        return -log(float(self.levels[block][frozenset((i, j))]))
-
-    def _mean(self, unit: Any) -> Any:
-        return self.low + self.width * unit
-
-    def _unit(self, mean: Any) -> Any:
-        return np.clip((mean - self.low) / self.width, 0, 1) if self.width else np.zeros_like(mean)
-
-    def _upper(self) -> tuple[float, tuple[int, int, int] | None]:
-        """Least r such that μ_i ≤ r·μ_j is proved for all pairs, at least 1, and the block, i and j that need it."""
-        tried = []
-        for b, curves in enumerate(self.curves):
-            for i, j in permutations(range(len(curves)), 2):
-                top, bottom = self._mean(curves[i].end), self._mean(curves[j].start)
-                high, low = self._mean(curves[i].mean), self._mean(curves[j].mean)
-                tried.append((-top / bottom if bottom > 0 else -inf, -high / low if low > 0 else -inf if high > 0 else -1.0, b, i, j))
-        best, where = 1.0, None
-        for most, _, b, i, j in sorted(tried):
-            if -most <= best:
-                break
-            found = self._least(b, i, j)
-            if found > best:
-                best, where = found, (b, i, j)
-        return best, where
-
-    def _lower(self) -> tuple[float, tuple[int, int, int] | None]:
-        """Greatest proved R with μ_j ≥ R·μ_i, and the block, the higher j and the lower i."""
-        tried = []
-        for b, curves in enumerate(self.curves):
-            for i, j in permutations(range(len(curves)), 2):
-                low, high = self._mean(curves[i].mean), self._mean(curves[j].mean)
-                if high > low and self._mean(curves[j].start) > 0:
-                    tried.append((low / high, b, i, j))
-        best, where = 1.0, None
-        for least, b, i, j in sorted(tried):
-            if least >= best:
-                break
-            if self._feasible(b, i, j, best):
-                found = self._least(b, i, j)
-                if found < best:
-                    best, where = found, (b, j, i)
-        return 1 / best, where
-
-    def _feasible(self, b: int, i: int, j: int, r: float) -> bool:
-        """Whether μ_i ≤ r·μ_j is proved, in floats."""
-        top, bottom = self.curves[b][i], self.curves[b][j]
-        first, last = self._mean(bottom.start), min(self._mean(top.end), self.low + self.width) / r
-        if first <= self.low and first > 0:
-            first = self.low
-        if first <= 0:
-            return False
-        if first >= last:
-            return True
-        q = np.concatenate([self._mean(bottom.grid), self._mean(top.grid) / r, [first, last]])
-        q = q[(q >= first) & (q <= last)]
-        total = top.below(self._unit(r * q)) + bottom.above(self._unit(q))
-        return bool(total.min() >= self._theta(b, i, j) + SLACK)
-
-    def _least(self, b: int, i: int, j: int) -> float:
-        top, bottom = self.curves[b][i], self.curves[b][j]
-        if self._mean(bottom.start) <= 0:
-            return inf
-        high = self._mean(top.end) / self._mean(bottom.start)
-        low = max(self._mean(top.mean) / self._mean(bottom.mean), high * 1e-12)
-        if not self._feasible(b, i, j, high):
-            return inf
-        while high > low * (1 + 1e-9):
-            middle = float((low * high) ** 0.5)
-            low, high = (low, middle) if self._feasible(b, i, j, middle) else (middle, high)
-        return float(high)
+        return None if evidence["lower"] is None else evidence["lower"]["pair"], self.search.upper()[1]
 
     def prove(self) -> tuple[Fraction, Fraction | float, dict[str, Any]]:
+        """Both ends of the ratio, proved, with their evidence."""
         upper, ladders, outer = self._prove_upper()
         lower, proof = self._prove_lower()
         self.places = None if proof is None else proof["pair"], outer
         return lower, upper, {"upper": ladders, "lower": proof}
 
     def _prove_upper(self) -> tuple[Fraction | float, list[list[str]] | None, tuple[int, int, int] | None]:
-        ratio, where = self._upper()
-        for attempt in range(8):
+        ratio, where = self.search.upper()
+        for attempt in range(ATTEMPTS):
             if ratio == inf:
                 break
-            exact = max(Fraction(1), _rounded(ratio, up=True))
+            exact = max(Fraction(1), decimal_near(ratio, up=True))
             ladders = []
-            for b, curves in enumerate(self.curves):
-                every = range(len(curves))
-                ladder = self._ladder(b, every, every, exact)
+            for b, block in enumerate(self.cells):
+                ladder = self._ladder(b, list(permutations(range(len(block)), 2)), exact)
                 if ladder is None:
                     break
-                ladders.append([evidence_text(knot) for knot in ladder])
+                ladders.append([extended_text(knot) for knot in ladder])
             else:
                 return exact, ladders, where
             ratio *= 1 + 0.002 * 2**attempt
         return inf, None, where
 
     def _prove_lower(self) -> tuple[Fraction, dict[str, Any] | None]:
-        ratio, where = self._lower()
-        for attempt in range(8):
-            exact = _rounded(ratio, up=False)
+        ratio, where = self.search.lower()
+        for attempt in range(ATTEMPTS):
+            exact = decimal_near(ratio, up=False)
             if where is None or exact <= 1:
                 break
             b, higher, lower = where
-            ladder = self._ladder(b, [lower], [higher], 1 / exact)
+            ladder = self._ladder(b, [(lower, higher)], 1 / exact)
             if ladder is not None:
-                return exact, {"pair": [b, higher, lower], "knots": [evidence_text(knot) for knot in ladder]}
+                return exact, {"pair": [b, higher, lower], "knots": [extended_text(knot) for knot in ladder]}
             ratio /= 1 + 0.002 * 2**attempt
         return Fraction(1), None
 
-    def _ladder(self, b: int, tops: Sequence[int], bottoms: Sequence[int], ratio: Fraction) -> list[Fraction] | None:
-        """Knots that prove μ_i ≤ ratio·μ_j for all different tops i and bottoms j, or None; found in floats, proved in integers."""
-        curves, r = self.curves[b], float(ratio)
-        low, high = self.limits
-        pairs = [(i, j) for i in tops for j in bottoms if i != j]
-        need = {(i, j): self._theta(b, i, j) + ROUNDING for i, j in pairs}
-        start = max(self.low, min(self._mean(curves[j].above_inverse(need[i, j] - LOG_IDLE)) for i, j in pairs))
-        if start <= 0:
-            return None
-        knots = [_rounded(start, up=False)] if start > self.low else [low]
-        if knots[0] <= 0:
-            return None
-        while len(knots) < MAX_KNOTS:
-            reach = r * float(knots[-1])
-            if knots[-1] >= high or ratio * knots[-1] >= high:
-                break
-            below = {i: float(curves[i].below(self._unit(np.array(reach)))) for i in {i for i, _ in pairs}}
-            if all(below[i] + LOG_IDLE >= need[i, j] for i, j in pairs):
-                break
-            further = min(self._mean(curves[j].above_inverse(need[i, j] - below[i])) for i, j in pairs)
-            knot = high if further >= float(high) else _rounded(further, up=False, digits=10)
-            if knot <= knots[-1]:
-                return None
-            knots.append(knot)
-        else:
-            return None
-        return knots if self._holds(b, pairs, knots, ratio) else None
+    def _ladder(self, b: int, pairs: Sequence[tuple[int, int]], ratio: Fraction) -> list[Fraction] | None:
+        """Knots that prove μ_i ≤ ratio·μ_j for all of some pairs i, j of a block, or None."""
+        knots = self.search.ladder(b, pairs, ratio)
+        return knots if knots is not None and self._holds(b, pairs, knots, ratio) else None
 
     def _holds(self, b: int, pairs: Sequence[tuple[int, int]], knots: Sequence[Fraction], ratio: Fraction) -> bool:
+        """Whether the knots prove it, in integers: between any two of them the wealths at the outer means reach the level together."""
         low, high = self.limits
         idle = number_below(IDLE)
         levels = self.levels[b]
@@ -202,6 +99,7 @@ class StreamProduct:
             return None if mean >= high else idle if mean <= low else wealth(self.cells[b][i], (mean - low) / (high - low), "below")
 
         def above(j: int, mean: Fraction) -> Number:
+            """Wealth of a bottom against a mean."""
             return idle if mean <= low else wealth(self.cells[b][j], (mean - low) / (high - low), "above")
 
         tops, bottoms = sorted({i for i, _ in pairs}), sorted({j for _, j in pairs})
@@ -218,39 +116,3 @@ class StreamProduct:
                 if one is not None and not wealth_reaches([one, downs[j]], levels[frozenset((i, j))]):
                     return False
         return True
-
-
-class _Curves:
-    """The logarithms of both wealths of a cell on a grid of means, in floats."""
-
-    def __init__(self, tally: Tally, need: float) -> None:
-        self.mean = float(tally.mean)
-        mirrored = Tally({1 - x: n for x, n in tally.counts.items()})
-        self.start = greatest_excluded(tally, need) if self.mean > 0 else 0.0
-        self.end = 1 - greatest_excluded(mirrored, need) if self.mean < 1 else 1.0
-        angles = np.linspace(np.arcsin(np.sqrt(self.start)), np.arcsin(np.sqrt(self.end)), POINTS)
-        grid: Floats = np.unique(np.clip(np.sin(angles) ** 2, self.start, self.end))
-        self.grid = grid
-        self._above = np.minimum.accumulate(tally.log_wealth(grid, "above"))
-        self._below = np.maximum.accumulate(tally.log_wealth(grid, "below"))
-
-    def above(self, means: Floats) -> Floats:
-        """Logarithm of the wealth that says the mean is above these; a lower bound outside the grid."""
-        found = np.interp(means, self.grid, self._above)
-        return np.where(means > self.grid[-1], LOG_IDLE, found)
-
-    def below(self, means: Floats) -> Floats:
-        """Logarithm of the wealth that says the mean is below these."""
-        found = np.interp(means, self.grid, self._below)
-        return np.where(means < self.grid[0], LOG_IDLE, found)
-
-    def above_inverse(self, need: float) -> float:
-        """The greatest mean at which `above` is at least `need`; the start of the grid if there is none."""
-        return 1.0 if need <= LOG_IDLE else float(np.interp(need, self._above[::-1], self.grid[::-1]))
-
-
-def _rounded(value: float, *, up: bool, digits: int = DIGITS) -> Fraction:
-    """A decimal of some digits on the stated side of a positive number."""
-    scale = Fraction(10) ** (digits - 1 - floor(log10(value)))
-    scaled = Fraction(value) * scale
-    return Fraction(ceil(scaled) if up else floor(scaled)) / scale

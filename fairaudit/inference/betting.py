@@ -27,19 +27,18 @@ from fairaudit.inference.rounding import Number, number_below, power_below, prod
 
 Side = Literal["above", "below"]
 
+BETS = range(-16, 5)  # powers of 2: the least is best for differences that only 10^11 decisions show, the greatest for means below 1/17
 
-BETS = range(-16, 5)
+CENTRE = -2  # 1/4 is the best bet where the mean is 1/16 above a supposed 1/2, which about a thousand decisions show
 
-CENTRE = -2
+IDLE = Fraction(1, 32)  # is never bet: in a product of two wealths a cell that says nothing takes no more than this factor
 
-IDLE = Fraction(1, 32)
+CAP = Fraction(15, 16)  # of p: a bet leaves at least a sixteenth of the money, whatever comes
 
-CAP = Fraction(15, 16)
-
+# Shares fall with the square of the distance from the centre; 29/20 is the greatest number of twentieths with which all money is at most 1.
 SHARES = tuple(Fraction(29, 20) / ((abs(i - CENTRE) + 2) * (abs(i - CENTRE) + 3)) for i in BETS)
 
-DIGITS = 7
-
+DIGITS = 7  # of an end, as in `ends`
 
 _LAMBDAS = 2.0 ** np.array(BETS, dtype=np.float64)
 
@@ -49,12 +48,12 @@ LOG_IDLE = log(float(IDLE))
 
 
 @dataclass(frozen=True)
-class Tally:
+class ValueCounts:
     """How often each value was drawn in a cell, the values scaled to [0, 1].
 
     Examples
     --------
-    >>> Tally({Fraction(0): 40, Fraction(1): 60}).draws
+    >>> ValueCounts({Fraction(0): 40, Fraction(1): 60}).draws
     100
     """
 
@@ -79,9 +78,6 @@ class Tally:
         """Logarithm of the wealth against each of some means, in floats."""
         x, n = self.arrays
         return log_wealth(x, n, means) if side == "above" else log_wealth(1 - x, n, 1 - means)
-
-
-# The wealth
 
 
 def log_wealth(values: Floats, counts: Floats, means: Floats) -> Floats:
@@ -116,18 +112,18 @@ def log_wealth(values: Floats, counts: Floats, means: Floats) -> Floats:
     return np.asarray(top + np.log(np.exp(terms - top[..., None]).sum(axis=-1) + np.exp(LOG_IDLE - top)))
 
 
-def wealth(tally: Tally, mean: Fraction, side: Side) -> Number:
+def wealth(drawn: ValueCounts, mean: Fraction, side: Side) -> Number:
     """Bound the wealth against a mean from below, in integers: (m, e) says at least m·2^e.
 
     Examples
     --------
-    >>> m, e = wealth(Tally({Fraction(0): 40, Fraction(1): 60}), Fraction(3, 10), "above")
+    >>> m, e = wealth(ValueCounts({Fraction(0): 40, Fraction(1): 60}), Fraction(3, 10), "above")
     >>> round(log(m * 2**e), 3)
     15.066
     """
     if not (mean > 0 if side == "above" else mean < 1):
         raise ValueError("a mean at the end of the range cannot be tested")
-    draws = [(x if side == "above" else 1 - x, n) for x, n in tally.counts.items() if n]
+    draws = [(x if side == "above" else 1 - x, n) for x, n in drawn.counts.items() if n]
     p = mean if side == "above" else 1 - mean
     cap = CAP / p
     parts: list[Number] = [number_below(IDLE)]
@@ -159,29 +155,29 @@ def _bet(draws: Sequence[tuple[Fraction, int]], p: Fraction, bet: Fraction, shar
     return total
 
 
-def betting_end(tally: Tally, level: Fraction, side: Side, exact: bool) -> Fraction:
+def betting_end(drawn: ValueCounts, level: Fraction, side: Side, exact: bool) -> Fraction:
     """The outermost mean that is excluded: too low a one ("above") or too high ("below")."""
     if side == "below":
-        return 1 - betting_end(Tally({1 - x: n for x, n in tally.counts.items()}), level, "above", exact)
-    if not tally.mean:
+        return 1 - betting_end(ValueCounts({1 - x: n for x, n in drawn.counts.items()}), level, "above", exact)
+    if not drawn.mean:
         return Fraction(0)
     need = -log(float(level)) + 1e-9
-    guess = greatest_excluded(tally, need)
+    guess = greatest_excluded(drawn, need)
     scale = 10 ** (DIGITS - 1 + max(0, ceil(-log10(guess)))) if guess > 0 else 1
     at = floor(Fraction(guess) * scale)
     for step in (1, 10, 1000, 10**5):
         if at <= 0:
             return Fraction(0)
-        if not exact or wealth_reaches([wealth(tally, Fraction(at, scale), "above")], level):
+        if not exact or wealth_reaches([wealth(drawn, Fraction(at, scale), "above")], level):
             return Fraction(at, scale)
         at -= step
     return Fraction(0)
 
 
-def greatest_excluded(tally: Tally, need: float) -> float:
+def greatest_excluded(drawn: ValueCounts, need: float) -> float:
     """The greatest mean against which the logarithm of the wealth is at least `need`."""
-    low, high = 0.0, float(tally.mean)
-    x, n = tally.arrays
+    low, high = 0.0, float(drawn.mean)
+    x, n = drawn.arrays
     # Several points at once shrink the bracket by a factor of 32 in each round; the first rounds are logarithmic, for small means.
     low = 1e-300
     for _ in range(12):

@@ -17,12 +17,13 @@ from fairaudit.inference.ends import Method, cell_ends, ends_of_cells, guessed_e
 from fairaudit.inference.levels import Side, box_levels
 from fairaudit.inference.quotients import are_many, extreme_ratio, moderate_ranges
 
-NARROWED = 3
+NARROWED = 3  # cells on either side of a block that floats find outermost; ends in floats and in integers seldom order more of them apart
 
 
 def box_interval(
     comparison: Comparison, alpha: Fraction, method: Method, independent: bool, side: Side
 ) -> tuple[Fraction, Extended, dict[str, Any]]:
+    """Both ends of the ratio over the box of the ends of cells, with their evidence."""
     upper_level, lower_level = box_levels(len(comparison.used), comparison.span, alpha, independent=independent, side=side)
     binary = all(comparison.cells[i].binary for i in comparison.used)
     many = are_many(comparison.used) and comparison.single and (binary or method == "hoeffding-kl") and moderate_ranges(comparison)

@@ -12,6 +12,7 @@ from fairaudit.errors import InputError
 from fairaudit.exact.extended import extended_text
 
 Ends = tuple[Fraction, Fraction]
+"""A lower and an upper end."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,7 @@ class Cell:
 
 
 def pooled_cell(parts: Sequence[Cell], label: tuple[Any, ...]) -> Cell:
+    """The draws of some cells as those of one, in the range that holds theirs."""
     low, high = min(cell.low for cell in parts), max(cell.high for cell in parts)
     binary = all(cell.binary and (cell.low, cell.high) in ((low, high), (low, low), (high, high)) for cell in parts)
     squares = exact_sum([cell.squares or Fraction(0) for cell in parts])
@@ -96,6 +98,7 @@ def exact_sum(listed: Sequence[Fraction]) -> Fraction:
 
 
 def cell_entries(cells: Sequence[Cell]) -> list[dict[str, Any]]:
+    """Cells as evidence lists them."""
     texts: dict[tuple[int, int], list[str]] = {}  # most cells share their ends
     entries = []
     for cell in cells:

@@ -1,4 +1,4 @@
-"""Windows of a stream that contradict the rest of it."""
+"""Change in a stream: windows whose interval has no ratio in common with that of the whole stream."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from fractions import Fraction
 from fairaudit.errors import InputError
 from fairaudit.inference.anytime import Arrivals, stream_interval
 from fairaudit.inference.interval import Interval
+from fairaudit.inference.levels import constancy_error, window_share
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
@@ -57,13 +58,26 @@ class Change:
     @property
     def confidence(self) -> Fraction:
         """One minus the probability that, for a constant ratio, the stream and a window up to this one ever contradict each other."""
-        n = self.window.number
-        return self.stream.confidence - n * n * (1 - self.part.confidence)
+        return 1 - constancy_error(1 - self.stream.confidence, 1 - self.part.confidence, self.window.number)
 
     @property
     def withdrawn(self) -> frozenset[Quantity]:
         """The ratios of which nothing is claimed any more: means that changed are behind both, the mix of contexts behind one."""
-        return frozenset({"global"} if self.quantity == "global" and self.window.law.columns.context else {"local", "global"})
+        return withdrawn_by(self.quantity, contexts=bool(self.window.law.columns.context))
+
+
+def withdrawn_by(quantity: Quantity, *, contexts: bool) -> frozenset[Quantity]:
+    """The ratios of which nothing is claimed any more once one of them changed.
+
+    If the ratio within contexts changed, the means of cells did, and all rests on them. A global ratio also changes with the mix of
+    contexts, if there are any, of which the ratio within them needs nothing.
+    """
+    return frozenset({"global"}) if quantity == "global" and contexts else frozenset({"local", "global"})
+
+
+def disjoint(one: Interval, other: Interval) -> bool:
+    """Whether two intervals have no ratio in common: not both come from one constant ratio."""
+    return one.upper < other.lower or other.upper < one.lower
 
 
 def change_of(stream: Interval, window: Window, quantity: Quantity, limits: tuple[Fraction, Fraction]) -> Change:
@@ -74,8 +88,8 @@ def change_of(stream: Interval, window: Window, quantity: Quantity, limits: tupl
     InputError
         If their intervals have a ratio in common.
     """
-    level = 1 - (1 - stream.confidence) / (window.number * (window.number + 1))
+    level = 1 - (1 - stream.confidence) * window_share(window.number)
     part = stream_interval(window.law, window.utility, window.arrivals, quantity, limits, level)
-    if not (stream.upper < part.lower or part.upper < stream.lower):
+    if not disjoint(stream, part):
         raise InputError(f"window {window.number} does not contradict the stream: their intervals of the {quantity} ratio overlap")
     return Change(quantity, window, stream, part)

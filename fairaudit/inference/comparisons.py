@@ -24,6 +24,7 @@ from fairaudit.tables.values import Label, names
 from fairaudit.theorems.assumptions import DECLARED, DRAWS
 
 Form = tuple[tuple[int, Fraction], ...]
+"""Cells by their index, each with a positive weight."""
 
 Estimand = Literal["mean over rows", "mean over units"]
 
@@ -119,15 +120,18 @@ class Comparison:
 
 
 def unit_form(cell: int) -> Form:
+    """The mean of one cell."""
     return ((cell, Fraction(1)),)
 
 
 def normalised_form(weights: Sequence[tuple[int, Fraction]]) -> Form:
+    """The mean of cells with these weights, scaled to sum to 1."""
     total = sum((w for _, w in weights), Fraction(0))
     return tuple((i, w / total) for i, w in weights)
 
 
 def stated_masses(population: Mapping[tuple[Label, Label], Any]) -> dict[tuple[Label, Label], Fraction]:
+    """Read the masses of a stated population, by context and group."""
     masses = {(names(x), names(a)): Fraction(*option_value(v)) for (x, a), v in population.items()}
     if any(v < 0 for v in masses.values()) or not any(masses.values()):
         raise InputError("the population needs masses of at least 0, one of them positive")
@@ -135,11 +139,13 @@ def stated_masses(population: Mapping[tuple[Label, Label], Any]) -> dict[tuple[L
 
 
 def form_mean(comparison: Comparison, form: Form) -> Fraction:
+    """The form of the means of the draws; a cell without draws counts with the low end of its range."""
     cells = [(comparison.cells[i], w) for i, w in form]
     return sum((w * (cell.mean if cell.draws else cell.low) for cell, w in cells), Fraction(0))
 
 
 def witness_of(comparison: Comparison, found: Sequence[int] | None) -> Witness | None:
+    """Name a block and the higher and the lower of its forms, with the means of their draws."""
     if found is None:
         return None
     block, higher, lower = found

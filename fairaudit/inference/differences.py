@@ -1,4 +1,4 @@
-"""Intervals for the greatest difference of two rates."""
+"""An interval for the greatest difference of two means: of rates of positive decisions."""
 
 from __future__ import annotations
 
@@ -13,9 +13,6 @@ from fairaudit.inference.cells import Cell, Ends
 from fairaudit.inference.ends import cell_ends, wide_ends
 from fairaudit.inference.levels import box_levels, confidence_level
 from fairaudit.inference.quotients import FOREMOST, are_many
-from fairaudit.theorems.assumptions import DECLARED_POSITIVE, GIVEN_TRUTH, POOLED
-
-# Differences of rates
 
 
 @dataclass(frozen=True)
@@ -42,7 +39,7 @@ class DifferenceInterval:
 
 
 def difference_interval(
-    blocks: Sequence[Sequence[tuple[int, int]]], confidence: Any, *, pooled: bool = False, others: tuple[str, ...] = ()
+    blocks: Sequence[Sequence[tuple[int, int]]], confidence: Any, assumptions: tuple[str, ...] = ()
 ) -> DifferenceInterval:
     """Bound the greatest difference between two rates of one block, from the binomial ends of each.
 
@@ -52,10 +49,8 @@ def difference_interval(
         Rates that are compared with each other, at least two in a block: how many draws were positive, and how many there were.
     confidence : number
         Between 0 and 1.
-    pooled : bool
-        Whether the draws of a rate were pooled over contexts.
-    others : tuple of str
-        Further assumptions.
+    assumptions : tuple of str
+        What the reader must accept of the draws.
 
     Returns
     -------
@@ -82,7 +77,6 @@ def difference_interval(
         "lower": [[extended_text(a), extended_text(b)] for a, b in inner],
         "difference": [extended_text(lower), extended_text(upper)],
     }
-    assumptions = (GIVEN_TRUTH, *((POOLED,) if pooled else ()), DECLARED_POSITIVE, *others)
     return DifferenceInterval(lower, upper, level, assumptions, evidence)
 
 

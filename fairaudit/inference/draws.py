@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import option_value
-from fairaudit.inference.cells import Cell, pooled_cell
+from fairaudit.inference.cells import Cell, Ends, pooled_cell
 from fairaudit.model.law import MAX_DRAWS, Law
 from fairaudit.model.layout import Units
 from fairaudit.model.utility import UtilityTable
@@ -22,6 +22,7 @@ from fairaudit.theorems.assumptions import OWN_RANGE, range_said
 
 
 def whole_counts(law: Law, cell: int) -> list[int]:
+    """How often each decision was drawn in a cell; weights that are no whole numbers are no draws."""
     if law.kind != "counts":
         raise InputError("probabilities carry no sample size; an interval needs counts, or a log")
     row: list[int] = law.weights[cell].tolist()
@@ -39,16 +40,25 @@ def whole_counts(law: Law, cell: int) -> list[int]:
     return row
 
 
-class RangedUtility:
-    """A utility with the range that a draw of it can have."""
+def range_assumption(utility: UtilityTable, limits: Ends | None) -> str:
+    """What the reader must accept of the range of a draw: the declared one, else that of all decisions, or of each cell its own."""
+    return OWN_RANGE if limits is None and not utility.by_decision else range_said(*(limits or (Fraction(0), utility.gamma)))
 
-    def __init__(self, utility: UtilityTable, limits: tuple[Any, Any] | None) -> None:
+
+class SampledUtility:
+    """The utilities that were drawn, as cells.
+
+    Parameters
+    ----------
+    utility : UtilityTable
+        The utility on a law of counts.
+    limits : pair of Fraction or None
+        Its declared range.
+    """
+
+    def __init__(self, utility: UtilityTable, limits: Ends | None) -> None:
         self.utility = utility
-        self.declared = None if limits is None else declared_range(limits)
-        own = self.declared is None and not utility.by_decision
-        self.assumption = OWN_RANGE if own else range_said(*(self.declared or (Fraction(0), utility.gamma)))
-        if utility.given is not None and self.declared is None:
-            self.declared = Fraction(0), utility.gamma
+        self.declared = (Fraction(0), utility.gamma) if limits is None and utility.given is not None else limits
         self.common = scaled_values(_values(utility, 0), self.declared) if utility.by_decision and utility.given is None else None
 
     def cells(self, chosen: NDArray[np.bool_]) -> list[Cell]:
@@ -102,7 +112,8 @@ def _summable(law: Law, values: _Scaled, *, over_contexts: bool = False) -> bool
     return bool(most <= MAX_DRAWS and int(most) * max(1, max(values.whole) ** 2) < 2**63)
 
 
-def declared_range(limits: tuple[Any, Any]) -> tuple[Fraction, Fraction]:
+def declared_range(limits: tuple[Any, Any]) -> Ends:
+    """Read the declared range of a utility."""
     low, high = (Fraction(*option_value(v)) for v in limits)
     if not 0 <= low <= high:
         raise InputError(f"a utility between {low} and {high} is not accepted; the limits are at least 0, the lower one first")
@@ -130,7 +141,8 @@ class _Scaled:
     binary: bool
 
 
-def scaled_values(values: Sequence[Fraction], declared: tuple[Fraction, Fraction] | None) -> _Scaled:
+def scaled_values(values: Sequence[Fraction], declared: Ends | None) -> _Scaled:
+    """Lay out the values of g in a cell; without a declared range it goes from 0 to the greatest of them."""
     low, high = declared or (Fraction(0), max(values))
     bottom = lcm(*(v.denominator for v in values))
     whole = tuple(v.numerator * (bottom // v.denominator) for v in values)
@@ -140,6 +152,7 @@ def scaled_values(values: Sequence[Fraction], declared: tuple[Fraction, Fraction
 
 
 def sampled_cell(row: Sequence[int], values: _Scaled, label: tuple[Any, ...]) -> Cell:
+    """A cell in which each value was drawn as often as the row says."""
     for i in values.outside:
         if row[i]:
             raise InputError(f"a utility of {values.values[i]} was drawn, outside the declared limits {values.low} and {values.high}")
@@ -149,11 +162,13 @@ def sampled_cell(row: Sequence[int], values: _Scaled, label: tuple[Any, ...]) ->
 
 
 def unit_columns(units: Units) -> str:
+    """The columns of the sampling unit, for a sentence."""
     listed = ", ".join(map(shown, units.columns))
     return f"column{'s' if len(units.columns) > 1 else ''} {listed}"
 
 
 def unit_notes(units: Units, cells: Sequence[Cell]) -> tuple[str, ...]:
+    """How many draws the units are, and whether they make cells dependent."""
     drawn = f"{sum(cell.draws for cell in cells)} draws, one for each unit of {unit_columns(units)} in each cell"
     if not units.spanning:
         return (drawn,)

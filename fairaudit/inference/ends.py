@@ -14,11 +14,13 @@ from fairaudit.exact.enclosures import log_fixed
 from fairaudit.inference.cells import Cell, Ends
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.float_tails import closed_ends, float_end, float_upper_ends
-from fairaudit.inference.tails import BITS, ONE, tail_bound
+from fairaudit.inference.levels import equal_share
+from fairaudit.inference.rounding import BITS
+from fairaudit.inference.tails import ONE, tail_bound
 
 Method = Literal["hoeffding-kl", "empirical-bernstein", "intersection"]
 
-DIGITS = 7
+DIGITS = 7  # of an end, rounded outwards: one part in a million wider, and short to read and to check
 
 
 def _excluded(cell: Cell, mean: Fraction, side: Literal["lower", "upper"], level: Fraction) -> bool:
@@ -36,9 +38,6 @@ def _bernstein_excluded(cell: Cell, mean: Fraction, side: Literal["lower", "uppe
     logarithm = Fraction(high, ONE)
     rest = distance - 7 * logarithm / (3 * (n - 1))
     return rest >= 0 and rest**2 >= 2 * variance * logarithm / n
-
-
-# Ends of a cell
 
 
 def cell_ends(cell: Cell, level: Fraction, method: Method = "hoeffding-kl") -> Ends:
@@ -82,7 +81,8 @@ def cell_ends(cell: Cell, level: Fraction, method: Method = "hoeffding-kl") -> E
 @lru_cache(maxsize=200_000)
 def _unit_ends(cell: Cell, level: Fraction, method: Method) -> Ends:
     if method == "intersection":
-        (a, b), (c, d) = (_unit_ends(cell, level / 2, each) for each in ("hoeffding-kl", "empirical-bernstein"))
+        half = equal_share(level, 2)
+        (a, b), (c, d) = (_unit_ends(cell, half, each) for each in ("hoeffding-kl", "empirical-bernstein"))
         return max(a, c), min(b, d)
     return _search(cell, level, method, "upper"), _search(cell, level, method, "lower")
 
@@ -130,6 +130,7 @@ def _guess(cell: Cell, level: float, method: Method, side: Literal["lower", "upp
 
 
 def ends_of_cells(comparison: Comparison, level: Fraction, method: Method) -> list[Ends]:
+    """Ends of all cells: of those that are informative and compared at this level, of the others the range."""
     used = set(comparison.used) if level else set()
     return [cell_ends(cell, level, method) if i in used else (cell.low, cell.high) for i, cell in enumerate(comparison.cells)]
 

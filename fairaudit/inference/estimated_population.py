@@ -12,10 +12,9 @@ from fairaudit.inference.cells import Cell, Ends, cell_entries
 from fairaudit.inference.comparisons import Comparison, unit_form
 from fairaudit.inference.ends import Method, cell_ends, ends_of_cells
 from fairaudit.inference.interval import Interval
-from fairaudit.inference.levels import confidence_level
+from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.quotients import extreme_ratio
-
-# An estimated population
+from fairaudit.theorems.assumptions import POPULATION_DRAWS
 
 
 def sampled_population_interval(
@@ -59,7 +58,7 @@ def sampled_population_interval(
         raise InputError("an estimated population needs at least one draw of every group")
     used = len(comparison.used)
     shares = len(counts) * groups if len(counts) > 1 else 0
-    end = (1 - level) / (2 * (used + shares)) if used + shares else Fraction(1, 2)
+    end = equal_share(1 - level, 2 * (used + shares)) if used + shares else Fraction(1, 2)
     ends = ends_of_cells(comparison, end, method)
     population = [
         [cell_ends(Cell(totals[a], Fraction(row[a]), None, Fraction(0), Fraction(1), True), end) for row in counts] for a in range(groups)
@@ -96,7 +95,7 @@ def sampled_population_interval(
         "population": [[[extended_text(a), extended_text(b)] for a, b in row] for row in population],
     }
     kinds = {"binomial", *("binomial" if comparison.cells[i].binary else method for i in comparison.used)}
-    assumptions = (*comparison.assumptions, "the sample of the population was drawn independently from that population")
+    assumptions = (*comparison.assumptions, POPULATION_DRAWS)
     return Interval(lower, upper, estimate, level, "box", tuple(sorted(kinds)), assumptions, evidence)
 
 

@@ -61,6 +61,7 @@ def float_tail(n: float, k: float, p: float, binary: bool) -> float:
 
 
 def float_upper_ends(n: Floats, k: Floats, binary: NDArray[np.bool_], level: float) -> Floats:
+    """Upper ends of many cells at once, by the formula of `float_tail` for many draws."""
     below, above = k / n, np.ones(len(n))
     with np.errstate(all="ignore"):
         for _ in range(50):

@@ -13,7 +13,7 @@ from fairaudit.exact.rationals import option_value
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Region
-from fairaudit.inference.levels import confidence_level
+from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.ratio_intervals import ratio_interval
 
 
@@ -116,7 +116,7 @@ def noise_floor(
         The effect rises above the floor if its lower end is above the upper end of the placebo.
     """
     level = confidence_level(confidence)
-    each = 1 - (1 - level) / 2
+    each = 1 - equal_share(1 - level, 2)
     options: dict[str, Any] = {"method": method, "region": region, "independent": independent}
     first, second = (ratio_interval(comparison, each, **options) for comparison in (effect, placebo))
     rises = first.lower > second.upper

@@ -11,7 +11,6 @@ from typing import Any, Literal
 
 from fairaudit.exact.enclosures import log_enclosure
 from fairaudit.exact.extended import Extended, extended_pair
-from fairaudit.exact.rationals import rational_text
 from fairaudit.inference.comparisons import Estimand
 from fairaudit.measures.ratios import Ratio, Witness
 
@@ -66,8 +65,5 @@ class Interval:
         return Decimal(log_enclosure(extended_pair(self.lower))[0]), Decimal(log_enclosure(extended_pair(self.upper))[1])
 
 
-Places = tuple[Sequence[int] | None, Sequence[int] | None]  # block, higher, lower: behind the lower and the upper end
-
-
-def evidence_text(value: Fraction | float) -> str:
-    return rational_text((value.numerator, value.denominator) if isinstance(value, Fraction) else (1, 0))
+Places = tuple[Sequence[int] | None, Sequence[int] | None]
+"""Block, higher and lower of the pairs behind the lower and the upper end."""

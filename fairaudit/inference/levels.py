@@ -1,7 +1,10 @@
-"""How an error budget is split: among the ends of cells, the pairs of the product region, cells that appear late, and windows.
+"""How an error budget is split: every split of a confidence among statements that are to hold together stands here.
 
-Let K be the number of cells with draws, s the greatest number of them in the two forms of one compared pair, 1 − α the confidence,
-and [lo, hi] the ends of a cell.
+Each function keeps one inequality, named in its docstring, so that the errors of all statements add up to α = 1 − confidence at most;
+tests check each exactly.
+
+Of a ratio bounded from the ends of cells, let K be the number of cells with draws, s the greatest number of them in the two forms of one
+compared pair, and [lo, hi] the ends of a cell.
 
 * *Upper end.* Let the pair attain R (it is unknown, but does not depend on the draws) and let w, v be its weights. Each cell needs
   one end only: hi where w > R·v, lo where w < R·v. If these s ends hold, the greatest quotient of this pair over the box is at least
@@ -9,7 +12,8 @@ and [lo, hi] the ends of a cell.
 * *Lower end.* The pair that gives the greatest lower end does depend on the draws, so all 2K ends, of level β', have to hold. With
   β' ≤ β the s ends above are among them.
 * *Both* hold with probability at least 1 − s·β − (2K − s)·β' by the union bound, which asks for no independence between cells. With
-  independent cells (1 − β − β')^s·(1 − 2β')^(K − s) is enough.
+  independent cells (1 − β − β')^s·(1 − 2β')^(K − s) is enough. A lower end alone has nothing to share with an upper one: then
+  (1 − 2β')^K is.
 
 Cells of a stream that appear late share a budget that was set aside for them: the weights K/((j + K − 1)(j + K)), j = 1, 2, …, sum
 to 1.
@@ -27,20 +31,45 @@ from typing import Any, Literal
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.enclosures import log_fixed
 from fairaudit.exact.rationals import option_value
-from fairaudit.inference.tails import BITS, ONE
+from fairaudit.inference.rounding import BITS
 
 Side = Literal["both", "lower", "upper"]
 
-SIDAK_CELLS = 2_000
+PairLevels = list[dict[frozenset[int], Fraction]]
+"""By blocks, the level of each unordered pair of cells."""
+
+SIDAK_CELLS = 2_000  # powers of exact levels take a second from here on, and gain nothing: the factor tends to −log(1 − α)/α
 
 GUARD = Fraction(4, 5)
 
 
-# Levels
+def confidence_level(value: Any) -> Fraction:
+    """Read a confidence in (0, 1); a float is the decimal that it is printed as."""
+    level = Fraction(*option_value(value))
+    if not 0 < level < 1:
+        raise InputError(f"a confidence of {shown(value)} is not accepted; it lies between 0 and 1, such as 0.95")
+    return level
+
+
+def equal_share(alpha: Fraction, statements: int) -> Fraction:
+    """Error of each of some statements that are to hold together, or of a single one: statements·share ≤ α.
+
+    Examples
+    --------
+    >>> equal_share(Fraction(1, 20), 2), equal_share(Fraction(1, 20), 0)
+    (Fraction(1, 40), Fraction(1, 20))
+    """
+    return alpha / max(1, statements)
+
+
+# The ends of cells
 
 
 def box_levels(cells: int, span: int, alpha: Fraction, *, independent: bool, side: Side = "both") -> tuple[Fraction, Fraction]:
-    """Levels of one end for the upper and for the lower end of the ratio; 0 for an end that was not asked for.
+    """Levels β and β' of one end of a cell, for the upper and for the lower end of the ratio; 0 for an end that was not asked for.
+
+    s·β + (2K − s)·β' ≤ α, without an upper end 2K·β' ≤ α; or, of independent cells, (1 − β − β')^s·(1 − 2β')^(K − s) ≥ 1 − α, without
+    an upper end (1 − 2β')^K ≥ 1 − α.
 
     Examples
     --------
@@ -55,6 +84,7 @@ def box_levels(cells: int, span: int, alpha: Fraction, *, independent: bool, sid
     if not independent or cells > SIDAK_CELLS:
         return upper, lower
     # Scale both levels by the greatest factor that the product of the cells' chances allows.
+    span = 0 if side == "lower" else span
     low, high = 1.0, 2.0
     rate, rest = float(upper + lower), float(2 * lower)
     goal = log1p(-float(alpha))
@@ -82,6 +112,11 @@ class _ProductLevels:
 
 @lru_cache(maxsize=1_000)
 def product_levels(cells: int, pairs: int, alpha: Fraction, side: Side) -> _ProductLevels:
+    """Split an error between the guards and the products of tails.
+
+    2b + (2K − 2)·b' + f(b, c) + (M − 1)·f(b', c') ≤ α with b' ≤ b and c' ≤ c; an upper end alone 2b + f(b, c) ≤ α, a lower one alone
+    2K·b' + M·f(b', c') ≤ α; f is `product_area`, M the number of ordered pairs. With K = 1 two ends count in the place of 2K − 2.
+    """
     share = {"both": alpha / 2, "upper": alpha, "lower": alpha}[side]
     upper = lower = None
     if side != "lower":
@@ -112,7 +147,7 @@ def product_area(guard: Fraction, c: Fraction) -> Fraction:
     """Upper bound of the area where both tails exceed b and their product is at most c, for b² ≤ c ≤ b."""
     ratio = c / guard**2
     _, high = log_fixed(ratio.numerator, ratio.denominator, BITS)
-    return c * Fraction(high, ONE) - c + guard**2
+    return c * Fraction(high, 1 << BITS) - c + guard**2
 
 
 def _rounded_down(value: Fraction) -> Fraction:
@@ -120,19 +155,11 @@ def _rounded_down(value: Fraction) -> Fraction:
     return Fraction(value.numerator * scale // value.denominator, scale)
 
 
-# Intervals
-
-
-def confidence_level(value: Any) -> Fraction:
-    """Read a confidence in (0, 1); a float is the decimal that it is printed as."""
-    level = Fraction(*option_value(value))
-    if not 0 < level < 1:
-        raise InputError(f"a confidence of {shown(value)} is not accepted; it lies between 0 and 1, such as 0.95")
-    return level
+# Statements of a stream
 
 
 def weight(rank: int, expected: int) -> Fraction:
-    """K/((j + K − 1)(j + K)): what the j-th to appear gets of the budget.
+    """K/((j + K − 1)(j + K)): what the j-th to appear gets of the budget. Σ_j weight(j) = 1, over any number of them less.
 
     Examples
     --------
@@ -142,11 +169,16 @@ def weight(rank: int, expected: int) -> Fraction:
     return Fraction(expected, (rank + expected - 1) * (rank + expected))
 
 
-def pair_levels(ranks: Sequence[Sequence[int]], expected: int, alpha: Fraction) -> list[dict[frozenset[int], Fraction]]:
+def arrival_levels(ranks: Sequence[Sequence[int]], expected: int, alpha: Fraction) -> list[list[Fraction]]:
+    """Level of each end of each cell of a stream, by blocks; `ranks` are those of first appearance: Σ 2·level ≤ α over all cells."""
+    return [[equal_share(alpha * weight(rank, expected), 2) for rank in block] for block in ranks]
+
+
+def pair_levels(ranks: Sequence[Sequence[int]], expected: int, alpha: Fraction) -> PairLevels:
     """Level of each unordered pair of a block, for either direction; `ranks` are those of first appearance, by block.
 
     The cells that found others of their block are counted in order, j = 1, 2, …; the j-th shares α·weight(j) among the two directions
-    of its pairs with those that it found.
+    of its pairs with those that it found: Σ 2·level ≤ α over all pairs.
     """
     later = sorted(rank for block in ranks for rank in block if rank > min(block))
     place = {rank: j for j, rank in enumerate(later, 1)}
@@ -162,5 +194,18 @@ def pair_levels(ranks: Sequence[Sequence[int]], expected: int, alpha: Fraction) 
 
 
 def window_share(number: int) -> Fraction:
-    """The part of the error that the windows have together, which window 1, 2, … gets: 1/(i(i+1))."""
+    """The part of the error that the windows have together, which window 1, 2, … gets: 1/(i(i + 1)). Σ_i window_share(i) = 1."""
     return Fraction(1, number * (number + 1))
+
+
+def constancy_error(stream: Fraction, window: Fraction, number: int) -> Fraction:
+    """Error of the whole stream plus those of all windows up to this one, when a window's share is an error of `window`.
+
+    Windows 1 … n have n/(n + 1) of what all windows have together, which is n² times what window n has.
+
+    Examples
+    --------
+    >>> constancy_error(Fraction(1, 20), Fraction(1, 20) * window_share(2), 2) == Fraction(1, 20) * (1 + window_share(1) + window_share(2))
+    True
+    """
+    return stream + number * number * window

@@ -23,7 +23,9 @@ from fairaudit.inference.quotients import FOREMOST, are_many, extreme_ratio, sam
 from fairaudit.measures.limits import ALONE, one_limit, without_bare_limits
 from fairaudit.words import approximate
 
-GREATEST_PLANNED = 10**300
+GREATEST_UTILITY = 10**300  # what floats hold
+
+GREATEST_DRAWS = 10**12  # per cell: nobody draws as many
 
 
 @dataclass(frozen=True)
@@ -51,9 +53,6 @@ class Planning:
     total_if_equal: int | None = None
 
 
-# Planning, in floats
-
-
 @without_bare_limits(ALONE)
 def further_draws(
     comparison: Comparison,
@@ -62,7 +61,6 @@ def further_draws(
     max_ratio: Any = None,
     max_log: Any = None,
     interval: Interval | None = None,
-    greatest: int = 10**12,
 ) -> Planning:
     """Estimate how many more draws would decide a target, if the truth were as measured and all cells grew alike.
 
@@ -79,8 +77,6 @@ def further_draws(
         The target, as for `verdict`.
     interval : Interval, optional
         The interval so far, which says whether equal groups are excluded; by default what the box is expected to give.
-    greatest : int
-        Give up when a cell would need more draws than this.
 
     Returns
     -------
@@ -101,7 +97,7 @@ def further_draws(
     cells = comparison.cells
     if any(not cells[i].draws for block in comparison.blocks for form in block for i, _ in form):
         return Planning(None, None, "Planning estimate: some cells have no draws; draw from every cell first.")
-    if any(cell.high > GREATEST_PLANNED for cell in cells):
+    if any(cell.high > GREATEST_UTILITY for cell in cells):
         return Planning(None, None, "Planning estimate: none for utilities above 10^300, which floating point does not hold.")
     goal = _float_limit(max_ratio, max_log)
 
@@ -112,7 +108,7 @@ def further_draws(
             lower, upper = expected(lambda i: max(cells[i].draws, ceil(cells[i].draws * factor)))
             return "within" if upper <= goal else "exceeds" if lower > goal else None
 
-        found: tuple[float, Literal["within", "exceeds"] | None] = _least(decides, greatest / max(cell.draws for cell in cells))
+        found: tuple[float, Literal["within", "exceeds"] | None] = _least(decides, GREATEST_DRAWS / max(cell.draws for cell in cells))
         return found
 
     means = [float(cell.mean) for cell in cells]
@@ -173,7 +169,6 @@ def plan(
     power: float = 0.8,
     limits: tuple[Any, Any] = (0, 1),
     binary: bool = True,
-    greatest: int = 10**12,
 ) -> Planning:
     """Estimate the draws per cell, the same in each, that would show that a target is kept or exceeded, before any are taken.
 
@@ -189,8 +184,6 @@ def plan(
         How likely it should roughly be, in [0.5, 1), that the draws suffice if the guesses are right.
     limits, binary
         The range of the utility, and whether it takes no values between.
-    greatest : int
-        Give up beyond this number of draws per cell.
 
     Returns
     -------
@@ -222,7 +215,7 @@ def plan(
         values = [[Fraction(*option_value(guess)) for guess in row] for row in rows]
         if any(len(row) < 2 for row in values) or any(not low <= v <= high for row in values for v in row):
             raise InputError(f"guesses are needed for at least two groups of each context, between {low} and {high}")
-        if high > GREATEST_PLANNED:
+        if high > GREATEST_UTILITY:
             raise InputError("a plan needs utilities of at most 10^300, as far as floating point goes; divide all of them by one number")
         means = [float(v) for row in values for v in row]
         places = iter(range(len(means)))
@@ -236,7 +229,7 @@ def plan(
         lower, upper = expected(lambda _: ceil(draws))
         return "within" if upper <= goal else "exceeds" if lower > goal else None
 
-    draws, found = _least(decides, greatest)
+    draws, found = _least(decides, GREATEST_DRAWS)
     if found is None:
         return Planning(None, None, "Planning estimate: no number of draws is expected to decide; the guesses are too close to the limit.")
     count = ceil(draws)

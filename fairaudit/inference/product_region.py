@@ -22,7 +22,8 @@ from fairaudit.inference.ends import DIGITS, cell_ends, ends_of_cells
 from fairaudit.inference.float_tails import float_tail
 from fairaudit.inference.levels import Side, product_levels
 from fairaudit.inference.quotients import extreme_candidates, least_ratio
-from fairaudit.inference.tails import BITS, tail_bound
+from fairaudit.inference.rounding import BITS
+from fairaudit.inference.tails import tail_bound
 
 SLACK = 0.02
 
@@ -54,10 +55,8 @@ def product_driver(comparison: Comparison, guard: Fraction, c: Fraction) -> tupl
     return where
 
 
-# The product region
-
-
 def product_interval(comparison: Comparison, alpha: Fraction, side: Side) -> tuple[Fraction, Extended, dict[str, Any]]:
+    """Both ends of the ratio by ladders over the product region, with their evidence."""
     levels = product_levels(len(comparison.used), comparison.pairs, alpha, side)
     own = [replace(cell) for cell in comparison.cells]  # cells are told apart by identity, equal ones included
     blocks = [[own[form[0][0]] for form in block] for block in comparison.blocks if len(block) > 1]

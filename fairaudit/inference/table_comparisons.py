@@ -10,13 +10,11 @@ import numpy as np
 
 from fairaudit.errors import InputError, shown
 from fairaudit.inference.comparisons import Comparison, Form, normalised_form, stated_masses, unit_form
-from fairaudit.inference.draws import RangedUtility, unit_columns, unit_notes
+from fairaudit.inference.draws import SampledUtility, declared_range, range_assumption, unit_columns, unit_notes
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label
 from fairaudit.theorems.assumptions import DECLARED, DRAWS, ONE_ROW, POOLED, POPULATION, UNITS
-
-# What is compared
 
 
 def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | None = None) -> Comparison:
@@ -55,8 +53,9 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
     >>> [(cell.draws, cell.mean) for cell in local_comparison(law, Utility({"yes": 1}).on(law)).cells]
     [(1, Fraction(1, 2)), (2, Fraction(0, 1))]
     """
-    scope = RangedUtility(utility, limits)
-    cells = scope.cells(law.compared)
+    declared = None if limits is None else declared_range(limits)
+    drawn = SampledUtility(utility, declared)
+    cells = drawn.cells(law.compared)
     blocks: list[tuple[Form, ...]] = []
     labels = []
     held = law.cell_group.tolist()
@@ -68,8 +67,8 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
         blocks.append(tuple(unit_form(i) for i in range(first, first + end - start)))
         first += end - start
         labels.append((law.context_label(int(law.cell_context[start])), tuple(names_of[a] for a in held[start:end])))
-    drawn = (UNITS,) if law.units and law.units.repeated else (DRAWS, *((ONE_ROW,) if law.units else ()))
-    assumptions = (*drawn, scope.assumption, DECLARED, *law.assumptions)
+    draws = (UNITS,) if law.units and law.units.repeated else (DRAWS, *((ONE_ROW,) if law.units else ()))
+    assumptions = (*draws, range_assumption(utility, declared), DECLARED, *law.assumptions)
     notes = unit_notes(law.units, cells) if law.units else ()
     dependent = bool(law.units and law.units.spanning)
     return Comparison(tuple(cells), tuple(blocks), tuple(labels), dependent, assumptions, notes, units=law.units)
@@ -108,15 +107,16 @@ def global_comparison(
             f"units of {unit_columns(law.units)} have several rows with the same group, which are no independent draws of it; "
             "an interval for the global ratio needs one row for each unit and group"
         )
-    scope = RangedUtility(utility, limits)
+    declared = None if limits is None else declared_range(limits)
+    drawn = SampledUtility(utility, declared)
     if population is None:
         groups = law.global_groups
-        pooled = scope.pooled(groups)
+        pooled = drawn.pooled(groups)
         labels = ((None, tuple(law.group_label(a) for a in groups)),)
-        assumptions = (DRAWS, POOLED, scope.assumption, DECLARED, *law.assumptions)
+        assumptions = (DRAWS, POOLED, range_assumption(utility, declared), DECLARED, *law.assumptions)
         forms = (tuple(unit_form(i) for i in range(len(pooled))),)
         return Comparison(tuple(pooled), forms, labels, bool(law.units), assumptions, units=law.units)
-    cells = scope.cells(np.ones(len(law.weights), dtype=np.bool_))
+    cells = drawn.cells(np.ones(len(law.weights), dtype=np.bool_))
     place = {cell.label: i for i, cell in enumerate(cells)}
     weights: dict[Label, list[tuple[int, Fraction]]] = {a: [] for a in law.groups}
     for key, mass in stated_masses(population).items():
@@ -128,5 +128,5 @@ def global_comparison(
     present = [(law.group_label(k), a) for k, a in enumerate(law.groups) if weights[a]]
     block = tuple(normalised_form(weights[a]) for _, a in present)
     labels = ((None, tuple(label for label, _ in present)),)
-    assumptions = (DRAWS, POPULATION, scope.assumption, DECLARED, *law.assumptions)
+    assumptions = (DRAWS, POPULATION, range_assumption(utility, declared), DECLARED, *law.assumptions)
     return Comparison(tuple(cells), (block,), labels, bool(law.units), assumptions, units=law.units)

@@ -9,18 +9,13 @@ from typing import Literal
 
 from fairaudit.exact.enclosures import exp_enclosure, log_fixed
 from fairaudit.inference.cells import Cell
-from fairaudit.inference.rounding import power_above
+from fairaudit.inference.rounding import BITS, power_above
 
-EXACT_DRAWS = 5_000
+EXACT_DRAWS = 5_000  # as docs/certificate-samples.md has it: up to here the binomial sum is formed, beyond it a bound takes its place
 
-BITS = 128
+ONE = 1 << BITS  # the probability 1, in units of 2^-BITS
 
-ONE = 1 << BITS
-
-PI_BELOW = Fraction(333, 106)
-
-
-# Tails
+PI_BELOW = Fraction(333, 106)  # 3.14150…: Stirling's bound rises as π falls, so π is rounded down
 
 
 def tail_bound(cell: Cell, mean: Fraction, side: Literal["lower", "upper"]) -> int:

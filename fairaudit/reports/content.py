@@ -28,9 +28,9 @@ from fairaudit.certificates.certificate import Certificate
 from fairaudit.certificates.reader import Subject, number, ratio, subject
 from fairaudit.errors import InputError
 from fairaudit.inference.anytime import stream_drivers
-from fairaudit.inference.rates import KINDS, NAMES, OVERALL
 from fairaudit.inference.ratio_intervals import drivers as interval_drivers
 from fairaudit.measures.limits import limit_text
+from fairaudit.measures.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.reports.expectations import Expectations, Matrix, Panel
 from fairaudit.reports.ladder import Calibrated, Rung, calibration, ladder

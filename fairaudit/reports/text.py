@@ -12,9 +12,9 @@ from fairaudit.audits.sentences import pair_text, size_text
 from fairaudit.certificates.entries import change_assumptions
 from fairaudit.errors import shown
 from fairaudit.exact.rationals import rational_text
-from fairaudit.inference.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.expectations import cell_expectation
 from fairaudit.measures.limits import limit_text
+from fairaudit.measures.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.epsilon_delta import exp_epsilon

@@ -11,8 +11,8 @@ from typing import Any, Literal
 
 from fairaudit.certificates.reader import number
 from fairaudit.exact.enclosures import log_enclosure
-from fairaudit.inference.rates import NAMES
 from fairaudit.measures.distances import PARITY_WITHIN
+from fairaudit.measures.rates import NAMES
 from fairaudit.theorems.registry import is_sampled, kind_of
 from fairaudit.words import approximate, percent, place, plain
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from fairaudit.errors import InputError
 from fairaudit.inference.anytime import stream_interval
+from fairaudit.inference.changes import Change, disjoint, withdrawn_by
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import window_share
 from fairaudit.inference.verdicts import Verdict, exit_code, foremost_verdict, verdict
@@ -51,52 +52,21 @@ class Look:
         return exit_code(self.verdict, self.verdicts.values())
 
 
-@dataclass(frozen=True)
-class Contradiction:
-    """A window and the whole stream until then, whose intervals have no ratio in common: not both come from one constant ratio.
-
-    Attributes
-    ----------
-    quantity : {"local", "global"}
-        Which ratio.
-    number : int
-        The window's.
-    whole, part : Interval
-        That of the whole stream and that of the window, proved.
-    """
-
-    quantity: Quantity
-    number: int
-    whole: Interval
-    part: Interval
-
-    @property
-    def error(self) -> Fraction:
-        """Probability with which the interval of the whole stream and one of the windows up to this are ever disjoint under constancy."""
-        shares = sum((window_share(i) for i in range(1, self.number + 1)), Fraction(0))
-        return (1 - self.whole.confidence) + (1 - self.part.confidence) / window_share(self.number) * shares
-
-
-def contradiction(settings: Settings, whole: Subject | None, part: Subject | None, number: int, quantity: Quantity) -> Contradiction | None:
+def contradiction(settings: Settings, whole: Subject | None, part: Subject | None, number: int, quantity: Quantity) -> Change | None:
     """Whether a window contradicts the whole stream; estimated in floats first, and then proved."""
     for exact in (False, True):
         one = interval_of(settings, whole, quantity, exact=exact)
         other = interval_of(settings, part, quantity, window_share(number), exact=exact)
-        if one is None or other is None or not (one.upper < other.lower or other.upper < one.lower):
+        if part is None or one is None or other is None or not disjoint(one, other):
             return None
-    return Contradiction(quantity, number, one, other) if one is not None and other is not None else None
+        found = Change(quantity, part.window(number), one, other)
+    return found
 
 
 def withdrawn(settings: Settings, alarms: list[dict[str, Any]]) -> frozenset[Quantity]:
-    """The quantities of which nothing is said any more about the whole stream.
-
-    If the ratio within contexts changed, the means of cells did, and all rests on them. A global ratio also changes with the mix of
-    contexts, of which the ratio within them needs nothing.
-    """
-    found = {alarm["changed"] for alarm in alarms if "changed" in alarm}
-    if "local" in found or (found and not settings.context):
-        return frozenset(QUANTITIES)
-    return frozenset({"global"}) if found else frozenset()
+    """The quantities of which nothing is said any more about the whole stream, because a window contradicted it."""
+    gone: frozenset[Quantity] = frozenset()
+    return gone.union(*(withdrawn_by(alarm["changed"], contexts=bool(settings.context)) for alarm in alarms if "changed" in alarm))
 
 
 def pair_labels(pair: Witness | None) -> dict[str, Any] | None:
@@ -129,16 +99,18 @@ def interval_of(
     """The interval of a quantity, or None if nothing is compared yet. Quantities with targets share the error."""
     if found is None:
         return None
-    alpha = (1 - Fraction(settings.confidence)) * share / max(1, len(settings.named))
     try:
-        return stream_interval(found.law, found.utility.on(found.law), found.arrivals, quantity, settings.limits, 1 - alpha, exact=exact)
+        table, level = found.utility.on(found.law), 1 - settings.alpha * share
+        return stream_interval(found.law, table, found.arrivals, quantity, settings.limits, level, exact=exact)
     except InputError:
         return None
 
 
 def asked_targets(settings: Settings, quantity: Quantity) -> dict[str, str]:
+    """The targets on a quantity, with their limits."""
     return {name: limit for name, limit in (settings.targets or {}).items() if LIMITS[name][0] == quantity}
 
 
 def target_verdict(interval: Interval, name: str, limit: str) -> Verdict:
+    """What an interval says of the target of this name."""
     return verdict(interval, **{f"max_{LIMITS[name][1]}": limit})

@@ -11,7 +11,7 @@ from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import option_value, rational_text
-from fairaudit.inference.levels import confidence_level
+from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.measures.limits import LIMITS, read_limit, refuse_bare
 
 __all__ = ["OTHER", "Settings"]
@@ -139,6 +139,11 @@ class Settings:
     def named(self) -> tuple[str, ...]:
         """The quantities with a target: "local", "global"."""
         return tuple(dict.fromkeys(quantity for name, (quantity, _) in LIMITS.items() if name in (self.targets or {})))
+
+    @property
+    def alpha(self) -> Fraction:
+        """The error of each statement about the whole stream: quantities with targets share it."""
+        return equal_share(1 - Fraction(self.confidence), len(self.named))
 
     @property
     def text(self) -> str:

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, replace
-from decimal import Decimal
-from fractions import Fraction
-from math import inf
-from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import rational, rational_text
+from fairaudit.exact.extended import extended_text
+from fairaudit.inference.changes import Change
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import window_share
 from fairaudit.inference.verdicts import Verdict, foremost_verdict
 from fairaudit.measures.limits import LIMITS, Quantity
+from fairaudit.streams.labels import NO_VALUE, LabelResolver
+from fairaudit.streams.letters import MISSING, UNREADABLE, UNUSABLE, DeadLetters
 from fairaudit.streams.looks import (
     QUANTITIES,
-    Contradiction,
     Look,
     asked_targets,
     contradiction,
@@ -34,53 +31,20 @@ from fairaudit.streams.looks import (
     withdrawn,
 )
 from fairaudit.streams.readers import Batch, Decoder, Row, decoder, moment
-from fairaudit.streams.settings import OTHER
 from fairaudit.streams.state import Counts, State
 from fairaudit.streams.subjects import Subject, subject
 from fairaudit.streams.tail import Log
-from fairaudit.tables.label_text import json_number, label_text
 from fairaudit.tables.values import Label
 
-MAX_CELLS = 10_000
+COMMIT_SECONDS = 0.1  # what a crash may cost: the lines of this time are read again
 
-MAX_VALUES = 10_001
+FIRST_LOOKS = 1_000  # an interval hardly moves in fewer decisions
 
-CACHED = 200_000
+LOOKS = 1.02  # nor in 2 % more: an eager monitor of n decisions looks about 50·log(n) times
 
-COMMIT_SECONDS = 0.1
+PATIENCE = 40  # looking for alarms takes one fortieth of the time
 
-FIRST_LOOKS = 1_000
-
-LOOKS = 1.02
-
-PATIENCE = 40
-
-FUTURE = 86_400.0
-
-SHOWN = 2_000
-
-UNREADABLE, MISSING, UNUSABLE, UNKNOWN = "unreadable line", "missing label", "unusable value", "unknown reason"
-
-NO_VALUE = "no value in column "
-
-
-def reasons(tally: dict[str, Any], alarm: dict[str, Any] | None = None) -> dict[str, int]:
-    """How many lines could not be counted so far, or when an alarm was raised, by reason.
-
-    Examples
-    --------
-    >>> reasons({"dead": 5, "reasons": {"unreadable line": 3}})
-    {'unreadable line': 3, 'unknown reason': 2}
-    """
-    known = tally if alarm is None or "dead" not in alarm else alarm
-    listed = known.get("reasons", {})
-    counts = {reason: listed.get(reason, 0) for reason in (UNREADABLE, MISSING, UNUSABLE)}
-    counts[UNKNOWN] = known.get("dead", 0) - sum(counts.values())
-    return {reason: n for reason, n in counts.items() if n}
-
-
-def _texts(*ends: Fraction | float) -> list[str]:
-    return [rational_text(end.as_integer_ratio()) if end != inf else "inf" for end in ends]
+FUTURE = 86_400.0  # a day: wrong time zones pass, wrong years do not
 
 
 class Monitor:
@@ -105,10 +69,6 @@ class Monitor:
         self.state, self.settings = state, state.settings
         place = state.place()
         self.log = Log(path, place)
-        self._letters = self._open_letters(letters, place.letters)
-        self.total, self.window = state.counts(), Counts()
-        self.decisions = state.decisions()
-        self._numbers = {label: number for number, (label, _) in enumerate(self.decisions)}
         self.tally: dict[str, Any] = {
             "dead": 0,
             "reasons": {},
@@ -120,24 +80,24 @@ class Monitor:
             "index": None,
             "letters": None,
         } | state.get("tally", {})
-        own = None if letters is None else os.path.realpath(letters)
-        if self._letters is not None and self.tally["letters"] != own:
+        self._letters = self._open_letters(letters, place.letters)
+        self.total, self.window = state.counts(), Counts()
+        self._labels = LabelResolver(self.settings, state.decisions(), self.total.order)
+        if self._letters is not None and self.tally["letters"] != self._letters.path:
             # Known before the first line is written, so that a kill before the first commit leaves nothing behind.
-            opened = asdict(replace(place, letters=self._letters.tell()))
-            state.commit({}, [], [], {"tally": self.tally | {"letters": own}, "place": opened})
-        self.tally["letters"] = own
+            opened = asdict(replace(place, letters=self._letters.length))
+            state.commit({}, [], [], {"tally": self.tally | {"letters": self._letters.path}, "place": opened})
+        self.tally["letters"] = None if self._letters is None else self._letters.path
         if self.tally["window"]:
             self.window = state.counts(self.tally["window"])
         self.alarms = state.alarms()
         self.closed: list[dict[str, Any]] = []
         self.notes: list[str] = []
         self._decoder: Decoder | None = None
-        self._resolved: dict[Any, tuple[tuple[Label, Label], int] | str] = {}
         self._pending: dict[int, Counts] = {}
         self._uncounted: Counter[Any] = Counter()
         self._known: set[Any] = set()
         self._truth: tuple[bool, ...] = ()
-        self._new_decisions: list[tuple[int, str, str]] = []
         self._new_alarms: list[dict[str, Any]] = []
         self.events = self.total.events
         self._window_events = self.window.events
@@ -188,13 +148,12 @@ class Monitor:
         entries: dict[str, Any] = {"tally": self.tally}
         if place is not None:
             if self._letters is not None:
-                self._letters.flush()
-                place = replace(place, letters=self._letters.tell())
+                place = replace(place, letters=self._letters.flushed())
             entries["place"] = asdict(replace(place, header=self._header))
         orders = {self.tally["window"]: self.window.order, 0: self.total.order}
         added = {window: Counts(orders.get(window, counts.order), counts.n) for window, counts in self._pending.items()}
-        self.state.commit(added, self._new_decisions, self._new_alarms, entries)
-        self._pending, self._new_decisions, self._new_alarms = {}, [], []
+        self.state.commit(added, self._labels.take_new(), self._new_alarms, entries)
+        self._pending, self._new_alarms = {}, []
 
     def look(self) -> Look:
         """What the whole stream shows now, as far as no window contradicts it."""
@@ -227,7 +186,7 @@ class Monitor:
 
     def subject(self) -> Subject | None:
         """What was counted so far."""
-        return subject(self.settings, self.total, self.decisions)
+        return subject(self.settings, self.total, self._labels.decisions)
 
     def _watch(self) -> None:
         """Raise an alarm for each target that is exceeded for the first time, and where a window contradicts the stream."""
@@ -249,29 +208,29 @@ class Monitor:
             self.commit()
 
     def _alarm(self, name: str, interval: Interval, **where: int) -> None:
-        limit, lower = (self.settings.targets or {})[name], rational_text(interval.lower.as_integer_ratio())
+        limit, lower = (self.settings.targets or {})[name], extended_text(interval.lower)
         self._raise({"target": name, "limit": limit, "lower": lower, "pair": pair_labels(interval.pairs[0]), **where})
 
     def _compare_window(self) -> None:
         """Raise an alarm for each quantity for which the current window contradicts the whole stream for the first time."""
         if not self.tally["window"] or len(self.withdrawn) == len(QUANTITIES):
             return
-        whole, part = self.subject(), subject(self.settings, self.window, self.decisions)
+        whole, part = self.subject(), subject(self.settings, self.window, self._labels.decisions)
         for quantity in QUANTITIES:
             found = None if quantity in self.withdrawn else contradiction(self.settings, whole, part, self.tally["window"], quantity)
             if found is not None:
                 self._changed(found)
 
-    def _changed(self, found: Contradiction) -> None:
+    def _changed(self, found: Change) -> None:
         asked = asked_targets(self.settings, found.quantity)
         self._raise(
             {
                 "changed": found.quantity,
-                "window": found.number,
+                "window": found.window.number,
                 "window_events": self._window_events,
-                "stream": _texts(found.whole.lower, found.whole.upper),
-                "ratio": _texts(found.part.lower, found.part.upper),
-                "error": str(found.error),
+                "stream": [extended_text(found.stream.lower), extended_text(found.stream.upper)],
+                "ratio": [extended_text(found.part.lower), extended_text(found.part.upper)],
+                "error": str(1 - found.confidence),
                 "exceeds": [name for name, limit in asked.items() if target_verdict(found.part, name, limit) == "exceeds"],
                 "window_order": [[list(x), list(a)] for x, a in self.window.order],
                 "window_counts": [[rank, number, n] for (rank, number), n in self.window.n.items()],
@@ -310,7 +269,9 @@ class Monitor:
             if self._decoder.truth != self._truth:  # 1 and true are equal keys, and different labels
                 self._flush()
                 self._truth = self._decoder.truth
-            if not self.settings.window and not any(isinstance(self._resolve(key), str) for key in batch.counts.keys() - self._known):
+            if not self.settings.window and not any(
+                isinstance(self._labels.resolve(key), str) for key in batch.counts.keys() - self._known
+            ):
                 self._known.update(batch.counts)
                 self._uncounted.update(batch.counts)
                 return
@@ -321,7 +282,7 @@ class Monitor:
     def _flush(self) -> None:
         """Count what was gathered from chunks that were decoded as a whole."""
         for key, n in self._uncounted.items():
-            what = self._resolve(key)
+            what = self._labels.resolve(key)
             if not isinstance(what, str):
                 self._count(*what, n)
         self._uncounted.clear()
@@ -352,7 +313,7 @@ class Monitor:
     def _take_row(self, row: Row) -> str:
         """Count one decision; say why if it cannot be."""
         settings, extra = self.settings, list(row.extra)
-        what = self._resolve(row.key)
+        what = self._labels.resolve(row.key)
         if isinstance(what, str):
             return what
         identity = extra.pop(0) if settings.event_id else None
@@ -413,6 +374,7 @@ class Monitor:
         self.window, self._window_events = Counts(), 0
 
     def _close(self) -> None:
+        """Judge the window that ends here for the last time, and keep what it showed."""
         number = self.tally["window"]
         pending = self._pending.get(number)
         if pending is not None:
@@ -421,7 +383,7 @@ class Monitor:
         found = self._look_at_window()
         for name, judged in found.verdicts.items():
             if judged == "exceeds" and name not in self._exceeded and LIMITS[name][0] in self.withdrawn:
-                part = subject(self.settings, self.window, self.decisions)
+                part = subject(self.settings, self.window, self._labels.decisions)
                 interval = interval_of(self.settings, part, LIMITS[name][0], window_share(number))
                 if interval is not None:
                     self._alarm(name, interval, window=number)
@@ -432,7 +394,7 @@ class Monitor:
         return self._entry(self._look_at_window())
 
     def _look_at_window(self) -> Look:
-        found = subject(self.settings, self.window, self.decisions)
+        found = subject(self.settings, self.window, self._labels.decisions)
         return look(self.settings, found, self._window_events, window_share(self.tally["window"]))
 
     def _entry(self, found: Look) -> dict[str, Any]:
@@ -444,84 +406,20 @@ class Monitor:
             "verdict": found.verdict,
         }
 
-    def _resolve(self, key: tuple[Any, ...]) -> tuple[tuple[Label, Label], int] | str:
-        """The cell and the decision that labels stand for, or why they stand for none."""
-        kinds = (key, *map(type, key))
-        try:
-            found = self._resolved.get(kinds)
-        except TypeError:  # a list or an object instead of a label
-            return self._resolve_anew(key)
-        if found is None:
-            if len(self._resolved) >= CACHED:
-                self._resolved.clear()
-            found = self._resolved[kinds] = self._resolve_anew(key)
-        if not isinstance(found, str) and found[0] not in self.total.order and len(self.total.order) >= MAX_CELLS:
-            return f"more than {MAX_CELLS} combinations of context and group"
-        return found
-
-    def _resolve_anew(self, key: tuple[Any, ...]) -> tuple[tuple[Label, Label], int] | str:
-        names = (*self.settings.context, *self.settings.group, self.settings.decision)
-        labels = []
-        for name, value in zip(names, key, strict=True):
-            if isinstance(value, (list, dict)):
-                return f"column {shown(name)} holds no label"
-            try:
-                text = label_text(json_number(str(value)) if isinstance(value, Decimal) else value)
-            except InputError as error:
-                return f"column {shown(name)}: {error}"
-            if text is None:
-                return f"{NO_VALUE}{shown(name)}"
-            labels.append(text)
-        contexts = len(self.settings.context)
-        cell = tuple(labels[:contexts]), tuple(labels[contexts:-1])
-        if self.settings.utility is not None:
-            return cell, self._numbers.get(labels[-1], self._numbers[OTHER])
-        try:
-            return cell, self._value(key[-1], labels[-1])
-        except InputError as error:
-            return f"column {shown(names[-1])}: {error}"
-
-    def _value(self, value: Any, text: str) -> int:
-        """Number of the decision that a utility stands for."""
-        exact = Fraction(*rational(text if isinstance(value, (str, float)) else value))
-        if self.settings.step is not None:
-            step = Fraction(self.settings.step)
-            exact = round(exact / step) * step
-        low, high = self.settings.limits
-        if not low <= exact <= high:
-            raise InputError(f"a utility of {shown(text)} is outside the range from {low} to {high}")
-        label = rational_text((exact.numerator, exact.denominator))
-        if label not in self._numbers:
-            if len(self._numbers) >= MAX_VALUES:
-                raise InputError(f"more than {MAX_VALUES} different utilities; round them (--utility-step)")
-            self._numbers[label] = len(self._numbers)
-            self.decisions.append((label, label))
-            self._new_decisions.append((self._numbers[label], label, label))
-        return self._numbers[label]
-
     # Dead letters
 
-    def _open_letters(self, path: str | None, length: int) -> Any:
-        """Open the file of dead letters, without what was written after the last commit."""
-        if path is None:
-            return None
+    def _open_letters(self, path: str | None, length: int) -> DeadLetters | None:
         try:
-            file = Path(path).open("ab")  # noqa: SIM115
-            earlier = self.state.get("tally", {}).get("letters")
-            if earlier == os.path.realpath(path) and file.tell() > length:
-                file.truncate(length)
-                file.seek(0, os.SEEK_END)
-        except OSError as error:
+            return None if path is None else DeadLetters(path, length, self.tally["letters"])
+        except InputError:
             self.log.file.close()
-            raise InputError(f"{path} cannot be written: {error.strerror or error}") from None
-        return file
+            raise
 
     def _dead(self, line: int, kind: str, reason: str, text: bytes) -> None:
         self.tally["dead"] += 1
         self.tally["reasons"][kind] = self.tally["reasons"].get(kind, 0) + 1
         if self._letters is not None:
-            entry = {"line": line, "reason": reason, "text": text[:SHOWN].decode("utf-8", "backslashreplace")}
-            self._letters.write(json.dumps(entry).encode("ascii") + b"\n")
+            self._letters.write(line, reason, text)
 
     def close(self) -> None:
         """Close the files."""

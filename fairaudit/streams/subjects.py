@@ -22,6 +22,11 @@ class Subject:
     utility: Utility
     arrivals: Arrivals
 
+    def window(self, number: int) -> Window:
+        """The same as a window of a stream."""
+        table = self.utility.on(self.law)
+        return Window(number, table.law, table, self.arrivals)
+
 
 def subject(settings: Settings, counts: Counts, decisions: list[tuple[str, str]]) -> Subject | None:
     """Turn counts into a law, its utility and the order of arrival; None as long as there are no two groups."""
@@ -55,5 +60,4 @@ def window_of(settings: Settings, alarm: dict[str, Any], decisions: list[tuple[s
     found = subject(settings, alarm_counts({"order": alarm["window_order"], "counts": alarm["window_counts"]}), decisions)
     if found is None:
         raise InputError("the window of an alarm holds no two groups; the state was altered")
-    table = found.utility.on(found.law)
-    return Window(alarm["window"], table.law, table, found.arrivals)
+    return found.window(alarm["window"])

@@ -51,6 +51,8 @@ UNITS = (
     "unit in a cell has the same expectation for all units: it is estimated by the mean over units, which is not the mean over rows"
 )
 
+POPULATION_DRAWS = "the sample of the population was drawn independently from that population"
+
 POOLED = "the contexts of each group were drawn from its population, not set by design"
 
 # Of decisions with true labels

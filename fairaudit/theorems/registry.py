@@ -168,7 +168,7 @@ KINDS: tuple[Kind, ...] = (
             "fairaudit.measures.ratios.global_fairness",
             "fairaudit.measures.distances.demographic_parity",
             "fairaudit.measures.distances.equalized_odds",
-            "fairaudit.inference.rates.given_truth",
+            "fairaudit.measures.rates.given_truth",
         ),
         anchor="certificate.md#metrics",
         reason=(
@@ -402,7 +402,7 @@ KINDS: tuple[Kind, ...] = (
         scopes=(SAMPLED,),
         subject="labels",
         evidence="interval",
-        code=("fairaudit.inference.rates.given_truth",),
+        code=("fairaudit.inference.rates.with_intervals",),
         anchor="certificate-samples.md#differences-of-rates",
         reason=_WRITTEN,
         assumes=("given-labels", "chosen-labels"),
