@@ -38,9 +38,13 @@ Side = Literal["both", "lower", "upper"]
 PairLevels = list[dict[frozenset[int], Fraction]]
 """By blocks, the level of each unordered pair of cells."""
 
-SIDAK_CELLS = 2_000  # powers of exact levels take a second from here on, and gain nothing: the factor tends to −log(1 − α)/α
+SIDAK_CELLS = 2_000  # powers of exact levels grow with the cells, and at 95 % gain a fortieth of a level: with more cells the union bound
 
 GUARD = Fraction(4, 5)
+"""The part of an error that guards single cells; the rest is for products of tails.
+
+With 1/2 the upper end of three cells of 100 draws is 2 % lower, that of one cell of 20 draws beside two of 1,000 is 10 % higher; with 19/20
+it is the other way round, by 3 % each."""
 
 
 def confidence_level(value: Any) -> Fraction:

@@ -16,7 +16,7 @@ from fairaudit.inference.comparisons import Comparison, Form, form_mean
 
 AllEnds = Sequence[tuple[Any, Any]] | Mapping[int, tuple[Any, Any]]  # by cell
 
-DECISIVE_CELLS = 100  # up to here narrow ends of every cell take about a second
+DECISIVE_CELLS = 100  # up to here narrow ends of every cell take less than a second
 
 FOREMOST = 30  # blocks that bounds in closed form put first; the one that decides is seldom behind them, and nothing rests on it
 

@@ -22,7 +22,7 @@ from fairaudit.inference.quotients import extreme_ratio, sample_ratio, vanishing
 from fairaudit.measures.ratios import Witness
 from fairaudit.theorems.assumptions import CELLS
 
-TIGHT_CELLS = 500  # ladders for more cells take minutes, and most of them are not needed
+TIGHT_CELLS = 500  # so many have their ladders in a few seconds
 
 
 def ratio_interval(

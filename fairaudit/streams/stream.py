@@ -175,6 +175,11 @@ class Monitor:
         return Look(found.events, {q: ends for q, ends in found.intervals.items() if q not in gone}, verdicts, overall, pairs)
 
     @property
+    def decisions(self) -> list[tuple[str, str]]:
+        """Labels and utilities of the decisions, by number."""
+        return self._labels.decisions
+
+    @property
     def withdrawn(self) -> frozenset[Quantity]:
         """The quantities whose interval a window contradicts."""
         return withdrawn(self.settings, self.alarms)
@@ -186,7 +191,7 @@ class Monitor:
 
     def subject(self) -> Subject | None:
         """What was counted so far."""
-        return subject(self.settings, self.total, self._labels.decisions)
+        return subject(self.settings, self.total, self.decisions)
 
     def _watch(self) -> None:
         """Raise an alarm for each target that is exceeded for the first time, and where a window contradicts the stream."""
@@ -215,7 +220,7 @@ class Monitor:
         """Raise an alarm for each quantity for which the current window contradicts the whole stream for the first time."""
         if not self.tally["window"] or len(self.withdrawn) == len(QUANTITIES):
             return
-        whole, part = self.subject(), subject(self.settings, self.window, self._labels.decisions)
+        whole, part = self.subject(), subject(self.settings, self.window, self.decisions)
         for quantity in QUANTITIES:
             found = None if quantity in self.withdrawn else contradiction(self.settings, whole, part, self.tally["window"], quantity)
             if found is not None:
@@ -383,7 +388,7 @@ class Monitor:
         found = self._look_at_window()
         for name, judged in found.verdicts.items():
             if judged == "exceeds" and name not in self._exceeded and LIMITS[name][0] in self.withdrawn:
-                part = subject(self.settings, self.window, self._labels.decisions)
+                part = subject(self.settings, self.window, self.decisions)
                 interval = interval_of(self.settings, part, LIMITS[name][0], window_share(number))
                 if interval is not None:
                     self._alarm(name, interval, window=number)
@@ -394,7 +399,7 @@ class Monitor:
         return self._entry(self._look_at_window())
 
     def _look_at_window(self) -> Look:
-        found = subject(self.settings, self.window, self._labels.decisions)
+        found = subject(self.settings, self.window, self.decisions)
         return look(self.settings, found, self._window_events, window_share(self.tally["window"]))
 
     def _entry(self, found: Look) -> dict[str, Any]:
