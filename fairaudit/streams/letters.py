@@ -72,7 +72,7 @@ class DeadLetters:
         entry = {"line": line, "reason": reason, "text": text[:SHOWN].decode("utf-8", "backslashreplace")}
         self._file.write(json.dumps(entry).encode("ascii") + b"\n")
 
-    def flushed(self) -> int:
+    def flush(self) -> int:
         """Hand everything to the system, and say how long the file is."""
         self._file.flush()
         return self._file.tell()

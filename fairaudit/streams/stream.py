@@ -148,7 +148,7 @@ class Monitor:
         entries: dict[str, Any] = {"tally": self.tally}
         if place is not None:
             if self._letters is not None:
-                place = replace(place, letters=self._letters.flushed())
+                place = replace(place, letters=self._letters.flush())
             entries["place"] = asdict(replace(place, header=self._header))
         orders = {self.tally["window"]: self.window.order, 0: self.total.order}
         added = {window: Counts(orders.get(window, counts.order), counts.n) for window, counts in self._pending.items()}
