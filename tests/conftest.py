@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from logs import files as files
+from servers import postgres as postgres
 
 settings.register_profile(
     "ci",

@@ -16,7 +16,7 @@ import pytest
 from logs import log
 
 
-def _absent(what: str) -> NoReturn:
+def absent(what: str) -> NoReturn:
     """Skip for want of a server, or fail where FAIRAUDIT_SERVERS=1 demands it."""
     if os.environ.get("FAIRAUDIT_SERVERS") == "1":
         pytest.fail(what)
@@ -29,7 +29,7 @@ def postgres() -> Iterator[str]:
     folders = sorted(Path("/usr/lib/postgresql").glob("*/bin"), key=lambda path: int(path.parent.name) if path.parent.name.isdigit() else 0)
     found = shutil.which("initdb")
     if found is None and not folders:
-        _absent("PostgreSQL is not installed on this machine (initdb was not found)")
+        absent("PostgreSQL is not installed on this machine (initdb was not found)")
     psycopg = pytest.importorskip("psycopg", reason="psycopg is not installed")
     programs = Path(found).parent if found else folders[-1]
     user: dict[str, str] = {}
@@ -39,7 +39,7 @@ def postgres() -> Iterator[str]:
             shutil.chown(folder, "postgres", "postgres")
         except LookupError:
             folder.rmdir()
-            _absent("PostgreSQL does not run as root, and there is no user postgres")
+            absent("PostgreSQL does not run as root, and there is no user postgres")
         user = {"user": "postgres", "group": "postgres"}
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))

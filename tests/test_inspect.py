@@ -7,7 +7,6 @@ import shlex
 from pathlib import Path
 
 import pytest
-from logs import files, log  # noqa: F401 (a fixture)
 
 from fairaudit.cli import main
 from fairaudit.tables.engines.logs import survey_log
@@ -27,7 +26,7 @@ def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[list[str], st
 
 
 @pytest.mark.parametrize("engine", ["auto", "duckdb"])
-def test_every_file_shows_the_same(files: dict[str, str], capsys: pytest.CaptureFixture[str], engine: str) -> None:  # noqa: F811
+def test_every_file_shows_the_same(files: dict[str, str], capsys: pytest.CaptureFixture[str], engine: str) -> None:
     expected, _ = said(capsys, files["log.csv"])
     assert expected[0] == "400 rows, 5 columns"
     for name in SOURCES:
@@ -37,7 +36,7 @@ def test_every_file_shows_the_same(files: dict[str, str], capsys: pytest.Capture
         capsys.readouterr()
 
 
-def test_several_files_are_one_log(files: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:  # noqa: F811
+def test_several_files_are_one_log(files: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     expected, _ = said(capsys, files["log.csv"])
     parts = [files["part*.csv"].replace("*", number) for number in "01"]
     lines, command = said(capsys, *parts)
@@ -47,7 +46,7 @@ def test_several_files_are_one_log(files: dict[str, str], capsys: pytest.Capture
 
 @pytest.mark.parametrize(("url", "table"), DATABASES)
 def test_databases_show_the_same(
-    files: dict[str, str],  # noqa: F811
+    files: dict[str, str],
     capsys: pytest.CaptureFixture[str],
     url: str,
     table: str,
@@ -144,7 +143,7 @@ def test_refusals(
     assert out == "" and err.count("\n") == 1 and words in err
 
 
-def test_refusals_of_databases(files: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:  # noqa: F811
+def test_refusals_of_databases(files: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     for words, expected in (
         ([f"sqlite:{files['log.db']}"], "name one with table (--table), or give a query (--query)"),
         ([f"sqlite:{files['log.db']}", "--table", "other"], "SQLite cannot read it: no such table: other"),

@@ -28,14 +28,12 @@ from uuid import UUID
 
 import numpy as np
 import pytest
-from servers import _absent, postgres
+from servers import absent
 
 from fairaudit import InputError, Law, certify
 from fairaudit.tables.engines.logs import read_log, survey_log
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.tally import Tally
-
-__all__ = ["postgres"]
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 TABLES = int(os.environ.get("FAIRAUDIT_LABELS", "2100" if FULL else "40"))
@@ -436,7 +434,8 @@ def in_zones(batches: int, **settings: str) -> dict[str, list[dict[str, list[str
     """What the holders give in each time zone."""
     running = {}
     for place, zone in enumerate(ZONES):
-        environment = {**os.environ, "TZ": zone, "PGTZ": zone, "PYTHONWARNINGS": "ignore", **settings}
+        places = os.pathsep.join((str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")))
+        environment = {**os.environ, "TZ": zone, "PGTZ": zone, "PYTHONWARNINGS": "ignore", "PYTHONPATH": places, **settings}
         if "FAIRAUDIT_LABELS_SPARK" in settings:
             environment["FAIRAUDIT_LABELS_SPARK"] = ZONES[place - 1]
         words = [sys.executable, __file__, "0", str(batches)]
@@ -478,7 +477,7 @@ def test_one_certificate_of_typed_tables_in_every_library_and_time_zone() -> Non
 
 def test_one_certificate_of_typed_tables_in_servers_and_time_zones(postgres: str) -> None:
     if shutil.which("java") is None:
-        _absent("Spark needs Java, and there is none on this machine")
+        absent("Spark needs Java, and there is none on this machine")
     pytest.importorskip("pyspark", reason="PySpark is not installed")
     batches = TABLES // BATCH if FULL else 2
     certificates, refusals = judged(in_zones(batches, FAIRAUDIT_LABELS_POSTGRES=postgres, FAIRAUDIT_LABELS_SPARK="UTC"), batches)
@@ -751,7 +750,7 @@ def test_types_of_postgres(postgres: str, monkeypatch: pytest.MonkeyPatch) -> No
 def test_types_of_spark() -> None:
     sql = pytest.importorskip("pyspark.sql", reason="PySpark is not installed")
     if shutil.which("java") is None:
-        _absent("Spark needs Java, and there is none on this machine")
+        absent("Spark needs Java, and there is none on this machine")
     builder = sql.SparkSession.builder.master("local[1]").config("spark.ui.enabled", "false").config("spark.sql.shuffle.partitions", "1")
     spark = builder.getOrCreate()
     spark.sparkContext.setLogLevel("OFF")

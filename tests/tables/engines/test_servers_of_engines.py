@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 from logs import COLUMNS, as_csv, certificate, counts, log
-from servers import _absent
+from servers import absent
 
 from fairaudit import InputError, Law, certify
 from fairaudit.cli import main
@@ -99,7 +99,7 @@ def test_a_certificate_of_a_database_says_nothing_of_the_connection(postgres: st
 def spark() -> Iterator[object]:
     pyspark = pytest.importorskip("pyspark.sql", reason="PySpark is not installed")
     if shutil.which("java") is None:
-        _absent("Spark needs Java, and there is none on this machine")
+        absent("Spark needs Java, and there is none on this machine")
     os.environ.setdefault("PYSPARK_PYTHON", sys.executable)
     builder = (
         pyspark.SparkSession.builder.master("local[2]").config("spark.ui.enabled", "false").config("spark.sql.shuffle.partitions", "2")
@@ -222,7 +222,7 @@ def test_inspect_of_spark_and_duckdb(spark: object, tmp_path: Path) -> None:
 def test_spark_from_the_command_line(tmp_path: Path) -> None:
     pytest.importorskip("pyspark", reason="PySpark is not installed")
     if shutil.which("java") is None:
-        _absent("Spark needs Java, and there is none on this machine")
+        absent("Spark needs Java, and there is none on this machine")
     (tmp_path / "log.csv").write_text(as_csv(log()))
     (tmp_path / "log.jsonl").write_text("".join(json.dumps(row) + "\n" for row in log()))
     (tmp_path / "bad.jsonl").write_text('{"answer": "yes", "sex": "f", "dept": "x"}\n{"answer"\n')
