@@ -553,8 +553,8 @@ def mutations(value: Any, path: list[Any]) -> Iterator[tuple[list[Any], Any]]:
         changes = [value + 1, max(0, value - 1), 9]
     elif isinstance(value, list):
         changes = [value[1:], [*value, *value[-1:]], value[::-1], None]
-    elif value in checker.intervals.METHODS:
-        changes = [*checker.intervals.METHODS]
+    elif value in checker.claims.METHODS:
+        changes = [*checker.claims.METHODS]
     yield from ((path, change) for change in changes if change != value)
     for key in list(value) if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ():
         yield from mutations(value[key], [*path, key])

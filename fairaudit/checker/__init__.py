@@ -17,18 +17,28 @@ Exit codes: 0 every statement is true (and the required verdict is there); 1 a s
 verdict is not there; 2 not a complete certificate of this format, not readable, or wrong usage; 3 the table is not embedded and
 was not given.
 
-Each module imports only from those before it in this order, in which they can be read:
-errors, work, text, findings, json_values, rationals, logarithms, affine, laws, filters, header, figures, rates, table,
-rows, sentences, claims, utility_class, program, membership, worst_case, stated_metrics, intervals, tails, samples,
-boxes, ladders, betting, interval_proofs, facts, population, bounds, judgement, spelling, preparation, certificate,
-preparation_checks, assumptions, statements, change, targets, verification, command.
+The files can be read in this order, in which each imports only from those before it:
+
+==============  ================================================================================================================
+text            ``text``, ``work``: what is said to people, and how much work a document may make
+JSON            ``json_values``
+rationals       ``rationals``
+logarithms      ``logarithms``
+table           ``laws``, ``header``: laws of the decision, and the first line of a table
+filters         ``filters``
+figures         ``figures``, ``rates``, ``table``, ``rows``, ``metrics``: what the lines of a table add up to, and what is stated of it
+claims          ``sentences``, ``claims``: what they assume, and their rules; then by family
+of classes      ``utility_class``, ``program``, ``worst_case``
+of populations  ``intervals``, ``tails``, ``samples``, ``regions``, ``betting``, ``interval_proofs``
+of policies     ``bounds``; then ``judgement`` of claims of all families
+certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``, ``verification``
+command         ``command``
+==============  ================================================================================================================
 """
 
 from .certificate import CERTIFICATE_FORMAT
 from .command import main
-from .errors import FormatError, Incomplete, TableNeeded, TooMuch
-from .findings import Finding, Report
-from .text import printable
+from .text import Finding, FormatError, Incomplete, Report, TableNeeded, TooMuch, printable
 from .verification import check
 
 __all__ = ["CERTIFICATE_FORMAT", "Finding", "FormatError", "Incomplete", "Report", "TableNeeded", "TooMuch", "check", "main", "printable"]

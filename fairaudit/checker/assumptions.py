@@ -8,10 +8,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from .certificate import Certificate
-from .claims import FLOORED, RULES, Claim
-from .errors import Incomplete
+from .claims import FLOORED, RULES, Claim, is_about_population
 from .intervals import Interval, StreamEvidence
-from .population import is_about_population
 from .rates import DIFFERENCES, OVERALL
 from .rationals import ZERO, as_pair, written
 from .sentences import (
@@ -36,7 +34,7 @@ from .sentences import (
     WINDOWS,
 )
 from .table import Table, constants
-from .text import malformed, printable, shown
+from .text import Incomplete, malformed, printable, shown
 
 
 @dataclass(frozen=True)

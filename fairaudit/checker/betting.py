@@ -7,27 +7,20 @@ from fractions import Fraction
 from itertools import pairwise, permutations
 
 from .header import Cell
-from .intervals import Box, Interval, Ladder, Place, StreamEvidence, Unproven
+from .intervals import Box, Interval, Ladder, StreamEvidence, Unproven
 from .rationals import INFINITY, ONE, as_pair, at_most, bits_of
-from .table import Table, globally_compared, place_of
+from .regions import check_given, check_named, check_rising, pair_at
+from .samples import compared_cells, whole_counts
+from .table import Table
 from .text import shown
 from .work import keep, spend
 
-# Intervals for a stream, at every moment
-
 BETS = range(-16, 5)  # the shares that are bet are 2 to these powers, but at most CAP / mean
-
 IDLE = Fraction(1, 32)  # of the money is never bet
-
 CAP = Fraction(15, 16)
-
 MANTISSA = 160  # bits of a wealth and of what it is computed from
-
-
 Tally = dict[Fraction, int]  # how often each utility was drawn, scaled to [0, 1]
-
 Wealth = tuple[int, int]  # m, e: a number of at least m 2^e
-
 Levels = list[dict[int, Fraction]]  # by block, and by the rank of the later cell of a pair
 
 
@@ -96,10 +89,7 @@ class StreamProof:
         if interval.independent or interval.limits is None or interval.limits[0] == interval.limits[1]:
             raise Unproven("a stream has a declared range with different limits, and cells that are not declared independent")
         self.low, self.high = interval.limits
-        by_group = table.by_group()
-        pools = [[by_group[a] for a in groups] for groups in [globally_compared(table)] if groups]
-        if interval.quantity == "local":
-            pools = [[[cell] for cell in cells] for cells in table.by_context() if len(cells) > 1]
+        pools = compared_cells(interval.quantity, table)
         if not pools:
             raise Unproven("the table does not give this quantity")
         self.blocks = [[self._tally(cells, table) for cells in block] for block in pools]
@@ -113,13 +103,10 @@ class StreamProof:
     def _tally(self, cells: Iterable[Cell], table: Table) -> Tally:
         tally: Tally = {}
         for cell in cells:
-            (weights, total), (n, d) = cell.law, cell.mass
-            if n % (d * total):
-                raise Unproven(f"the counts are not integers {place_of(table, cell)}")
-            for weight, g in zip(weights, cell.utility, strict=True):
-                if weight and g is not None:
+            for count, g in zip(whole_counts(cell, table), cell.utility, strict=True):
+                if count and g is not None:
                     value = (Fraction(*g) - self.low) / (self.high - self.low)
-                    tally[value] = tally.get(value, 0) + weight * (n // (d * total))
+                    tally[value] = tally.get(value, 0) + count
         return tally
 
     def _share(self, rank: int, expected: int) -> Fraction:
@@ -165,18 +152,12 @@ class StreamProof:
             for i, j in permutations(range(len(block)), 2):
                 if high is not None and block[i][1] > high * block[j][0]:
                     raise Unproven(f"cells {i} and {j} of block {b} can have a greater quotient than the upper end")
-        if (low == 1) is not (self.evidence.pair is None):
-            raise Unproven("a pair has to be named exactly if the lower end is more than 1")
+        check_named(self.interval.ratio, self.evidence.pair)
         if self.evidence.pair is not None and low is not None:
-            b, i, j = self._named(self.evidence.pair)
+            pair_at(self.evidence.pair, self.blocks)
+            b, i, j = self.evidence.pair
             if not box[b][i][0] >= low * box[b][j][1] > 0:
                 raise Unproven("the least quotient of the pair is less than the lower end")
-
-    def _named(self, place: Place) -> Place:
-        block, higher, lower = place
-        if block >= len(self.blocks) or max(higher, lower) >= len(self.blocks[block]) or higher == lower:
-            raise Unproven("the pair is not one that is compared")
-        return place
 
     def _levels(self) -> Levels:
         """For each block, the level of a pair, in either direction, by the rank of the later one of its cells.
@@ -197,23 +178,20 @@ class StreamProof:
         levels = self._levels()
         low, high = self.interval.ratio
         ladders, proof = self.evidence.ladders, self.evidence.proof
-        if (high == INFINITY) is not (ladders is None) or (low == ONE) is not (proof is None):
-            raise Unproven("there must be ladders exactly for a finite upper end, and for a lower end of more than 1")
+        check_given(self.interval.ratio, ladders, proof, len(self.blocks))
         if ladders is not None:
-            if len(ladders) != len(self.blocks):
-                raise Unproven(f"there must be {len(self.blocks)} ladders, not {len(ladders)}")
             for b, ladder in enumerate(ladders):
                 keep(4 * len(self.blocks[b]) ** 2)
                 pairs = [*permutations(range(len(self.blocks[b])), 2)]
                 self._check_ladder(ladder, b, pairs, Fraction(*high), levels, f"upper[{b}]")
         if proof is not None:
-            b, higher, lower = self._named(proof[0])
+            pair_at(proof[0], self.blocks)
+            b, higher, lower = proof[0]
             self._check_ladder(proof[1], b, [(lower, higher)], Fraction(low[1], low[0]), levels, "lower")
 
     def _check_ladder(self, knots: Ladder, b: int, pairs: Sequence[tuple[int, int]], ratio: Fraction, levels: Levels, where: str) -> None:
         """Make sure that a ladder proves of pairs (top, bottom) that the mean of the top is at most ``ratio`` times the other."""
-        if not knots or knots[0] <= 0 or any(q <= p for p, q in pairwise(knots)):
-            raise Unproven(f"{where} is not a strictly rising list of positive knots")
+        check_rising(knots, where)
         idle = _floored(IDLE)
         steps: list[tuple[Fraction | None, Fraction | None]] = [*pairwise(knots)]
         if knots[0] > self.low:

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from .claims import POPULATION, RULES, UTILITIES, Claim
+from .claims import OVER_UNITS, POPULATION, RULES, UTILITIES, Claim, is_about_population
 from .header import Positive, Subject, has_truth, is_about_policy, read_positive, read_subject
-from .intervals import OVER_UNITS, Change, DifferenceInterval, Interval, read_change, read_confidence, read_intervals
+from .intervals import Change, DifferenceInterval, Interval, read_change, read_confidence, read_intervals
 from .json_values import (
     Labels,
     decoded,
@@ -22,12 +22,10 @@ from .json_values import (
     read_string,
     read_strings,
 )
-from .population import is_about_population
-from .preparation import Step, read_preparation
+from .metrics import METRICS, Metrics, Rates, read_metric, read_not_compared, read_rates, read_unfiltered
+from .preparation import Step, read_preparation, read_spellings
 from .rates import DIFFERENCES, stated_given_truth
 from .rationals import ONE, Rational, at_most, read_extended, read_rational, read_rationals
-from .spelling import read_spellings
-from .stated_metrics import METRICS, read_metric, read_not_compared, read_rates, read_unfiltered
 from .text import malformed, shown
 from .utility_class import UtilityClass, read_class, read_dual
 
@@ -59,15 +57,15 @@ class Certificate:
     utilities: UtilityClass | None
     privacy: dict[str, dict[str, object] | None] | None  # this, the next and the unfiltered metrics are those of a policy
     declared: dict[str, Rational]
-    metrics: dict[str, dict[str, object] | None]
-    unfiltered: dict[str, dict[str, object] | None] | None
+    metrics: Metrics
+    unfiltered: Metrics | None
     not_compared: list[dict[str, object]]
     claims: tuple[Claim, ...]
     targets: tuple[Target, ...]
     verdict: str
     intervals: dict[str, Interval]  # by quantity
     positive: Positive | None  # this, the rates, and some metrics are of counts with true labels
-    rates: dict[str, list[dict[str, object]] | None]
+    rates: Rates
     differences: dict[str, DifferenceInterval]  # intervals, by metric
     preparation: tuple[Step, ...]
     spellings: tuple[tuple[str, Labels], ...]
@@ -79,9 +77,6 @@ class Certificate:
         if self.change is None:
             return frozenset()
         return frozenset(("global",) if self.change.quantity == "global" and self.subject.columns.context else ("local", "global"))
-
-
-# Reading a certificate
 
 
 def _read_constants(value: object, where: str) -> dict[str, Rational | bool | None]:
@@ -180,6 +175,7 @@ def _check_estimands(targets: Iterable[Target], intervals: Mapping[str, Interval
 
 
 def read_certificate(raw: bytes) -> Certificate:
+    """Read a certificate so far as no table is needed."""
     keys = ("format", "subject", "metrics", "not_compared", "claims", "targets", "verdict", "versions")
     top = read_object(decoded(raw, "the certificate"), "the certificate", keys, optional=("intervals", "changed"))
     read_choice(top["format"], "format", (CERTIFICATE_FORMAT,))

@@ -1,4 +1,4 @@
-"""Claims, the scopes they can have, and the rules that make them true."""
+"""Claims, the scopes and methods that they can have, and the rules that make them true."""
 
 from __future__ import annotations
 
@@ -7,6 +7,21 @@ from dataclasses import dataclass
 from .rates import DIFFERENCES
 from .rationals import Rational
 from .sentences import STATED_POPULATION
+
+# How a claim about a population is proven, where not by binomial tails.
+METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
+BETTING = "betting"  # for intervals that hold at every moment of a stream
+
+OVER_UNITS = "mean over units"  # what an interval with units is about; without units it is the mean over rows
+
+# What a claim is about.
+LAW = "this law"
+POLICIES = "any policy behind this filter"
+FLOORED = "any policy behind this filter that keeps the declared floor"
+GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values"
+CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts"
+UTILITIES = "every utility of the class"
+POPULATION = "population at confidence "  # the confidence follows
 
 
 @dataclass(frozen=True)
@@ -17,21 +32,6 @@ class Claim:
     value: Rational
     assumptions: tuple[str, ...]
     evidence: object  # what its rule has as evidence, read
-
-
-LAW = "this law"
-
-POLICIES = "any policy behind this filter"
-
-FLOORED = "any policy behind this filter that keeps the declared floor"
-
-GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values"
-
-CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts"
-
-UTILITIES = "every utility of the class"
-
-POPULATION = "population at confidence "  # the confidence follows
 
 
 @dataclass(frozen=True)
@@ -79,3 +79,11 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ("local_ratio", "<=", "lp-dual", UTILITIES): Rule("local", "pairs"),
     ("global_ratio", "<=", "lp-dual", UTILITIES): Rule("global", "pairs"),
 }
+
+
+def is_about_population(key: tuple[str, str, str, str]) -> bool:
+    """Whether a claim of this quantity, relation, method and scope is about the population behind a sample."""
+    quantity, relation, by, scope = key
+    of_ratio = quantity in ("local_ratio", "global_ratio") and by in ("binomial", *METHODS, BETTING)
+    known = (of_ratio or (quantity in DIFFERENCES and by == "binomial")) and relation in ("<=", ">=")
+    return known and scope.startswith(POPULATION)

@@ -13,15 +13,10 @@ import sys
 from collections.abc import Iterable, Sequence
 
 from .certificate import CERTIFICATE_FORMAT
-from .errors import FormatError, Incomplete, TableNeeded, TooMuch
-from .findings import Finding, Report
-from .text import malformed, printable
+from .text import Finding, FormatError, Incomplete, Report, TableNeeded, TooMuch, malformed, printable
 from .verification import check
 
 MAX_BYTES = 1 << 30  # of a certificate, and of one line of a table
-
-
-# The command
 
 
 def _check_files(path: str, table: str | None) -> Report:

@@ -10,8 +10,6 @@ from .header import Cell, Header
 from .laws import Law, gains_of, mean_of, widest_distance
 from .rationals import ZERO, Rational, RunningTotal, at_most, extreme_positions, reduced, widest_ratio
 
-# The metrics
-
 
 @dataclass(frozen=True)
 class Maximum:

@@ -10,7 +10,7 @@ from itertools import chain, permutations, product
 from math import gcd, prod
 from operator import mul
 
-from .errors import TooMuch
+from .header import Header
 from .json_values import Labels, read_label_lists, read_list, read_object, read_strings
 from .laws import Law, reduced_law
 from .rationals import (
@@ -25,13 +25,30 @@ from .rationals import (
     reduced,
     widest_ratio,
 )
-from .text import malformed
-from .work import keep, spend
+from .text import TooMuch, malformed
+from .work import keep, spend, working_on
 
 PAIR_ENTRIES = 500_000  # of the joint likelihood ratios of pairs of rows of a product of filters
 
 
-def read_filter(value: object, where: str, columns: int) -> Filter:
+def read_filters(header: Header, value: object, where: str) -> tuple[Filter, Filter | None]:
+    """Read the filters of a policy, for its groups and perhaps for its contexts, from the first line of its table."""
+    columns, decisions = header.subject.columns, len(header.decisions)
+    filters = read_object(value, where, ("group", "context"))
+    group = _read_filter(filters["group"], f"{where}.group", len(columns.group))
+    context = None
+    if filters["context"] is not None:
+        context = _read_filter(filters["context"], f"{where}.context", len(columns.context))
+    if group.size < 2:
+        raise malformed(f"{where}.group", "has fewer than two inputs")
+    true_contexts = context.size if context else len(header.contexts)
+    working_on("the law that the filters induce")
+    spend(true_contexts * (group.size * (100 + 10 * decisions) + 3 * group.released * decisions))
+    keep(true_contexts * (12 * group.size + max(group.size, group.released) * decisions))
+    return group, context
+
+
+def _read_filter(value: object, where: str, columns: int) -> Filter:
     factors = tuple(_read_factor(item, f"{where}[{i}]") for i, item in enumerate(read_list(value, where)))
     if not factors or sum(len(factor.inputs[0]) for factor in factors) != columns:
         raise malformed(where, f"must have factors that cover {columns} columns together")
@@ -56,9 +73,6 @@ def _read_factor(value: object, where: str) -> Factor:
             raise malformed(f"{where}.rows[{i}]", "are probabilities that do not sum to 1")
     released = [j for j, column in enumerate(zip(*matrix, strict=True)) if any(column)]
     return Factor(inputs, tuple(outputs[j] for j in released), [[row[j] for j in released] for row in matrix], total)
-
-
-# A policy behind filters
 
 
 @dataclass(frozen=True)

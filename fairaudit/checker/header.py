@@ -6,17 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from .filters import Filter, read_filter
 from .json_values import Labels, check_distinct, read_choice, read_hexadecimal, read_label_lists, read_object, read_string, read_strings
 from .laws import Law
 from .rationals import Rational, read_rationals
 from .text import malformed
-from .work import keep, spend, working_on
 
 TABLE_FORMAT = "fairaudit-table/1"
-
-
-# The table
 
 
 @dataclass(frozen=True)
@@ -55,8 +50,6 @@ class Header:
     groups: tuple[Labels, ...]
     contexts: tuple[Labels, ...]
     utility: tuple[Rational, ...] | None
-    group_filter: Filter | None = None  # of a policy, and of no other subject
-    context_filter: Filter | None = None
     truths: tuple[str, ...] | None = None  # the true labels
 
 
@@ -88,6 +81,7 @@ def _read_columns(value: object, where: str) -> Columns:
 
 
 def read_subject(members: Mapping[str, object], where: str) -> Subject:
+    """Read kind, columns and population, which stand in the certificate and in the header of the table."""
     kind = read_choice(members["kind"], f"{where}.kind", ("counts", "probabilities", "policy"))
     populations = ("counts",) if kind == "counts" else ("weights", "equal")
     population = read_choice(members["population"], f"{where}.population", populations)
@@ -104,6 +98,7 @@ def has_truth(value: object) -> bool:
 
 
 def read_positive(value: object, where: str) -> Positive:
+    """Read which decisions and which true label count as positive."""
     members = read_object(value, where, ("decision", "truth"))
     decisions = read_strings(members["decision"], f"{where}.decision")
     check_distinct(decisions, f"{where}.decision")
@@ -111,9 +106,9 @@ def read_positive(value: object, where: str) -> Positive:
 
 
 def read_header(value: object, where: str) -> Header:
+    """Read the first line of a table; the filters of a policy are left to ``read_filters``."""
     keys = ["format", "kind", "columns", "population", "decisions", "groups", "contexts", "utility"]
-    of_policy = is_about_policy(value)
-    members = read_object(value, where, keys + ["filters"] * of_policy + ["truths"] * has_truth(value), optional=("salt",))
+    members = read_object(value, where, keys + ["filters"] * is_about_policy(value) + ["truths"] * has_truth(value), optional=("salt",))
     read_choice(members["format"], f"{where}.format", (TABLE_FORMAT,))
     if "salt" in members:
         read_hexadecimal(members["salt"], f"{where}.salt", "0123456789abcdefABCDEF", 32)
@@ -131,21 +126,9 @@ def read_header(value: object, where: str) -> Header:
     if "truths" in members:
         header = replace(header, truths=read_strings(members["truths"], f"{where}.truths"))
         check_distinct(header.truths or (), f"{where}.truths")
-    if not of_policy:
-        return header
-    filters = read_object(members["filters"], f"{where}.filters", ("group", "context"))
-    group = read_filter(filters["group"], f"{where}.filters.group", len(subject.columns.group))
-    context = None
-    if filters["context"] is not None:
-        context = read_filter(filters["context"], f"{where}.filters.context", len(subject.columns.context))
-    if group.size < 2:
-        raise malformed(f"{where}.filters.group", "has fewer than two inputs")
-    true_contexts = context.size if context else len(header.contexts)
-    working_on("the law that the filters induce")
-    spend(true_contexts * (group.size * (100 + 10 * len(decisions)) + 3 * group.released * len(decisions)))
-    keep(true_contexts * (12 * group.size + max(group.size, group.released) * len(decisions)))
-    return replace(header, group_filter=group, context_filter=context)
+    return header
 
 
 def is_about_policy(value: object) -> bool:
+    """Whether an object says that it is about a policy behind filters."""
     return isinstance(value, dict) and value.get("kind") == "policy"

@@ -1,4 +1,4 @@
-"""Whether the evidence of an interval proves it."""
+"""Whether the evidence of an interval proves it, and whether a window of a stream contradicts the stream."""
 
 from __future__ import annotations
 
@@ -7,20 +7,23 @@ from fractions import Fraction
 from itertools import chain, combinations
 
 from .betting import StreamProof
-from .boxes import prove_by_box
+from .claims import BETTING
 from .figures import Greatest
-from .intervals import BETTING, BoxEvidence, Interval, Proven, StreamEvidence, Unproven
-from .ladders import prove_by_ladders
+from .header import Cell
+from .intervals import BoxEvidence, Change, DifferenceInterval, Interval, Proven, StreamEvidence, Unproven
 from .logarithms import log_enclosure
-from .rationals import ONE, Rational, as_pair, at_most, reduced, widest_ratio
+from .rates import DIFFERENCES
+from .rationals import ONE, Rational, as_pair, at_most, bits_of, reduced, widest_ratio
+from .regions import prove_by_box, prove_by_ladders, prove_difference
+from .rows import read_table
 from .samples import Sampling
-from .table import Table
+from .table import Table, place_of
 from .tails import Sample
-from .text import shown
-from .work import spend
+from .text import Finding, compared, finding_of, shown
+from .work import spend, working_on
 
 
-def prove_interval(interval: Interval, table: Table) -> Proven:
+def _prove_interval(interval: Interval, table: Table) -> Proven:
     """Make sure that the evidence of an interval proves it."""
     if interval.limits is not None:
         low, high = interval.limits
@@ -66,3 +69,94 @@ def _check_measured(stated: Mapping[str, object], samples: Sequence[Sample], tab
     expected = None if actual is None else {"ratio": actual.value, "log": log_enclosure(actual.value), "witness": actual.witness}
     if actual is None or stated != expected:
         raise Unproven("measured is not what the units give" + ("" if actual is None else f": {shown(actual.value)}"))
+
+
+def check_intervals(stated: Mapping[str, Interval], table: Table) -> tuple[list[Finding], dict[str, Proven]]:
+    """Check the intervals of ratios, and say what holds by those that are proven."""
+    findings: list[Finding] = []
+    proven: dict[str, Proven] = {}
+    for name, interval in stated.items():
+        fault = ""
+        working_on(f"intervals.{name}")
+        try:
+            local = stated.get("local")
+            units = [] if local is None or name == "local" else local.units or []
+            if any(sum(rows) > 1 for cell in units for _, rows in cell) or (units and interval.independent):
+                raise Unproven("the units of the local interval are no independent draws of the groups")
+            proven[name] = _prove_interval(interval, table)
+        except Unproven as error:
+            fault = str(error)
+        ends = " and ".join(map(shown, interval.ratio))
+        how = "independent" if interval.independent else "dependent"
+        statement = f"intervals.{name}: between {ends} at confidence {shown(interval.confidence)}, by a {interval.region} of {how} cells"
+        findings.append(finding_of(statement, not fault, fault))
+    return findings, proven
+
+
+def check_differences(
+    stated: Mapping[str, DifferenceInterval], intervals: Mapping[str, Interval], table: Table
+) -> tuple[list[Finding], dict[str, Proven]]:
+    """Check the intervals of differences of rates, which stand beside those of ratios, and say what holds by those that are proven."""
+    findings: list[Finding] = []
+    proven: dict[str, Proven] = {}
+    for name, interval in stated.items():
+        fault = ""
+        try:
+            if any(other.units is not None for other in intervals.values()):
+                raise Unproven("the rows of one sampling unit are no independent draws given their true labels")
+            lists = [] if table.given is None else [table.given.blocks(rate) for rate in DIFFERENCES[name]]
+            if not lists or not all(lists):
+                raise Unproven("the table does not give this quantity")
+            prove_difference(interval, [*chain.from_iterable(lists)])
+            proven[name] = Proven(interval.difference, 1 - interval.confidence, interval.scope, "binomial")
+        except Unproven as error:
+            fault = str(error)
+        ends = " and ".join(map(shown, interval.difference))
+        statement = f"intervals.{name}: between {ends} at confidence {shown(as_pair(interval.confidence))}"
+        findings.append(finding_of(statement, not fault, fault))
+    return findings, proven
+
+
+def check_change(change: Change, table: Table) -> tuple[list[Finding], Proven | None]:
+    """Check that the window contradicts the stream, and say what holds of the window."""
+    working_on("the window that contradicts the stream")
+    names = chain(["changed.table.header"], (f"changed.table.rows[{i}]" for i in range(len(change.lines) - 1)))
+    part = read_table((name, value, None) for name, value in zip(names, change.lines, strict=True))
+    findings = [
+        compared("changed.table.sha256", change.digest, part.digest),
+        compared("changed.table.cells", change.cells, part.rows * len(part.header.decisions)),
+    ]
+    fault, proven = "", None
+    try:
+        _check_part(part, table)
+        stream, proven = _prove_interval(change.stream, table), _prove_interval(change.ratio, part)
+        if change.stream.limits != change.ratio.limits or change.stream.region != change.ratio.region:
+            raise Unproven("the window has another range, or another region, than the stream")
+        if at_most(stream.ratio[0], proven.ratio[1]) and at_most(proven.ratio[0], stream.ratio[1]):
+            raise Unproven("the two intervals have a ratio in common")
+        if change.confidence > 1 - stream.error - change.window**2 * proven.error:
+            raise Unproven("the intervals of the stream and of the windows do not hold together at this confidence")
+    except Unproven as error:
+        fault, proven = str(error), None
+    ends = [" and ".join(map(shown, interval.ratio)) for interval in (change.ratio, change.stream)]
+    statement = f"changed: the {change.quantity} ratio is between {ends[0]} in window {change.window}, between {ends[1]} in the stream"
+    findings.append(finding_of(statement, not fault, fault))
+    return findings, proven
+
+
+def _check_part(part: Table, whole: Table) -> None:
+    """Make sure that a window is part of a stream: the same columns, decisions and utility, and in no cell more decisions."""
+    one, other = part.header, whole.header
+    if one.subject != other.subject or one.decisions != other.decisions or one.utility is None or one.utility != other.utility:
+        raise Unproven("the window has other columns, decisions or utilities than the stream")
+    counts = {(whole.header.contexts[cell.context], whole.header.groups[cell.group]): _counts(cell) for cell in whole.cells}
+    for cell in part.cells:
+        listed = counts.get((part.header.contexts[cell.context], part.header.groups[cell.group]))
+        if listed is None or any(n > m for n, m in zip(_counts(cell), listed, strict=True)):
+            raise Unproven(f"the window has more decisions than the stream {place_of(part, cell)}")
+
+
+def _counts(cell: Cell) -> list[Fraction]:
+    weights, total = cell.law
+    spend(40 * len(weights), total.bit_length(), bits_of(Fraction(*cell.mass)))
+    return [Fraction(*cell.mass) * weight / total for weight in weights]

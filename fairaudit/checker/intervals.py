@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from .claims import POPULATION
+from .claims import BETTING, METHODS, OVER_UNITS, POPULATION
 from .header import Columns, Subject
 from .json_values import read_boolean, read_choice, read_digest, read_integer, read_list, read_object, read_string, read_strings
+from .metrics import read_metric
 from .rationals import Rational, as_pair, read_extended, read_rational, read_rationals, read_two
-from .stated_metrics import read_metric
 from .text import malformed, shown
 
 
@@ -29,23 +29,12 @@ class Change:
     assumptions: tuple[str, ...]
 
 
-# Intervals for the population behind a sample
-
-METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
-
-OVER_UNITS = "mean over units"  # what an interval with units is about; without units it is the mean over rows
-
-BETTING = "betting"  # the method of intervals that hold at every moment of a stream
-
-
 class Unproven(Exception):
     """The evidence of an interval does not prove it."""
 
 
 Ladder = list[Fraction]
-
 Box = list[tuple[Fraction, Fraction]]
-
 Place = tuple[int, int, int]  # a block, and the positions of two forms in it, the higher one first
 
 
@@ -143,6 +132,7 @@ def _read_difference(value: object, where: str) -> DifferenceInterval:
 
 
 def read_confidence(value: object, where: str) -> Fraction:
+    """Read a confidence, which is between 0 and 1."""
     confidence = Fraction(*read_rational(value, where))
     if not 0 < confidence < 1:
         raise malformed(where, "must have a confidence between 0 and 1")
@@ -152,6 +142,7 @@ def read_confidence(value: object, where: str) -> Fraction:
 def read_intervals(
     value: object, where: str, subject: Subject, differences: Sequence[str]
 ) -> tuple[dict[str, Interval], dict[str, DifferenceInterval]]:
+    """Read the intervals, those of ratios and those of differences of rates."""
     members = read_object(value, where, (), optional=("local", "global", *differences))
     if not members:
         raise malformed(where, "must not be empty")
@@ -208,6 +199,7 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
 
 
 def read_change(value: object, where: str, subject: Subject) -> Change:
+    """Read the window of a stream that contradicts the stream."""
     keys = ("quantity", "window", "confidence", "stream", "table", "ratio", "assumptions")
     members = read_object(value, where, keys)
     quantity = read_choice(members["quantity"], f"{where}.quantity", ("local", "global"))

@@ -8,13 +8,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .errors import FormatError
-from .text import malformed, shown
+from .text import FormatError, malformed, shown
 
 Labels = tuple[str, ...]
-
-
-# JSON and its types
 
 
 @dataclass(frozen=True)
@@ -40,6 +36,7 @@ _DECODER = json.JSONDecoder(object_pairs_hook=_members, parse_int=_number, parse
 
 
 def decoded(raw: bytes, where: str) -> object:
+    """Decode JSON; an object that repeats a key is refused, and of numbers only short integers are taken."""
     try:
         return _DECODER.decode(raw.decode("utf-8"))
     except UnicodeDecodeError as error:
@@ -56,10 +53,12 @@ _ENCODER = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", 
 
 
 def canonical_text(value: object) -> bytes:
+    """Write a value as a line of the canonical text of a table: sorted keys, ASCII, no blanks."""
     return _ENCODER.encode(value).encode("ascii") + b"\n"
 
 
 def described_type(value: object) -> str:
+    """Name the type of a JSON value."""
     if value is None or isinstance(value, bool):
         return shown(value)
     names = {int: "a number", _OtherNumber: "a number", str: "a string", list: "a list", dict: "an object"}
@@ -67,6 +66,7 @@ def described_type(value: object) -> str:
 
 
 def read_object(value: object, where: str, keys: Sequence[str], optional: Sequence[str] = ()) -> dict[str, object]:
+    """Read an object with all of some keys, perhaps some of others, and no further ones."""
     if not isinstance(value, dict):
         raise malformed(where, f"must be an object, not {described_type(value)}")
     for key in keys:
@@ -80,6 +80,7 @@ def read_object(value: object, where: str, keys: Sequence[str], optional: Sequen
 
 
 def read_object_of_strings(value: object, where: str) -> dict[str, object]:
+    """Read an object of strings with any keys."""
     members = read_object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
     for key, item in members.items():
         read_string(key, f"a key of {where}")
@@ -88,6 +89,7 @@ def read_object_of_strings(value: object, where: str) -> dict[str, object]:
 
 
 def read_list(value: object, where: str, length: int | None = None) -> list[object]:
+    """Read a list, of some length if that is given."""
     if not isinstance(value, list):
         raise malformed(where, f"must be a list, not {described_type(value)}")
     if length is not None and len(value) != length:
@@ -99,6 +101,7 @@ _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
 def read_string(value: object, where: str) -> str:
+    """Read a string of Unicode scalar values."""
     if not isinstance(value, str):
         raise malformed(where, f"must be a string, not {described_type(value)}")
     if not value.isascii() and _SURROGATE.search(value):
@@ -107,10 +110,12 @@ def read_string(value: object, where: str) -> str:
 
 
 def read_strings(value: object, where: str, length: int | None = None) -> tuple[str, ...]:
+    """Read a list of strings."""
     return tuple(read_string(item, f"{where}[{i}]") for i, item in enumerate(read_list(value, where, length)))
 
 
 def read_choice(value: object, where: str, choices: Sequence[str]) -> str:
+    """Read one of some strings."""
     text = read_string(value, where)
     if text not in choices:
         raise malformed(where, f"must be one of {shown(list(choices))}, not {shown(text)}")
@@ -118,6 +123,7 @@ def read_choice(value: object, where: str, choices: Sequence[str]) -> str:
 
 
 def read_integer(value: object, where: str, below: int | None = None) -> int:
+    """Read an integer of at least 0, and perhaps below a limit."""
     if type(value) is not int:  # True is an instance of int, and no index
         raise malformed(where, f"must be an integer, not {described_type(value)}")
     if value < 0 or (below is not None and value >= below):
@@ -126,12 +132,14 @@ def read_integer(value: object, where: str, below: int | None = None) -> int:
 
 
 def read_boolean(value: object, where: str) -> bool:
+    """Read true or false."""
     if not isinstance(value, bool):
         raise malformed(where, f"must be true or false, not {described_type(value)}")
     return value
 
 
 def read_hexadecimal(value: object, where: str, digits: str, length: int) -> str:
+    """Read so many hexadecimal digits."""
     text = read_string(value, where)
     if len(text) != length or not set(text) <= set(digits):
         raise malformed(where, f"must be {length} hexadecimal digits")
@@ -139,16 +147,19 @@ def read_hexadecimal(value: object, where: str, digits: str, length: int) -> str
 
 
 def read_digest(value: object, where: str) -> str:
+    """Read a SHA-256 in lower case."""
     return read_hexadecimal(value, where, "0123456789abcdef", 64)
 
 
 def read_label_lists(value: object, where: str, width: int) -> tuple[Labels, ...]:
+    """Read different lists of labels, each of which has one label for each column."""
     lists = tuple(read_strings(item, f"{where}[{i}]", width) for i, item in enumerate(read_list(value, where)))
     check_distinct(lists, where)
     return lists
 
 
 def check_distinct(items: Sequence[object], where: str) -> None:
+    """Refuse an empty list, and one that lists something twice."""
     if not items:
         raise malformed(where, "must not be empty")
     if len(set(items)) != len(items):

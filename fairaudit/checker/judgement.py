@@ -2,17 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
-from .bounds import fault_of_bound
-from .claims import LAW, RULES, UTILITIES, Claim, Rule
-from .facts import CONDITIONS, Facts
-from .findings import Finding, finding_of
-from .population import fault_about_population, is_about_population
-from .rationals import Rational, at_most, reduced
-from .text import shown
+from .bounds import PolicyFacts, fault_of_bound
+from .claims import LAW, RULES, UTILITIES, Claim, Rule, is_about_population
+from .figures import Maximum
+from .intervals import Proven
+from .program import Program
+from .rates import DIFFERENCES
+from .rationals import INFINITY, ONE, ZERO, Rational, at_most, reduced
+from .table import Table
+from .text import Finding, finding_of, shown
 from .work import working_on
 from .worst_case import fault_of_worst_case
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What claims are judged by."""
+
+    table: Table
+    metrics: Mapping[str, Maximum | None]
+    declared: Mapping[str, Rational]
+    program: Program | None
+    proven: Mapping[str, Proven]  # the intervals that hold
+
+    @cached_property
+    def of_policy(self) -> PolicyFacts:
+        """The policy and its filters; the rules that need them are not applied to other subjects."""
+        if self.table.policy is None:
+            raise AssertionError
+        return PolicyFacts(self.table, self.table.policy, self.declared)
+
+
+# What rules need, by the name in ``needs``: how it is decided, and what is said where it is not so.
+CONDITIONS: dict[str, tuple[Callable[[Facts], bool], str]] = {
+    "independent": (lambda facts: facts.table.figures.independent(), "context and group are not independent in the table"),
+    "a-free": (  # the constant of the table is no greater than that which is declared
+        lambda facts: facts.of_policy.constants["lipschitz"] == 0,
+        "the utility depends on the group, by the table or as declared",
+    ),
+    "g(u)": (lambda facts: facts.table.header.utility is not None, "the utility does not depend on the decision alone"),
+    "finite": (lambda facts: facts.of_policy.policy.group.exp_epsilon != INFINITY, "epsilon is infinite"),
+    "context filter": (lambda facts: facts.of_policy.policy.context is not None, "there is no context filter"),
+}
+
+
+def _fault_about_population(claim: Claim, proven: Mapping[str, Proven]) -> str:
+    """Judge a claim that repeats an end of an interval, or has a weaker one."""
+    quantity, relation, by, scope = claim.key
+    interval = proven.get(quantity.removesuffix("_ratio"))
+    if interval is None:
+        return "there is no interval that holds"
+    if claim.evidence != quantity.removesuffix("_ratio"):
+        return "the evidence is the interval of the other ratio"
+    if scope != interval.scope:
+        return f"the interval is for {shown(interval.scope)}"
+    if by != interval.by:
+        return f"the method is {shown(interval.by)}"
+    low, high = interval.ratio
+    least = ZERO if quantity in DIFFERENCES else ONE
+    true = at_most(high, claim.value) if relation == "<=" else at_most(least, claim.value) and at_most(claim.value, low)
+    return "" if true else f"the interval is from {shown(low)} to {shown(high)}"
 
 
 def _rule(claim: Claim, facts: Facts) -> Rule | None:
@@ -27,7 +80,7 @@ def _rule(claim: Claim, facts: Facts) -> Rule | None:
 def _fault(claim: Claim, facts: Facts) -> str:
     """Say what is wrong with a claim; nothing if it is true."""
     if is_about_population(claim.key):
-        return fault_about_population(claim, facts.proven)
+        return _fault_about_population(claim, facts.proven)
     rule = _rule(claim, facts)
     if rule is None:
         known = any(claim.key[:3] == key[:3] for key in RULES)
@@ -35,13 +88,13 @@ def _fault(claim: Claim, facts: Facts) -> str:
     quantity, source = facts.metrics.get(rule.quantity), facts.metrics.get(rule.source or rule.quantity)
     if quantity is None or source is None:
         return "the table does not give this quantity"
-    for condition in rule.needs:
-        if not facts.holds(condition):
-            return CONDITIONS[condition]
+    for decided, otherwise in map(CONDITIONS.__getitem__, rule.needs):
+        if not decided(facts):
+            return otherwise
     if claim.key[3] == UTILITIES and facts.program is not None:
         fault = fault_of_worst_case(claim, rule, facts.program)
     else:
-        fault = _fault_of_figure(claim, rule, facts, source.value) if rule.source else fault_of_bound(claim, rule, facts)
+        fault = _fault_of_figure(claim, rule, facts, source.value) if rule.source else fault_of_bound(claim, rule, facts.of_policy)
     if not fault and not at_most(quantity.value, claim.value):
         fault = f"the table gives the greater quantity {shown(quantity.value)}"
     return fault
@@ -69,6 +122,7 @@ def faults_of_claims(claims: Sequence[Claim], facts: Facts) -> list[str]:
 
 
 def check_claims(claims: Sequence[Claim], faults: Sequence[str]) -> Iterator[Finding]:
+    """State each claim, with what is wrong with it or what it leaves for the reader to judge."""
     for i, (claim, fault) in enumerate(zip(claims, faults, strict=True)):
         quantity, relation, by, scope = claim.key
         statement = f"claims[{i}]: {shown(quantity)} {shown(relation)[1:-1]} {shown(claim.value)} by {shown(by)}"

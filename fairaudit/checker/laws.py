@@ -23,16 +23,19 @@ def reduced_law(weights: Sequence[int], total: int) -> Law:
 
 
 def gains_of(utility: Sequence[Rational | None]) -> Vector:
+    """Write the utilities of the decisions over one denominator; one that is not given belongs to no decision that was made."""
     return over_common_denominator([ZERO if entry is None else entry for entry in utility])
 
 
 def mean_of(weights: Sequence[int], total: int, gains: Vector) -> Rational:
+    """Compute the mean of the utility under integer weights with this sum."""
     if total.bit_length() + gains[1].bit_length() > 256:
         spend(2 * len(weights), total.bit_length(), max(map(int.bit_length, gains[0])) + gains[1].bit_length())
     return reduced(sum(map(mul, weights, gains[0])), total * gains[1])
 
 
 def expectation(law: Law, utility: Sequence[Rational | None]) -> Rational:
+    """Compute the mean of a utility under a law."""
     return mean_of(*law, gains_of(utility))
 
 

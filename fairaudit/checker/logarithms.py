@@ -10,9 +10,6 @@ from .work import spend
 LOG_SCALE = 10**12
 
 
-# Logarithms
-
-
 def _atanh(z: int, bits: int, up: int) -> int:
     """Bound 2^bits atanh(z / 2^bits), 0 <= 3z <= 2^bits (a few units more do no harm), from below or above.
 

@@ -1,20 +1,83 @@
-"""What was done to the log before it was counted, as the certificate states it."""
+"""What was done to the log before it was counted, and labels that differ in spelling alone: as stated, and against the table."""
 
 from __future__ import annotations
 
+import re
+import unicodedata
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from .header import Columns, Subject
+from .header import Columns, Header, Subject
 from .json_values import Labels, read_choice, read_list, read_object, read_string, read_strings
-from .rationals import ZERO, Rational, at_most, read_rational
+from .rationals import ZERO, Rational, at_most, product_of, read_rational, sum_of
 from .sentences import DECISIONS_LEFT_OUT, LINES_LEFT_OUT, ROWS_LEFT_OUT
-from .text import malformed, shown
+from .table import Table
+from .text import Finding, Incomplete, compared, finding_of, malformed, printable, shown, shown_rational
 
-# What was done to the log before it was counted, and labels that differ in spelling alone
+LONGEST_SPELLING = 1000  # characters of labels that are compared with other spellings
+
+
+def read_spellings(value: object, where: str) -> tuple[tuple[str, Labels], ...]:
+    """Read lists of labels of one column."""
+    entries = [read_object(item, f"{where}[{i}]", ("column", "labels")) for i, item in enumerate(read_list(value, where))]
+    if not entries:
+        raise malformed(where, "must not be empty")
+    return tuple(
+        (read_string(e["column"], f"{where}[{i}].column"), read_strings(e["labels"], f"{where}[{i}].labels")) for i, e in enumerate(entries)
+    )
+
+
+def _labels_by_column(header: Header) -> dict[str, list[str]]:
+    columns = header.subject.columns
+    found = {columns.decision: list(header.decisions)}
+    for names, labels in ((columns.group, header.groups), (columns.context, header.contexts)):
+        found |= {name: list(dict.fromkeys(label[i] for label in labels)) for i, name in enumerate(names)}
+    return found if columns.truth is None else found | {columns.truth: list(header.truths or ())}
+
+
+def _folded(text: str) -> str:
+    """What labels have in common that differ in case, blanks or Unicode form alone: canonical caseless matching, single blanks."""
+    decomposed = unicodedata.normalize("NFD", unicodedata.normalize("NFD", text).casefold())
+    return " ".join(decomposed.split())
+
+
+def _is_settled(text: str) -> bool:
+    """Whether Unicode 3.2 assigns every code point, of which no later version changes the case or the normal forms.
+
+    Longer texts are not looked at: many combining marks in a row take the square of their number of steps to put into order.
+    """
+    return len(text) <= LONGEST_SPELLING and all(unicodedata.ucd_3_2_0.category(character) != "Cn" for character in text)
+
+
+_NUMBER = re.compile(r"([+-]?)(?:([0-9]+)(?:\.([0-9]*))?|\.([0-9]+))(?:e([+-]?[0-9]{1,4}))?")
+
+
+def _spelling(text: str) -> tuple[str, ...]:
+    """What spellings of one label have in common: the number that they say, or else what is folded."""
+    folded = _folded(text)
+    match = _NUMBER.fullmatch(folded)
+    if match is None:
+        return (folded,)
+    sign, whole, decimals, only, power = match.groups()
+    fraction = decimals or only or ""
+    digits = ((whole or "") + fraction).lstrip("0")
+    shortened = digits.rstrip("0")
+    exponent = int(power or 0) - len(fraction) + len(digits) - len(shortened)
+    return ("a number", "-" if sign == "-" else "", shortened, str(exponent)) if shortened else ("a number", "0")
+
+
+def _spellings(header: Header) -> Iterator[tuple[str, Labels]]:
+    """List labels of one column that are spellings of one label."""
+    for column, labels in _labels_by_column(header).items():
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for label in labels:
+            if _is_settled(label):
+                alike.setdefault(_spelling(label), []).append(label)
+        yield from sorted((column, tuple(sorted(several))) for several in alike.values() if len(several) > 1)
+
 
 STEPS = ("intervals", "mapped", "folded", "left out", "level")
-
 REASONS = ("unreadable line", "missing label", "unusable value", "unknown reason")  # why lines of a log could not be counted
 
 
@@ -36,6 +99,7 @@ class Step:
 
 
 def read_preparation(value: object, where: str, subject: Subject) -> tuple[Step, ...]:
+    """Read the entries of ``subject.preparation``, which have an order."""
     steps = tuple(_read_step(item, f"{where}[{i}]", subject.columns) for i, item in enumerate(read_list(value, where)))
     if not steps:
         raise malformed(where, "must not be empty")
@@ -95,3 +159,121 @@ def _read_amount(value: object, where: str, unit: str) -> Rational:
     if amount[0] == 0 or (unit != "decisions" and amount[1] != 1):
         raise malformed(where, f"must be {'positive' if unit == 'decisions' else 'a positive integer'}, not {shown(amount)}")
     return amount
+
+
+def check_spellings(stated: Sequence[tuple[str, Labels]], table: Table) -> Iterator[Finding]:
+    """Compare the spellings, which have to be stated where there are any."""
+    header = table.header if table.policy is None else table.policy.header
+    actual = tuple(_spellings(header))
+    if actual and not stated:
+        column, labels = actual[0]
+        raise Incomplete(
+            printable(f'subject lacks the key "spellings": the labels {shown(labels)} of column {shown(column)} differ in spelling alone')
+        )
+    if stated:
+        yield compared("subject.spellings", stated, actual)
+
+
+class _Prepared:
+    """What a table shows of the preparation of its log, found once for all entries."""
+
+    def __init__(self, steps: Sequence[Step], table: Table) -> None:
+        self.table = table
+        self.header = table.header if table.policy is None else table.policy.header
+        self.sampled = table.header.subject.kind == "counts" or (table.policy is not None and table.policy.drawn > 0)
+        self.present = {column: set(labels) for column, labels in _labels_by_column(self.header).items()}
+        self.mapped = {(step.column, step.label) for step in steps if step.step == "mapped"}
+        self.written = {(step.column, step.label) for step in steps if step.step != "intervals"}
+        self.amounts: dict[str, Mapping[str, Rational] | None] = {}
+
+    def amount(self, step: Step) -> Rational | None:
+        """How many decisions have a label in a column; nothing where decisions are not counted by true cells."""
+        if step.column not in self.amounts:
+            self.amounts[step.column] = _amounts_of_labels(step.column, self.table)
+        amounts = self.amounts[step.column]
+        return None if amounts is None else amounts.get(step.label, ZERO)
+
+
+def check_preparation(stated: Sequence[Step], table: Table) -> Iterator[Finding]:
+    """Check each entry so far as the table can contradict it."""
+    prepared = _Prepared(stated, table)
+    for i, step in enumerate(stated):
+        fault = _fault_of_step(step, prepared)
+        what = step.sentence.partition(";")[0] or f"{step.step} {shown(step.column)} {shown(step.label or step.edges)}"
+        yield finding_of(f"subject.preparation[{i}]: {what}", not fault, fault)
+
+
+def _fault_of_step(step: Step, prepared: _Prepared) -> str:
+    """Say what in the table contradicts an entry; what the log was like before nobody can see from it."""
+    if step.unit in ("decisions", "rows") and (step.unit == "decisions") != prepared.sampled:
+        return f"the table is {'counted' if prepared.sampled else 'not counted'}"
+    if step.step == "left out":
+        return "" if step.unit == "lines" else _fault_of_left_out(step, prepared.table)
+    if step.column not in prepared.present:
+        return "the table has no such column"
+    labels = prepared.present[step.column]
+    if step.step == "intervals":
+        allowed = _interval_labels(step.edges)
+        other = next((x for x in sorted(labels) if x not in allowed and (step.column, x) not in prepared.written), None)
+        return "" if other is None else f"the label {shown(other)} is none of these intervals"
+    if step.label not in labels:
+        return f"the table has no label {shown(step.label)} in this column"
+    if step.step == "level":
+        amount = prepared.amount(step)
+        return "" if amount in (None, step.amount) else f"the table gives {shown(amount)}"
+    for former in step.former:
+        if former in labels and not (step.step == "mapped" and (step.column, former) in prepared.mapped):
+            return f"the table still has the label {shown(former)}"
+        settled = step.step == "folded" and _is_settled(former) and _is_settled(step.label)
+        if settled and _folded(former) != _folded(step.label):
+            return f"{shown(former)} differs in more than case, blanks or Unicode form"
+    return ""
+
+
+def _fault_of_left_out(step: Step, table: Table) -> str:
+    amounts = [amount for _, amount in step.columns]
+    if not amounts or not all(at_most(amount, step.amount) for amount in amounts) or not at_most(step.amount, sum_of(amounts)):
+        return "the amounts of the columns do not make up the whole"
+    kept = sum_of([step.of, (-step.amount[0], step.amount[1])])
+    if step.unit == "rows":
+        most = table.rows * len(table.header.decisions)
+        return "" if 0 < kept[0] <= most else f"the table has at most {most} rows"
+    total = sum_of(table.figures.masses()) if table.policy is None else (table.policy.drawn, 1)
+    return "" if kept == total else f"the table gives {shown(total)} decisions that are left"
+
+
+def _interval_labels(edges: Sequence[Rational]) -> set[str]:
+    """Labels of the intervals between edges, which hold their lower edge."""
+    texts = [_finite_decimal(edge) for edge in edges]
+    between = {f"{low} to under {high}" for low, high in pairwise(texts)}
+    return {f"under {texts[0]}", *between, f"{texts[-1]} and over"}
+
+
+def _finite_decimal(value: Rational) -> str:
+    """Write a rational with finitely many decimals (at most 30) as these; others are in no label."""
+    numerator, denominator = value
+    places = next((n for n in range(31) if 10**n % denominator == 0), None)
+    if places is None:
+        return ""
+    digits = shown_rational(abs(numerator) * 10**places // denominator, 1).rjust(places + 1, "0")
+    text = f"{digits[:-places]}.{digits[-places:]}" if places else digits
+    return f"-{text}" if numerator < 0 else text
+
+
+def _amounts_of_labels(column: str, table: Table) -> Mapping[str, Rational] | None:
+    """Count the decisions with each label in a column; nothing where decisions are not counted by true cells."""
+    header = table.header
+    columns = header.subject.columns
+    if header.subject.kind != "counts":
+        return None
+    of_group = column in columns.group
+    position = 0 if column == columns.decision else (columns.group if of_group else columns.context).index(column)
+    amounts: dict[str, list[Rational]] = {}
+    for cell in table.cells:
+        if column == columns.decision:
+            for label, weight in zip(header.decisions, cell.law[0], strict=True):
+                amounts.setdefault(label, []).append(product_of([cell.mass, (weight, cell.law[1])]))
+        else:
+            labels = header.groups[cell.group] if of_group else header.contexts[cell.context]
+            amounts.setdefault(labels[position], []).append(cell.mass)
+    return {label: sum_of(found) for label, found in amounts.items()}

@@ -5,10 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain, permutations
 
-from .affine import CONSTANT, Affine, affine_sum, constant_form
 from .header import Cell
 from .json_values import read_list
-from .rationals import ONE, ZERO, Rational, negated, over_common_denominator, product_of, sum_of
+from .rationals import (
+    CONSTANT,
+    ONE,
+    ZERO,
+    Affine,
+    Rational,
+    affine_sum,
+    constant_form,
+    negated,
+    over_common_denominator,
+    product_of,
+    sum_of,
+)
 from .table import Table, globally_compared
 from .text import malformed, shown
 from .utility_class import Family, UtilityClass

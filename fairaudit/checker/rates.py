@@ -12,12 +12,8 @@ from .rationals import as_pair, at_most, bits_of, fraction_sum, reduced
 from .text import malformed, shown
 from .work import keep, spend
 
-# Given the true label
-
 TRUE_POSITIVES, FALSE_POSITIVES = KINDS = ("true_positive_rate", "false_positive_rate")
-
 OVERALL = "_overall"  # ends the name of what is pooled over contexts, where there are context columns
-
 LACKING = {TRUE_POSITIVES: "no decisions with the positive true label", FALSE_POSITIVES: "no decisions with another true label"}
 
 DIFFERENCES = {  # the rates that each difference is about

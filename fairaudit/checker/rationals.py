@@ -14,51 +14,15 @@ from itertools import chain
 from math import gcd, lcm, prod
 from operator import add
 
-from .errors import FormatError
 from .json_values import described_type, read_list
-from .text import malformed, shown
+from .text import FormatError, malformed, shown
 from .work import keep, spend
 
 MAX_DIGITS = 100_000
-
-
 Rational = tuple[int, int]
-
-
 ZERO: Rational = (0, 1)
-
 ONE: Rational = (1, 1)
-
 INFINITY: Rational = (1, 0)
-
-
-def bits_of(*values: Fraction | Rational) -> int:
-    """Count the bits of some rationals together."""
-    total = 0
-    for value in values:
-        n, d = (value.numerator, value.denominator) if isinstance(value, Fraction) else value
-        total += n.bit_length() + d.bit_length()
-    return total
-
-
-def written(value: Rational) -> str:
-    """Write a finite rational in full, as the format has it."""
-    numerator, denominator = value
-    sign = "-" * (numerator < 0)
-    return sign + _decimal_digits(abs(numerator)) + (f"/{_decimal_digits(denominator)}" if denominator != 1 else "")
-
-
-def _decimal_digits(number: int) -> str:
-    """Write a number by halves: Python refuses to write long ones at once."""
-    if number.bit_length() <= 1500:
-        return str(number)
-    half = number.bit_length() * 3 // 20
-    upper, lower = divmod(number, 10**half)
-    return _decimal_digits(upper) + _decimal_digits(lower).zfill(half)
-
-
-# Rationals
-
 _RATIONAL = re.compile(r"(-?)(0|[1-9][0-9]*)(?:/([1-9][0-9]*))?")
 
 
@@ -72,6 +36,7 @@ def _whole(digits: str) -> int:
 
 
 def read_rational(value: object, where: str, nonnegative: bool = False) -> Rational:
+    """Read a rational in lowest terms, a string like ``"3/2"`` or ``"3"``."""
     match = _RATIONAL.fullmatch(value) if isinstance(value, str) else None
     if match is None:
         got = shown(value) if isinstance(value, str) else described_type(value)
@@ -95,6 +60,7 @@ def read_rational(value: object, where: str, nonnegative: bool = False) -> Ratio
 
 
 def read_extended(value: object, where: str) -> Rational:
+    """Read a rational or ``"inf"``."""
     return INFINITY if value == "inf" else read_rational(value, where)
 
 
@@ -105,6 +71,7 @@ def _short(text: str) -> Rational:
 
 
 def read_rationals(value: object, where: str, length: int) -> list[Rational]:
+    """Read so many rationals that are not negative."""
     items = read_list(value, where, length)
     try:
         return [_short(item) if isinstance(item, str) and len(item) <= 40 else read_rational(item, "", nonnegative=True) for item in items]
@@ -112,14 +79,62 @@ def read_rationals(value: object, where: str, length: int) -> list[Rational]:
         return [read_rational(item, f"{where}[{i}]", nonnegative=True) for i, item in enumerate(items)]
 
 
+def read_signed(value: object, where: str, length: int | None = None) -> list[Rational]:
+    """Read rationals of either sign, so many if a length is given."""
+    return [read_rational(item, f"{where}[{i}]") for i, item in enumerate(read_list(value, where, length))]
+
+
+def read_two(value: object, where: str) -> tuple[Fraction, Fraction]:
+    """Read two rationals that are not negative, as fractions."""
+    first, second = read_rationals(value, where, 2)
+    return Fraction(*first), Fraction(*second)
+
+
+def written(value: Rational) -> str:
+    """Write a finite rational in full, as the format has it."""
+    numerator, denominator = value
+    sign = "-" * (numerator < 0)
+    return sign + _decimal_digits(abs(numerator)) + (f"/{_decimal_digits(denominator)}" if denominator != 1 else "")
+
+
+def _decimal_digits(number: int) -> str:
+    """Write a number by halves: Python refuses to write long ones at once."""
+    if number.bit_length() <= 1500:
+        return str(number)
+    half = number.bit_length() * 3 // 20
+    upper, lower = divmod(number, 10**half)
+    return _decimal_digits(upper) + _decimal_digits(lower).zfill(half)
+
+
+def bits_of(*values: Fraction | Rational) -> int:
+    """Count the bits of some rationals together."""
+    total = 0
+    for value in values:
+        n, d = (value.numerator, value.denominator) if isinstance(value, Fraction) else value
+        total += n.bit_length() + d.bit_length()
+    return total
+
+
+def as_pair(value: Fraction) -> Rational:
+    """Write a fraction as a pair of integers."""
+    return value.numerator, value.denominator
+
+
 def reduced(numerator: int, denominator: int) -> Rational:
+    """Bring a rational to lowest terms."""
     if denominator.bit_length() > 512:
         spend(3, numerator.bit_length(), denominator.bit_length())
     divisor = gcd(numerator, denominator)
     return numerator // divisor, denominator // divisor
 
 
+def negated(value: Rational) -> Rational:
+    """Change the sign."""
+    return -value[0], value[1]
+
+
 def product_of(factors: Iterable[Rational]) -> Rational:
+    """Multiply rationals, infinite ones included."""
     numerators, denominators = zip(*factors, strict=True)
     for numbers in (numerators, denominators):
         bits = sum(number.bit_length() for number in numbers)
@@ -128,6 +143,7 @@ def product_of(factors: Iterable[Rational]) -> Rational:
 
 
 def at_most(left: Rational, right: Rational) -> bool:
+    """Decide whether one rational is at most another one, infinity included."""
     return left[0] * right[1] <= right[0] * left[1]
 
 
@@ -142,6 +158,7 @@ def common_denominator(denominators: Iterable[int]) -> int:
 
 
 def over_common_denominator(values: Sequence[Rational]) -> tuple[list[int], int]:
+    """Write rationals as integers over one denominator."""
     common = common_denominator({denominator for _, denominator in values})
     if common == 1:
         return [numerator for numerator, _ in values], 1
@@ -174,7 +191,19 @@ def extreme_positions(values: Iterable[Rational]) -> tuple[int, int]:
 
 
 def maximum(values: Sequence[Rational]) -> Rational:
+    """Find the greatest of some rationals, in lowest terms."""
     return reduced(*values[extreme_positions(values)[0]])
+
+
+def widest_ratio(values: Sequence[Rational]) -> tuple[Rational, int, int]:
+    """Find the greatest ratio of two of the values, and the first positions (higher, lower) that attain it."""
+    top, low = extreme_positions(values)
+    (n, d), (p, q) = values[top], values[low]
+    if n * q == p * d:  # all values are equal, possibly to 0: every ratio is 1
+        return ONE, 0, 1
+    if p == 0:  # any positive value over 0 is infinite, not only the greatest
+        return INFINITY, next(i for i, value in enumerate(values) if value[0] > 0), low
+    return (n * q, d * p), top, low
 
 
 Vector = tuple[list[int], int]  # numerators over one denominator
@@ -227,6 +256,7 @@ def _sum_of_two(left: Vector, right: Vector) -> Vector:
 
 
 def sum_of(values: Iterable[Rational]) -> Rational:
+    """Add up rationals, at least one."""
     total = RunningTotal()
     for n, d in values:
         total.add([n], d)
@@ -234,38 +264,39 @@ def sum_of(values: Iterable[Rational]) -> Rational:
     return reduced(numerator, denominator)
 
 
-def widest_ratio(values: Sequence[Rational]) -> tuple[Rational, int, int]:
-    """Find the greatest ratio of two of the values, and the first positions (higher, lower) that attain it."""
-    top, low = extreme_positions(values)
-    (n, d), (p, q) = values[top], values[low]
-    if n * q == p * d:  # all values are equal, possibly to 0: every ratio is 1
-        return ONE, 0, 1
-    if p == 0:  # any positive value over 0 is infinite, not only the greatest
-        return INFINITY, next(i for i, value in enumerate(values) if value[0] > 0), low
-    return (n * q, d * p), top, low
-
-
 def fraction_sum(values: Iterable[Fraction]) -> Fraction:
+    """Add up fractions, at least one."""
     return Fraction(*sum_of((value.numerator, value.denominator) for value in values))
-
-
-def as_pair(value: Fraction) -> Rational:
-    return value.numerator, value.denominator
-
-
-def read_signed(value: object, where: str, length: int | None = None) -> list[Rational]:
-    return [read_rational(item, f"{where}[{i}]") for i, item in enumerate(read_list(value, where, length))]
-
-
-def negated(value: Rational) -> Rational:
-    return -value[0], value[1]
-
-
-def read_two(value: object, where: str) -> tuple[Fraction, Fraction]:
-    first, second = read_rationals(value, where, 2)
-    return Fraction(*first), Fraction(*second)
 
 
 def weighted_sum(terms: Iterable[tuple[int, Fraction]]) -> Fraction:
     """Add up multiples of fractions."""
     return Fraction(*sum_of([ZERO, *((n * value.numerator, value.denominator) for n, value in terms)]))
+
+
+# An affine form in the variables: integer coefficients over one denominator, that of the constant under CONSTANT.  A
+# constraint A v <= b is kept as its slack b - A v, an affine form that is at least 0 on the class.
+Affine = tuple[dict[int, int], int]
+
+CONSTANT = -1
+
+
+def affine_sum(terms: Iterable[tuple[Rational, Affine]]) -> Affine:
+    """Add up multiples of affine forms."""
+    kept = [(n, d * denominator, form) for (n, d), (form, denominator) in terms if n]
+    common = common_denominator({d for _, d, _ in kept})
+    count = sum(len(form) for _, _, form in kept)
+    bits = max((n.bit_length() + max(map(int.bit_length, form.values()), default=0) for n, _, form in kept), default=0)
+    spend(3 * count, bits + common.bit_length(), bits)
+    keep(count, bits + common.bit_length())
+    total: dict[int, int] = {}
+    for n, d, form in kept:
+        factor = n * (common // d)
+        for j, coefficient in form.items():
+            total[j] = total.get(j, 0) + factor * coefficient
+    return total, common
+
+
+def constant_form(value: Rational) -> Affine:
+    """Write a rational as an affine form."""
+    return {CONSTANT: value[0]}, value[1]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import chain, product
 
 from .figures import Figures
-from .filters import Filter, mixed_laws
+from .filters import Filter, mixed_laws, read_filters
 from .header import Cell, Header, Positive, read_header
 from .json_values import Labels, canonical_text, decoded, read_integer, read_list, read_object
 from .laws import Law, expectation, gains_of, mean_of, reduced_law
@@ -74,7 +74,10 @@ def read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = T
     for where, value, raw in lines:
         if reader is None:
             header = read_header(value, where)
-            reader = _Rows(header, keep, positive) if header.group_filter is None else _PolicyRows(header, header.group_filter)
+            if isinstance(value, dict) and "filters" in value:
+                reader = _PolicyRows(header, *read_filters(header, value["filters"], f"{where}.filters"))
+            else:
+                reader = _Rows(header, keep, positive)
         else:
             reader.add(value, where)
         if raw is not None:
@@ -151,6 +154,7 @@ def _check_masses(header: Header, masses: Sequence[Rational]) -> None:
 
 
 def lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]:
+    """Decode the lines of a table file, as ``read_table`` takes them."""
     for number, line in enumerate(lines, 1):
         where = f"line {number} of the table"
         yield where, decoded(line, where), line
@@ -159,9 +163,9 @@ def lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]
 class _PolicyRows(_Rows):
     """The lines of a policy's table: the rows of the policy, then the true cells if masses or utilities are given."""
 
-    def __init__(self, header: Header, group: Filter) -> None:
+    def __init__(self, header: Header, group: Filter, context: Filter | None) -> None:
         super().__init__(header)
-        self.group, self.context = group, header.context_filter
+        self.group, self.context = group, context
         self.true = replace(header, groups=tuple(self.group.inputs))
         if self.context is not None:
             self.true = replace(self.true, contexts=tuple(self.context.inputs))

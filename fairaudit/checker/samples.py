@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain, product
 
-from .affine import Affine, affine_sum
 from .header import Cell
-from .intervals import Interval, Place, Unproven
-from .rationals import Rational, sum_of, weighted_sum
+from .intervals import Interval, Unproven
+from .rationals import Affine, Rational, affine_sum, sum_of, weighted_sum
 from .table import Policy, Table, constants, globally_compared, place_of
 from .tails import Sample
 from .work import keep, spend
@@ -27,7 +26,6 @@ class Comparison:
 
 
 Part = tuple[Sequence[int], Sequence[Rational | None]]  # the counts of the decisions, and their utilities
-
 Units = Sequence[tuple[int, Sequence[int]]]  # how many draws had which counts
 
 
@@ -55,6 +53,22 @@ def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, 
     return Sample(sum(n for n, _ in draws), total, squares, low, high, binary)
 
 
+def compared_cells(quantity: str, table: Table) -> list[list[list[Cell]]]:
+    """List, by block, the cells behind each mean that is compared: a single one, or all of a group."""
+    if quantity == "local":
+        return [[[cell] for cell in cells] for cells in table.by_context() if len(cells) > 1]
+    by_group = table.by_group()
+    return [[by_group[a] for a in groups] for groups in [globally_compared(table)] if groups]
+
+
+def whole_counts(cell: Cell, table: Table) -> list[int]:
+    """List how often each decision was drawn in a cell."""
+    (weights, total), (n, d) = cell.law, cell.mass
+    if n % (d * total):
+        raise Unproven(f"the counts are not integers {place_of(table, cell)}")
+    return [weight * (n // (d * total)) for weight in weights]
+
+
 class Sampling:
     """What the samples of an interval are taken from."""
 
@@ -76,21 +90,13 @@ class Sampling:
     def of_counts(self) -> Comparison:
         """Take a sample from each cell that is compared, or from each group, whose rows are pooled over the contexts."""
         table, units = self.table, self.interval.units
-        by_group = table.by_group()
-        blocks = [[by_group[a] for a in groups] for groups in [globally_compared(table)] if groups]
-        if self.interval.quantity == "local":
-            blocks = [[[cell] for cell in cells] for cells in table.by_context() if len(cells) > 1]
+        blocks = compared_cells(self.interval.quantity, table)
         pools = [*chain.from_iterable(blocks)]
         if units is not None and len(units) != len(pools):
             raise Unproven(f"units must be listed for {len(pools)} cells, not for {len(units)}")
         samples: list[Sample] = []
         for i, cells in enumerate(pools):
-            parts: list[Part] = []
-            for cell in cells:
-                (weights, total), (n, d) = cell.law, cell.mass
-                if n % (d * total):
-                    raise Unproven(f"the counts are not integers {place_of(table, cell)}")
-                parts.append(([weight * (n // (d * total)) for weight in weights], cell.utility))
+            parts: list[Part] = [(whole_counts(cell, table), cell.utility) for cell in cells]
             if units is not None:
                 counts, _ = parts[0]
                 rows = [[n * count for count in row] for n, row in units[i]]
@@ -142,11 +148,3 @@ class Sampling:
                 means.append(affine_sum(((p * below, q * above), form) for (p, q), form in zip(masses, forms[a::n], strict=True)))
             blocks = [means] if means else []
         return Comparison(samples, blocks, len({place[:2] for place in numbers}) < len(numbers))
-
-
-def forms_of(place: Place, blocks: Sequence[Sequence[Affine]]) -> tuple[Affine, Affine]:
-    """Find the two forms, the higher one first."""
-    block, higher, lower = place
-    if block >= len(blocks) or max(higher, lower) >= len(blocks[block]) or higher == lower:
-        raise Unproven("the pair is not one that is compared")
-    return blocks[block][higher], blocks[block][lower]

@@ -6,9 +6,6 @@ import re
 
 STATED_POPULATION = "the contexts of each group are distributed as in the stated population"
 
-
-# Assumptions: the sentences that a claim has to list, word by word
-
 FRESH = (
     "the filter's draws for group and context are independent of each other and of everything else, fresh for each decision, and the "
     "decision depends on group and context only through what the filters release"
@@ -26,7 +23,6 @@ UNITS = (
 )
 
 ONE_ROW = "a sampling unit can have no more than one row in a cell, as is the case here"
-
 POOLED = "the contexts of each group were drawn from its population, not set by design"
 
 GIVEN_LABELS = (
@@ -35,23 +31,14 @@ GIVEN_LABELS = (
 )
 
 CHOSEN_LABELS = "positive labels, method and confidence were chosen without looking at the draws"
-
 RANGE = "whatever could have been drawn has a utility between {} and {}"
-
 OWN_RANGE = "whatever could have been drawn in a cell has a utility between 0 and the greatest that a decision has there"
-
 CHOSEN = "utility, method and confidence were chosen without looking at the draws"
-
 CELLS = "the draws of different cells are independent of each other"
-
 PAST = "given everything recorded before it, each decision has the expected utility of its context and group as its mean"
-
 OWN_PAST = "given the earlier decisions that count in its context and group, each such decision has their expected utility as its mean"
-
 MIX = "whatever came before, the context of a group's next decision has the same distribution, and so its expected utility stays the same"
-
 WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows share, and where windows begin was fixed beforehand"
-
 ORDER = "which contexts and groups appear, and in what order they first do, does not depend on how decisions come out"
 
 # About what was left out of the log: all claims of a certificate list the same ones.

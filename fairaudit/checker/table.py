@@ -76,6 +76,7 @@ def _lacks_population(table: Table) -> bool:
 
 
 def globally_compared(table: Table) -> list[int]:
+    """List the groups whose means over the contexts are compared: none if these cannot be, or if there are fewer than two."""
     groups = [] if _lacks_population(table) else table.figures.populated()
     return groups if len(groups) > 1 else []
 
@@ -128,4 +129,5 @@ def not_compared(table: Table) -> Iterator[dict[str, object]]:
 
 
 def place_of(table: Table, cell: Cell) -> str:
+    """Say in words where a cell is."""
     return f"in context {shown(list(table.header.contexts[cell.context]))}, group {shown(list(table.header.groups[cell.group]))}"

@@ -14,7 +14,6 @@ from .text import shown
 from .work import keep, spend
 
 SUMMED = 5000  # draws up to which binomial tails are exact sums
-
 PRECISION = 256  # bits after the point of the enclosures here
 
 
@@ -42,6 +41,7 @@ class Sample:
 
 
 def fault_of_ends(sample: Sample, lo: Fraction, hi: Fraction, level: Fraction, method: str) -> str:
+    """Say what is wrong with the ends of a mean at a level; nothing if the draws exclude all that is beyond them."""
     if not sample.low <= lo <= hi <= sample.high:
         return "are not ends in the range of the cell"
     if not sample.informative:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from .certificate import Certificate, Target
-from .claims import Claim
-from .facts import Facts
-from .findings import Finding, compared, finding_of
+from .claims import FLOORED, POLICIES, Claim
 from .intervals import Proven
+from .judgement import Facts
 from .logarithms import log_at_most
-from .population import ends_of_population
 from .rationals import INFINITY, ONE, Rational, as_pair, at_most
-from .text import shown
+from .text import Finding, compared, finding_of, shown
 from .work import working_on
 
 
@@ -25,7 +23,21 @@ def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
     return "within" if decide(ends[1], target.limit) else "inconclusive"
 
 
+def _ends_of_population(quantity: str, facts: Facts, true_claims: Iterable[Claim]) -> tuple[Rational, Rational]:
+    """Find the ends of a ratio of the population: those of the interval, and bounds that hold whatever was sampled."""
+    low, high = facts.proven[quantity].ratio if quantity in facts.proven else (ONE, INFINITY)
+    declared = facts.declared.keys()
+    for claim in true_claims:
+        _, _, by, scope = claim.key
+        needed = {POLICIES: {"gamma", "m"} if by == "T4" else set(), FLOORED: {"gamma"}}.get(scope)
+        holds = needed is not None and needed <= declared
+        if holds and claim.key[0] == f"{quantity}_ratio" and at_most(claim.value, high):
+            high = claim.value
+    return low, high
+
+
 def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim], window: Proven | None) -> Iterator[Finding]:
+    """Judge each target by what was found, and the certificate by its targets."""
     named = {target.quantity for target in stated.targets if target.confidence is not None}
     spent = sum((facts.proven[quantity].error for quantity in named & facts.proven.keys()), Fraction(0))
     confidences = {target.confidence for target in stated.targets} - {None}
@@ -36,7 +48,7 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
         metric = facts.metrics[target.quantity]
         ends = (ONE, INFINITY) if metric is None else (metric.value, metric.value)
         if target.confidence is not None:
-            ends = ends_of_population(target.quantity, facts, true_claims)
+            ends = _ends_of_population(target.quantity, facts, true_claims)
         verdicts.append(_judge(target, ends))
         if stated.change is not None and target.quantity in stated.withdrawn and target.confidence is not None:
             exceeded = window is not None and stated.change.quantity == target.quantity and _judge(target, window.ratio) == "exceeds"

@@ -1,12 +1,25 @@
-"""Text for people: nothing that stands in a document steers the terminal."""
+"""What keeps a document from being checked."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 
-from .errors import FormatError
 
-# Text for people
+class FormatError(ValueError):
+    """The document is not a well-formed certificate (or table) of the format."""
+
+
+class Incomplete(FormatError):
+    """The certificate does not state what its claims assume."""
+
+
+class TooMuch(FormatError):
+    """Checking the certificate would take more work than a document of its length is given."""
+
+
+class TableNeeded(Exception):
+    """The table is not embedded in the certificate and was not given."""
 
 
 def printable(text: str) -> str:
@@ -41,6 +54,7 @@ def _shown(value: object) -> str:
 
 
 def shown_rational(numerator: int, denominator: int) -> str:
+    """Show a rational; a long one by its length."""
     if denominator == 0:
         return "inf"
     bits = max(numerator.bit_length(), denominator.bit_length())
@@ -50,4 +64,38 @@ def shown_rational(numerator: int, denominator: int) -> str:
 
 
 def malformed(where: str, what: str) -> FormatError:
+    """Make the error that something in the document is not as the format has it."""
     return FormatError(printable(f"{where} {what}"))
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One statement of a certificate, and whether it is true."""
+
+    statement: str
+    true: bool
+    detail: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was found out about every statement, and the verdict that the certificate states."""
+
+    findings: tuple[Finding, ...]
+    verdict: str
+
+    @property
+    def ok(self) -> bool:
+        """Whether every statement is true."""
+        return all(finding.true for finding in self.findings)
+
+
+def finding_of(statement: str, true: bool, detail: str = "") -> Finding:
+    """State a finding, which nothing in the document can disguise."""
+    return Finding(printable(statement), true, printable(detail))
+
+
+def compared(name: str, stated: object, actual: object) -> Finding:
+    """Find whether what is stated is what the table gives."""
+    true = stated == actual
+    return finding_of(f"{name} is {shown(stated)}", true, "" if true else f"the table gives {shown(actual)}")

@@ -11,8 +11,6 @@ from .rationals import ONE, ZERO, Rational, at_most, over_common_denominator, re
 from .text import malformed, shown
 from .work import spend
 
-# The worst utility of a class
-
 
 @dataclass(frozen=True)
 class Family:
@@ -165,6 +163,7 @@ def _read_family(value: object, where: str) -> Family:
 
 
 def read_dual(value: object, where: str, local: bool, parameters: int | None) -> Dual:
+    """Read the multipliers of a claim by ``lp-dual``, and the parameters of the utility where the class is a family."""
     members = read_object(value, where, ["pairs"] if parameters is None else ["pairs", "theta"])
     pairs: dict[tuple[int, int, int], list[tuple[int, Rational]]] = {}
     last = (-1, -1, -1)

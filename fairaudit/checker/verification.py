@@ -3,34 +3,25 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import chain
 
 from .assumptions import check_assumptions
-from .certificate import read_certificate
-from .change import check_change
-from .errors import TableNeeded
-from .facts import Facts
-from .findings import Finding, Report, compared
+from .certificate import Certificate, read_certificate
+from .interval_proofs import check_change, check_differences, check_intervals
 from .intervals import Proven
-from .judgement import check_claims, faults_of_claims
-from .preparation_checks import check_preparation, check_spellings
+from .judgement import Facts, check_claims, faults_of_claims
+from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
+from .preparation import check_preparation, check_spellings
 from .program import Program
+from .rationals import at_most
 from .rows import lines_of_file, read_table
-from .statements import (
-    check_class,
-    check_differences,
-    check_intervals,
-    check_metrics,
-    check_not_compared,
-    check_rates,
-    check_subject,
-    check_unfiltered,
-)
-from .table import measure
+from .table import Table, constants, measure
 from .tails import tail_rarity
 from .targets import check_targets
+from .text import Finding, Report, TableNeeded, compared, finding_of, shown
 from .work import CURRENT_WORK, Work, grant_bytes, working_on
+from .worst_case import check_class
 
 
 def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
@@ -65,58 +56,96 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
         tail_rarity.cache_clear()
 
 
-def _checked(certificate: bytes, table: Iterable[bytes] | None) -> Report:
+def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
+    """Read, compute, compare: in this order, which is that of the findings."""
     grant_bytes(len(certificate))
     stated = read_certificate(certificate)
-    findings: list[Finding] = []
     working_on("the table")
-    keep = stated.change is not None or (
-        stated.utilities is not None or bool(stated.intervals) or any(step.step == "level" for step in stated.preparation)
-    )  # else the figures of a plain table are all that is needed of it
-    if stated.embedded is not None:
-        names = chain(["subject.table.header"], (f"subject.table.rows[{i}]" for i in range(len(stated.embedded) - 1)))
-        law = read_table(((name, value, None) for name, value in zip(names, stated.embedded, strict=True)), keep, stated.positive)
-        if table is not None:
-            digest = hashlib.sha256()
-            for line in table:
-                digest.update(line)
-            findings.append(compared("the digest of the table file", digest.hexdigest(), law.digest))
-    elif table is not None:
-        law = read_table(lines_of_file(table), keep, stated.positive)
-    else:
-        raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
+    findings: list[Finding] = []
+    table = _read_law(stated, lines, findings)
     working_on("the class of utilities")
-    program = None if stated.utilities is None else Program(stated.utilities, law)
+    program = None if stated.utilities is None else Program(stated.utilities, table)
     working_on("the metrics")
-    metrics = measure(law)
-    findings += check_subject(stated, law)
-    findings += check_spellings(stated, law)
-    findings += check_preparation(stated, law)
+    metrics = measure(table)
+    findings += _check_subject(stated, table)
+    findings += check_spellings(stated.spellings, table)
+    findings += check_preparation(stated.preparation, table)
     if program is not None:
         working_on("the class of utilities")
-        findings.append(check_class(stated, program, metrics))
+        findings.append(check_class(stated.claims, program, metrics))
     working_on("the metrics")
-    if law.given is not None:
-        metrics |= law.given.differences()
+    if table.given is not None:
+        metrics |= table.given.differences()
     findings += check_metrics(stated.metrics, metrics, "metrics")
-    findings += check_rates(stated, law)
-    if law.policy is not None:
-        findings += check_unfiltered(stated, law.policy)
-    findings.append(check_not_compared(stated, law))
-    of_intervals, proven = check_intervals(stated, law)
-    findings += of_intervals
-    of_differences, held = check_differences(stated, law)
-    findings += of_differences
-    proven |= held
-    window: Proven | None = None
-    if stated.change is not None:
-        of_change, window = check_change(stated.change, law)
-        findings += of_change
-    facts = Facts(law, metrics, stated.declared, program, proven)
+    findings += check_rates(stated.rates, stated.embedded is not None, table)
+    if table.policy is not None:
+        findings += check_unfiltered(stated.unfiltered, table.policy)
+    findings.append(check_not_compared(stated.not_compared, table))
+    proven, window = _check_intervals(stated, table, findings)
+    facts = Facts(table, metrics, stated.declared, program, proven)
     faults = faults_of_claims(stated.claims, facts)
     findings += check_claims(stated.claims, faults)
     findings += check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault], window)
     report = Report(tuple(findings), stated.verdict)
     if report.ok:
-        check_assumptions(stated, law)
+        check_assumptions(stated, table)
     return report
+
+
+def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list[Finding]) -> Table:
+    """Read the table, wherever it is; the figures of a plain one are all that is kept of it."""
+    keep = stated.change is not None or (
+        stated.utilities is not None or bool(stated.intervals) or any(step.step == "level" for step in stated.preparation)
+    )
+    if stated.embedded is None and lines is None:
+        raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
+    if stated.embedded is None:
+        return read_table(lines_of_file(lines or ()), keep, stated.positive)
+    names = chain(["subject.table.header"], (f"subject.table.rows[{i}]" for i in range(len(stated.embedded) - 1)))
+    table = read_table(((name, value, None) for name, value in zip(names, stated.embedded, strict=True)), keep, stated.positive)
+    if lines is not None:
+        digest = hashlib.sha256()
+        for line in lines:
+            digest.update(line)
+        findings.append(compared("the digest of the table file", digest.hexdigest(), table.digest))
+    return table
+
+
+def _check_intervals(stated: Certificate, table: Table, findings: list[Finding]) -> tuple[dict[str, Proven], Proven | None]:
+    """Check all intervals, and say what holds by them: of each quantity, and of a window that contradicts the stream."""
+    found, proven = check_intervals(stated.intervals, table)
+    findings += found
+    found, of_differences = check_differences(stated.differences, stated.intervals, table)
+    findings += found
+    window: Proven | None = None
+    if stated.change is not None:
+        found, window = check_change(stated.change, table)
+        findings += found
+    return proven | of_differences, window
+
+
+def _check_subject(stated: Certificate, table: Table) -> Iterator[Finding]:
+    """Compare table, columns, constants of the utility, privacy of the filters and declared constants."""
+    yield compared("subject.table.sha256", stated.digest, table.digest)
+    yield compared("subject.table.cells", stated.cells, table.rows * len(table.header.decisions))
+    ours, theirs = stated.subject, table.header.subject
+    yield compared("subject.kind", ours.kind, theirs.kind)
+    yield compared("subject.population", ours.population, theirs.population)
+    for name in ("decision", "group", "context", *(["truth"] if stated.positive or table.header.truths else [])):
+        yield compared(f"subject.columns.{name}", getattr(ours.columns, name), getattr(theirs.columns, name))
+    actual = constants(table)
+    for key, value in stated.constants.items():
+        yield compared(f"subject.utility.{key}", value, actual[key])
+    for name, figures in (stated.privacy or {}).items():
+        used = None if table.policy is None else table.policy.group if name == "group" else table.policy.context
+        if figures is None or used is None:
+            yield compared(f"subject.privacy.{name}", figures, "a filter" if used else None)
+        else:
+            yield compared(f"subject.privacy.{name}.exp_epsilon", figures["exp_epsilon"], used.exp_epsilon)
+            attributes = [factor.exp_epsilon for factor in used.factors]
+            yield compared(f"subject.privacy.{name}.attributes", figures["attributes"], attributes)
+    for key, value in stated.declared.items():
+        own = actual[key]
+        pair = (own, value) if key in ("gamma", "lipschitz") else (value, own)
+        true = isinstance(own, tuple) and at_most(*pair)
+        yield finding_of(f"subject.declared.{key} is {shown(value)}", true, "" if true else f"the table gives {shown(own)}")

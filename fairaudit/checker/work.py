@@ -4,20 +4,13 @@ from __future__ import annotations
 
 from contextvars import ContextVar
 
-from .errors import TooMuch
+from .text import TooMuch
 
 MAX_STEPS = 50_000_000  # of a document with its table; a step is an operation on numbers of at most 256 bits
-
 MAX_BLOCKS = 8_000_000  # that are kept; a block is a number of at most 256 bits
-
 FREE_BYTES = 1_000_000  # of the document and its table; each further byte adds to the steps and blocks
-
 STEPS_PER_BYTE = 250
-
 BLOCKS_PER_BYTE = 8
-
-
-# Work: counted before it is done, so that a short document cannot keep its reader busy for long
 
 
 class Work:
@@ -62,12 +55,14 @@ def keep(count: int, bits: int = 0) -> None:
 
 
 def working_on(part: str) -> None:
+    """Name the part of the document that is checked next, for what is said if it takes too much work."""
     work = CURRENT_WORK.get()
     if work is not None:
         work.part = part
 
 
 def grant_bytes(count: int) -> None:
+    """Take note of bytes of the document or its table that were read."""
     work = CURRENT_WORK.get()
     if work is not None:
         work.grant(count)

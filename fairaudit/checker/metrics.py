@@ -1,17 +1,22 @@
-"""Metrics, witnesses and rates as the certificate states them."""
+"""Metrics, witnesses, rates and what was not compared: as the certificate states them, and against the table."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
 
+from .figures import Maximum
 from .header import Columns
 from .json_values import read_choice, read_list, read_object, read_string, read_strings
+from .logarithms import log_enclosure
 from .rates import DIFFERENCES, KINDS, OVERALL
 from .rationals import read_extended, read_rational
-from .text import malformed, shown
+from .table import Policy, Table, measure, not_compared
+from .text import Finding, compared, finding_of, malformed, shown
 
-# The certificate
+Metrics = Mapping[str, dict[str, object] | None]  # as stated, by name; null where nobody was compared
+Rates = Mapping[str, list[dict[str, object]] | None]  # as stated, by kind
 
 # What a witness of each metric has to name, and whether the metric is a ratio (with a logarithm) or a distance.
 METRICS: dict[str, tuple[bool, tuple[str, ...]]] = {
@@ -26,7 +31,6 @@ METRICS: dict[str, tuple[bool, tuple[str, ...]]] = {
 SHAPES = METRICS | {
     name: (False, ("context",) * (not name.endswith(OVERALL)) + ("rate", "higher", "lower", "rates")) for name in DIFFERENCES
 }
-
 
 _LOG = re.compile(r"0|inf|(?:0|[1-9][0-9]*)\.[0-9]{12}")
 
@@ -60,6 +64,7 @@ def _read_witness(value: object, where: str, keys: Sequence[str], columns: Colum
 
 
 def read_metric(value: object, where: str, name: str, columns: Columns) -> dict[str, object] | None:
+    """Read a metric with its witness; null where nobody was compared."""
     if value is None:
         return None
     is_ratio, names = SHAPES[name]
@@ -74,6 +79,7 @@ def read_metric(value: object, where: str, name: str, columns: Columns) -> dict[
 
 
 def read_rates(value: object, where: str, columns: Columns) -> list[dict[str, object]] | None:
+    """Read the rates of one kind, by context and group; null where the table is not embedded."""
     if value is None:
         return None
     keys = ("group",) if where.endswith(OVERALL) else ("context", "group")
@@ -86,7 +92,8 @@ def read_rates(value: object, where: str, columns: Columns) -> list[dict[str, ob
     return read
 
 
-def read_unfiltered(value: object, where: str, columns: Columns) -> dict[str, dict[str, object] | None] | None:
+def read_unfiltered(value: object, where: str, columns: Columns) -> Metrics | None:
+    """Read the two ratios of a policy without its filters; null where its labels are not the true ones."""
     if value is None:
         return None
     members = read_object(value, where, ("local", "global"))
@@ -94,6 +101,7 @@ def read_unfiltered(value: object, where: str, columns: Columns) -> dict[str, di
 
 
 def read_not_compared(value: object, where: str, columns: Columns) -> dict[str, object]:
+    """Read an entry of what was not compared."""
     shapes = [("context", "groups", "reason"), ("context", "reason"), ("groups", "reason"), ("quantity", "reason")]
     if columns.truth is not None:
         shapes += [("quantity", *shape) for shape in shapes[:3]]
@@ -109,3 +117,42 @@ def read_not_compared(value: object, where: str, columns: Columns) -> dict[str, 
         else:
             read_string(value[key], f"{where}.{key}")
     return value
+
+
+def check_metrics(stated: Metrics, metrics: Mapping[str, Maximum | None], where: str) -> Iterator[Finding]:
+    """Compare each metric, its logarithm and its witness."""
+    for name, figures in stated.items():
+        actual = metrics.get(name)
+        if figures is None or actual is None:
+            yield compared(f"{where}.{name}", figures, None if actual is None else actual.value)
+            continue
+        expected: dict[str, object] = {"value": actual.value, "witness": actual.witness}
+        if SHAPES[name][0]:
+            expected |= {"ratio": actual.value, "log": log_enclosure(actual.value)}
+        for key, figure in figures.items():
+            yield compared(f"{where}.{name}.{key}", figure, expected[key])
+
+
+def check_unfiltered(stated: Metrics | None, policy: Policy) -> Iterator[Finding]:
+    """Compare the metrics of a policy without its filters, which exist where its own labels are the true ones."""
+    if stated is None or policy.unfiltered is None:
+        yield compared("metrics.unfiltered", stated, "comparable" if policy.unfiltered else None)
+    else:
+        yield from check_metrics(stated, measure(policy.unfiltered), "metrics.unfiltered")
+
+
+def check_not_compared(stated: Sequence[Mapping[str, object]], table: Table) -> Finding:
+    """Compare what the metrics leave out, and why."""
+    # One entry at a time: a short table can leave out more pairs of contexts and groups than fit into memory.
+    for i, (entry, actual) in enumerate(zip_longest(stated, not_compared(table))):
+        if entry != actual:
+            detail = "the table gives no further entry" if actual is None else f"the table gives {shown(actual)}"
+            return finding_of(f"not_compared[{i}] is {'not there' if entry is None else shown(entry)}", False, detail)
+    return finding_of(f"not_compared is {shown(stated)}", True)
+
+
+def check_rates(stated: Rates, embedded: bool, table: Table) -> Iterator[Finding]:
+    """Compare the rates, which stand in a certificate exactly if its table does."""
+    actual = table.given.rates() if table.given is not None and embedded else {}
+    for name, rates in stated.items():
+        yield compared(f"metrics.{name}", rates, actual.get(name))

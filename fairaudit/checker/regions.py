@@ -1,19 +1,53 @@
-"""Intervals proven by ends of every mean: of a ratio of expected utilities, and of a difference of rates."""
+"""Intervals proven by a region that holds all means: a box of their ends, or a product by ladders.
+
+A ladder is a list of knots between which the tails of two independent means are small together.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from itertools import chain, product
+from itertools import chain, pairwise, product
+from typing import TypeVar
 
-from .affine import Affine
-from .intervals import METHODS, Box, BoxEvidence, DifferenceInterval, Interval, Unproven
+from .claims import METHODS
+from .intervals import Box, BoxEvidence, DifferenceInterval, Interval, Ladder, LadderEvidence, Place, Unproven
 from .rates import Share
-from .rationals import INFINITY, ONE, as_pair, bits_of, over_common_denominator
-from .samples import Comparison, forms_of
-from .tails import Sample, fault_of_ends, log_form
+from .rationals import INFINITY, ONE, Affine, Rational, as_pair, bits_of, over_common_denominator
+from .samples import Comparison
+from .tails import PRECISION, Sample, Tail, fault_of_ends, log_form, tail_rarity, tails_at_most
 from .text import shown
 from .work import spend
+
+T = TypeVar("T")
+
+
+def pair_at(place: Place, blocks: Sequence[Sequence[T]]) -> tuple[T, T]:
+    """Find the two that a place names, the higher one first."""
+    block, higher, lower = place
+    if block >= len(blocks) or max(higher, lower) >= len(blocks[block]) or higher == lower:
+        raise Unproven("the pair is not one that is compared")
+    return blocks[block][higher], blocks[block][lower]
+
+
+def check_named(ratio: tuple[Rational, Rational], pair: Place | None) -> None:
+    """Make sure that a box names the pair that proves its lower end."""
+    if (ratio[0] == ONE) is not (pair is None):
+        raise Unproven("a pair has to be named exactly if the lower end is more than 1")
+
+
+def check_given(ratio: tuple[Rational, Rational], upper: Sequence[Ladder] | None, lower: tuple[Place, Ladder] | None, blocks: int) -> None:
+    """Make sure that there are the ladders that the ends of a ratio need."""
+    if (ratio[1] == INFINITY) is not (upper is None) or (ratio[0] == ONE) is not (lower is None):
+        raise Unproven("there must be ladders exactly for a finite upper end, and for a lower end of more than 1")
+    if upper is not None and len(upper) != blocks:
+        raise Unproven(f"there must be {blocks} ladders, not {len(upper)}")
+
+
+def check_rising(knots: Ladder, where: str) -> None:
+    """Make sure that knots are a ladder."""
+    if not knots or knots[0] <= 0 or any(q <= p for p, q in pairwise(knots)):
+        raise Unproven(f"{where} is not a strictly rising list of positive knots")
 
 
 def prove_difference(interval: DifferenceInterval, blocks: Sequence[Sequence[Share]]) -> None:
@@ -56,6 +90,10 @@ def _widest_gap(tops: Sequence[Fraction], bottoms: Sequence[Fraction]) -> Fracti
 
 
 def prove_by_box(interval: Interval, evidence: BoxEvidence, comparison: Comparison, used: int, spanned: int) -> None:
+    """Make sure that ends of all means prove an interval of the ratio.
+
+    ``used`` samples say something, and no two forms rest on more than ``spanned`` of them together.
+    """
     samples, blocks = comparison.samples, comparison.blocks
     confidence = Fraction(*interval.confidence)
     beta, other = evidence.levels
@@ -76,10 +114,9 @@ def prove_by_box(interval: Interval, evidence: BoxEvidence, comparison: Comparis
         box = _scaled_box(evidence.upper)
         for number, block in enumerate(blocks):
             _check_block(block, number, Fraction(*high), box)
-    if (low == ONE) is not (evidence.pair is None):
-        raise Unproven("a pair has to be named exactly if the lower end is more than 1")
+    check_named(interval.ratio, evidence.pair)
     if evidence.pair is not None:
-        higher, lower = forms_of(evidence.pair, blocks)
+        higher, lower = pair_at(evidence.pair, blocks)
         box = _scaled_box(evidence.lower)
         nothing = not any(box[i][0] for i in {*higher[0], *lower[0]})  # 0/0 is 1
         if nothing or not _at_most_times(lower, higher, Fraction(low[1], low[0]), box):
@@ -129,3 +166,68 @@ def _check_block(block: Sequence[Affine], number: int, ratio: Fraction, box: Seq
         # Most pairs are far from it, even if the cells that two forms share were different ones.
         if top > bottom and i != j and not _at_most_times(block[i], block[j], ratio, box):
             raise Unproven(f"forms {i} and {j} of block {number} can have a greater quotient than the upper end")
+
+
+def prove_by_ladders(interval: Interval, evidence: LadderEvidence, comparison: Comparison, used: int) -> None:
+    """Make sure that ladders prove an interval of the ratio; ``used`` samples say something."""
+    samples, blocks = comparison.samples, comparison.blocks
+    if not interval.independent:
+        raise Unproven("a product is for independent cells only")
+    if any(len(form) != 1 or [*form.values()] != [unit] for block in blocks for form, unit in block):
+        raise Unproven("a product is for forms of a single cell only")
+    if interval.method != "hoeffding-kl" and not all(sample.binary for sample in samples if sample.informative):
+        raise Unproven("a product is for binary cells or hoeffding-kl only")
+    (b, c), (other_b, other_c) = evidence.levels
+    if not (b * b <= c <= b < 1 and other_b * other_b <= other_c <= other_b <= b and other_c <= c):
+        raise Unproven("the levels b, c must keep b^2 <= c <= b < 1, and those for the lower end must be no greater")
+    pairs = sum(len(block) * (len(block) - 1) for block in blocks)
+    spent = 2 * b + max(2, 2 * used - 2) * other_b + _area(b, c) + (pairs - 1) * _area(other_b, other_c)
+    if spent > 1 - Fraction(*interval.confidence):
+        raise Unproven("the levels add up to more than the confidence leaves")
+    members = [[next(iter(form)) for form, _ in block] for block in blocks]
+    low, high = interval.ratio
+    check_given(interval.ratio, evidence.upper, evidence.lower, len(blocks))
+    if evidence.upper is not None:
+        for number, (block, ladder) in enumerate(zip(members, evidence.upper, strict=True)):
+            cells = {i: samples[i] for i in block}
+            _check_ladder(ladder, cells, cells, Fraction(*high), b, c, f"upper[{number}]")
+    if evidence.lower is not None:
+        place, ladder = evidence.lower
+        pair_at(place, blocks)
+        higher, lower = members[place[0]][place[1]], members[place[0]][place[2]]
+        if higher == lower:
+            raise Unproven("the forms of the pair are equal")
+        one, another = {lower: samples[lower]}, {higher: samples[higher]}
+        _check_ladder(ladder, one, another, Fraction(low[1], low[0]), other_b, other_c, "lower")
+
+
+def _area(b: Fraction, c: Fraction) -> Fraction:
+    """Bound the probability that independent uniform u and v exceed b while uv is at most c: c log(c/b^2) - c + b^2."""
+    if b == 0:
+        return Fraction(0)
+    return c * Fraction(-log_form([(Fraction(1), b * b / c)]), 1 << PRECISION) - c + b * b
+
+
+def _check_ladder(
+    knots: Ladder, tops: Mapping[int, Sample], bottoms: Mapping[int, Sample], ratio: Fraction, b: Fraction, c: Fraction, where: str
+) -> None:
+    """Make sure that a ladder proves of all different tops and bottoms that the mean of the top is at most ``ratio`` times the other."""
+    check_rising(knots, where)
+    for sample in bottoms.values():
+        if knots[0] > sample.low and not (sample.informative and tails_at_most([sample.tail(knots[0], False)], b)):
+            raise Unproven(f"{where} begins too high")
+    for sample in tops.values():
+        mean = ratio * knots[-1]
+        if mean < sample.high and not (sample.informative and tails_at_most([sample.tail(mean, True)], b)):
+            raise Unproven(f"{where} ends too low")
+    certain: Tail = (1, Fraction(1), Fraction(1, 2), True)
+    for number, (p, q) in enumerate(pairwise(knots)):
+        spend(250 * (len(tops) + len(bottoms)), bits_of(ratio), bits_of(p))
+        above = {i: s.tail(ratio * p, True) if s.informative else certain for i, s in tops.items() if ratio * p < s.high}
+        below = {i: s.tail(q, False) if s.informative else certain for i, s in bottoms.items()}
+        # For each top the likeliest bottom of another index is one of the two likeliest of all.
+        likeliest = sorted((rarity, i) for i, tail in below.items() if (rarity := tail_rarity(tail)) is not None)[:2]
+        for i, tail in above.items():
+            bottom = next((j for _, j in likeliest if j != i), None)
+            if bottom is not None and not tails_at_most([tail, below[bottom]], c):
+                raise Unproven(f"{where} has too wide a step after knot {number}")
