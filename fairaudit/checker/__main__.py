@@ -10,12 +10,13 @@ def _run() -> int:
         from .command import main
 
         return main()
-    from importlib.util import module_from_spec, spec_from_file_location
     from os import devnull
     from os.path import abspath, dirname, join
 
     folder = dirname(abspath(__file__))
     sys.path[:] = [place for place in sys.path if abspath(place) != folder]  # no file of the folder stands in for a standard module
+    from importlib.util import module_from_spec, spec_from_file_location
+
     sys.dont_write_bytecode, sys.pycache_prefix = True, join(devnull, "none")  # what runs is the text, not what was compiled beside it
     spec = spec_from_file_location("checker", join(folder, "__init__.py"), submodule_search_locations=[folder])
     if spec is None or spec.loader is None:

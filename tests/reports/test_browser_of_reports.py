@@ -17,8 +17,8 @@ from assumptions import complete
 from browser import Browser
 from certificate_changes import changed_values
 from certificate_kinds import FOUR, KINDS, admissions, fifty_by_forty, many_columns, outcome, small_counts
-from test_checker_policy import TINY, Policy, bounds, write
-from test_checker_unit import INF, text
+from plain_certificates import INF, text
+from policy_certificates import TINY, Policy, bounds, write
 
 import fairaudit as fa
 from fairaudit import checker

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_checker_unit import checker, detached, raw
-from test_checker_worst_case import TINY, Case, Solved, tampered, true_certificate
+from class_certificates import TINY, Case, Solved, tampered, true_certificate
+from plain_certificates import checker, detached, raw
 
 import fairaudit as fa
 from fairaudit.certificates.certificate import schema

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from test_checker_unit import canonical, checker, detached, edited, false_statements, make, raw
+from plain_certificates import canonical, checker, detached, edited, false_statements, make, raw
 
 import fairaudit as fa
 

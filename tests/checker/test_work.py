@@ -1,6 +1,6 @@
 """Hostile documents: no document of less than a megabyte keeps the checker busy for long, or fills the memory.
 
-All 1,000 of them: FAIRAUDIT_FULL=1 pytest -n0 tests/test_checker_work.py
+All 1,000 of them: FAIRAUDIT_FULL=1 pytest -n0 tests/checker/test_work.py
 """
 
 from __future__ import annotations
