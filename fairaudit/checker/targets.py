@@ -23,7 +23,7 @@ def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
     return "within" if decide(ends[1], target.limit) else "inconclusive"
 
 
-def _ends_of_population(quantity: str, facts: Facts, true_claims: Iterable[Claim]) -> tuple[Rational, Rational]:
+def ends_of_population(quantity: str, facts: Facts, true_claims: Iterable[Claim]) -> tuple[Rational, Rational]:
     """Find the ends of a ratio of the population: those of the interval, and bounds that hold whatever was sampled."""
     low, high = facts.proven[quantity].ratio if quantity in facts.proven else (ONE, INFINITY)
     declared = facts.declared.keys()
@@ -48,7 +48,7 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
         metric = facts.metrics[target.quantity]
         ends = (ONE, INFINITY) if metric is None else (metric.value, metric.value)
         if target.confidence is not None:
-            ends = _ends_of_population(target.quantity, facts, true_claims)
+            ends = ends_of_population(target.quantity, facts, true_claims)
         verdicts.append(_judge(target, ends))
         if stated.change is not None and target.quantity in stated.withdrawn and target.confidence is not None:
             exceeded = window is not None and stated.change.quantity == target.quantity and _judge(target, window.ratio) == "exceeds"

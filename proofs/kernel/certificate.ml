@@ -1,6 +1,6 @@
 (* Read the table, the class and the claims by lp-dual of a certificate, as docs/certificate.md and
    docs/certificate-worst-case.md describe them.  What is not as described is malformed; the rest of a
-   certificate is left to checker.py. *)
+   certificate is left to fairaudit/checker. *)
 
 module W = Worst_case
 

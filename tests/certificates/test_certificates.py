@@ -6,7 +6,6 @@ import hashlib
 import json
 import random
 import re
-import shutil
 import subprocess
 import sys
 import unicodedata
@@ -379,36 +378,7 @@ def test_schema_refuses_what_is_malformed(kind: Callable[..., fa.Result]) -> Non
     assert not SCHEMA.is_valid(put(text, ("subject", "table", "sha256"), "A" * 64))
 
 
-# The checker alone
-
-
-def alone(directory: Path, *arguments: str, **options: Any) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run([sys.executable, "-I", "-S", "checker", *arguments], cwd=directory, capture_output=True, check=False, **options)
-
-
-def test_lone_checker(tmp_path: Path) -> None:
-    here, files = tmp_path / "empty", tmp_path / "files"
-    here.mkdir()
-    files.mkdir()
-    shutil.copytree(Path(checker.__file__).parent, here / "checker", ignore=shutil.ignore_patterns("__pycache__"))
-    small_counts(**FOUR).certificate.save(files / "exceeds.json")
-    small_counts(max_local_ratio=100, confidence=None).certificate.save(files / "within.json")
-    weighted(embed_table=False).certificate.save(files / "apart.json")
-    false = (files / "within.json").read_bytes().replace(b'"verdict": "within"', b'"verdict": "exceeds"')
-    (files / "false.json").write_bytes(false)
-    (files / "broken.json").write_bytes(false[:-3])
-    assert alone(here, "../files/exceeds.json").returncode == 0
-    assert alone(here, "../files/exceeds.json", "--require", "within").returncode == 1
-    assert alone(here, "../files/within.json", "--require", "within").returncode == 0
-    assert alone(here, "../files/false.json").returncode == 1
-    assert alone(here, "../files/broken.json").returncode == 2
-    assert alone(here, "../files/nowhere.json").returncode == 2
-    assert alone(here).returncode == 2
-    assert alone(here, "../files/apart.json").returncode == 3
-    apart = alone(here, "../files/apart.json", "--table", "../files/apart.table.jsonl")
-    assert apart.returncode == 0 and not apart.stderr
-    assert apart.stdout.count(b"\n") > 20 and all(line.startswith(b"true ") for line in apart.stdout.splitlines()[:-1])
-    assert sorted(path.name for path in here.iterdir()) == ["checker"]
+# The command
 
 
 def test_command_verifies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -105,13 +105,13 @@ def test_the_rule_of_the_checker_asks_for_what_the_kind_says(key: tuple[str, str
 
 
 def test_the_checker_decides_the_same_conditions() -> None:
-    assert set(checker.facts.CONDITIONS) == set(NEEDS)
+    assert set(checker.judgement.CONDITIONS) == set(NEEDS)
 
 
 def test_the_checker_reads_the_same_claims_about_a_population() -> None:
     quantities, relations, by = ({key[i] for key in BY_KEY} | {"another"} for i in range(3))
     for key in ((q, r, b, f"{scope}19/20") for q in quantities for r in relations for b in by for scope in (SAMPLED, "this law ")):
-        assert checker.population.is_about_population(key) == (key[3].startswith(SAMPLED) and (*key[:3], SAMPLED) in BY_KEY), key
+        assert checker.claims.is_about_population(key) == (key[3].startswith(SAMPLED) and (*key[:3], SAMPLED) in BY_KEY), key
 
 
 @pytest.mark.parametrize("key", sorted(STATED), ids=" ".join)
@@ -121,8 +121,8 @@ def test_the_checker_lets_the_same_bounds_decide_about_a_sampled_policy(key: tup
     claim = checker.claims.Claim(key, (2, 1), (), None)
     constants = ("gamma", "m", "tau", "lipschitz")
     for declared in chain.from_iterable(combinations(constants, n) for n in range(5)):
-        facts = checker.facts.Facts(None, {}, dict.fromkeys(declared, (1, 1)), None, {})
-        _, high = checker.population.ends_of_population(quantity.removesuffix("_ratio"), facts, [claim])
+        facts = checker.judgement.Facts(None, {}, dict.fromkeys(declared, (1, 1)), None, {})
+        _, high = checker.targets.ends_of_population(quantity.removesuffix("_ratio"), facts, [claim])
         assert (high == (2, 1)) == (relation == "<=" and for_any_sampled(STATED[key], scope, dict.fromkeys(declared))), declared
 
 

@@ -215,7 +215,7 @@ def test_every_statement_is_closed_now(built: Path) -> None:
 
 
 def verdict_in_python(document: dict[str, Any], table: list[bytes] | None = None) -> int:
-    """Decide as checker.py does: 0 the claims by lp-dual are true, 1 one is not or there is none, 2 malformed."""
+    """Decide as the checker does: 0 the claims by lp-dual are true, 1 one is not or there is none, 2 malformed."""
     try:
         report = checker.check(raw(document), table)
     except checker.FormatError:
@@ -311,7 +311,7 @@ def altered(pick: random.Random, document: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_equal_verdicts(block: int, built: Path, tmp_path: Path) -> None:
-    """The extracted checker and checker.py agree on the least value of random linear programs and on what is done to their evidence."""
+    """The extracted checker and fairaudit.checker agree on the least value of random linear programs and on altered evidence."""
     seen: Counter[tuple[str, int]] = Counter()
     for seed in range(20_000 + block * PER_BLOCK, 20_000 + (block + 1) * PER_BLOCK):
         solved = Solved(Case(seed))
