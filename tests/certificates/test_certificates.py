@@ -6,8 +6,6 @@ import hashlib
 import json
 import random
 import re
-import subprocess
-import sys
 import unicodedata
 from collections.abc import Callable, Iterator
 from functools import cache

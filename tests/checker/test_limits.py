@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import pytest
 
 from fairaudit import checker
-from fairaudit.certificates import certificate, document, reader, table
+from fairaudit.certificates import certificate, reader, table
 from fairaudit.cli import options
 from fairaudit.exact import enclosures, rationals
-from fairaudit.inference import assumptions, betting, rates, tails
+from fairaudit.inference import betting, rates, tails
 from fairaudit.streams import stream
 from fairaudit.tables import labels, preparation
-from fairaudit.theorems import applicable, bound
+from fairaudit.theorems import assumptions, bound, case, registry
 
 EQUAL = {
     "the format of certificates": (checker.certificate.CERTIFICATE_FORMAT, certificate.FORMAT),
@@ -28,7 +26,7 @@ EQUAL = {
         (stream.UNREADABLE, stream.MISSING, stream.UNUSABLE, stream.UNKNOWN),
     ),
     "methods of intervals": (checker.claims.METHODS, options.METHODS),
-    "joint likelihood ratios of a group filter": (checker.filters.PAIR_ENTRIES, applicable.PAIR_RATIOS),
+    "joint likelihood ratios of a group filter": (checker.filters.PAIR_ENTRIES, case.PAIR_RATIOS),
     "bets": (checker.betting.BETS, betting.BETS),
     "what is never bet": (checker.betting.IDLE, betting.IDLE),
     "what is bet at most": (checker.betting.CAP, betting.CAP),
@@ -44,10 +42,12 @@ EQUAL = {
     "scope: other policies": (checker.claims.POLICIES, bound.ANY_POLICY),
     "scope: policies with a floor": (checker.claims.FLOORED, bound.FLOORED),
     "scope: other group filters": (checker.claims.GROUP_FILTERS, bound.THIS_POLICY),
-    "scope: other context filters": (checker.claims.CONTEXT_FILTERS, applicable.ANY_CONTEXT_FILTER),
-    "sentence: fresh draws of the filter": (checker.sentences.FRESH, bound.FRESH),
-    "sentence: the stated population": (checker.sentences.STATED_POPULATION, bound.POPULATION),
-    "sentence: the stated population, for intervals": (checker.sentences.STATED_POPULATION, assumptions.POPULATION),
+    "scope: other context filters": (checker.claims.CONTEXT_FILTERS, bound.ANY_CONTEXT_FILTER),
+    "scope: all utilities of a class": (checker.claims.UTILITIES, registry.EVERY_UTILITY),
+    "scope: the population": (checker.claims.POPULATION, registry.SAMPLED),
+    "differences of rates": ({*checker.rates.DIFFERENCES}, {*registry.DIFFERENCES}),
+    "sentence: fresh draws of the filter": (checker.sentences.FRESH, assumptions.FRESH),
+    "sentence: the stated population": (checker.sentences.STATED_POPULATION, assumptions.POPULATION),
     "sentence: independent draws": (checker.sentences.DRAWS, assumptions.DRAWS),
     "sentence: independent units": (checker.sentences.UNITS, assumptions.UNITS),
     "sentence: one row of a unit in a cell": (checker.sentences.ONE_ROW, assumptions.ONE_ROW),
@@ -56,13 +56,14 @@ EQUAL = {
     "sentence: positive labels chosen beforehand": (checker.sentences.CHOSEN_LABELS, assumptions.DECLARED_POSITIVE),
     "sentence: utility chosen beforehand": (checker.sentences.CHOSEN, assumptions.DECLARED),
     "sentence: the range of each cell": (checker.sentences.OWN_RANGE, assumptions.OWN_RANGE),
-    "sentence: the range of all": (checker.sentences.RANGE.format("1/2", "3"), assumptions.range_said(Fraction(1, 2), Fraction(3))),
+    "sentence: the range of all": (checker.sentences.RANGE.format("{low}", "{high}"), assumptions.RANGE),
+    "sentence: a declared floor": (checker.sentences.DECLARED_FLOOR.format("{tau}"), assumptions.DECLARED_FLOOR),
     "sentence: independent cells": (checker.sentences.CELLS, assumptions.CELLS),
     "sentence: a stream given its past": (checker.sentences.PAST, assumptions.PAST),
     "sentence: a stream given the past of the cell": (checker.sentences.OWN_PAST, assumptions.OWN_PAST),
     "sentence: the mix of contexts": (checker.sentences.MIX, assumptions.MIX),
     "sentence: the order of cells": (checker.sentences.ORDER, assumptions.ORDER),
-    "sentence: windows": (checker.sentences.WINDOWS, document.WINDOWS),
+    "sentence: windows": (checker.sentences.WINDOWS, assumptions.WINDOWS),
 }
 NO_MORE = {  # than the checker takes, may the writer write
     "digits of a number that is read": (rationals.MAX_DIGITS, checker.rationals.MAX_DIGITS),
