@@ -13,10 +13,11 @@ from fairaudit.exact.enclosures import HUGE, UNIT
 from fairaudit.exact.extended import ONE, ZERO, Extended
 from fairaudit.worst.attained import raised_to_floor
 from fairaudit.worst.evidence import pairs_by_sticks
+from fairaudit.worst.most_powerful import Span
 from fairaudit.worst.result import WorstCase
 from fairaudit.worst.rows import ComparedRows, compared_rows
 from fairaudit.worst.setting import Setting
-from fairaudit.worst.sieve import Sieve, Span
+from fairaudit.worst.sieve import Sieve
 
 
 def closed_form_case(setting: Setting) -> WorstCase:
@@ -99,4 +100,16 @@ def _closed(
             return {"pairs": []}
         return pairs_by_sticks(setting, ratio, multipliers())
 
-    return WorstCase(setting.law, of, setting.quantity, ratio, lower, witness, "closed form", by, None, True, None, setting, raised, proof)
+    return WorstCase(
+        law=setting.law,
+        utility_class=of,
+        quantity=setting.quantity,
+        upper=ratio,
+        lower=lower,
+        witness=witness,
+        method="closed form",
+        by=by,
+        setting=setting,
+        values=raised,
+        proof=proof,
+    )

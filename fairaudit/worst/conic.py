@@ -13,15 +13,16 @@ import numpy as np
 from fairaudit.errors import InputError
 from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import log_enclosure
-from fairaudit.exact.extended import ZERO, Extended
-from fairaudit.measures.ratios import Witness
+from fairaudit.exact.extended import ZERO
 from fairaudit.model.utility_class import Ball, LinearRow
 from fairaudit.worst.fractional_program import FractionalProgram
+from fairaudit.worst.pair_programs import pair_program
+from fairaudit.worst.ranking import ranked_pairs
+from fairaudit.worst.reading import lay_out
 from fairaudit.worst.result import WorstCase
 from fairaudit.worst.search import LinearSearch
-from fairaudit.worst.setting import Setting, lay_out
-
-# Convex classes
+from fairaudit.worst.setting import Setting
+from fairaudit.worst.whole_utility import Attained, attained_by
 
 
 def _root_above(value: Fraction) -> Fraction:
@@ -87,28 +88,35 @@ def conic_case(setting: Setting) -> WorstCase:
         for label, centre in zip(law.decisions, values, strict=True):
             low, high = _interval(centre, ball)
             rows += [LinearRow([(law.contexts[x], a, label, 1)], high), LinearRow([(law.contexts[x], a, label, -1)], -low)]
-    outer = LinearSearch(lay_out(law, replace(of, ball=None, rows=tuple(rows)), setting.quantity))
-    box = outer.run()
-    best: tuple[Extended, dict[int, list[Fraction]], Witness] | None = None
+    outer = lay_out(law, replace(of, ball=None, rows=tuple(rows)), setting.quantity)
+    box = LinearSearch(outer).run()
+    best: Attained | None = None
     estimate = 1.0
-    for _, _, block, pair in outer._ranked():
-        program = outer.program(block, pair)
+    for _, _, block, pair in ranked_pairs(outer):
+        program = pair_program(outer, block, pair)
         found = _conic_point(program, centres, ball, setting.n)
         if found is None:
             continue
         estimate = max(estimate, found[1])
         inside = _into_ball(program, found[0], centres, ball, setting.n)
         if inside is not None:
-            attained = outer._attained(block, pair, program, inside)
-            if best is None or attained[0] > best[0]:
-                best = attained[0], attained[3], attained[4]
+            attained = attained_by(outer, block, pair, program, inside)
+            if best is None or attained.ratio > best.ratio:
+                best = attained
     if best is None:
         raise InputError(
             "no utility that is exactly in the ball was found; the reference itself has to keep the floor and the other constraints"
         )
-    ratio, table, witness = best
     return replace(
-        box, utility_class=of, lower=ratio, witness=witness, method="conic", certified=False, estimate=estimate, values=table, shown=None
+        box,
+        utility_class=of,
+        lower=best.ratio,
+        witness=best.witness,
+        method="conic",
+        certified=False,
+        estimate=estimate,
+        values=best.rows,
+        shown=None,
     )
 
 

@@ -35,6 +35,7 @@ from fairaudit.exact.linear_programs import (
 from fairaudit.worst.attained import ratio_of_means
 
 TOLERANCES = (1e-9, 1e-7, 1e-11, 1e-5)
+"""What counts as tight, tried in turn: what solvers reach as a rule, then looser, for long rows, and stricter, for near ties."""
 
 
 @dataclass(frozen=True, eq=False)

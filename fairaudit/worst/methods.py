@@ -14,9 +14,9 @@ from fairaudit.model.law import Law
 from fairaudit.model.utility_class import UtilityClass
 from fairaudit.worst.closed_form import closed_form_case
 from fairaudit.worst.conic import conic_case
+from fairaudit.worst.reading import lay_out
 from fairaudit.worst.result import WorstCase
 from fairaudit.worst.search import linear_case
-from fairaudit.worst.setting import lay_out
 
 
 def worst_case(law: Law, utility_class: UtilityClass, quantity: Quantity = "local") -> WorstCase:

@@ -15,11 +15,10 @@ from fairaudit.worst.setting import Setting
 Indices = NDArray[np.int64]
 
 ENTRIES = 1_000_000
+"""Entries of a matrix of floats in one step: 8 MB, which caches hold."""
 
 LOOKED_AT = 64
-
-
-# The closed form: one common floor
+"""Promising pairs that are looked at closely in one step; the best of them rules out nearly all others."""
 
 
 @dataclass(frozen=True, eq=False)
