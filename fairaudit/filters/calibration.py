@@ -230,6 +230,7 @@ def _climb(
 
 
 def calibrated(target: Fraction, rule: str, mechanism: Mechanism, achieved: Extended, reason: str) -> Calibration:
+    """A calibration that found a filter; what it covers is filled in by the caller."""
     keeps = tuple(Fraction(f.rows[0][0], f.denominator) for f in mechanism.factors)
     return Calibration("local", target, rule, True, mechanism, keeps, response_factor(mechanism), achieved, "", (), reason=reason)
 

@@ -23,6 +23,7 @@ Rows = Sequence[Sequence[int]]
 Distortion = Mapping[Any, Any] | Sequence[Sequence[Any]] | Callable[[Any, Any], Any]
 
 MAX_GROUPS = 100
+"""Groups of a design: the linear program has an entry for every ordered pair of them, and its exact arithmetic grows faster."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,17 +45,21 @@ class Problem:
 
     @property
     def size(self) -> int:
+        """Number of groups."""
         return len(self.labels)
 
     @property
     def group_free(self) -> bool:
+        """Whether the utility ignores the group, so that a filter that hides it meets every target."""
         return all(row == block[0] for block in self.gains for row in block)
 
     def cost(self, rows: Rows, bottom: int) -> Fraction:
+        """The expected distortion of a table over a denominator."""
         total = sum(p * v for prices, row in zip(self.prices, rows, strict=True) for p, v in zip(prices, row, strict=True))
         return Fraction(total, self.price_scale * bottom)
 
     def truth(self, rows: Rows, bottom: int) -> Fraction:
+        """The probability that the truth is released."""
         return Fraction(sum(w * row[i] for i, (w, row) in enumerate(zip(self.weights, rows, strict=True))), sum(self.weights) * bottom)
 
     def holds(self, rows: Rows, bottom: int) -> bool:
@@ -77,6 +82,7 @@ class Problem:
         return True
 
     def mechanism(self, rows: Rows, bottom: int) -> Mechanism:
+        """A table over a denominator as a filter, in lowest terms."""
         common = gcd(bottom, *(v for row in rows for v in row))
         table = tuple(tuple(v // common for v in row) for row in rows)
         return Mechanism((Factor(self.labels, self.labels, table, bottom // common),), self.columns)
@@ -96,6 +102,7 @@ def read_problem(
     target: Fraction | None,
     cap: Fraction | None,
 ) -> Problem:
+    """Read what is asked for; gains and a declared floor are added by the caller."""
     costs = _costs(distortion, labels)
     flat, bottom = common_denominator([(c.numerator, c.denominator) for row in costs for c in row])
     size = len(labels)

@@ -17,8 +17,10 @@ Split = Literal["equal-epsilon", "equal-keep", "most-truth"]
 SPLITS: tuple[Split, ...] = ("equal-epsilon", "equal-keep", "most-truth")
 
 GRID = 10**12
+"""Probabilities of filters are decimals of twelve digits where that costs nothing: long enough for any use, short enough to be read."""
 
 SEARCH_STEPS = 1 << 50
+"""Steps along a line of filters, finer than the grid, so that rounding down to the grid alone decides the answer."""
 
 
 def alphabets(policy: Policy) -> dict[str, tuple[Any, ...]]:
@@ -40,6 +42,7 @@ def response_factor(mechanism: Mechanism) -> Fraction | float:
 
 
 def rounded_keep(keep: Fraction) -> Fraction:
+    """A probability rounded down to the grid."""
     return Fraction(keep.numerator * GRID // keep.denominator, GRID)
 
 
@@ -58,6 +61,7 @@ class ResponseLine:
 
     @property
     def equal_epsilon(self) -> bool:
+        """Whether all attributes are kept with the same ε."""
         return len(self.attributes) == 1 or self.split == "equal-epsilon"
 
     def filters(self, keeps: Sequence[Fraction]) -> Mechanism:
@@ -107,6 +111,7 @@ class ResponseLine:
 
 
 def identity_filter(attributes: Mapping[str, tuple[Any, ...]]) -> Mechanism:
+    """The filter that releases every attribute as it is."""
     return _together({name: Identity(values) for name, values in attributes.items()})
 
 

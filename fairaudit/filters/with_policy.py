@@ -30,6 +30,7 @@ from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import THIS_LAW
 
 MAX_ENTRIES = 2_000_000
+"""Ordered pairs of groups over all contexts: each is an integer, and a coefficient of the linear program."""
 
 
 @without_bare_limits(ALONE)

@@ -20,12 +20,16 @@ from fairaudit.privacy.pairs import Column, PairLaw, hockey_stick, joined_column
 from fairaudit.privacy.trade_offs import TradeOff, interpolated, lower_hull, pair_trade_off
 
 MAX_POWER_WORK = 100_000_000
+"""Products of columns, times the bits of their numbers, up to which powers are formed exactly."""
 
 GRID = 4_096
+"""Points over which the losses of a composition are spread: their spacing is what the bound on δ gives away."""
 
 MASS_BITS = 96
+"""Masses are rounded up to these binary digits: 16 more than the tails that are dropped."""
 
 TAIL_BITS = 80
+"""Tails of mass up to 2^-80 are moved to the safe side: a δ below 10^-24 is of no use to anybody."""
 
 
 @dataclass(frozen=True)

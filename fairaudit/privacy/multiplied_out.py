@@ -14,6 +14,7 @@ from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.pairs import Column, pairs_alike
 
 MAX_TABLE = 2**28
+"""Products of entries over all ordered pairs of rows, up to which the table is multiplied out."""
 
 
 def worth_multiplying_out(mechanism: Mechanism) -> bool:

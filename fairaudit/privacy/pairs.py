@@ -22,6 +22,7 @@ Pair = tuple[Label, Label]
 Positions = tuple[int, ...]
 
 MAX_KINDS = 1_000_000
+"""Kinds are held in memory, each with its columns."""
 
 
 @dataclass(frozen=True)
@@ -171,6 +172,7 @@ class _Kinds:
 
 
 def kinds_of_pairs(mechanism: Mechanism) -> _Kinds:
+    """The kinds of ordered pairs of inputs, factor by factor; the product is never multiplied out."""
     found: dict[tuple[Column, ...], tuple[Positions, Positions]] = {((1, 1),): ((), ())}
     steps = []
     for factor in mechanism.factors:
@@ -264,6 +266,7 @@ def flat_position(mechanism: Mechanism, places: Sequence[int]) -> int:
 
 
 def any_pair(mechanism: Mechanism) -> Pair | None:
+    """Two different inputs; None if there is one only."""
     at = next((n for n, f in enumerate(mechanism.factors) if len(f.inputs) > 1), None)
     if at is None:
         return None

@@ -21,10 +21,13 @@ from fairaudit.privacy.epsilon_delta import pure_dp
 from fairaudit.privacy.pairs import pairs_alike
 
 ZCDP_GAP = Fraction(1, 1000)
+"""ρ is enclosed to this relative width: three digits, which is what a privacy budget is stated in."""
 
 ZCDP_EVALUATIONS = 300
+"""Divergences that are evaluated at most on the way there; what is known by then is an enclosure, too."""
 
 SHOWN_DIGITS = 20
+"""Digits of an enclosure as it is shown: more than a double, so that rounding outward is never seen."""
 
 
 def renyi(mechanism: Mechanism, order: Any) -> RenyiDP:

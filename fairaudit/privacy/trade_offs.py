@@ -177,6 +177,7 @@ def lower_hull(laws: Sequence[PairLaw]) -> TradeOff:
 
 
 def interpolated(vertices: Sequence[tuple[Fraction, Fraction]], at: Fraction) -> Fraction:
+    """The value at a point of a piecewise linear curve, exactly."""
     right = bisect_left(vertices, at, key=lambda vertex: vertex[0])
     if vertices[right][0] == at:
         return vertices[right][1]

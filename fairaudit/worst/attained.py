@@ -35,6 +35,7 @@ def raised_to_floor(
 
 
 def ratio_of_means(top: Fraction, bottom: Fraction) -> Extended:
+    """A ratio by its conventions: 0/0 is 1, and c/0 infinite."""
     if bottom:
         return top / bottom
     return inf if top else ONE
@@ -50,6 +51,7 @@ def mean_under(setting: Setting, member: int, table: Mapping[int, Sequence[Fract
 
 
 def witness_of(setting: Setting, block: int, pair: tuple[int, int], values: tuple[Fraction, Fraction]) -> Witness:
+    """A pair with its means, by the labels of the law."""
     law, place = setting.law, setting.places[block]
     groups = pair if place is None else (setting.group_of[pair[0]], setting.group_of[pair[1]])
     context = None if place is None else law.context_label(setting.contexts[place])

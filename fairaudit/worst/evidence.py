@@ -41,6 +41,7 @@ def pairs_to_prove(setting: Setting, ratio: Extended) -> Iterator[tuple[int, tup
 
 
 def evidence_entry(setting: Setting, block: int, pair: tuple[int, int], multipliers: Mapping[int, Fraction]) -> dict[str, Any]:
+    """The multipliers of a pair as a certificate lists them: by context, groups and number of the constraint."""
     entry: dict[str, Any] = {}
     place = setting.places[block]
     groups = list(pair)

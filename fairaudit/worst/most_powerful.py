@@ -21,6 +21,7 @@ class Span:
 
     @property
     def width(self) -> Fraction:
+        """γ − m."""
         return self.gamma - self.m
 
     @cached_property

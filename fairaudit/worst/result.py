@@ -110,6 +110,7 @@ class WorstCase:
 
 
 def utility_keeps_floor(setting: Setting, values: Mapping[int, Sequence[Fraction]], witness: Witness) -> bool:
+    """Tell whether the groups that have to keep the floor do so under a utility, for the pair of a witness."""
     if setting.of.tau is None:
         return True
     if setting.of.tau_on == "pair":

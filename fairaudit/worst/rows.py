@@ -34,6 +34,7 @@ class ComparedRows:
     """The rows as they are stored: members with equal stored rows are surely equal."""
 
     def block(self, member: int) -> int:
+        """The block that a member belongs to."""
         return int(np.searchsorted(self.starts, member, side="right")) - 1
 
 

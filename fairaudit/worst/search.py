@@ -39,6 +39,7 @@ class LinearSearch:
         self.sticks: dict[tuple[int, tuple[int, int]], Fraction] = {}
 
     def solve(self, block: int, pair: tuple[int, int]) -> tuple[FractionalProgram, Enclosed]:
+        """The program of a pair and what is known of it; solved once."""
         key = (block, pair)
         if key not in self.solved:
             program = pair_program(self.setting, block, pair)
@@ -172,4 +173,5 @@ class LinearSearch:
 
 
 def linear_case(setting: Setting) -> WorstCase:
+    """The worst utility of a class of linear constraints."""
     return LinearSearch(setting).run()

@@ -40,6 +40,7 @@ class Sieve:
         return float(min(self.best.ratio, Fraction(10) ** 300)) * (1 - 4 * UNIT)
 
     def run(self) -> Best:
+        """The exact answer for the pair of the greatest ratio."""
         slope, _, _ = self.span.scaled
         first = (int(self.rows.starts[0]), int(self.rows.starts[0]) + 1)
         self.best = Best(ONE, ONE, [self.span.gamma] * self.rows.floats.shape[1], first)
