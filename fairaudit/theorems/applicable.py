@@ -31,7 +31,7 @@ def applicable_bounds(case: Case, tau: Fraction | None) -> Iterator[Bound]:
         together = list(kinds)
         for at in case.above(tau) if floored else [case]:
             for kind in together:
-                bound = _applied(kind, at)
+                bound = applied(kind, at)
                 if bound is not None:
                     yield bound
 
@@ -41,7 +41,7 @@ def to_judge(bound: Bound) -> tuple[str, ...]:
     return tuple(text for text in bound.assumptions if not text.startswith(CONFIRMED))
 
 
-def _applied(kind: Kind, case: Case) -> Bound | None:
+def applied(kind: Kind, case: Case) -> Bound | None:
     """A bound by a kind of claim; one that rests on more, or less, than the kind says is a mistake in one of the two."""
     if kind.applies is None or not all(NEEDS[need](case) for need in kind.needs):
         return None

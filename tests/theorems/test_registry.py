@@ -185,3 +185,12 @@ def test_every_public_theorem_says_where_it_is_proved() -> None:
         for node in ast.parse(path.read_text("utf-8")).body:
             if isinstance(node, ast.FunctionDef) and re.match(r"(t\d+|floor_cap)(_|$)", node.name) and not node.name.endswith("_in"):
                 assert node.name in said, f"{path.name}: {node.name}"
+
+
+def test_every_theorem_of_the_page_is_a_module_or_said_to_live_elsewhere_and_has_tests() -> None:
+    page = (ROOT / "docs" / "theory.md").read_text("utf-8")
+    told = (ROOT / "fairaudit" / "theorems" / "__init__.py").read_text("utf-8")
+    for number in re.findall(r"^## T(\d+)$", page, re.MULTILINE):
+        name = f"t{int(number):02}"
+        assert (ROOT / "tests" / "theorems" / f"test_{name}.py").is_file()
+        assert (ROOT / "fairaudit" / "theorems" / f"{name}.py").is_file() != bool(re.search(rf"\bT{number}\b,", told)), name
