@@ -17,8 +17,9 @@ from .work import keep, spend
 
 BETS = range(-16, 5)  # the shares that are bet are 2 to these powers, but at most CAP / mean
 IDLE = Fraction(1, 32)  # of the money is never bet
-CAP = Fraction(15, 16)
-MANTISSA = 160  # bits of a wealth and of what it is computed from
+CAP = Fraction(15, 16)  # of the money is bet at most, so that no draw takes all of it
+MANTISSA = 160  # bits of a wealth and of what it is computed from, rounded down
+
 Tally = dict[Fraction, int]  # how often each utility was drawn, scaled to [0, 1]
 Wealth = tuple[int, int]  # m, e: a number of at least m 2^e
 Levels = list[dict[int, Fraction]]  # by block, and by the rank of the later cell of a pair

@@ -7,7 +7,7 @@ from math import isqrt
 from .rationals import INFINITY, ONE, ZERO, Rational, at_most
 from .work import spend
 
-LOG_SCALE = 10**12
+LOG_SCALE = 10**12  # the format has twelve decimals
 
 
 def _atanh(z: int, bits: int, up: int) -> int:

@@ -15,7 +15,7 @@ from .sentences import DECISIONS_LEFT_OUT, LINES_LEFT_OUT, ROWS_LEFT_OUT
 from .table import Table
 from .text import Finding, Incomplete, compared, finding_of, malformed, printable, shown, shown_rational
 
-LONGEST_SPELLING = 1000  # characters of labels that are compared with other spellings
+LONGEST_SPELLING = 1000  # characters of labels that are compared with other spellings; see ``_is_settled``
 
 
 def read_spellings(value: object, where: str) -> tuple[tuple[str, Labels], ...]:

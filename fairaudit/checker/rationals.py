@@ -18,7 +18,8 @@ from .json_values import described_type, read_list
 from .text import FormatError, malformed, shown
 from .work import keep, spend
 
-MAX_DIGITS = 100_000
+MAX_DIGITS = 100_000  # of a numerator or a denominator: quotients of numbers with thousands of digits, summed over a table, have so many
+
 Rational = tuple[int, int]
 ZERO: Rational = (0, 1)
 ONE: Rational = (1, 1)

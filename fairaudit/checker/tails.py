@@ -13,8 +13,8 @@ from .rationals import as_pair, bits_of
 from .text import shown
 from .work import keep, spend
 
-SUMMED = 5000  # draws up to which binomial tails are exact sums
-PRECISION = 256  # bits after the point of the enclosures here
+SUMMED = 5000  # draws up to which binomial tails are exact sums, which take a step for each draw; beyond, bounds take their place
+PRECISION = 256  # bits after the point of the enclosures here: far below every level that a test is made at
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from contextvars import ContextVar
 
 from .text import TooMuch
 
-MAX_STEPS = 50_000_000  # of a document with its table; a step is an operation on numbers of at most 256 bits
-MAX_BLOCKS = 8_000_000  # that are kept; a block is a number of at most 256 bits
+MAX_STEPS = 50_000_000  # of a document with its table, which take seconds; a step is an operation on numbers of at most 256 bits
+MAX_BLOCKS = 8_000_000  # that are kept, in less than a gigabyte; a block is a number of at most 256 bits
 FREE_BYTES = 1_000_000  # of the document and its table; each further byte adds to the steps and blocks
 STEPS_PER_BYTE = 250
 BLOCKS_PER_BYTE = 8
