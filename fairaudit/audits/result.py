@@ -15,6 +15,7 @@ from fairaudit.audits.sentences import (
     Deciding,
     Drivers,
     Sizes,
+    Speaker,
     caution,
     change_text,
     decide,
@@ -22,7 +23,6 @@ from fairaudit.audits.sentences import (
     foremost,
     headline_pair,
     identifier_text,
-    sentence,
     sizes,
 )
 from fairaudit.audits.targets import Target
@@ -166,9 +166,8 @@ class Result:
         """
         deciding = foremost([target.verdict for target in self.targets], self.deciding)
         mean = "as mean over units" if deciding and self._by_unit(deciding) else "in the table"
-        contexts = bool(self.columns.context)
-        options: dict[str, Any] = {"sizes_of": self.sizes_of, "contexts": contexts, "mean": mean}
-        said = sentence(deciding, self.local, self.global_, words_for(burden=self.burden), **options)
+        say = Speaker(words_for(burden=self.burden), self.sizes_of, contexts=bool(self.columns.context))
+        said = say.sentence(deciding, self.local, self.global_, mean)
         headline = headline_pair(deciding, self.local, self.global_)
         identifiers = identifier_text(self.law, self.columns, None if self.passed is None else self.passed.table.header["contexts"])
         first = caution(headline, None if headline is None else self.sizes_of(headline), identifiers)
