@@ -104,7 +104,7 @@ def _figures(result: Result, about: tuple[str, ...]) -> Iterator[Claim]:
             bound = t7(supremum.ratio, quantity="equalized_odds" if quantity == "local_ratio" else "demographic_parity")
             yield _claim(supremum_of, f"{quantity}_supremum", supremum.ratio, about, digest)
             yield _claim(distance_by, bound.quantity, bound.value, about, {"supremum": number(supremum.ratio)})
-    if result.local and result.global_ and not result.passed and law.independent:
+    if result.local and result.global_ and not result.partial and law.independent:
         bound = t5_independent(result.local.ratio)
         yield _claim(BY_ID["T5"], bound.quantity, bound.value, about, digest)
     for name, difference in (result.given_truth.differences if result.given_truth else {}).items():

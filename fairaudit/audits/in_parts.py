@@ -10,7 +10,7 @@ from typing import IO, Any, TypeVar
 
 import numpy as np
 
-from fairaudit.audits.result import Passed, Result, not_compared, pair_key
+from fairaudit.audits.result import Partial, Result, not_compared, pair_key
 from fairaudit.audits.sentences import Sizes, sizes
 from fairaudit.audits.targets import judged
 from fairaudit.certificates.certificate import new_salt
@@ -176,7 +176,7 @@ def certify_in_parts(
         verdict=verdict,
         notes=(*whole.notes, *(() if confidence is None else (UNCLAIMED,))),
         embed=embed_table,
-        passed=Passed(columns, pairs, odds, WrittenTable(header, rows, cells), recorded),
+        partial=Partial(columns, pairs, odds, WrittenTable(header, rows, cells), recorded),
         burden=burden,
     )
 

@@ -57,7 +57,7 @@ __all__ = ["Result"]
 
 
 @dataclass(frozen=True, eq=False)
-class Passed:
+class Partial:
     """What is kept of contexts that were read in parts.
 
     Attributes
@@ -117,7 +117,7 @@ class Result:
         Constants that were declared instead of read off the table.
     intervals : dict
         Intervals of the ratios of the population behind counts, under ``"local"`` and ``"global"`` where there is one.
-    passed : Passed or None
+    partial : Partial or None
         If contexts were read in parts, what was kept of them; `law` is then the law over all contexts together.
     given_truth : GivenTruth or None
         Rates of true and false positives, equal opportunity and equalized odds given the true label, where it is known.
@@ -147,7 +147,7 @@ class Result:
     intervals: Mapping[Quantity, Interval] = field(default_factory=dict)
     comparisons: Mapping[Quantity, Comparison] = field(default_factory=dict, repr=False)
     embed: bool | None = field(default=None, repr=False)
-    passed: Passed | None = field(default=None, repr=False)
+    partial: Partial | None = field(default=None, repr=False)
     given_truth: GivenTruth | None = field(default=None, repr=False)
     burden: bool = False
     changed: Change | None = None
@@ -169,7 +169,7 @@ class Result:
         say = Speaker(words_for(burden=self.burden), self.sizes_of, contexts=bool(self.columns.context))
         said = say.sentence(deciding, self.local, self.global_, mean)
         headline = headline_pair(deciding, self.local, self.global_)
-        identifiers = identifier_text(self.law, self.columns, None if self.passed is None else self.passed.table.header["contexts"])
+        identifiers = identifier_text(self.law, self.columns, None if self.partial is None else self.partial.table.header["contexts"])
         first = caution(headline, None if headline is None else self.sizes_of(headline), identifiers)
         changed = ""
         if self.changed is not None:
@@ -181,7 +181,7 @@ class Result:
     @property
     def columns(self) -> Columns:
         """Names of the decision, group and context columns."""
-        return self.passed.columns if self.passed else self.law.columns
+        return self.partial.columns if self.partial else self.law.columns
 
     @cached_property
     def deciding(self) -> tuple[Deciding | None, ...]:
@@ -204,8 +204,8 @@ class Result:
 
     def sizes_of(self, witness: Witness) -> Sizes | None:
         """How many decisions, and sampling units, were recorded of the two groups of a pair; None where probabilities were given."""
-        if self.passed is not None and witness.context is not None:
-            return self.passed.sizes.get(pair_key(witness))
+        if self.partial is not None and witness.context is not None:
+            return self.partial.sizes.get(pair_key(witness))
         return sizes(self.law, [witness])[0]
 
     def _by_unit(self, deciding: Deciding) -> bool:
@@ -214,7 +214,7 @@ class Result:
     @property
     def distances(self) -> dict[str, Distance | None]:
         """Total variation distances by what they are called; without context columns there is nothing within a context."""
-        columns = self.passed.columns if self.passed else self.law.columns
+        columns = self.partial.columns if self.partial else self.law.columns
         within = {PARITY_WITHIN: self.equalized_odds} if columns.context else {}
         return {**within, "demographic parity": self.demographic_parity}
 
@@ -227,8 +227,8 @@ class Result:
     def spellings(self) -> tuple[dict[str, Any], ...]:
         """Labels of one column that differ in spelling alone, as a certificate lists them."""
         law = self.deployment.policy.law if self.deployment else self.law
-        columns = self.passed.columns if self.passed else law.columns
-        contexts = self.passed.table.header["contexts"] if self.passed else law.contexts
+        columns = self.partial.columns if self.partial else law.columns
+        contexts = self.partial.table.header["contexts"] if self.partial else law.contexts
         return spellings_of(law, columns, contexts)
 
     def _repr_html_(self) -> str:
@@ -285,8 +285,8 @@ class Result:
             raise InputError(f"{count} most unequal pairs cannot be listed; ask for at least 1")
         return {
             **self.most_unequal_pairs(count),
-            "equalized_odds": self.passed.distances[:count]
-            if self.passed
+            "equalized_odds": self.partial.distances[:count]
+            if self.partial
             else most_unequal_distances(self.law, count, within_context=True),
             "demographic_parity": most_unequal_distances(self.law, count, within_context=False),
         }
@@ -294,7 +294,7 @@ class Result:
     def most_unequal_pairs(self, count: int = 3) -> dict[str, tuple[Ratio, ...]]:
         """Rank the most unequal pairs by ratio alone: ``local`` and ``global`` of `most_unequal`."""
         law, utility = self.law, self.utility
-        local = self.passed.pairs[:count] if self.passed else most_unequal_ratios(law, utility, count, within_context=True)
+        local = self.partial.pairs[:count] if self.partial else most_unequal_ratios(law, utility, count, within_context=True)
         return {"local": local, "global": most_unequal_ratios(law, utility, count, within_context=False)}
 
     def to_frame(self) -> pd.DataFrame:

@@ -170,8 +170,7 @@ def _uncollected() -> Iterator[None]:
 def _certify(arguments: argparse.Namespace) -> int:
     """Certify a table, a log or an audit file."""
     from fairaudit.audits.certify import certify
-    from fairaudit.errors import InputError
-    from fairaudit.tables.engines.request import ManyRowsError
+    from fairaudit.errors import InputError, ManyRowsError
 
     audit = _audit_file(arguments) if isinstance(arguments.table, str) and arguments.table.endswith(".toml") else None
     try:

@@ -98,7 +98,7 @@ ONLY_SAMPLES = ("interval", "independent_cells", "placebo", "claimed_exp_epsilon
 def findings(arguments: argparse.Namespace, result: Result, utility: Utility, chosen: Mapping[str, Any]) -> list[Finding]:
     """Run the tests that were asked for."""
     from fairaudit.errors import InputError
-    from fairaudit.inference.hypothesis_tests import test_filter
+    from fairaudit.inference.hypothesis_tests import refute_epsilon
     from fairaudit.inference.ratio_intervals import default_region
 
     found: list[Finding] = []
@@ -110,7 +110,7 @@ def findings(arguments: argparse.Namespace, result: Result, utility: Utility, ch
             raise InputError("--claimed-exp-epsilon needs a utility that is the same for all groups; one that is not refutes nothing")
         comparison = result.comparisons["local"]
         region = default_region(comparison, chosen["interval"], independent=chosen["independent"])
-        tested = test_filter(comparison, arguments.claimed_exp_epsilon, region=region, **made)
+        tested = refute_epsilon(comparison, arguments.claimed_exp_epsilon, region=region, **made)
         found.append(Finding("T11", tested.sentence, tested.refuted, {"refuted": tested.refuted, "interval": _ends(tested.interval)}))
     if arguments.placebo is not None:
         found += _placebo(arguments, result, utility, made)

@@ -96,9 +96,8 @@ def read_source(
     InputError
         If it cannot be read, or a column is not there.
     """
-    from fairaudit.errors import InputError
+    from fairaudit.errors import InputError, ManyRowsError
     from fairaudit.tables.csv import CsvTable, read_csv
-    from fairaudit.tables.engines.request import ManyRowsError
     from fairaudit.tables.values import column
 
     try:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import inf, prod
 from typing import Any, Literal
 
-from fairaudit.errors import InputError, nearest, shown
+from fairaudit.errors import Infeasible, InputError, nearest, shown
 from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.exact.rationals import at_least
 from fairaudit.filters.groups import Groups, read_attributes
@@ -88,6 +88,18 @@ class Calibration:
     paper_keep_probabilities: tuple[Fraction, ...] = ()
     reason: str = ""
     settled: bool = True
+
+    def require(self) -> Calibration:
+        """Give itself back, or refuse to go on without a filter.
+
+        Raises
+        ------
+        Infeasible
+            If no filter was found; the message is the reason.
+        """
+        if not self.feasible:
+            raise Infeasible(self.reason)
+        return self
 
     @property
     def epsilon(self) -> Enclosure:

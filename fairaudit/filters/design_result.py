@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from fairaudit.errors import InputError
+from fairaudit.errors import Infeasible, InputError
 from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.currencies import Enclosure
@@ -68,6 +68,18 @@ class Design:
     response_distortion: Fraction | None = None
     response_truth_kept: Fraction | None = None
     reason: str = ""
+
+    def require(self) -> Design:
+        """Give itself back, or refuse to go on without a filter.
+
+        Raises
+        ------
+        Infeasible
+            If no filter was found; the message is the reason.
+        """
+        if not self.feasible:
+            raise Infeasible(self.reason)
+        return self
 
     @property
     def epsilon(self) -> Enclosure:

@@ -16,9 +16,11 @@ from fairaudit.inference.interval import Interval, Region
 from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.ratio_intervals import ratio_interval
 
+__all__ = ["EpsilonRefutation", "NoiseFloor", "noise_floor", "refute_epsilon"]
+
 
 @dataclass(frozen=True)
-class FilterTest:
+class EpsilonRefutation:
     """What end-to-end draws say about a claimed ε (T11)."""
 
     refuted: bool
@@ -37,15 +39,15 @@ class NoiseFloor:
     sentence: str
 
 
-def test_filter(
+def refute_epsilon(
     comparison: Comparison,
     exp_epsilon: Any,
-    confidence: Any = "0.95",  # noqa: PT028
+    confidence: Any = "0.95",
     *,
-    method: Method = "hoeffding-kl",  # noqa: PT028
-    region: Region = "box",  # noqa: PT028
-    independent: bool = False,  # noqa: PT028
-) -> FilterTest:
+    method: Method = "hoeffding-kl",
+    region: Region = "box",
+    independent: bool = False,
+) -> EpsilonRefutation:
     """Test a claimed ε by decisions drawn end to end, at true contexts and groups, through the deployed filter (T11).
 
     Parameters
@@ -59,7 +61,7 @@ def test_filter(
 
     Returns
     -------
-    FilterTest
+    EpsilonRefutation
         Refuted if the lower end of R is above e^ε: then the filter is not ε-private, or its draws are not fresh and independent, except
         with probability 1 − confidence. Not refuted is no proof of anything.
 
@@ -84,10 +86,7 @@ def test_filter(
         sentence = f"{said}, above e^ε = {shown(str(exp_epsilon))}: the filter is not what it claims, or its draws are not independent."
     else:
         sentence = f"{said}, not above e^ε = {shown(str(exp_epsilon))}: these draws do not refute the claim, and prove nothing for it."
-    return FilterTest(refuted, interval, claimed, sentence)
-
-
-test_filter.__test__ = False  # type: ignore[attr-defined]
+    return EpsilonRefutation(refuted, interval, claimed, sentence)
 
 
 def noise_floor(

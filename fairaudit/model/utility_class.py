@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.errors import InputError, nearest, shown
+from fairaudit.errors import Infeasible, InputError, nearest, shown
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import option_value
 from fairaudit.model.law import Law
@@ -97,7 +97,7 @@ class Family:
             ends.append(tuple(listed))
         for name, low, high in zip(self.features, *ends, strict=True):
             if low > high:
-                raise InputError(f"the family bounds {shown(name)} by {low} from below and {high} from above; no utility is in the class")
+                raise Infeasible(f"the family bounds {shown(name)} by {low} from below and {high} from above; no utility is in the class")
         rows = []
         for coefficients, bound in self.rows:
             for name in coefficients:

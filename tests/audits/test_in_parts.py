@@ -20,9 +20,9 @@ from fairaudit import InputError, Law, certify, checker
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.cli import main
+from fairaudit.errors import ManyRowsError
 from fairaudit.tables.engines import duckdb
 from fairaudit.tables.engines.logs import read_log, read_parts
-from fairaudit.tables.engines.request import ManyRowsError
 
 TEXTS = ["b", "a", "B", "ä", "a b", "10", "9", "\U0001f600", "zz"]
 
