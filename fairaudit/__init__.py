@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOME = {
+    "audit": "fairaudit.audits.from_table",
     "Certificate": "fairaudit.certificates.certificate",
     "Claim": "fairaudit.audits.claims",
     "Columns": "fairaudit.model.layout",
@@ -56,6 +57,7 @@ __all__ = [*_HOME, "__version__"]
 if TYPE_CHECKING:
     from fairaudit.audits.certify import certify as certify
     from fairaudit.audits.claims import Claim as Claim
+    from fairaudit.audits.from_table import audit as audit
     from fairaudit.audits.result import Result as Result
     from fairaudit.audits.targets import Target as Target
     from fairaudit.audits.worst_utility import certify_worst_case as certify_worst_case

@@ -176,8 +176,9 @@ def _labels(option: str, given: list[str] | None) -> tuple[str, ...]:
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
-    from fairaudit.cli.options import column_list, utility_spec
+    from fairaudit.cli.options import column_list
     from fairaudit.errors import InputError
+    from fairaudit.model.utility import utility_values
     from fairaudit.streams.settings import Settings
 
     if (arguments.utility is None) == (arguments.utility_column is None):
@@ -186,7 +187,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         raise InputError("no decision column was named; use --decision COL")
     if arguments.utility_column is not None and (arguments.decision is not None or arguments.utility_range is None):
         raise InputError("--utility-column takes the place of --decision, and needs --utility-range LOW,HIGH")
-    utility = None if arguments.utility is None else utility_spec(arguments.utility)
+    utility = None if arguments.utility is None else utility_values(arguments.utility, "--utility")
     if arguments.utility_range is None:
         low, high = "0", str(max(map(_fraction, (utility or {}).values()), default=Fraction(1)))
     else:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.source import is_database
+from fairaudit.tables.sources import is_database
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result

@@ -9,13 +9,11 @@ from itertools import pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.options import column_list, column_roles
+from fairaudit.cli.options import column_list
 from fairaudit.cli.output import check_output
-from fairaudit.cli.source import add_label_options, add_source, read_source, with_labels
-from fairaudit.cli.source import law_from_options as law_of_table
+from fairaudit.cli.source import add_label_options, add_source, law_from_options
 
 if TYPE_CHECKING:
-    from fairaudit.model.law import Law
     from fairaudit.worst.result import WorstCase
 
 DESCRIPTION = """\
@@ -96,7 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
         lipschitz=arguments.lipschitz,
         order=order,
     )
-    law = _read(arguments)
+    law = law_from_options(arguments)
     try:
         found = worst_case(law, of, "global" if arguments.overall else "local")
     except InputError as error:
@@ -114,24 +112,6 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"note: {plain(note)}", file=sys.stderr)
     put(_text(found, written))
     return 0
-
-
-def _read(arguments: argparse.Namespace) -> Law:
-    from fairaudit.errors import InputError
-
-    group, context = column_roles(arguments.group), column_roles(arguments.context)
-    if not group.names:
-        raise InputError("no group column was named; use --group COL")
-    if arguments.weight is not None and arguments.probability is None:
-        raise InputError("--weight goes with --probability; counts and logs carry their own population")
-    numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
-    wanted = (arguments.decision, *group.names, *context.names, *numeric)
-    table = read_source(arguments, arguments.table, wanted, {**group.edges, **context.edges}, numeric)
-    try:
-        table = with_labels(arguments, table, (arguments.decision, *group.names, *context.names))
-        return law_of_table(arguments, table, arguments.decision, group.names, context.names)
-    except InputError as error:
-        raise InputError(f"{table.name}: {error}") from None
 
 
 def _chain(labels: tuple[str, ...]) -> list[tuple[str, str]]:

@@ -12,17 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.rationals import common_denominator, option_value, rational
+from fairaudit.exact.dense import Numbers
+from fairaudit.exact.rationals import Number, common_denominator, option_value, rational
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import INT64, Label, names
+from fairaudit.tables.values import INT64, Label, LabelsLike, names
 
 __all__ = ["Deployment", "Policy", "PolicySource", "policy_source", "sample_policy"]
 
 
 ENTRY_POINT = "fairaudit.policies"
+
+Population = (
+    Law | Numbers | Mapping[tuple[str, str], Number] | Mapping[tuple[Label, Label], Number] | Mapping[tuple[LabelsLike, LabelsLike], Number]
+)
+"""P(x,a) up to a common factor: an array of contexts by groups, a mapping from pairs of labels, or the population of a law."""
 
 
 class PolicySource(Protocol):
@@ -115,7 +121,7 @@ class Policy:
         counts = sample_policy(source, trials=trials)
         return Policy.from_counts(counts, decision="decision", group="group", context="context", count="count")
 
-    def behind(self, *, group: Mechanism, context: Mechanism | None = None, population: Any = None) -> Deployment:
+    def behind(self, *, group: Mechanism, context: Mechanism | None = None, population: Population | None = None) -> Deployment:
         """Put the policy behind filters.
 
         Parameters

@@ -14,14 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.rationals import common_denominator, option_value, rational
+from fairaudit.exact.rationals import Number, common_denominator, option_value, rational
 from fairaudit.model.law import Law
 from fairaudit.tables.columns import MISSING_LABEL, Missing
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import INT64, Label, column, locator, names
+from fairaudit.tables.values import INT64, Label, LabelLike, column, locator, names
 
-__all__ = ["Utility", "UtilityTable"]
+__all__ = ["Utility", "UtilityTable", "utility_values"]
 
+
+Values = Mapping[str, Number] | Mapping[int, Number] | Mapping[bool, Number] | Mapping[LabelLike, Number]
+"""What decisions are worth; several forms, because the keys of a mapping have one type."""
 
 Metric = Callable[[Label, Label], Any]
 
@@ -362,3 +365,54 @@ def _simplest(entries: dict[Entry, tuple[int, int]]) -> tuple[dict[str, Fraction
     if not by_decision:
         raise InputError("the utility table has no rows")
     return {u: Fraction(*pair) for u, pair in by_decision.items()}, None
+
+
+def utility_values(text: str, name: str = "utility") -> dict[str, str]:
+    """Read ``decision[=number],…``; a label with a comma or an equals sign is quoted as in CSV.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+    name : str
+        What the option is called, for messages.
+
+    Raises
+    ------
+    InputError
+        If the text is not of that form.
+
+    Examples
+    --------
+    >>> utility_values('yes,maybe=0.5,"no, sorry"=1/4')
+    {'yes': '1', 'maybe': '0.5', 'no, sorry': '1/4'}
+    """
+    values: dict[str, str] = {}
+    rest = text.strip()
+    while rest:
+        if rest.startswith('"'):
+            end = 1
+            while (end := rest.find('"', end)) >= 0 and rest[end : end + 2] == '""':
+                end += 2
+            if end < 0:
+                raise InputError(f"{name} {shown(text)} has a quotation mark that is not closed")
+            label, rest = rest[1:end].replace('""', '"'), rest[end + 1 :].lstrip()
+        else:
+            cut = min((i for i in (rest.find(","), rest.find("=")) if i >= 0), default=len(rest))
+            label, rest = rest[:cut].strip(), rest[cut:]
+        value = "1"
+        if rest.startswith("="):
+            value, _, rest = rest[1:].partition(",")
+        elif rest.startswith(",") and len(rest) > 1:
+            rest = rest[1:]
+        elif rest:
+            raise InputError(f"{name} {shown(text)} is not of the form decision[=number],… near {shown(rest)}")
+        rest = rest.lstrip()
+        if not label or label in values:
+            raise InputError(
+                f"{name} {shown(text)} {'has an empty label' if not label else f'lists {shown(label)} twice'}; list each decision once"
+            )
+        values[label] = value.strip()
+    if not values:
+        raise InputError(f"{name} is empty; list at least one decision, such as Admitted or yes=1,maybe=0.5")
+    return values

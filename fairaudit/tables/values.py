@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
+from datetime import date, time
+from decimal import Decimal
 from typing import Any
+from uuid import UUID
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +19,12 @@ __all__ = ["column", "combine", "distinct", "integers", "locator", "names", "num
 
 
 Label = tuple[str, ...]
+
+LabelLike = str | int | float | Decimal | date | time | UUID
+"""What has one text as a label (`label_text`)."""
+
+LabelsLike = LabelLike | tuple[LabelLike, ...]
+"""The label of a group or context: of one column, or of several."""
 
 Locate = Callable[[int], str]
 

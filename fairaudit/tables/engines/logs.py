@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.binning import Bins
@@ -19,10 +19,20 @@ from fairaudit.tables.tally import Tally
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Survey
 
-__all__ = ["ENGINES", "cut_columns", "read_log", "read_parts", "survey_log"]
+__all__ = ["ENGINES", "Engine", "cut_columns", "read_log", "read_parts", "survey_log"]
 
 
 ENGINES = ("auto", "duckdb", "python", "spark")
+
+
+class SparkSession(Protocol):
+    """A session of PySpark that is there already."""
+
+    def createDataFrame(self, *given: Any, **options: Any) -> Any:  # noqa: N802
+        """Make a frame."""
+
+
+Engine = Literal["auto", "duckdb", "python", "spark"] | SparkSession
 
 Task = Literal["read", "survey"]
 

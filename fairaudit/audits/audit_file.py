@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from fairaudit.cli.options import METHODS
-from fairaudit.cli.sections import check_keys, check_targets, read_section
+from fairaudit.audits.sections import check_keys, check_targets, read_section
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.inference.ends import Method
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
 from fairaudit.model.policy import Deployment, Policy
@@ -22,12 +22,13 @@ from fairaudit.tables.labels import merge_labels, read_label_map
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, names
 
-__all__ = ["Audit", "read_audit", "read_policy"]
+__all__ = ["SAID_THERE", "Audit", "read_audit", "read_policy", "refuse_beside"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
 TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "fold_labels", "map")
 LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
+METHODS: tuple[Method, ...] = get_args(Method)
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz", "burden")
 
@@ -43,6 +44,45 @@ class Audit:
     sampling: dict[str, Any]
     positive: str | None = None
     burden: bool = False
+
+
+SAID_THERE = (
+    "decision",
+    "group",
+    "context",
+    "truth",
+    "count",
+    "probability",
+    "weight",
+    "utility",
+    "utility_column",
+    "positive",
+    "unit",
+)
+"""Options that an audit file takes the place of."""
+
+
+def refuse_beside(path: str, given: Mapping[str, object], spelled: Callable[[str], str] = str) -> None:
+    """Refuse options that an audit file takes the place of.
+
+    Parameters
+    ----------
+    path : str
+        The audit file.
+    given : mapping of str to object
+        Options by name; None, false or empty if they were not given.
+    spelled : callable
+        How options are written, for messages.
+
+    Raises
+    ------
+    InputError
+        If one was given.
+    """
+    for name, value in given.items():
+        if value:
+            why = "an audit file refuses missing labels" if name == "missing" else f"the audit file {path} says it itself"
+            raise InputError(f"{spelled(name)} goes with a table; {why}")
 
 
 def read_audit(path: str) -> Audit:
