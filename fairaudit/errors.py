@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-__all__ = ["FairauditError", "Infeasible", "InputError", "ManyRowsError", "TableNeeded", "nearest", "shown"]
+__all__ = ["FairauditError", "FalseCertificate", "Infeasible", "InputError", "ManyRowsError", "TableNeeded", "nearest", "shown"]
 
 
 class FairauditError(Exception):
@@ -50,6 +50,16 @@ class ManyRowsError(InputError):
     Examples
     --------
     >>> issubclass(ManyRowsError, InputError)
+    True
+    """
+
+
+class FalseCertificate(InputError):  # noqa: N818
+    """A statement of a certificate is false, so that nothing is made of it; the message names the first.
+
+    Examples
+    --------
+    >>> issubclass(FalseCertificate, InputError)
     True
     """
 

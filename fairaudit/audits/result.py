@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.audits.claims import Claim, claims_of
 from fairaudit.audits.document import certificate_of
+from fairaudit.audits.faces import Faces
 from fairaudit.audits.sentences import (
     Deciding,
     Drivers,
@@ -82,7 +83,7 @@ class Partial:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Faces):
     """What `certify` found. Ratios and distances are exact.
 
     Attributes

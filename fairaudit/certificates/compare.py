@@ -17,7 +17,7 @@ from fairaudit.model.law import Law
 from fairaudit.tables.preparation import said
 from fairaudit.words import BENEFIT, words_for
 
-__all__ = ["Change", "Comparison", "Moved", "compare"]
+__all__ = ["CertificateComparison", "Change", "Moved", "compare_documents"]
 
 
 Direction = Literal["better", "worse", "same", "changed", "not comparable"]
@@ -72,7 +72,7 @@ class Moved:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class CertificateComparison:
     """What moved between two certificates.
 
     Attributes
@@ -113,10 +113,10 @@ class Comparison:
         return any(change.direction == "worse" for change in self.metrics if change.what in (*METRICS[:4], *GIVEN_TRUTH))
 
 
-def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
+def compare_documents(old: Mapping[str, Any], new: Mapping[str, Any]) -> CertificateComparison:
     """Compare two certificates of the same columns and utility.
 
-    Certificates are believed here; `fairaudit compare` checks both first.
+    Certificates are believed here; `fairaudit.compare` checks both first.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
 
     Returns
     -------
-    Comparison
+    CertificateComparison
         What moved.
 
     Raises
@@ -139,7 +139,7 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
     >>> def made(count):
     ...     law = Law.from_array([[count, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     ...     return certify(law, {"yes": 1}, max_local_ratio="8/5", confidence=None).certificate.document
-    >>> found = compare(made(3), made(5))
+    >>> found = compare_documents(made(3), made(5))
     >>> found.verdict.old, found.verdict.new, found.worse
     ('within', 'exceeds', True)
     >>> found.metrics[0].old, found.metrics[0].new
@@ -148,7 +148,7 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
     try:
         subjects = subject(old), subject(new)
         _refuse_other_questions(old, new, *subjects)
-        found = Comparison(
+        found = CertificateComparison(
             _verdict("verdict", old["verdict"], new["verdict"]),
             tuple(_targets(old, new)),
             tuple(
@@ -196,7 +196,9 @@ def _refuse_other_questions(old: Mapping[str, Any], new: Mapping[str, Any], befo
         raise InputError("the certificates cannot be compared: the utility depends on the decision alone in one of them only")
 
 
-def _without_false_progress(found: Comparison, gone: tuple[str, ...], before: Subject | None, after: Subject | None) -> Comparison:
+def _without_false_progress(
+    found: CertificateComparison, gone: tuple[str, ...], before: Subject | None, after: Subject | None
+) -> CertificateComparison:
     """The same, but nothing is better if part of what was compared is gone, or nobody knows whether it is."""
     judged = (found.verdict, *found.targets, *found.metrics, *found.intervals)
     if (before is None or after is None) and any(change.direction == "better" for change in judged):

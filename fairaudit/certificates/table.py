@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import tempfile
 import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -169,6 +170,25 @@ class WrittenTable:
     def __post_init__(self) -> None:
         """Close the file when the table is no longer needed."""
         weakref.finalize(self, self.file.close)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: the rows in the place of the file."""
+        self.file.seek(0)
+        return {"header": self.header, "rows": self.file.read(), "cells": self.cells}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Write the rows to a file of its own."""
+        file = tempfile.TemporaryFile()  # noqa: SIM115
+        file.write(state["rows"])
+        for name, value in {"header": state["header"], "file": file, "cells": state["cells"]}.items():
+            object.__setattr__(self, name, value)
+        self.__post_init__()
+
+    def lines(self) -> Iterator[bytes]:
+        """Yield the canonical text line by line."""
+        yield canonical(self.header)
+        self.file.seek(0)
+        yield from self.file
 
     def parts(self) -> Iterator[bytes]:
         """Yield the canonical text in parts."""

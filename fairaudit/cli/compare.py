@@ -7,7 +7,8 @@ import json
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fairaudit.certificates.compare import Change, Comparison, Moved
+    from fairaudit.certificates.compare import CertificateComparison as Comparison
+    from fairaudit.certificates.compare import Change, Moved
 
 DESCRIPTION = """\
 Compare two certificates of the same columns and utility: verdicts, targets, measures, intervals, bounds and the groups that moved, all of
@@ -61,26 +62,15 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the work."""
-    from fairaudit.certificates.compare import compare
-    from fairaudit.certificates.reader import load
     from fairaudit.cli.output import put
-    from fairaudit.cli.verify import checked
     from fairaudit.errors import InputError
+    from fairaudit.verified.comparison import compare
 
     if arguments.top < 0:
         raise InputError(f"--top {arguments.top} is not accepted; a number of at least 0 is")
-    documents, said = [], []
-    for path in (arguments.old, arguments.new):
-        document, raw = load(path)
-        wrong, note = checked(raw, None, path)
-        if wrong:
-            raise InputError(f"{wrong}; certificates that are not true are not compared")
-        documents.append(document)
-        if "not at hand" in note:
-            said.append(f"{path} does not hold its table and was not checked")
-    found = compare(*documents)
+    found = compare(arguments.old, arguments.new)
     write = {"text": _text, "json": _json, "markdown": _markdown}[arguments.format]
-    put(write(found, [*said, *found.notes], arguments.top))
+    put(write(found, list(found.notes), arguments.top))
     if found.worse or (arguments.fail_on == "rise" and found.risen):
         return 1
     return 3 if found.gone else 0

@@ -42,8 +42,6 @@ AUDIT = (*LOOKED_AT, *LIMITS, "confidence", "expected_cells", "unit", "event_id"
 
 KEPT = ("target", "changed", "window", "stream", "ratio", "error", "exceeds", "events", "line")
 
-UNITS = {"s": 1, "m": 60, "h": 3_600, "d": 86_400, "w": 604_800}
-
 
 def add(commands: Any) -> None:
     """Declare the options."""
@@ -179,6 +177,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     from fairaudit.cli.options import column_list
     from fairaudit.errors import InputError
     from fairaudit.model.utility import utility_values
+    from fairaudit.streams.opening import greatest, window_length
     from fairaudit.streams.settings import Settings
 
     if (arguments.utility is None) == (arguments.utility_column is None):
@@ -189,7 +188,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         raise InputError("--utility-column takes the place of --decision, and needs --utility-range LOW,HIGH")
     utility = None if arguments.utility is None else utility_values(arguments.utility, "--utility")
     if arguments.utility_range is None:
-        low, high = "0", str(max(map(_fraction, (utility or {}).values()), default=Fraction(1)))
+        low, high = "0", greatest(utility or {})
     else:
         low, comma, high = arguments.utility_range.partition(",")
         if not comma:
@@ -209,33 +208,10 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         event_id=arguments.event_id,
         time=arguments.time,
         since=arguments.since,
-        window=None if arguments.window is None else _window(arguments.window),
+        window=None if arguments.window is None else window_length(arguments.window, "--window"),
         burden=bool(arguments.burden),
         layout=arguments.input or ("csv" if str(arguments.log).endswith(".csv") else "jsonl"),
     )
-
-
-def _fraction(text: str) -> Fraction:
-    from fairaudit.exact.rationals import parse_rational
-
-    return Fraction(*parse_rational(text))
-
-
-def _window(text: str) -> str:
-    """A window as the settings have it.
-
-    Examples
-    --------
-    >>> _window("1000"), _window("2h"), _window("7d")
-    ('1000', '7200s', '604800s')
-    """
-    from fairaudit.errors import InputError, shown
-
-    match = re.fullmatch("([1-9][0-9]{0,11})([smhdw]?)", text)
-    if match is None:
-        raise InputError(f"--window {shown(text)} is not accepted; a number of decisions such as 10000, or a time such as 12h or 7d, is")
-    number, unit = match.groups()
-    return f"{int(number) * UNITS[unit]}s" if unit else number
 
 
 def _whole(text: str) -> int:

@@ -195,15 +195,11 @@ def write_page(certificate: Certificate, path: str) -> Path:
     InputError
         If the page cannot be written.
     """
-    from fairaudit.certificates.table import Table
-    from fairaudit.cli.verify import checked
-    from fairaudit.files import write_atomically
-    from fairaudit.reports.page import html
+    from fairaudit.errors import FalseCertificate
+    from fairaudit.reports.report import report
 
-    table = certificate.table.lines() if isinstance(certificate.table, Table) else None
-    wrong, said = checked(certificate.text.encode("ascii"), table, "the certificate")
-    if wrong:
-        raise RuntimeError(wrong)
-    page = Path(path)
-    write_atomically(page, [html(certificate, checked=said).encode("utf-8")])
-    return page
+    try:
+        report(certificate, path)
+    except FalseCertificate as error:
+        raise RuntimeError(str(error)) from None
+    return Path(path)

@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import io
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -94,32 +93,3 @@ def zipped_checker() -> bytes:
             entry.create_system, entry.external_attr = 3, 0o100644 << 16
             archive.writestr(entry, text.encode("utf-8"))
     return content.getvalue()
-
-
-def checked(raw: bytes, table: Iterable[bytes] | None, name: str) -> tuple[str, str]:
-    """Check a certificate as `verify` does.
-
-    Returns
-    -------
-    tuple of str
-        What is false, or nothing; and a sentence on what was checked.
-
-    Raises
-    ------
-    InputError
-        If it is no certificate of the format.
-    """
-    from fairaudit import __version__, checker
-    from fairaudit.errors import InputError
-
-    try:
-        found = checker.check(raw, table)
-    except checker.TableNeeded:
-        return "", "The table was not at hand when this was made: its statements are repeated unchecked."
-    except checker.FormatError as error:
-        raise InputError(f"{name} is not a certificate of the format {checker.CERTIFICATE_FORMAT}: {error}") from None
-    false = [finding for finding in found.findings if not finding.true]
-    if false:
-        first = f"{false[0].statement}{f' ({false[0].detail})' if false[0].detail else ''}"
-        return f"{name}: {len(false)} of {len(found.findings)} statements are FALSE, the first: {first}", ""
-    return "", f"Checked when this was made: all {len(found.findings)} statements are true of the table (fairaudit verify, {__version__})."

@@ -140,6 +140,26 @@ class Monitor:
         self.log.notes.clear()
         yield
 
+    def catch_up(self, *, eager: bool = False) -> Look:
+        """Read all that there is, and say what it shows.
+
+        Parameters
+        ----------
+        eager : bool
+            As for `read`.
+        """
+        for _ in self.read(eager=eager):
+            pass
+        return self.look()
+
+    def __enter__(self) -> Monitor:
+        """Keep the log and the state open for a block."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close both."""
+        self.close()
+
     def commit(self) -> None:
         """Store everything that was read."""
         place = getattr(self, "_place", None)
