@@ -19,6 +19,7 @@ from fairaudit.tables.csv import CsvTable, read_csv
 from fairaudit.tables.engines.logs import read_log
 from fairaudit.tables.engines.paths import form
 from fairaudit.tables.labels import merge_labels, read_label_map
+from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, names
 
@@ -206,7 +207,7 @@ def _columns(section: Mapping[str, Any], key: str, where: str) -> tuple[str, ...
     return tuple(listed)
 
 
-def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...] = ()) -> CsvTable | Tally:
+def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...] = ()) -> Table:
     fold = section.get("fold_labels", False)
     if not isinstance(fold, bool):
         raise InputError(f"[{where}] fold_labels is {shown(fold)}; true or false is accepted")
@@ -214,8 +215,7 @@ def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[s
     if "map" in section:
         label_map = read_label_map(folder / _text(section, "map", where))
     labelled = [name for key in ("decision", "group", "context", "truth") for name in _columns(section, key, where)]
-    merged: CsvTable | Tally = merge_labels(table, labelled, fold=fold, label_map=label_map) if fold or label_map else table
-    return merged
+    return merge_labels(table, labelled, fold=fold, label_map=label_map) if fold or label_map else table
 
 
 def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...]) -> CsvTable | Tally:
@@ -227,7 +227,7 @@ def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tu
     return table.with_numbers(str(section[key]) for key in ("count", "probability", "weight") if key in section)
 
 
-def _law(section: Mapping[str, Any], where: str, table: CsvTable | Tally) -> Law:
+def _law(section: Mapping[str, Any], where: str, table: Table) -> Law:
     columns: dict[str, Any] = {
         "decision": _text(section, "decision", where),
         "group": _columns(section, "group", where),
@@ -313,7 +313,7 @@ def _population(section: Mapping[str, Any], law: Law, folder: Path) -> dict[tupl
     return masses
 
 
-def _utility(section: Mapping[str, Any], table: CsvTable | Tally, law: Law, folder: Path) -> Utility:
+def _utility(section: Mapping[str, Any], table: Table, law: Law, folder: Path) -> Utility:
     given = [key for key in ("values", "column", "table") if key in section]
     if len(given) != 1:
         raise InputError("[utility] needs exactly one of values, column and table")
@@ -325,7 +325,7 @@ def _utility(section: Mapping[str, Any], table: CsvTable | Tally, law: Law, fold
     columns = law.columns
     if given == ["column"]:
         return Utility.from_table(
-            table if isinstance(table, Tally) else table.with_numbers([section["column"]]),
+            table.with_numbers([section["column"]]) if isinstance(table, CsvTable) else table,
             utility=_text(section, "column", "utility"),
             decision=columns.decision,
             group=columns.group,

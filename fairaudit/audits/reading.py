@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from fairaudit.errors import InputError, ManyRowsError, shown
+from fairaudit.exact.rationals import Number
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 from fairaudit.tables.binning import Bins, apply_bins
@@ -88,7 +89,7 @@ class Reading:
     decision: str
     group: tuple[str, ...]
     context: tuple[str, ...] = ()
-    bins: Mapping[str, Sequence[Any] | Bins] = field(default_factory=dict)
+    bins: Mapping[str, Sequence[Number] | Bins] = field(default_factory=dict)
     truth: str | None = None
     count: str | None = None
     probability: str | None = None
@@ -237,7 +238,7 @@ def _law(table: Any, reading: Reading) -> Law:
 def read_table(
     source: Source,
     columns: Sequence[str],
-    bins: Mapping[str, Sequence[Any] | Bins],
+    bins: Mapping[str, Sequence[Number] | Bins],
     numeric: Sequence[str],
     access: Access,
     *,
@@ -322,7 +323,7 @@ def _in_memory(source: Any, *, plain: bool) -> bool:
 
 def _held(
     source: Any,
-    bins: Mapping[str, Sequence[Any] | Bins],
+    bins: Mapping[str, Sequence[Number] | Bins],
     access: Access,
     *,
     plain: bool,

@@ -15,13 +15,16 @@ from numpy.typing import NDArray
 
 from fairaudit.exact.rationals import Number
 
-__all__ = ["Numbers", "each_block", "equal_to_previous", "least_and_sums", "products"]
+__all__ = ["Numbers", "Weights", "each_block", "equal_to_previous", "least_and_sums", "products"]
 
 
 BLOCK_BYTES = 1 << 22  # 4 MiB: two blocks and their results stay in the cache of one core
 
 Floats = NDArray[np.float64]
 """An array of float64."""
+
+Weights = NDArray[Any]
+"""An array of exact numbers: int64, Python integers, or float64."""
 
 Numbers = (
     NDArray[np.integer]

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from fairaudit.errors import Infeasible, InputError, nearest, shown
 from fairaudit.exact.extended import Extended, extended_pair
-from fairaudit.exact.rationals import at_least
+from fairaudit.exact.rationals import Number, at_least
 from fairaudit.filters.groups import Groups, read_attributes
 from fairaudit.filters.responses import SEARCH_STEPS, SPLITS, ResponseLine, Split, identity_filter, response_factor
 from fairaudit.filters.targets import calibration_target, ratio_and_log
@@ -122,18 +122,18 @@ class _Setting:
 @without_bare_limits(ALONE)
 def calibrate(
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
     quantity: Quantity = "local",
     groups: Groups,
     bound: Rule = "mechanism",
-    gamma: Any = 1,
-    tau: Any = 0,
-    g_min: Any = 0,
-    delta: Any = 0,
-    lipschitz: Any = 0,
-    diameter: Any = 1,
-    raw_ratio: Any = None,
+    gamma: Number = 1,
+    tau: Number = 0,
+    g_min: Number = 0,
+    delta: Number = 0,
+    lipschitz: Number = 0,
+    diameter: Number = 1,
+    raw_ratio: Number | None = None,
     split: Split = "equal-epsilon",
 ) -> Calibration:
     """Find the randomized response that keeps most truth and still guarantees a target.

@@ -15,6 +15,7 @@ from typing import Any
 
 from fairaudit.errors import InputError
 from fairaudit.exact.bernstein import coefficients, greatest_nonnegative
+from fairaudit.exact.rationals import Number
 from fairaudit.filters.calibration import UNNEEDED, Calibration, best_tilt, calibrated
 from fairaudit.filters.responses import GRID, ResponseLine, Split, alphabets, identity_filter, rounded_keep
 from fairaudit.filters.targets import calibration_target
@@ -23,8 +24,8 @@ from fairaudit.measures.limits import ALONE, Quantity, without_bare_limits
 from fairaudit.measures.ratios import global_fairness, local_fairness
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.model.policy import Policy
-from fairaudit.model.utility import Utility, UtilityTable
+from fairaudit.model.policy import Policy, Population
+from fairaudit.model.utility import Utility, UtilityTable, Values
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import THIS_LAW
 
@@ -34,12 +35,12 @@ Blocks = list[list[Fraction]]
 @without_bare_limits(ALONE)
 def calibrate_policy(
     policy: Policy,
-    utility: Utility | Mapping[Any, Any],
+    utility: Utility | Values,
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
     quantity: Quantity = "local",
-    population: Any = None,
+    population: Population | None = None,
     split: Split = "equal-epsilon",
 ) -> Calibration:
     """Find the randomized response that keeps most truth and whose induced law, measured exactly, meets a target.

@@ -9,7 +9,7 @@ from typing import Any
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended, extended_text
-from fairaudit.exact.rationals import option_value
+from fairaudit.exact.rationals import Number, option_value
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Region
@@ -41,8 +41,8 @@ class NoiseFloor:
 
 def refute_epsilon(
     comparison: Comparison,
-    exp_epsilon: Any,
-    confidence: Any = "0.95",
+    exp_epsilon: Number,
+    confidence: Number = "0.95",
     *,
     method: Method = "hoeffding-kl",
     region: Region = "box",
@@ -92,7 +92,7 @@ def refute_epsilon(
 def noise_floor(
     effect: Comparison,
     placebo: Comparison,
-    confidence: Any = "0.95",
+    confidence: Number = "0.95",
     *,
     method: Method = "hoeffding-kl",
     region: Region = "box",

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import option_value
+from fairaudit.exact.rationals import Number, option_value
 from fairaudit.inference.cells import Cell, exact_sum
 from fairaudit.inference.comparisons import Comparison, Form, unit_form
 from fairaudit.inference.draws import declared_range
@@ -56,10 +56,10 @@ class Planning:
 @without_bare_limits(ALONE)
 def further_draws(
     comparison: Comparison,
-    confidence: Any = "0.95",
+    confidence: Number = "0.95",
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
     interval: Interval | None = None,
 ) -> Planning:
     """Estimate how many more draws would decide a target, if the truth were as measured and all cells grew alike.
@@ -161,13 +161,13 @@ def _planned(comparison: Comparison, further: tuple[int | None, float], found: s
 
 @without_bare_limits(ALONE)
 def plan(
-    guesses: Comparison | Sequence[Any],
-    confidence: Any = "0.95",
+    guesses: Comparison | Sequence[Number] | Sequence[Sequence[Number]],
+    confidence: Number = "0.95",
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
     power: float = 0.8,
-    limits: tuple[Any, Any] = (0, 1),
+    limits: tuple[Number, Number] = (0, 1),
     binary: bool = True,
 ) -> Planning:
     """Estimate the draws per cell, the same in each, that would show that a target is kept or exceeded, before any are taken.

@@ -18,6 +18,7 @@ import numpy as np
 from fairaudit.errors import InputError, shown
 from fairaudit.model.law import Law
 from fairaudit.tables.label_text import label_text
+from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import counted
 from fairaudit.tables.values import Locate, column, encode, locator, names
 
@@ -65,7 +66,7 @@ class Allocation:
 
 
 def read_allocation(
-    table: Any, *, slots: str | Sequence[str], winner: str, context: str | Sequence[str] | None = None, separator: str | None = None
+    table: Table, *, slots: str | Sequence[str], winner: str, context: str | Sequence[str] | None = None, separator: str | None = None
 ) -> Allocation:
     """Read a table with one choice per row. The order of its rows changes nothing.
 

@@ -18,7 +18,8 @@ from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import INT64, Label, LabelsLike, names
+from fairaudit.tables.sources import Table
+from fairaudit.tables.values import INT64, Label, LabelLike, LabelsLike, names
 
 __all__ = ["Deployment", "Policy", "PolicySource", "policy_source", "sample_policy"]
 
@@ -34,12 +35,20 @@ Population = (
 class PolicySource(Protocol):
     """What a plug-in supplies under the entry point ``fairaudit.policies``: something that decides, cell by cell."""
 
-    def cells(self) -> Iterable[tuple[Any, Any]]:
+    def cells(self) -> Iterable[tuple[LabelsLike, LabelsLike]]:
         """List the pairs (x̃, ã) that it knows."""
         ...
 
-    def decide(self, context: Any, group: Any, trial: int) -> Any:
+    def decide(self, context: LabelsLike, group: LabelsLike, trial: int) -> LabelLike:
         """Decide once for what it is shown; `trial` counts the repetitions of a cell."""
+        ...
+
+
+class PolicyTable(Protocol):
+    """What a plug-in may supply instead: something that knows its whole table."""
+
+    def table(self) -> Policy:
+        """Give the policy."""
         ...
 
 
@@ -65,7 +74,7 @@ class Policy:
 
     @staticmethod
     def from_probabilities(
-        table: Any,
+        table: Table,
         *,
         decision: str,
         group: str | Sequence[str],
@@ -80,7 +89,7 @@ class Policy:
 
     @staticmethod
     def from_counts(
-        table: Any,
+        table: Table,
         *,
         decision: str,
         group: str | Sequence[str],
@@ -93,13 +102,17 @@ class Policy:
 
     @staticmethod
     def from_array(
-        array: Any, *, decisions: Sequence[Any] | None = None, groups: Sequence[Any] | None = None, contexts: Sequence[Any] | None = None
+        array: Numbers,
+        *,
+        decisions: Sequence[LabelLike] | None = None,
+        groups: Sequence[LabelsLike] | None = None,
+        contexts: Sequence[LabelsLike] | None = None,
     ) -> Policy:
         """Read T from an array indexed [context, group, decision]. Parameters and errors as in `Law.from_array`."""
         return Policy(Law.from_array(array, decisions=decisions, groups=groups, contexts=contexts))
 
     @staticmethod
-    def from_source(source: Any, trials: int = 50) -> Policy:
+    def from_source(source: PolicySource | PolicyTable, trials: int = 50) -> Policy:
         """Ask a plug-in for its table, or sample its decisions.
 
         Parameters
@@ -114,11 +127,11 @@ class Policy:
         Policy
             The policy; from counts if it was sampled.
         """
-        table = getattr(source, "table", None)
+        table: Callable[[], Policy] | None = getattr(source, "table", None)
         if table is not None:
-            policy: Policy = table()
-            return policy
-        counts = sample_policy(source, trials=trials)
+            return table()
+        asked: Any = source
+        counts = sample_policy(asked, trials=trials)
         return Policy.from_counts(counts, decision="decision", group="group", context="context", count="count")
 
     def behind(self, *, group: Mechanism, context: Mechanism | None = None, population: Population | None = None) -> Deployment:
@@ -339,8 +352,10 @@ class Deployment:
 
 
 def sample_policy(
-    decide: Callable[[Any, Any], Any] | PolicySource, cells: Iterable[tuple[Any, Any]] | None = None, trials: int = 1
-) -> dict[str, list[Any]]:
+    decide: Callable[[LabelsLike, LabelsLike], LabelLike] | PolicySource,
+    cells: Iterable[tuple[LabelsLike, LabelsLike]] | None = None,
+    trials: int = 1,
+) -> dict[str, list[LabelsLike]]:
     """Ask a black box again and again, and count its decisions.
 
     Parameters

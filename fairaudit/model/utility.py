@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,14 @@ from fairaudit.exact.rationals import Number, common_denominator, option_value, 
 from fairaudit.model.law import Law
 from fairaudit.tables.columns import MISSING_LABEL, Missing
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import INT64, Label, LabelLike, column, locator, names
+from fairaudit.tables.sources import Table
+from fairaudit.tables.values import INT64, ByLabel, Label, column, locator, names
 
 __all__ = ["Utility", "UtilityTable", "utility_values"]
 
 
-Values = Mapping[str, Number] | Mapping[int, Number] | Mapping[bool, Number] | Mapping[LabelLike, Number]
-"""What decisions are worth; several forms, because the keys of a mapping have one type."""
+Values = ByLabel[Number]
+"""What decisions are worth."""
 
 Metric = Callable[[Label, Label], Any]
 
@@ -52,9 +53,13 @@ class Utility:
     Fraction(1, 1)
     """
 
-    values: Mapping[Any, Any]
+    values: Mapping[str, Fraction]
     entries: Mapping[Entry, tuple[int, int]] | None = field(default=None, repr=False)
     observed: bool = field(default=False, repr=False)
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(self, values: Values, entries: Mapping[Entry, tuple[int, int]] | None = None, observed: bool = False) -> None: ...
 
     def __post_init__(self) -> None:
         """Read the values as exact rationals."""
@@ -80,7 +85,7 @@ class Utility:
 
     @staticmethod
     def from_table(
-        table: Any,
+        table: Table,
         *,
         utility: str,
         decision: str,
@@ -148,7 +153,7 @@ class Utility:
         return Utility(*_simplest(entries), observed=True)
 
     @staticmethod
-    def from_function(function: Callable[[str, Label, Label], Any], law: Law) -> Utility:
+    def from_function(function: Callable[[str, Label, Label], Number], law: Law) -> Utility:
         """Tabulate g(u, x, a) over the decisions, contexts and groups of a law.
 
         Parameters

@@ -7,20 +7,55 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from math import inf
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import Infeasible, InputError, nearest, shown
 from fairaudit.exact.extended import Extended
-from fairaudit.exact.rationals import option_value
+from fairaudit.exact.rationals import Number, option_value
 from fairaudit.model.law import Law
-from fairaudit.model.utility import Utility
+from fairaudit.model.utility import Utility, Values
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import Label
+from fairaudit.tables.values import Label, LabelLike, LabelsLike
+
+if TYPE_CHECKING:
+    import cvxpy
 
 Term = tuple[Label | None, Label | None, str, Fraction]
+
+Place = LabelLike | tuple[LabelLike] | tuple[LabelLike, LabelsLike] | tuple[LabelLike, LabelsLike, LabelsLike]
+
+Terms = (
+    Mapping[str, Number]
+    | Mapping[tuple[str, str], Number]
+    | Mapping[tuple[str, str, str], Number]
+    | Mapping[tuple[str, Label], Number]
+    | Mapping[tuple[str, Label, Label], Number]
+    | Mapping[Place, Number]
+    | Sequence[tuple[LabelsLike | None, LabelsLike | None, LabelLike, Number]]
+)
+"""Coefficients of a utility: by decision, by decision and context, or by decision, context and group."""
+
+Distances = Callable[[Label, Label], Number] | NDArray[np.integer] | NDArray[np.floating] | Sequence[Sequence[Number]]
+"""Distances between groups: a function, or a square table."""
+
+
+class ClassOptions(TypedDict, total=False):
+    """What a class of utilities is given besides constraints."""
+
+    gamma: Number
+    m: Number
+    tau: Number | None
+    tau_on: Literal["all", "pair"]
+    blind: bool
+    lipschitz: Number | None
+    metric: Distances | None
+    order: Sequence[LabelLike] | Sequence[tuple[LabelLike, LabelLike]]
+    rows: Sequence[LinearRow | tuple[Terms, Number]]
+    family: Family | None
+    ball: Ball | None
 
 
 @dataclass(frozen=True)
@@ -41,8 +76,12 @@ class LinearRow:
     ((None, None, 'no', Fraction(1, 1)), (None, None, 'yes', Fraction(-1, 2)))
     """
 
-    terms: Any
-    bound: Any
+    terms: tuple[Term, ...]
+    bound: Fraction
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(self, terms: Terms, bound: Number) -> None: ...
 
     def __post_init__(self) -> None:
         """Read labels and numbers."""
@@ -134,9 +173,13 @@ class Ball:
     Fraction(1, 10)
     """
 
-    reference: Any
-    radius: Any
+    reference: Utility
+    radius: Fraction
     divergence: Literal["chi2", "kl"] = "chi2"
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(self, reference: Utility | Values, radius: Number, divergence: Literal["chi2", "kl"] = "chi2") -> None: ...
 
     def __post_init__(self) -> None:
         """Read the numbers."""
@@ -182,17 +225,34 @@ class UtilityClass:
     (('low', 'mid'), ('mid', 'high'))
     """
 
-    gamma: Any = 1
-    m: Any = 0
+    gamma: Fraction = Fraction(1)
+    m: Fraction = Fraction(0)
     tau: Any = None
     tau_on: Literal["all", "pair"] = "all"
     blind: bool = True
     lipschitz: Any = None
-    metric: Any = None
-    order: Any = ()
-    rows: Any = ()
+    metric: Distances | None = None
+    order: tuple[tuple[str, str], ...] = ()
+    rows: tuple[LinearRow, ...] = ()
     family: Family | None = None
     ball: Ball | None = None
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(
+            self,
+            gamma: Number = 1,
+            m: Number = 0,
+            tau: Number | None = None,
+            tau_on: Literal["all", "pair"] = "all",
+            blind: bool = True,
+            lipschitz: Number | None = None,
+            metric: Distances | None = None,
+            order: Sequence[LabelLike] | Sequence[tuple[LabelLike, LabelLike]] = (),
+            rows: Sequence[LinearRow | tuple[Terms, Number]] = (),
+            family: Family | None = None,
+            ball: Ball | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         """Read the numbers, and refuse a class that is empty or not bounded on the face of it."""
@@ -215,7 +275,9 @@ class UtilityClass:
             object.__setattr__(self, name, value)
 
     @staticmethod
-    def from_cvxpy(law: Law, variable: Any, constraints: Sequence[Any], **options: Any) -> UtilityClass:
+    def from_cvxpy(
+        law: Law, variable: cvxpy.Variable, constraints: Sequence[cvxpy.Constraint], **options: Unpack[ClassOptions]
+    ) -> UtilityClass:
         """Make a class from affine cvxpy constraints; their coefficients are taken as the exact dyadic rationals that cvxpy derives.
 
         Parameters
@@ -255,7 +317,8 @@ class UtilityClass:
                     x, a = slots[row]
                     terms.append((law.contexts[x], None if a is None else law.groups[a], law.decisions[u], Fraction(coefficients[j])))
                 rows.append(LinearRow(terms, Fraction(bound)))
-        return UtilityClass(**{**options, "rows": (*options.get("rows", ()), *rows)})
+        asked: dict[str, Any] = dict(options)
+        return UtilityClass(**{**asked, "rows": (*options.get("rows", ()), *rows)})
 
     @property
     def floor(self) -> Fraction:

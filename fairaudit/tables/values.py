@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from datetime import date, time
 from decimal import Decimal
-from typing import Any
+from typing import Any, TypeVar
 from uuid import UUID
 
 import numpy as np
@@ -25,6 +25,14 @@ LabelLike = str | int | float | Decimal | date | time | UUID
 
 LabelsLike = LabelLike | tuple[LabelLike, ...]
 """The label of a group or context: of one column, or of several."""
+
+T = TypeVar("T")
+
+ByLabel = Mapping[str, T] | Mapping[int, T] | Mapping[bool, T] | Mapping[LabelLike, T]
+"""Something for each label; several forms, because the keys of a mapping have one type."""
+
+ByGroup = Mapping[str, T] | Mapping[int, T] | Mapping[Label, T] | Mapping[LabelsLike, T]
+"""Something for each group."""
 
 Locate = Callable[[int], str]
 

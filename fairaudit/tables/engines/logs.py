@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.rationals import Number
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.engines.folders import table_format
 from fairaudit.tables.engines.request import Report, Request, database_source
 from fairaudit.tables.preparation import Entry, intervals
+from fairaudit.tables.sources import Source
 from fairaudit.tables.tally import Tally
 
 if TYPE_CHECKING:
@@ -38,16 +40,16 @@ Task = Literal["read", "survey"]
 
 
 def read_log(
-    source: Any,
+    source: Source,
     columns: Sequence[str],
     *,
-    bins: Mapping[str, Sequence[Any] | Bins] | None = None,
-    engine: Any = "auto",
+    bins: Mapping[str, Sequence[Number] | Bins] | None = None,
+    engine: Engine = "auto",
     table: str | None = None,
     query: str | None = None,
     memory: str | None = None,
     report: Report | None = None,
-    meanwhile: Callable[[], Any] | None = None,
+    meanwhile: Callable[[], object] | None = None,
     most: int | None = None,
     by: Sequence[str] = (),
 ) -> Tally:
@@ -123,7 +125,7 @@ def read_parts(
     columns: Sequence[str],
     by: Sequence[str],
     *,
-    bins: Mapping[str, Sequence[Any] | Bins] | None = None,
+    bins: Mapping[str, Sequence[Number] | Bins] | None = None,
     table: str | None = None,
     memory: str | None = None,
     report: Report | None = None,
@@ -174,7 +176,7 @@ def read_parts(
 
 def _request(
     columns: Sequence[str],
-    bins: Mapping[str, Sequence[Any] | Bins] | None,
+    bins: Mapping[str, Sequence[Number] | Bins] | None,
     table: str | None,
     query: str | None,
     memory: str | None,
@@ -192,7 +194,7 @@ def _request(
 def survey_log(
     source: Any,
     *,
-    engine: Any = "auto",
+    engine: Engine = "auto",
     table: str | None = None,
     query: str | None = None,
     memory: str | None = None,
