@@ -16,6 +16,7 @@ from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.registry import BY_ID, BY_KEY, SAMPLED, Kind, Relation
 from fairaudit.theorems.t05 import t5_independent
 from fairaudit.theorems.t07 import t7
+from fairaudit.words import brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["Claim"]
 
 
+@brief
 @dataclass(frozen=True)
 class Claim:
     """A statement with its scope and evidence, as docs/certificate.md lists them.

@@ -49,7 +49,7 @@ from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.labels import spellings
 from fairaudit.tables.preparation import Entry, said
 from fairaudit.theorems.bound import Bound
-from fairaudit.words import approximate, plain, words_for
+from fairaudit.words import approximate, brief, plain, words_for
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,6 +57,7 @@ if TYPE_CHECKING:
 __all__ = ["Result"]
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Partial:
     """What is kept of contexts that were read in parts.
@@ -82,6 +83,7 @@ class Partial:
     sizes: Mapping[tuple[str, ...], Sizes] = field(default_factory=dict)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Result(Faces):
     """What `certify` found. Ratios and distances are exact.

@@ -17,11 +17,12 @@ from fairaudit.measures.limits import Limit, Quantity, Unit
 from fairaudit.measures.ratios import Ratio
 from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.registry import BY_KEY, for_any_sampled
-from fairaudit.words import THE_INTERVAL
+from fairaudit.words import THE_INTERVAL, brief
 
 __all__ = ["Target"]
 
 
+@brief
 @dataclass(frozen=True)
 class Target:
     """A limit on the local or global measure, and how it was judged.

@@ -12,6 +12,7 @@ from typing import Any
 from fairaudit.certificates.table import Table, WrittenTable
 from fairaudit.errors import InputError
 from fairaudit.files import write_atomically
+from fairaudit.words import brief
 
 __all__ = ["Certificate", "schema"]
 
@@ -21,6 +22,7 @@ FORMAT = "fairaudit-certificate/1"
 EMBED_LIMIT = 100_000  # cells: about 10 MB of text; larger tables stand beside the certificate
 
 
+@brief
 @dataclass(frozen=True)
 class Certificate:
     """A certificate and the table that it is about.

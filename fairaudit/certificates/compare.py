@@ -15,7 +15,7 @@ from fairaudit.measures.expectations import cell_expectation
 from fairaudit.measures.limits import limit_text
 from fairaudit.model.law import Law
 from fairaudit.tables.preparation import said
-from fairaudit.words import BENEFIT, words_for
+from fairaudit.words import BENEFIT, brief, words_for
 
 __all__ = ["CertificateComparison", "Change", "Moved", "compare_documents"]
 
@@ -30,6 +30,7 @@ METRICS = ("local", "global", "equalized_odds", "demographic_parity", "local_sup
 CONSTANTS = ("gamma", "m", "tau", "lipschitz")
 
 
+@brief
 @dataclass(frozen=True)
 class Change:
     """A statement of the certificates, before and after.
@@ -53,6 +54,7 @@ class Change:
     note: str = ""
 
 
+@brief
 @dataclass(frozen=True)
 class Moved:
     """The expected utility of a group in a context (none for a cell that is in one table only).
@@ -71,6 +73,7 @@ class Moved:
     new: Fraction | None
 
 
+@brief
 @dataclass(frozen=True)
 class CertificateComparison:
     """What moved between two certificates.

@@ -20,6 +20,7 @@ from fairaudit.model.layout import Columns
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
+from fairaudit.words import brief
 
 __all__ = ["Table", "WrittenTable"]
 
@@ -31,6 +32,7 @@ NUMBERS = 100_000  # numbers that are made text at a time
 CANONICAL = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", ":"))
 
 
+@brief
 @dataclass(frozen=True)
 class Table:
     """The canonical text of a law and its utility, or of a policy with filters, population and utility.
@@ -149,6 +151,7 @@ class Table:
         return int(self.law.weights.size)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class WrittenTable:
     """The canonical text of a table whose rows were written to a file, some at a time.

@@ -29,6 +29,7 @@ from fairaudit.theorems.t02 import t2
 from fairaudit.theorems.t03 import t3_approx, t3_general, t3_mechanism
 from fairaudit.theorems.t04 import t4
 from fairaudit.theorems.t12 import t12
+from fairaudit.words import brief
 
 Rule = Literal["paper", "tight", "sharp", "mechanism", "contraction"]
 
@@ -41,6 +42,7 @@ MAX_VALUES = 10_000
 UNNEEDED = "the target holds without any filter; no privacy is needed"
 
 
+@brief
 @dataclass(frozen=True)
 class Calibration:
     """A filter for a target, or why there is none.

@@ -10,8 +10,10 @@ from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.currencies import Enclosure
 from fairaudit.privacy.epsilon_delta import epsilon_enclosure
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True)
 class Design:
     """A filter for a target, or why there is none.

@@ -17,8 +17,10 @@ from fairaudit.filters.with_policy import design
 from fairaudit.measures.limits import ALONE, without_bare_limits
 from fairaudit.model.policy import Policy, Population
 from fairaudit.model.utility import Utility, Values
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True)
 class Frontier:
     """Designs of one setting for several targets.

@@ -22,6 +22,7 @@ from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.layout import Units
 from fairaudit.tables.values import Label, names
 from fairaudit.theorems.assumptions import DECLARED, DRAWS
+from fairaudit.words import brief
 
 Form = tuple[tuple[int, Fraction], ...]
 """Cells by their index, each with a positive weight."""
@@ -29,6 +30,7 @@ Form = tuple[tuple[int, Fraction], ...]
 Estimand = Literal["mean over rows", "mean over units"]
 
 
+@brief
 @dataclass(frozen=True)
 class Comparison:
     """Cells, and the blocks of forms in their means that are compared.

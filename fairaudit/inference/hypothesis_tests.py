@@ -15,10 +15,12 @@ from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Region
 from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.ratio_intervals import ratio_interval
+from fairaudit.words import brief
 
 __all__ = ["EpsilonRefutation", "NoiseFloor", "noise_floor", "refute_epsilon"]
 
 
+@brief
 @dataclass(frozen=True)
 class EpsilonRefutation:
     """What end-to-end draws say about a claimed ε (T11)."""
@@ -29,6 +31,7 @@ class EpsilonRefutation:
     sentence: str
 
 
+@brief
 @dataclass(frozen=True)
 class NoiseFloor:
     """An effect beside the ratio under edits that should not matter; both intervals hold together at the stated confidence."""

@@ -13,10 +13,12 @@ from fairaudit.exact.enclosures import log_enclosure
 from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.inference.comparisons import Estimand
 from fairaudit.measures.ratios import Ratio, Witness
+from fairaudit.words import brief
 
 Region = Literal["box", "product"]
 
 
+@brief
 @dataclass(frozen=True)
 class Interval:
     """A confidence interval of a fairness ratio.

@@ -21,13 +21,14 @@ from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import box_levels, confidence_level
 from fairaudit.inference.quotients import FOREMOST, are_many, extreme_ratio, sample_ratio
 from fairaudit.measures.limits import ALONE, one_limit, without_bare_limits
-from fairaudit.words import approximate
+from fairaudit.words import approximate, brief
 
 GREATEST_UTILITY = 10**300  # what floats hold
 
 GREATEST_DRAWS = 10**12  # per cell: nobody draws as many
 
 
+@brief
 @dataclass(frozen=True)
 class Planning:
     """An estimate for planning, not a guarantee.

@@ -16,6 +16,7 @@ from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import UNIT
 from fairaudit.measures.blocks import block_starts, equal_blocks
 from fairaudit.model.law import Law
+from fairaudit.words import brief
 
 __all__ = ["Distance", "DistanceWitness", "demographic_parity", "equalized_odds", "most_unequal_distances"]
 
@@ -23,6 +24,7 @@ __all__ = ["Distance", "DistanceWitness", "demographic_parity", "equalized_odds"
 BLOCK = 1 << 17  # entries of a block that stay in the cache of one core
 
 
+@brief
 @dataclass(frozen=True)
 class DistanceWitness:
     """Where a total variation distance is attained: on the event that the decision is one of `decisions`."""
@@ -33,6 +35,7 @@ class DistanceWitness:
     decisions: tuple[str, ...]
 
 
+@brief
 @dataclass(frozen=True)
 class Distance:
     """A greatest total variation distance between two groups, exact, with its witness."""

@@ -20,10 +20,12 @@ from fairaudit.exact.rationals import quotient
 from fairaudit.measures.expectations import Grid, Pair, expectation_grid, listed_grid, mean_grid, probability_grid
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
+from fairaudit.words import brief
 
 __all__ = ["Ratio", "Witness", "global_fairness", "global_supremum", "local_fairness", "local_supremum", "most_unequal_ratios"]
 
 
+@brief
 @dataclass(frozen=True)
 class Witness:
     """Where a ratio is attained.
@@ -47,6 +49,7 @@ class Witness:
     decision: str | None = None
 
 
+@brief
 @dataclass(frozen=True)
 class Ratio:
     """A worst ratio between two groups.

@@ -21,6 +21,7 @@ from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import counted
 from fairaudit.tables.values import Locate, column, encode, locator, names
+from fairaudit.words import brief
 
 __all__ = ["Allocation", "read_allocation"]
 
@@ -32,6 +33,7 @@ FALSE_ALARM = 1 / 1000  # chance of the note about orders where orders were draw
 FEW_ORDERS = 5_040  # the orders of seven candidates: up to here ways are counted exactly, beyond by a bound
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Allocation:
     """Position and profile effects of a table of choices.

@@ -43,6 +43,7 @@ from fairaudit.tables.preparation import Entry, assumption
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, LabelLike, LabelsLike, distinct, exact_floats, integers, names, numbers
+from fairaudit.words import brief
 
 __all__ = ["Law"]
 
@@ -54,6 +55,7 @@ MAX_DRAWS = 10**18  # draws of a cell that still fit 64 bits
 TOLERANCE = 10**6  # one part in so many is what rows of probabilities may be off 1 by: six printed digits
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Law:
     """A discrete law P(u|x,a), exact, with labels.

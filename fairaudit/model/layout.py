@@ -17,6 +17,7 @@ from fairaudit.model.replication import copies_note
 from fairaudit.tables.columns import CodedTable
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.values import INT64, Label, Locate, combine, distinct, exact_floats, integers, numbers
+from fairaudit.words import brief
 
 __all__ = ["Columns", "Truth", "Units"]
 
@@ -37,6 +38,7 @@ class Columns:
     truth: str | None = None
 
 
+@brief
 @dataclass(frozen=True)
 class Units:
     """Sampling units of a log: a run, a person, a profile, of which each may have several rows.
@@ -67,6 +69,7 @@ class Units:
         return any(sum(rows) > 1 for cell in self.profiles for _, rows in cell)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Truth:
     """True labels beside the decisions: what should have been decided.

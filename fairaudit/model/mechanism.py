@@ -27,6 +27,7 @@ from fairaudit.exact.rationals import Number, at_least, common_denominator, opti
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sources import Table
 from fairaudit.tables.values import Label, LabelsLike, column, locator, names, numbers
+from fairaudit.words import brief
 
 __all__ = ["Constant", "Factor", "Identity", "Mechanism", "Product", "RandomizedResponse", "Store"]
 
@@ -41,6 +42,7 @@ class Store(Protocol):
         """Keep the default under the key unless something is kept there, and return what is kept: one atomic operation."""
 
 
+@brief
 @dataclass(frozen=True)
 class Factor:
     """A stochastic table over labels, exact.
@@ -84,6 +86,7 @@ class Factor:
         return len(self.outputs[0])
 
 
+@brief
 @dataclass(frozen=True)
 class Mechanism:
     """A privacy filter, the product of independent factors.

@@ -20,6 +20,7 @@ from fairaudit.tables.columns import Missing
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sources import Table
 from fairaudit.tables.values import INT64, Label, LabelLike, LabelsLike, names
+from fairaudit.words import brief
 
 __all__ = ["Deployment", "Policy", "PolicySource", "policy_source", "sample_policy"]
 
@@ -52,6 +53,7 @@ class PolicyTable(Protocol):
         ...
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Policy:
     """A black box as a table: the law of its decision for every context x̃ and group ã that it may be shown.
@@ -160,6 +162,7 @@ class Policy:
         return _deploy(self, group, context, population)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Deployment:
     """A policy behind filters.

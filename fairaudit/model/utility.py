@@ -20,6 +20,7 @@ from fairaudit.tables.columns import MISSING_LABEL, Missing
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sources import Table
 from fairaudit.tables.values import INT64, ByLabel, Label, column, locator, names
+from fairaudit.words import brief
 
 __all__ = ["Utility", "UtilityTable", "utility_values"]
 
@@ -34,6 +35,7 @@ MISSPELT = 0.8  # of difflib's measure: 'yess' is yes, 'not hired' is not hired
 Entry = tuple[str, Label, Label]
 
 
+@brief
 @dataclass(frozen=True)
 class Utility:
     """A utility of decisions, contexts and groups.
@@ -261,6 +263,7 @@ class Utility:
         return UtilityTable(law, _array(whole).reshape(given.shape), bottom, None if given.all() else given)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class UtilityTable:
     """A utility laid out over a law; made by `Utility.on`.

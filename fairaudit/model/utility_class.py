@@ -19,6 +19,7 @@ from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility, Values
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.values import Label, LabelLike, LabelsLike
+from fairaudit.words import brief
 
 if TYPE_CHECKING:
     import cvxpy
@@ -58,6 +59,7 @@ class ClassOptions(TypedDict, total=False):
     ball: Ball | None
 
 
+@brief
 @dataclass(frozen=True)
 class LinearRow:
     """A linear constraint Σ coefficient·g ≤ bound on a utility.
@@ -97,6 +99,7 @@ class LinearRow:
         object.__setattr__(self, "bound", read_number("the bound of a row", self.bound))
 
 
+@brief
 @dataclass(frozen=True)
 class Family:
     """Utilities g(u,x,a) = Σ_k θ_k φ_k(u,x,a) with θ in a polytope.
@@ -154,6 +157,7 @@ class Family:
         return tuple(self.features)
 
 
+@brief
 @dataclass(frozen=True)
 class Ball:
     """Utilities near a reference, in every context (and for every group, unless the class is blind).
@@ -192,6 +196,7 @@ class Ball:
         object.__setattr__(self, "reference", self.reference if isinstance(self.reference, Utility) else Utility(self.reference))
 
 
+@brief
 @dataclass(frozen=True)
 class UtilityClass:
     """A class of utilities, by the constraints that its members satisfy; all numbers are exact.

@@ -18,6 +18,7 @@ from fairaudit.privacy.currencies import Enclosure
 from fairaudit.privacy.epsilon_delta import epsilon_enclosure, exp_epsilon, exp_epsilon_below
 from fairaudit.privacy.pairs import Column, PairLaw, hockey_stick, joined_columns, merged_columns, pair_laws
 from fairaudit.privacy.trade_offs import TradeOff, interpolated, lower_hull, pair_trade_off
+from fairaudit.words import brief
 
 MAX_POWER_WORK = 100_000_000
 """Products of columns, times the bits of their numbers, up to which powers are formed exactly."""
@@ -32,6 +33,7 @@ TAIL_BITS = 80
 """Tails of mass up to 2^-80 are moved to the safe side: a δ below 10^-24 is of no use to anybody."""
 
 
+@brief
 @dataclass(frozen=True)
 class Composition:
     """Several releases of the same value, each with fresh randomness.

@@ -17,8 +17,10 @@ from fairaudit.exact.rationals import at_least, option_value
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.currencies import GDP
 from fairaudit.privacy.pairs import Column, PairLaw, pair_laws
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True)
 class TradeOff:
     """A trade-off curve: the least false-negative rate of any test of two inputs at a given false-positive rate.
@@ -64,6 +66,7 @@ class TradeOff:
         return GDP(mu * (1 + 1e-9) + 1e-12 if mu > 0 else 0.0)
 
 
+@brief
 @dataclass(frozen=True)
 class Profile:
     """The privacy profile: the least δ as a function of k = e^ε ≥ 1.

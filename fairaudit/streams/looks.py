@@ -17,10 +17,12 @@ from fairaudit.measures.limits import LIMITS, Quantity
 from fairaudit.measures.ratios import Witness
 from fairaudit.streams.settings import Settings
 from fairaudit.streams.subjects import Subject
+from fairaudit.words import brief
 
 QUANTITIES: tuple[Quantity, ...] = ("local", "global")
 
 
+@brief
 @dataclass(frozen=True)
 class Look:
     """What a moment shows.

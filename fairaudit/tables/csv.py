@@ -22,6 +22,7 @@ from fairaudit.errors import InputError, shown
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
+from fairaudit.words import brief
 
 __all__ = ["CsvTable", "Layout", "count_csv", "decimal_commas", "first_row", "layout", "opened", "read_csv", "same_layout", "text_lines"]
 
@@ -32,6 +33,7 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*", re.ASCI
 _THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(,\d{3})+\s*", re.ASCII)
 
 
+@brief
 @dataclass(frozen=True)
 class CsvTable:
     """A table of texts, with the line of the file on which each row ends.

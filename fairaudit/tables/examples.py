@@ -7,10 +7,12 @@ from importlib.resources import files
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.csv import CsvTable, read_csv
+from fairaudit.words import brief
 
 __all__ = ["EXAMPLES", "Example", "example"]
 
 
+@brief
 @dataclass(frozen=True)
 class Example:
     """A table that ships with the package.

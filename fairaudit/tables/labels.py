@@ -21,6 +21,7 @@ from fairaudit.tables.preparation import Entry, merged_labels
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally, counted, merged
 from fairaudit.tables.values import ByLabel, LabelLike, column, locator, names
+from fairaudit.words import brief
 
 __all__ = ["PreparedTable", "merge_labels", "read_label_map", "spellings"]
 
@@ -160,6 +161,7 @@ def read_label_map(path: str | Path) -> dict[str, dict[str, str]]:
     return document
 
 
+@brief
 @dataclass(frozen=True)
 class PreparedTable:
     """A table of which some columns have other labels.

@@ -18,6 +18,7 @@ from fairaudit.errors import InputError, shown
 from fairaudit.tables.label_text import ACCEPTED, Reader, label_text
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.values import INT64
+from fairaudit.words import brief
 
 __all__ = ["Tally", "counted", "merged"]
 
@@ -25,6 +26,7 @@ __all__ = ["Tally", "counted", "merged"]
 BATCH = 50_000  # rows that an engine hands over at a time: a few MB
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Tally:
     """A log whose equal rows were counted: the distinct rows, and how often each occurs.

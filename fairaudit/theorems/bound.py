@@ -16,6 +16,7 @@ from typing import Literal
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended
 from fairaudit.theorems.assumptions import FLOOR, GROUP_FREE
+from fairaudit.words import brief
 
 Floor = Literal["table", "declared", "policy"]
 
@@ -32,6 +33,7 @@ FLOORED = "any policy behind this filter that keeps the declared floor"
 ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that releases these contexts"
 
 
+@brief
 @dataclass(frozen=True)
 class Bound:
     """An upper bound on a fairness measure, with what it rests on.

@@ -16,6 +16,7 @@ from fairaudit.certificates.reader import MAX_BYTES, load
 from fairaudit.checker import Finding
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded
 from fairaudit.inference.verdicts import Verdict
+from fairaudit.words import brief
 
 __all__ = ["Certified", "Opened", "Verification", "checked", "opened", "verify"]
 
@@ -32,6 +33,7 @@ CertificateLike = Certificate | Certified | Mapping[str, object] | bytes | str |
 """A certificate, what has one, its JSON document, the bytes of its file, or where the file is."""
 
 
+@brief
 @dataclass(frozen=True)
 class Verification:
     """What the checker found of each statement of a certificate.

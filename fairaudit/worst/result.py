@@ -16,10 +16,12 @@ from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 from fairaudit.model.utility_class import UtilityClass
+from fairaudit.words import brief
 from fairaudit.worst.attained import mean_under
 from fairaudit.worst.setting import Setting
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class WorstCase:
     """The worst utility of a class for a law, between exact ends.
