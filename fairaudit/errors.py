@@ -37,7 +37,7 @@ class Infeasible(InputError):  # noqa: N818
     --------
     >>> from fairaudit.filters.calibration import calibrate
     >>> try:
-    ...     calibrate(max_ratio="5/4", groups=2).require()
+    ...     calibrate(max_ratio="5/4", groups=2, lipschitz=1).require()
     ... except Infeasible as error:
     ...     print("no filter")
     no filter

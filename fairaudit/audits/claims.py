@@ -46,6 +46,15 @@ class Claim:
         What may be changed without making it false.
     assumptions : tuple of str
         What the reader must accept.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> claim = result.claims[0]
+    >>> claim.quantity, claim.relation, claim.value, claim.by, claim.scope
+    ('local_ratio', '=', Fraction(3, 2), 'enumeration', 'this law')
     """
 
     quantity: str

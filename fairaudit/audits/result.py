@@ -128,6 +128,14 @@ class Result(Faces):
         Whether the utility counts a burden, so that the group with the higher expectation is disadvantaged.
     changed : Change or None
         A window that contradicts the stream, so that nothing is said of one constant ratio.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> result.local.ratio, result.global_.ratio, result.verdict
+    (Fraction(3, 2), Fraction(3, 2), 'inconclusive')
     """
 
     law: Law

@@ -33,6 +33,15 @@ class Certificate:
         The JSON document of docs/certificate.md.
     table : Table, WrittenTable or None
         The table, when it is not embedded.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> certificate = result.certificate
+    >>> certificate.document["format"], certificate.document["verdict"], certificate.table
+    ('fairaudit-certificate/1', 'inconclusive', None)
     """
 
     document: dict[str, Any]

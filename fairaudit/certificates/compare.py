@@ -93,6 +93,16 @@ class CertificateComparison:
     gone : tuple of str
         Why the new certificate may look better without being so: groups, contexts or decisions that are not there any more, labels that
         count as another one in one of the two, decisions that were left out.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> def made(hired):
+    ...     table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [hired, 10, 10, 10]}
+    ...     return fa.audit(table, decision="hired", group="sex", count="n", utility="yes")
+    >>> found = fa.compare(made(10), made(40))
+    >>> found.worse, found.risen, [(moved.group, str(moved.old), str(moved.new)) for moved in found.cells]
+    (False, True, [({'sex': 'f'}, '1/2', '4/5')])
     """
 
     verdict: Change

@@ -75,6 +75,13 @@ class Calibration:
         Why it is infeasible and what would make it feasible, or why no privacy is needed.
     settled : bool
         Whether an infeasible target is proved to be so: by this rule, for every filter of this kind. If not, none was found.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> found = fa.calibrate(max_ratio="5/4", groups=2, tau="0.5")
+    >>> found.require().keep_probabilities, found.achieved <= found.target
+    ((Fraction(142857142857, 250000000000),), True)
     """
 
     quantity: Quantity

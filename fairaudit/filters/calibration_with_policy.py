@@ -73,6 +73,14 @@ def calibrate_policy(
     ------
     InputError
         As in `calibrate`, and if the policy lacks a combination of its attributes' values.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    >>> found = fa.calibrate_policy(policy, {"hire": 1}, max_ratio=2)
+    >>> found.require().keep_probabilities, found.achieved
+    ((Fraction(16, 21),), Fraction(2, 1))
     """
     target = calibration_target(max_ratio, max_log, quantity)
     attributes = alphabets(policy)

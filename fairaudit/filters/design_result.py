@@ -52,6 +52,14 @@ class Design:
         design is never worse. None if there is none.
     reason : str
         Why there is no filter, or what else is to be said.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    >>> found = fa.design(policy, {"hire": 1}, max_ratio=2)
+    >>> found.require().achieved, found.truth_kept
+    (Fraction(2, 1), Fraction(23, 28))
     """
 
     target: Fraction | None

@@ -29,6 +29,12 @@ class Frontier:
     ----------
     designs : tuple of Design
         One for each target, in the order given.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> [design.truth_kept for design in fa.frontier(max_ratio=["1.2", "1.4"], groups=2, tau="0.5").designs]
+    [Fraction(5, 9), Fraction(5, 8)]
     """
 
     designs: tuple[Design, ...]
@@ -87,6 +93,11 @@ def frontier(
     -------
     Frontier
         The designs; `rows` is the table.
+
+    Raises
+    ------
+    InputError
+        If not exactly one kind of target is given, or neither a policy with its utility nor groups, or as `design`.
 
     Examples
     --------

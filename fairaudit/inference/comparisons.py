@@ -51,6 +51,14 @@ class Comparison:
         The declared range of g.
     units : Units or None
         The sampling units of the log.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> [(cell.draws, cell.mean) for cell in result.comparisons["local"].cells]
+    [(40, Fraction(3, 4)), (40, Fraction(1, 2))]
     """
 
     cells: tuple[Cell, ...]

@@ -23,7 +23,16 @@ __all__ = ["EpsilonRefutation", "NoiseFloor", "noise_floor", "refute_epsilon"]
 @brief
 @dataclass(frozen=True)
 class EpsilonRefutation:
-    """What end-to-end draws say about a claimed ε (T11)."""
+    """What end-to-end draws say about a claimed ε (T11).
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> fa.refute_epsilon(result.comparisons["local"], "1.01").refuted
+    False
+    """
 
     refuted: bool
     interval: Interval
@@ -34,7 +43,16 @@ class EpsilonRefutation:
 @brief
 @dataclass(frozen=True)
 class NoiseFloor:
-    """An effect beside the ratio under edits that should not matter; both intervals hold together at the stated confidence."""
+    """An effect beside the ratio under edits that should not matter; both intervals hold together at the stated confidence.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> fa.noise_floor(result.comparisons["local"], result.comparisons["local"]).rises
+    False
+    """
 
     effect: Interval
     placebo: Interval
@@ -72,6 +90,14 @@ def refute_epsilon(
     ------
     InputError
         If e^ε is below 1, or cells of a context differ in their range, so that g depends on the group.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no"] * 2, "sex": ["f", "f", "m", "m"], "n": [900, 100, 100, 900]}
+    >>> draws = fa.audit(table, decision="hired", group="sex", count="n", utility="yes").comparisons["local"]
+    >>> refute_epsilon(draws, 2).refuted, refute_epsilon(draws, 9).refuted
+    (True, False)
     """
     infinite = exp_epsilon == inf or exp_epsilon == "inf"
     claimed: Extended = inf if infinite else Fraction(*option_value(exp_epsilon))
@@ -116,6 +142,15 @@ def noise_floor(
     -------
     NoiseFloor
         The effect rises above the floor if its lower end is above the upper end of the placebo.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> def compared(yes_f, yes_m):
+    ...     table = {"hired": ["yes", "no"] * 2, "sex": ["f", "f", "m", "m"], "n": [yes_f, 1000 - yes_f, yes_m, 1000 - yes_m]}
+    ...     return fa.audit(table, decision="hired", group="sex", count="n", utility="yes").comparisons["local"]
+    >>> noise_floor(compared(600, 300), compared(500, 490)).rises
+    True
     """
     level = confidence_level(confidence)
     each = 1 - equal_share(1 - level, 2)

@@ -45,6 +45,13 @@ class Planning:
         How many further draws that is, or, of a log with sampling units, how many further units.
     total_if_equal : int or None
         How many it would be if all compared groups were equal, where the draws do not exclude that.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> found = fa.plan(["0.5", "0.5"], max_ratio="5/4")
+    >>> found.draws, found.decides
+    ((784, 784), 'within')
     """
 
     draws: tuple[int, ...] | None

@@ -38,7 +38,16 @@ class DistanceWitness:
 @brief
 @dataclass(frozen=True)
 class Distance:
-    """A greatest total variation distance between two groups, exact, with its witness."""
+    """A greatest total variation distance between two groups, exact, with its witness.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> result.demographic_parity.value, result.demographic_parity.witness.decisions
+    (Fraction(1, 4), ('yes',))
+    """
 
     value: Fraction
     witness: DistanceWitness

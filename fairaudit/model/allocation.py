@@ -56,6 +56,14 @@ class Allocation:
     warnings : tuple of str
         What stands against reading the profile effect as one of the profile, and against a uniformly random order, which T10 needs. A
         log whose orders are drawn so gets a warning of the latter kind with probability at most 1/1,000.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> log = {"shown": ["ann bob", "bob ann"], "chosen": ["ann", "bob"]}
+    >>> found = fa.read_allocation(log, slots="shown", winner="chosen")
+    >>> found.runs, found.slots, found.position.groups
+    (2, 2, (('1',), ('2',)))
     """
 
     position: Law

@@ -30,7 +30,14 @@ MAX_ENTRIES = 500_000_000  # numbers of a dense law: 4 GB as int64
 
 @dataclass(frozen=True)
 class Columns:
-    """Names of the columns that a law was read from."""
+    """Names of the columns that a law was read from.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> fa.Columns("hired", ("sex", "age"), ("department",))
+    Columns(decision='hired', group=('sex', 'age'), context=('department',), truth=None)
+    """
 
     decision: str
     group: tuple[str, ...]

@@ -26,7 +26,7 @@ from fairaudit.exact.enclosures import exp_enclosure
 from fairaudit.exact.rationals import Number, at_least, common_denominator, option_value, rational
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sources import Table
-from fairaudit.tables.values import Label, LabelsLike, column, locator, names, numbers
+from fairaudit.tables.values import ByGroup, Label, LabelsLike, column, locator, names, numbers
 from fairaudit.words import brief
 
 __all__ = ["Constant", "Factor", "Identity", "Mechanism", "Product", "RandomizedResponse", "Store"]
@@ -466,6 +466,21 @@ def RandomizedResponse(  # noqa: N802
 def Identity(values: Sequence[LabelsLike]) -> Mechanism:  # noqa: N802
     """No privacy: every value is released as it is.
 
+    Parameters
+    ----------
+    values : sequence
+        The alphabet.
+
+    Returns
+    -------
+    Mechanism
+        The filter.
+
+    Raises
+    ------
+    InputError
+        If the values are fewer than two, or not all different.
+
     Examples
     --------
     >>> Identity(["a", "b"]).release("b")
@@ -476,7 +491,7 @@ def Identity(values: Sequence[LabelsLike]) -> Mechanism:  # noqa: N802
     return Mechanism((Factor(labels, labels, tuple(tuple(int(i == j) for j in range(k)) for i in range(k)), 1),))
 
 
-def Constant(values: Sequence[LabelsLike], output: LabelsLike | None = None) -> Mechanism:  # noqa: N802
+def Constant(values: Sequence[LabelsLike], output: LabelsLike | ByGroup[Number] | None = None) -> Mechanism:  # noqa: N802
     """Perfect privacy: the same value, or a draw from the same distribution, whatever the truth.
 
     Parameters

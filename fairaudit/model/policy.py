@@ -177,6 +177,14 @@ class Deployment:
         M_X; None is the identity.
     mass : tuple of int or None
         P(x,a) up to a common factor, contexts first, or None.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    >>> policy.behind(group=coin).law.weights.tolist()
+    [[29, 11], [15, 25]]
     """
 
     policy: Policy
@@ -430,6 +438,11 @@ def policy_source(name: str) -> Any:
     ------
     InputError
         If no plug-in has that name.
+
+    Examples
+    --------
+    >>> policy_source("stand-in").__class__.__name__
+    'StandIn'
     """
     from importlib.metadata import entry_points
 

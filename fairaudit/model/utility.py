@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.dense import Weights
 from fairaudit.exact.rationals import Number, common_denominator, option_value, rational
 from fairaudit.model.law import Law
 from fairaudit.tables.columns import MISSING_LABEL, Missing
@@ -278,10 +279,18 @@ class UtilityTable:
         The common denominator.
     given : ndarray of bool or None
         Which entries were given, where some were not (their weight is zero).
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> result.utility.gamma, result.utility.m
+    (Fraction(1, 1), Fraction(0, 1))
     """
 
     law: Law
-    values: NDArray[Any]
+    values: Weights
     scale: int
     given: NDArray[np.bool_] | None
 

@@ -18,7 +18,7 @@ from fairaudit.exact.rationals import Number, option_value
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility, Values
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import Label, LabelLike, LabelsLike
+from fairaudit.tables.values import ByLabel, Label, LabelLike, LabelsLike
 from fairaudit.words import brief
 
 if TYPE_CHECKING:
@@ -41,6 +41,10 @@ Terms = (
 
 Distances = Callable[[Label, Label], Number] | NDArray[np.integer] | NDArray[np.floating] | Sequence[Sequence[Number]]
 """Distances between groups: a function, or a square table."""
+
+
+Feature = ByLabel[Number] | Callable[[str, Label, Label], Number]
+"""What a parameter multiplies: a number for each decision, or a function of decision, context and group."""
 
 
 class ClassOptions(TypedDict, total=False):
@@ -119,17 +123,28 @@ class Family:
     ('speed', 'comfort')
     """
 
-    features: Mapping[str, Any]
-    lower: Any = 0
-    upper: Any = 1
-    rows: Any = ()
+    features: Mapping[str, Feature]
+    lower: tuple[Fraction, ...] = 0  # type: ignore[assignment]
+    upper: tuple[Fraction, ...] = 1  # type: ignore[assignment]
+    rows: tuple[tuple[tuple[Fraction, ...], Fraction], ...] = ()
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(
+            self,
+            features: Mapping[str, Feature],
+            lower: Number | Mapping[str, Number] = 0,
+            upper: Number | Mapping[str, Number] = 1,
+            rows: Sequence[tuple[Mapping[str, Number], Number]] = (),
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         """Read the numbers."""
         if not self.features:
             raise InputError("the family has no features; name at least one")
+        given: Any = self
         ends = []
-        for end in (self.lower, self.upper):
+        for end in (given.lower, given.upper):
             listed = []
             for name in self.features:
                 if isinstance(end, Mapping) and name not in end:
@@ -141,7 +156,7 @@ class Family:
             if low > high:
                 raise Infeasible(f"the family bounds {shown(name)} by {low} from below and {high} from above; no utility is in the class")
         rows = []
-        for coefficients, bound in self.rows:
+        for coefficients, bound in given.rows:
             for name in coefficients:
                 if name not in self.features:
                     raise InputError(f"a row of the family names {shown(name)}; {nearest(str(name), self.features)}")

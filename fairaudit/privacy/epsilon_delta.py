@@ -26,6 +26,16 @@ def pure_dp(mechanism: Mechanism) -> PureDP:
 
     Source: docs/theory.md; Coq `pure_dp_dp`.
 
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The filter.
+
+    Returns
+    -------
+    PureDP
+        e^ε exactly, with a pair of inputs that attains it.
+
     Examples
     --------
     >>> from fairaudit.model.mechanism import Product, RandomizedResponse
@@ -111,6 +121,23 @@ def delta(mechanism: Mechanism, exp_epsilon: Number) -> Fraction:
     """The least δ at a rational e^ε ≥ 1, exact: the greatest Σ max(0, P − e^ε·Q) over all ordered pairs.
 
     Source: docs/theory.md; Coq `dp_hockey_stick`.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The filter.
+    exp_epsilon : number or str
+        e^ε.
+
+    Returns
+    -------
+    Fraction
+        The least δ.
+
+    Raises
+    ------
+    InputError
+        If e^ε is below 1, or not a finite number.
 
     Examples
     --------

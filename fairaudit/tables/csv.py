@@ -52,6 +52,13 @@ class CsvTable:
         What was noticed while reading.
     preparation : tuple of mapping
         What was done to labels since (`fairaudit.tables.preparation`).
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = fa.example("ucb-admissions").table()
+    >>> len(table), table["Gender"][:2]
+    (24, ['Male', 'Male'])
     """
 
     name: str
@@ -156,6 +163,13 @@ def read_csv(path: str | os.PathLike[str]) -> CsvTable:
     ------
     InputError
         If it is not such a file; the message names the line.
+
+    Examples
+    --------
+    >>> from fairaudit.tables.examples import example
+    >>> table = read_csv(example("ucb-admissions").path)
+    >>> table.columns, len(table)
+    (['Dept', 'Gender', 'Admit', 'Freq'], 24)
     """
     name = os.fspath(path)
     if not name:

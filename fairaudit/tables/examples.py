@@ -24,6 +24,13 @@ class Example:
     decision, group, context, count, probability, utility : str
         Which column has which role (empty for none), and the utility, as the command line takes them. All are empty for an audit file,
         which says so itself.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> found = fa.example("ucb-admissions")
+    >>> found.decision, found.group, found.context, found.count, found.utility
+    ('Admit', 'Gender', 'Dept', 'Freq', 'Admitted')
     """
 
     name: str
@@ -77,6 +84,16 @@ EXAMPLES = (
 
 def example(name: str) -> Example:
     """Look an example up by name.
+
+    Parameters
+    ----------
+    name : str
+        Its name; ``fairaudit certify --list-examples`` lists them.
+
+    Returns
+    -------
+    Example
+        The table with the options that audit it.
 
     Raises
     ------

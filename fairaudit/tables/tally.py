@@ -126,6 +126,10 @@ class Tally:
         found = Tally(name, dict(zip(columns, arrays, strict=False)), dict(zip(columns, levels, strict=True)), arrays[-1], notes, find)
         return _unmarked(found.checked(), [readers[position] if position in later else None for position in range(len(columns))])
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: where rows occur first is known only while what was read is at hand."""
+        return {**vars(self), "find": None}
+
     def checked(self) -> Tally:
         """Give the tally back if its rows differ.
 

@@ -59,6 +59,15 @@ class Bound:
         Whether integers suffice to check it.
     note : str
         Why there is no finite bound, or how the value was rounded.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    >>> bound = fa.audit(policy.behind(group=coin), utility="hire").bounds[0]
+    >>> bound.theorem, bound.quantity, bound.value, bound.scope
+    ('T2', 'local_ratio', Fraction(3, 1), 'any policy behind this filter')
     """
 
     theorem: str
