@@ -56,7 +56,7 @@ def report(
     >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"]}
     >>> result = audit(table, decision="hired", group="sex", utility="yes")
     >>> report(result, format="markdown").splitlines()[0]
-    '## Fairness audit'
+    '## Fairness audit: no target was set'
     """
     if format not in FORMATS:
         raise InputError(f"format={shown(format)} is not accepted; {nearest(str(format), FORMATS)}")
