@@ -8,8 +8,9 @@ from fairaudit import checker
 from fairaudit.certificates import certificate, reader, table
 from fairaudit.cli import options
 from fairaudit.exact import enclosures, rationals
-from fairaudit.inference import betting, rates, tails
-from fairaudit.streams import stream
+from fairaudit.inference import betting, tails
+from fairaudit.measures import rates
+from fairaudit.streams import letters
 from fairaudit.tables import labels, preparation
 from fairaudit.theorems import assumptions, bound, case, registry
 
@@ -23,7 +24,7 @@ EQUAL = {
     "steps before counting": (checker.preparation.STEPS, preparation.STEPS),
     "reasons why lines are left out": (
         checker.preparation.REASONS,
-        (stream.UNREADABLE, stream.MISSING, stream.UNUSABLE, stream.UNKNOWN),
+        (letters.UNREADABLE, letters.MISSING, letters.UNUSABLE, letters.UNKNOWN),
     ),
     "methods of intervals": (checker.claims.METHODS, options.METHODS),
     "joint likelihood ratios of a group filter": (checker.filters.PAIR_ENTRIES, case.PAIR_RATIOS),
