@@ -185,12 +185,14 @@ def _fields(number: int) -> Callable[[Any], Key]:
 
 
 def _fast_decoder(labels: tuple[str, ...], extra: tuple[str, ...], types: list[Any]) -> Callable[[bytes], list[Any]] | None:
-    """A reader that builds no dictionary and skips what is not asked for; None if msgspec is not installed."""
+    """A reader that builds no dictionary and skips what is not asked for; None if msgspec is not installed, or refuses a name."""
     try:
         import msgspec
     except ImportError:
         return None
     declared = [*zip(labels, types, strict=True), *((name, str | int | float | None) for name in extra)]
+    if any(character in '\\"' or character < " " for name, _ in declared for character in name):
+        return None
     listed = [(f"f{i}", typed, msgspec.field(name=name, default=None)) for i, (name, typed) in enumerate(declared)]
     decode: Callable[[bytes], list[Any]] = msgspec.json.Decoder(msgspec.defstruct("Event", listed, gc=False, frozen=True)).decode_lines
     return decode

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import Number, option_value, rational
+from fairaudit.exact.rationals import option_value, rational
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.tally import Tally, merged
 
@@ -45,7 +45,7 @@ class Bins:
     refused = "not a finite number"
 
     @staticmethod
-    def of(name: str, edges: Sequence[Number]) -> Bins:
+    def of(name: str, edges: Sequence[Any]) -> Bins:
         """Read rising edges.
 
         Raises
@@ -74,7 +74,7 @@ class Bins:
         between = [f"{low} to under {high}" for low, high in zip(self.edges, self.edges[1:], strict=False)]
         return (f"under {self.edges[0]}", *between, f"{self.edges[-1]} and over")
 
-    def label_of(self, value: object) -> str | None:
+    def label_of(self, value: Any) -> str | None:
         """Label of a number: a text is the rational that it says, a float is compared with the edges rounded to floats.
 
         Raises
@@ -123,7 +123,7 @@ def apply_bins(tally: Tally, bins: Mapping[str, Bins], cut: Collection[str] = ()
                 found.append(value if done else intervals.label_of(value.removeprefix(RAW) if name in tied else value))
             except InputError as error:
                 at = int(np.flatnonzero(tally.codes[name] == level)[0])
-                raise InputError(f"column {shown(name)}, {tally.locate(at)}: {error}; intervals need numbers") from None
+                raise InputError(f"{tally.name}: column {shown(name)}, {tally.locate(at)}: {error}; intervals need numbers") from None
         levels[name] = found
     return merged(replace(tally, levels=levels))
 

@@ -17,11 +17,11 @@ from typing import Any
 import duckdb
 import numpy as np
 
-from fairaudit.errors import InputError, ManyRowsError, shown
+from fairaudit.errors import InputError, shown
 from fairaudit.tables.binning import Bins, apply_bins
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines.paths import Form, read_text
-from fairaudit.tables.engines.request import Request, attended, database_source
+from fairaudit.tables.engines.request import ManyRowsError, Request, attended, database_source
 from fairaudit.tables.label_text import Reader, json_number
 from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written
 from fairaudit.tables.tally import Tally
@@ -268,7 +268,9 @@ def _read_json(paths: Sequence[str], request: Request) -> Tally:
                 if any(values == [None] for values in tally.levels.values()):
                     _types(connection, f"read_json({form}, sample_size=-1)", request.columns)
         except InputError as error:
-            raise InputError((bad_json(paths) if lines else None) or str(error)) from None
+            name = Path(paths[0]).name
+            said = str(error) if name in str(error) else f"{name}: {error}"
+            raise InputError((bad_json(paths) if lines else None) or said) from None
     return tally
 
 

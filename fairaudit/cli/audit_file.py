@@ -1,0 +1,307 @@
+"""`AUDIT.toml`: a table or a policy with its filters, population, utility, declared constants and targets, in one file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast, get_args
+
+from fairaudit.cli.options import METHODS
+from fairaudit.cli.sections import check_keys, check_targets, read_section
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.model.law import Law
+from fairaudit.model.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
+from fairaudit.model.policy import Deployment, Policy
+from fairaudit.model.utility import Utility
+from fairaudit.tables.columns import Missing
+from fairaudit.tables.csv import CsvTable, read_csv
+from fairaudit.tables.engines.logs import read_log
+from fairaudit.tables.engines.paths import form
+from fairaudit.tables.labels import merge_labels, read_label_map
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import Label, names
+
+__all__ = ["Audit", "read_audit", "read_policy"]
+
+SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
+TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map")
+LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
+FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
+KINDS = ("randomized-response", "table", "identity", "constant", "product")
+UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz", "burden")
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What an audit file asks for."""
+
+    subject: Law | Deployment
+    utility: Utility
+    declared: dict[str, Any]
+    targets: dict[str, Any]
+    sampling: dict[str, Any]
+    positive: str | None = None
+    burden: bool = False
+
+
+def read_audit(path: str) -> Audit:
+    """Read an audit file; paths in it are relative to it, and numbers are exact as written.
+
+    Raises
+    ------
+    InputError
+        If the file is not of the form; the message names the file and the key.
+    """
+    document = _document(path)
+    try:
+        return _audit(document, Path(path).parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def read_policy(path: str) -> tuple[Policy, Utility, Any]:
+    """Read policy, utility and population of an audit file whose filter is yet to be found; filters and targets in it are passed over.
+
+    Raises
+    ------
+    InputError
+        As in `read_audit`, and if it has no policy.
+    """
+    document = _document(path)
+    folder = Path(path).parent
+    try:
+        check_keys(document, SECTIONS, "the file")
+        if "policy" not in document:
+            raise InputError("a section [policy] is needed")
+        source = read_section(document, "policy")
+        check_keys(source, TABLE_KEYS, "[policy]")
+        table = _table(source, "policy", folder)
+        law = _law(source, "policy", table)
+        utility = _utility(read_section(document, "utility"), table, law, folder, _missing(source, "policy"))
+        return Policy(law), utility, _population(read_section(document, "population"), law, folder)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _document(path: str) -> dict[str, Any]:
+    try:
+        data = Path(path).read_bytes()
+        return tomllib.loads(data.decode("utf-8"), parse_float=str)
+    except (FileNotFoundError, IsADirectoryError):
+        raise InputError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: this is not a TOML file: {error}") from None
+
+
+def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
+    check_keys(document, SECTIONS, "the file")
+    sections = {name: read_section(document, name) for name in SECTIONS}
+    if ("law" in document) == ("policy" in document):
+        raise InputError("exactly one of the sections [law] and [policy] is needed")
+    about = "law" if "law" in document else "policy"
+    source = sections[about]
+    check_keys(source, LAW_KEYS if about == "law" else TABLE_KEYS, f"[{about}]")
+    table = _table(source, about, folder, _columns(sections["utility"], "column", "utility"))
+    law = _law(source, about, table)
+    subject: Law | Deployment = law
+    if about == "policy":
+        filters = sections["filter"]
+        check_keys(filters, ("group", "context"), "[filter]")
+        if "group" not in filters:
+            raise InputError('a policy needs a section [filter.group]; kind = "identity" if there is no filter')
+        group = _filter(filters["group"], "filter.group", law.columns.group, law.groups, folder)
+        context = _filter(filters["context"], "filter.context", law.columns.context, law.contexts, folder) if "context" in filters else None
+        subject = Policy(law).behind(group=group, context=context, population=_population(sections["population"], law, folder))
+    else:
+        for name in ("filter", "population"):
+            if sections[name]:
+                raise InputError(f"[{name}] goes with [policy]; [law] is the law after any filter")
+    wanted = sections["utility"]
+    check_keys(wanted, UTILITY_KEYS, "[utility]")
+    utility = _utility(wanted, table, law, folder, _missing(source, about))
+    declared: dict[str, Any] = {name: wanted[name] for name in ("gamma", "m", "tau", "lipschitz") if name in wanted}
+    targets = sections["targets"]
+    check_targets(targets)
+    positive = _text(source, "positive", about) if "positive" in source else None
+    return Audit(
+        subject, utility, declared, dict(targets), _sampling(sections["confidence"]), positive, _truth(wanted, "burden", "utility")
+    )
+
+
+def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
+    """What [confidence] says of the population behind counts."""
+    check_keys(section, ("level", "interval", "independent_cells"), "[confidence]")
+    found: dict[str, Any] = {"confidence": section["level"]} if "level" in section else {}
+    if "interval" in section:
+        if section["interval"] not in METHODS:
+            raise InputError(f"[confidence] interval is {shown(section['interval'])}; {nearest(str(section['interval']), METHODS)}")
+        found["interval"] = section["interval"]
+    if "independent_cells" in section:
+        found["independent"] = _truth(section, "independent_cells", "confidence")
+    return found
+
+
+def _truth(section: Mapping[str, Any], key: str, where: str) -> bool:
+    value = section.get(key, False)
+    if not isinstance(value, bool):
+        raise InputError(f"[{where}] {key} is {shown(value)}; true or false is accepted")
+    return value
+
+
+def _text(section: Mapping[str, Any], key: str, where: str) -> str:
+    value = section.get(key)
+    if not isinstance(value, str):
+        raise InputError(f'[{where}] needs {key} = "…", a text' + ("" if value is None else f", not {shown(value)}"))
+    return value
+
+
+def _columns(section: Mapping[str, Any], key: str, where: str) -> tuple[str, ...]:
+    value = section.get(key, ())
+    listed = [value] if isinstance(value, str) else list(value) if isinstance(value, (list, tuple)) else [None]
+    if not all(isinstance(name, str) for name in listed):
+        raise InputError(f"[{where}] {key} must be a column name or a list of them, not {shown(value)}")
+    return tuple(listed)
+
+
+def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...] = ()) -> CsvTable | Tally:
+    fold = section.get("fold_labels", False)
+    if not isinstance(fold, bool):
+        raise InputError(f"[{where}] fold_labels is {shown(fold)}; true or false is accepted")
+    table, label_map = _read_table(section, where, folder, valued), None
+    if "map" in section:
+        label_map = read_label_map(folder / _text(section, "map", where))
+    labelled = [name for key in ("decision", "group", "context", "truth") for name in _columns(section, key, where)]
+    merged: CsvTable | Tally = merge_labels(table, labelled, fold=fold, label_map=label_map) if fold or label_map else table
+    return merged
+
+
+def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...]) -> CsvTable | Tally:
+    path = folder / _text(section, "table", where)
+    if (path.is_file() or path.is_dir()) and form(str(path)) != "csv":
+        keys = ("decision", "group", "context", "truth", "unit", "count", "probability", "weight")
+        return read_log(path, [*(name for key in keys for name in _columns(section, key, where)), *valued])
+    table = read_csv(path)
+    return table.with_numbers(str(section[key]) for key in ("count", "probability", "weight") if key in section)
+
+
+def _law(section: Mapping[str, Any], where: str, table: CsvTable | Tally) -> Law:
+    columns: dict[str, Any] = {
+        "decision": _text(section, "decision", where),
+        "group": _columns(section, "group", where),
+        "context": _columns(section, "context", where),
+    }
+    if "count" in section and "probability" in section:
+        raise InputError(f"[{where}] has both count and probability; give one, or neither for a log")
+    if "weight" in section and ("probability" not in section or where == "policy"):
+        raise InputError(f"[{where}] has weight, which goes with probability in [law]; the population of a policy is in [population]")
+    unit = _columns(section, "unit", where)
+    if unit and ("count" in section or "probability" in section):
+        raise InputError(f"[{where}] has unit, which goes with a log; counts do not say which rows belong together")
+    if "truth" in section and "probability" in section:
+        raise InputError(f"[{where}] has truth, which goes with counts and logs; probabilities do not say what should have been decided")
+    truth = _text(section, "truth", where) if "truth" in section else None
+    missing = _missing(section, where)
+    if "count" in section:
+        return Law.from_counts(table, **columns, count=_text(section, "count", where), truth=truth, missing=missing)
+    if "probability" in section:
+        weight = _text(section, "weight", where) if "weight" in section else None
+        probability = _text(section, "probability", where)
+        return Law.from_probabilities(table, **columns, probability=probability, weight=weight, missing=missing)
+    return Law.from_log(table, **columns, unit=unit, truth=truth, missing=missing)
+
+
+def _missing(section: Mapping[str, Any], where: str) -> Missing:
+    """What becomes of rows with empty labels; they are refused unless the section says otherwise."""
+    value = section.get("missing", "error")
+    if value not in get_args(Missing):
+        raise InputError(f"[{where}] missing is {shown(value)}; {nearest(str(value), get_args(Missing))}")
+    return cast("Missing", value)
+
+
+def _filter(section: Any, where: str, columns: tuple[str, ...], labels: tuple[Label, ...], folder: Path) -> Mechanism:
+    if not isinstance(section, dict):
+        raise InputError(f"{where} must be a section [{where}], not {shown(section)}")
+    kind = _text(section, "kind", where)
+    if kind not in KINDS:
+        raise InputError(f"[{where}] kind is {shown(kind)}; {nearest(kind, KINDS)}")
+    if kind == "product":
+        check_keys(section, ("kind", *columns), f"[{where}]")
+        lost = [name for name in columns if name not in section]
+        if lost:
+            raise InputError(f"[{where}] needs a section [{where}.{lost[0]}], one for each column")
+        alphabets = {name: tuple((text,) for text in dict.fromkeys(label[i] for label in labels)) for i, name in enumerate(columns)}
+        return Product({name: _filter(section[name], f"{where}.{name}", (name,), alphabets[name], folder) for name in columns})
+    check_keys(section, FILTER_KEYS, f"[{where}]")
+    values = _values(section["values"], where) if "values" in section else list(labels)
+    try:
+        return _simple_filter(kind, section, where, values, folder)
+    except InputError as error:
+        raise InputError(f"[{where}]: {error}") from None
+
+
+def _values(value: Any, where: str) -> list[Label]:
+    if not isinstance(value, list):
+        raise InputError(f"[{where}] values must be a list, not {shown(value)}")
+    return [names(part) if isinstance(part, str) else tuple(map(str, part)) if isinstance(part, list) else (str(part),) for part in value]
+
+
+def _simple_filter(kind: str, section: Mapping[str, Any], where: str, values: list[Label], folder: Path) -> Mechanism:
+    if kind == "table":
+        from fairaudit.model.mechanism_file import read_mechanism
+
+        # The columns of the file are named after what it holds, input and output; the policy's own names count.
+        return replace(read_mechanism(folder / _text(section, "table", where)), columns=())
+    if kind == "identity":
+        return Identity(values)
+    if kind == "constant":
+        return Constant(values, section.get("output"))
+    given = {name: section[name] for name in ("keep_probability", "epsilon", "exp_epsilon") if name in section}
+    return RandomizedResponse(values, **given)
+
+
+def _population(section: Mapping[str, Any], law: Law, folder: Path) -> dict[tuple[Label, Label], Any] | None:
+    if not section:
+        return None
+    check_keys(section, ("table", "group", "context", "weight"), "[population]")
+    table = read_csv(folder / _text(section, "table", "population"))
+    weight = _text(section, "weight", "population")
+    table = table.with_numbers([weight])
+    groups = _columns(section, "group", "population") or law.columns.group
+    contexts = _columns(section, "context", "population") or law.columns.context
+    for name in (*groups, *contexts, weight):
+        if name not in table.columns:
+            raise InputError(f"[population]: there is no column {shown(name)}; {nearest(name, table.columns)}")
+    masses: dict[tuple[Label, Label], Any] = {}
+    for position in range(len(table)):
+        key = (tuple(table[name][position] for name in contexts), tuple(table[name][position] for name in groups))
+        if key in masses:
+            raise InputError(f"[population] {table.locate(position)}: context and group occur a second time; each pair has one row")
+        masses[key] = table[weight][position]
+    return masses
+
+
+def _utility(section: Mapping[str, Any], table: CsvTable | Tally, law: Law, folder: Path, missing: Missing) -> Utility:
+    given = [key for key in ("values", "column", "table") if key in section]
+    if len(given) != 1:
+        raise InputError("[utility] needs exactly one of values, column and table")
+    if given == ["values"]:
+        values = section["values"]
+        if not isinstance(values, dict):
+            raise InputError("[utility] values must be a table such as {Admitted = 1}")
+        return Utility(values)
+    columns = law.columns
+    if given == ["column"]:
+        return Utility.from_table(
+            table if isinstance(table, Tally) else table.with_numbers([section["column"]]),
+            utility=_text(section, "column", "utility"),
+            decision=columns.decision,
+            group=columns.group,
+            context=columns.context,
+            missing=missing,
+        )
+    values_table = read_csv(folder / _text(section, "table", "utility")).with_numbers(["utility"])
+    return Utility.from_table(values_table, utility="utility", decision=columns.decision, group=columns.group, context=columns.context)
