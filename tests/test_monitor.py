@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from envelopes import envelopes, result_of
 
 import fairaudit
 from fairaudit.cli import main
@@ -223,7 +224,7 @@ def test_a_log_of_which_nothing_counts_is_bad_input(tmp_path: Path, capsys: pyte
     command = ["monitor", str(log), "--decision", "answer", "--group", "sex", "--utility", "yes"]
     assert main(command) == 2
     assert "none of 3 lines could be counted as jsonl" in capsys.readouterr().err
-    assert main([*command, "--input", "csv", "--max-local-ratio", "2"]) == 3
+    assert main([*command, "--log-format", "csv", "--max-local-ratio", "2"]) == 3
 
 
 def test_bytes_that_are_no_text_are_dead_letters(tmp_path: Path) -> None:
@@ -494,7 +495,7 @@ def test_a_window_that_contradicts_the_stream_is_no_within(tmp_path: Path, capsy
     assert "local ratio R " not in out  # the interval of the whole stream is withdrawn
     assert 'fairaudit_changed{quantity="local"} 1' in (tmp_path / "f.prom").read_text()
     assert main(["monitor", "--state", str(state), "--format", "json"]) == 1
-    entry = json.loads(capsys.readouterr().out.splitlines()[-1])
+    entry = envelopes(capsys.readouterr().out)[-1]["result"]
     assert entry["verdict"] == "changed" and entry["ratio"] == {}
     assert [target["verdict"] for target in entry["targets"]] == ["exceeds"]
     (alarm,) = [a for a in entry["alarms"] if "changed" in a]
@@ -521,7 +522,7 @@ def test_a_certificate_of_a_stream_that_changed(tmp_path: Path, capsys: pytest.C
     log, state = write(tmp_path / "log.jsonl", turned(TURNED)), tmp_path / "s.db"
     args = ["monitor", str(log), "--state", str(state), *OPTIONS, "--window", "1500", "--max-local-ratio", "3/2", "--max-global-log", "9"]
     assert main([*args, "--format", "json"]) == 1
-    entry = json.loads(capsys.readouterr().out.splitlines()[-1])
+    entry = envelopes(capsys.readouterr().out)[-1]["result"]
     (alarm,) = [a for a in entry["alarms"] if "changed" in a]
     document = certified(tmp_path, state, 1)
     out = capsys.readouterr().out
@@ -575,9 +576,9 @@ def test_a_change_without_an_exceeded_target_ends_with_3(tmp_path: Path, capsys:
     log = write(tmp_path / "log.jsonl", turned(TURNED))
     args = ["monitor", str(log), *OPTIONS, "--window", "1500", "--format", "json"]
     assert main([*args, "--max-local-ratio", "9"]) == 3
-    assert json.loads(capsys.readouterr().out.splitlines()[-1])["targets"][0]["verdict"] == "changed"
+    assert envelopes(capsys.readouterr().out)[-1]["result"]["targets"][0]["verdict"] == "changed"
     assert main(args) == 3  # without a target
-    assert json.loads(capsys.readouterr().out.splitlines()[-1])["verdict"] == "changed"
+    assert envelopes(capsys.readouterr().out)[-1]["result"]["verdict"] == "changed"
     assert main([*args, "--max-local-ratio", "9", "--exit-on", "changed"]) == 3
     capsys.readouterr()
 
@@ -621,7 +622,7 @@ KILLS = 50 if FULL else 3
 
 def start(log: Path, state: Path, letters: Path) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "fairaudit", "monitor", str(log), "--state", str(state), *OPTIONS, "--event-id", "id"]
-    command += ["--max-local-ratio", "5/4", "--dead-letters", str(letters), "--interval", "0.05"]
+    command += ["--max-local-ratio", "5/4", "--dead-letters", str(letters), "--every", "0.05"]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=Path(__file__).resolve().parents[1])
 
 
@@ -686,9 +687,9 @@ def same(tmp_path: Path) -> None:
 def test_a_certificate_of_a_state_verifies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log, state = write(tmp_path / "log.jsonl", events(3_000)), tmp_path / "s.db"
     assert main(["monitor", str(log), "--state", str(state), *OPTIONS, "--max-local-ratio", "2"]) in (0, 3)
-    last = json.loads(capsys.readouterr().out.splitlines()[-1])
+    last = envelopes(capsys.readouterr().out)[-1]["result"]
     code = main(["certify", "--from-monitor", str(state), "-o", str(tmp_path / "c.json"), "--format", "json"])
-    document = json.loads(capsys.readouterr().out)["certificate"]
+    document = result_of(capsys.readouterr().out)
     assert last["verdict"] == document["verdict"] and code == {"within": 0, "inconclusive": 3}[last["verdict"]]
     assert float(Fraction(document["intervals"]["local"]["ratio"][1])) == pytest.approx(last["ratio"]["local"][1], rel=1e-3)
     assert main(["verify", str(tmp_path / "c.json")]) == 0
@@ -728,7 +729,7 @@ def test_intervals_are_refused_and_quoted_names_are_not(tmp_path: Path, capsys: 
     lines = []
     for context in ("job", '"age:18"'):
         assert main(["monitor", str(log), *given, "--group", "sex", "--context", context, "--format", "json"]) == 0
-        lines.append(json.loads(capsys.readouterr().out.splitlines()[-1])["ratio"])
+        lines.append(envelopes(capsys.readouterr().out)[-1]["result"]["ratio"])
     assert lines[0] == lines[1]
 
 
@@ -744,7 +745,7 @@ def test_a_baseline_says_whether_the_ratio_changed(tmp_path: Path, capsys: pytes
     capsys.readouterr()
     for log, verdict in ((first, "no change shown"), (second, "greater")):
         main(["monitor", str(log), *OPTIONS, "--baseline", str(tmp_path / "a.json")])
-        change = json.loads(capsys.readouterr().out.splitlines()[-1])["change"]
+        change = envelopes(capsys.readouterr().out)[-1]["result"]["change"]
         assert change["local"]["verdict"] == verdict
         assert change["local"]["confidence"] == "9/10"
 
@@ -763,7 +764,7 @@ def test_standard_input_is_read(tmp_path: Path) -> None:
     with log.open() as file:
         done = subprocess.run(command, stdin=file, capture_output=True, text=True, cwd=Path(__file__).resolve().parents[1])
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout.splitlines()[-1])["decisions"] == 300
+    assert envelopes(done.stdout)[-1]["result"]["decisions"] == 300
 
 
 def test_times_are_read() -> None:

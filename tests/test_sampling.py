@@ -26,7 +26,7 @@ from fairaudit.inference.cells import Cell
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import cell_ends
 from fairaudit.inference.estimated_population import sampled_population_interval
-from fairaudit.inference.hypothesis_tests import noise_floor, refute_epsilon
+from fairaudit.inference.hypothesis_tests import noise_floor, test_filter
 from fairaudit.inference.levels import box_levels, confidence_level
 from fairaudit.inference.planning import further_draws, plan
 from fairaudit.inference.policy_comparisons import policy_comparison
@@ -762,16 +762,16 @@ def test_plan() -> None:
 def test_a_filter_is_refuted_by_draws_that_are_too_unequal() -> None:
     law = Law.from_array([[900, 100], [100, 900]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     draws = local_comparison(law, Utility({"yes": 1}).on(law))
-    assert refute_epsilon(draws, 2).refuted
-    found = refute_epsilon(draws, 9)
+    assert test_filter(draws, 2).refuted
+    found = test_filter(draws, 9)
     assert not found.refuted and "prove nothing" in found.sentence
-    assert not refute_epsilon(draws, "inf").refuted
+    assert not test_filter(draws, "inf").refuted
     recheck(found.interval.evidence, found.interval.lower, found.interval.upper)
     by_group = Utility.from_function(lambda u, x, a: (1 if a == ("f",) else 2) * (u == "yes"), law).on(law)
     with pytest.raises(InputError, match="depends on the group"):
-        refute_epsilon(local_comparison(law, by_group), 2)
+        test_filter(local_comparison(law, by_group), 2)
     with pytest.raises(InputError, match="at least 1"):
-        refute_epsilon(draws, "0.5")
+        test_filter(draws, "0.5")
 
 
 def test_noise_floor() -> None:

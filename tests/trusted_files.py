@@ -105,7 +105,7 @@ def listed(functions: dict[str, set[str]]) -> str:
 
 def digest() -> str:
     """The SHA-256 of the checker as one file."""
-    from fairaudit.cli.verify import zipped_checker
+    from fairaudit.cli.checking import zipped_checker
 
     return hashlib.sha256(zipped_checker()).hexdigest()
 

@@ -30,7 +30,6 @@ __all__ = [
     "Deciding",
     "Size",
     "Sizes",
-    "Speaker",
     "amount_text",
     "caution",
     "change_text",
@@ -39,6 +38,7 @@ __all__ = [
     "foremost",
     "identifier_text",
     "pair_text",
+    "sentence",
     "size_text",
     "sizes",
 ]
@@ -196,12 +196,25 @@ def change_text(
     )
 
 
-@dataclass(frozen=True)
-class Speaker:
-    """Says who is favoured over whom.
+def sentence(
+    deciding: Deciding | None,
+    local: Ratio | None,
+    global_: Ratio | None,
+    words: Words = BENEFIT,
+    *,
+    sizes_of: Callable[[Witness], Sizes | None] = lambda _: None,
+    name: Callable[[Mapping[str, str]], str] = place,
+    contexts: bool = True,
+    mean: str = "in the table",
+) -> str:
+    """Say who is favoured over whom, where, and by what factor: of the pair that decided, or the most unequal one where there is no target.
 
-    Attributes
+    Parameters
     ----------
+    deciding : Deciding or None
+        What decided the verdict, where a target was judged.
+    local, global_ : Ratio or None
+        Both quantities in the table.
     words : Words
         How to speak of what is compared.
     sizes_of : callable
@@ -210,41 +223,36 @@ class Speaker:
         Names a group or context.
     contexts : bool
         Whether there are contexts.
+    mean : str
+        What the expectations of a pair behind an interval are.
+
+    Returns
+    -------
+    str
+        One or two sentences.
     """
+    say = _Speaker(words, sizes_of, name, "over all contexts, " if contexts else "")
+    if deciding is not None:
+        return say.decided(deciding, local if deciding.quantity == "local" else global_, mean)
+    if local is None:
+        opening = "No context has two groups, so nobody is compared within a context; "
+        return opening + (say.table(global_) if global_ else "nothing else can be compared either.")
+    if local.ratio == 1:
+        if global_ is None or global_.ratio == 1:
+            return f"All groups that are compared have the same {words.amount} in every context."
+        why = "because groups are spread differently over them, "
+        return f"In every context all compared groups have the same {words.amount}, but {say.table(global_, why)}"
+    return _capital(say.table(local))
 
-    words: Words = BENEFIT
-    sizes_of: Callable[[Witness], Sizes | None] = lambda _: None
-    name: Callable[[Mapping[str, str]], str] = place
-    contexts: bool = True
 
-    def sentence(self, deciding: Deciding | None, local: Ratio | None, global_: Ratio | None, mean: str = "in the table") -> str:
-        """Who is favoured over whom, where, and by what factor: of the pair that decided, or the most unequal one where no target is set.
+@dataclass(frozen=True)
+class _Speaker:
+    """The parts of a sentence."""
 
-        Parameters
-        ----------
-        deciding : Deciding or None
-            What decided the verdict, where a target was judged.
-        local, global_ : Ratio or None
-            Both quantities in the table.
-        mean : str
-            What the expectations of a pair behind an interval are.
-
-        Returns
-        -------
-        str
-            One or two sentences.
-        """
-        if deciding is not None:
-            return self.decided(deciding, local if deciding.quantity == "local" else global_, mean)
-        if local is None:
-            opening = "No context has two groups, so nobody is compared within a context; "
-            return opening + (self.table(global_) if global_ else "nothing else can be compared either.")
-        if local.ratio == 1:
-            if global_ is None or global_.ratio == 1:
-                return f"All groups that are compared have the same {self.words.amount} in every context."
-            why = "because groups are spread differently over them, "
-            return f"In every context all compared groups have the same {self.words.amount}, but {self.table(global_, why)}"
-        return _capital(self.table(local))
+    words: Words
+    sizes_of: Callable[[Witness], Sizes | None]
+    name: Callable[[Mapping[str, str]], str]
+    everywhere: str
 
     def table(self, measured: Ratio, why: str = "", of: str = "") -> str:
         """What the table shows of its most unequal pair."""
@@ -300,7 +308,7 @@ class Speaker:
 
     def _where(self, witness: Witness) -> str:
         if witness.context is None:
-            return "over all contexts, " if self.contexts else ""
+            return self.everywhere
         return f"in {self.name(witness.context)}, " if witness.context else ""
 
     def _size(self, witness: Witness) -> str:

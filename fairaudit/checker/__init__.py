@@ -37,8 +37,23 @@ command         ``command``
 """
 
 from .certificate import CERTIFICATE_FORMAT
-from .command import main
+from .command import Refusal, examine, finding_line, main, summary_line
 from .text import Finding, FormatError, Incomplete, Report, TableNeeded, TooMuch, printable
 from .verification import check
 
-__all__ = ["CERTIFICATE_FORMAT", "Finding", "FormatError", "Incomplete", "Report", "TableNeeded", "TooMuch", "check", "main", "printable"]
+__all__ = [
+    "CERTIFICATE_FORMAT",
+    "Finding",
+    "FormatError",
+    "Incomplete",
+    "Refusal",
+    "Report",
+    "TableNeeded",
+    "TooMuch",
+    "check",
+    "examine",
+    "finding_line",
+    "main",
+    "printable",
+    "summary_line",
+]

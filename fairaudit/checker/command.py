@@ -11,6 +11,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from .certificate import CERTIFICATE_FORMAT
 from .text import Finding, FormatError, Incomplete, Report, TableNeeded, TooMuch, malformed, printable
@@ -30,9 +31,44 @@ def _check_files(path: str, table: str | None) -> Report:
         return check(raw, iter(lambda: file.readline(MAX_BYTES), b""))
 
 
-def _line(finding: Finding) -> str:
+@dataclass(frozen=True)
+class Refusal:
+    """Why a certificate is not checked, and the exit code that says so."""
+
+    message: str
+    code: int
+
+
+def examine(path: str, table: str | None = None) -> Report | Refusal:
+    """Check the file of a certificate, and that of its table if it is given; where that cannot be done, say why."""
+    try:
+        return _check_files(path, table)
+    except TableNeeded as error:
+        return Refusal(str(error), 3)
+    except Incomplete as error:
+        return Refusal(f"The certificate is incomplete: {error}.", 2)
+    except TooMuch as error:
+        return Refusal(f"The certificate is not checked: {error}.", 2)
+    except FormatError as error:
+        return Refusal(f"Not a certificate of the format {CERTIFICATE_FORMAT}: {error}.", 2)
+    except (OSError, ValueError) as error:  # ValueError: a path with a null character
+        return Refusal(f"Cannot read or write: {error}.", 2)
+    except (MemoryError, OverflowError):
+        return Refusal("The numbers in the certificate or its table need more memory than there is.", 2)
+
+
+def finding_line(finding: Finding) -> str:
+    """A statement, and whether it is true."""
     detail = f" ({finding.detail})" if finding.detail else ""
     return f"{'true ' if finding.true else 'FALSE'}  {finding.statement}{detail}"
+
+
+def summary_line(report: Report, required: str | None = None) -> str:
+    """How many statements are true, and the verdict that the certificate states."""
+    wrong, count = sum(not finding.true for finding in report.findings), len(report.findings)
+    summary = f"{wrong} of {count} statements are FALSE" if wrong else f"all {count} statements are true of the table"
+    missing = f", but {required!r} is required" if required not in (None, report.verdict) else ""
+    return f"{summary}; the stated verdict is {report.verdict!r}{missing}"
 
 
 def _print(lines: Iterable[str]) -> None:
@@ -73,24 +109,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
     except SystemExit as stop:
         return 2 if stop.code else 0
+    found = examine(arguments.certificate, arguments.table)
+    if isinstance(found, Refusal):
+        return _failed(found.message, found.code)
     try:
-        report = _check_files(arguments.certificate, arguments.table)
-        wrong = sum(not finding.true for finding in report.findings)
-        missing = arguments.require is not None and report.verdict != arguments.require
-        count = len(report.findings)
-        summary = f"{wrong} of {count} statements are FALSE" if wrong else f"all {count} statements are true of the table"
-        required = f", but {arguments.require!r} is required" if missing else ""
-        _print([*map(_line, report.findings), f"{summary}; the stated verdict is {report.verdict!r}{required}"])
-    except TableNeeded as error:
-        return _failed(str(error), 3)
-    except Incomplete as error:
-        return _failed(f"The certificate is incomplete: {error}.", 2)
-    except TooMuch as error:
-        return _failed(f"The certificate is not checked: {error}.", 2)
-    except FormatError as error:
-        return _failed(f"Not a certificate of the format {CERTIFICATE_FORMAT}: {error}.", 2)
-    except (OSError, ValueError) as error:  # ValueError: a path with a null character
+        _print([*map(finding_line, found.findings), summary_line(found, arguments.require)])
+    except OSError as error:
         return _failed(f"Cannot read or write: {error}.", 2)
-    except (MemoryError, OverflowError):
-        return _failed("The numbers in the certificate or its table need more memory than there is.", 2)
-    return 1 if wrong or missing else 0
+    return 0 if found.ok and arguments.require in (None, found.verdict) else 1

@@ -1,4 +1,7 @@
-"""The command line. Each command is a module with `add` (its options) and `run` (its work, which imports what it needs)."""
+"""The command line. Each command is a module with `add` (its options) and `run` (its work, which imports what it needs).
+
+`run` gives an answer, several that come one after the other, or, where it has written what there was to say, an exit code.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from typing import Any, NoReturn
 
 from fairaudit import __version__
 from fairaudit.cli import calibrate, certify, compare, design, inspect, monitor, plan, privacy, report, verify, worst_case
+from fairaudit.cli.output import silence, tell
 
 __all__ = ["main", "plugins"]
 
@@ -71,18 +75,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             module.add(commands)
     arguments = parser.parse_args(given)
     try:
-        code: int = arguments.run(arguments)
+        code = tell(arguments.run(arguments), getattr(arguments, "format", "text"))
         if sys.stdout is not None:  # None when the process was started without one
             sys.stdout.flush()
         return code
     except BrokenPipeError:
-        from fairaudit.cli.output import silence
-
         silence()  # the reader of our output went away (a closed pager, say); there is nobody to tell
         return 0
     except OSError as error:
-        from fairaudit.cli.output import silence
-
         silence()
         print(f"fairaudit: the output cannot be written: {error.strerror or error}", file=sys.stderr)
         return EXIT_BAD_INPUT
@@ -92,10 +92,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MemoryError:
         print("fairaudit: the table does not fit into memory", file=sys.stderr)
         return EXIT_BAD_INPUT
-    except Exception as error:
-        from fairaudit.errors import FairauditError
+    except ValueError as error:
+        from fairaudit.errors import InputError
 
-        if not isinstance(error, FairauditError):
+        if not isinstance(error, InputError):
             raise
         from fairaudit.words import plain
 

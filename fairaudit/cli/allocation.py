@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli.output import Answer
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -20,34 +20,19 @@ FOREIGN = ("decision", "group", "count", "probability", "weight", "utility", "ut
 NOT_HERE = ("in_parts", "unit", "interval", "independent_cells", "utility_range", "placebo", "placebo_group", "claimed_exp_epsilon")
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Do the work."""
+def certify_choices(arguments: argparse.Namespace) -> Answer:
+    """Certify the profile and the position effect of a log of choices."""
     from fairaudit.audits.certify import certify
-    from fairaudit.audits.reading import read_table
+    from fairaudit.cli.destinations import check_output
     from fairaudit.cli.options import column_list, column_roles, confidence_option, given_limits
-    from fairaudit.cli.output import check_output, put
-    from fairaudit.cli.source import access_of, option, progress
+    from fairaudit.cli.source import read_source
     from fairaudit.errors import InputError
     from fairaudit.model.allocation import CHOSEN, read_allocation
-    from fairaudit.words import plain
 
-    for name in FOREIGN:
-        if getattr(arguments, name):
-            raise InputError(f"--{name.replace('_', '-')} does not go with --slots; the decision is who was chosen")
-    for name in NOT_HERE:
-        if getattr(arguments, name):
-            raise InputError(f"--{name.replace('_', '-')} does not go with --slots; each row is one draw, with one winner")
-    if arguments.fold_labels or arguments.map:
-        raise InputError("--fold-labels and --map do not go with --slots; write the labels in one way first")
-    if arguments.missing != "error":
-        raise InputError("--missing does not go with --slots; a choice whose labels are missing is refused")
-    if arguments.table is None or arguments.winner is None:
-        raise InputError("--slots needs a table and --winner COL, the column that says who was chosen")
+    _refuse_foreign(arguments)
     bound = _bound(arguments.profile_exp_epsilon)
     slots, context = column_list(arguments.slots), column_roles(arguments.context)
-    with progress() as told:
-        wanted = (*slots, arguments.winner, *context.names)
-        table = read_table(arguments.table, wanted, context.edges, [], access_of(arguments), spelled=option, report=told)
+    table = read_source(arguments, arguments.table, (*slots, arguments.winner, *context.names), context.edges, [])
     check_output(arguments)
     targets = given_limits(arguments)
     judged, embed = confidence_option(arguments.confidence), False if arguments.no_table else None
@@ -63,13 +48,33 @@ def run(arguments: argparse.Namespace) -> int:
         path = Path(arguments.output)
         beside = path.with_name((path.stem if path.suffix == ".json" else path.name) + ".position.json")
         written = [*profile.certificate.save(path), *position.certificate.save(beside)]
-    if arguments.format == "json":
-        put(json.dumps(_json(found, profile, position, within, bound), ensure_ascii=True, indent=1))
-    else:
-        for note in table.notes:
-            print(f"note: {plain(note)}", file=sys.stderr)
-        put(_text(found, profile, position, within, bound, written))
-    return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[profile.verdict]
+    return Answer(
+        "allocation",
+        verdict=profile.verdict,
+        sentence=profile.sentence,
+        notes=table.notes,
+        result=lambda: _entry(found, profile, position, within, bound),
+        text=lambda: _text(found, profile, position, within, bound, written),
+        code=profile.exit_code,
+    )
+
+
+def _refuse_foreign(arguments: argparse.Namespace) -> None:
+    """Refuse options that mean nothing for choices among candidates."""
+    from fairaudit.errors import InputError
+
+    for name in FOREIGN:
+        if getattr(arguments, name):
+            raise InputError(f"--{name.replace('_', '-')} does not go with --slots; the decision is who was chosen")
+    for name in NOT_HERE:
+        if getattr(arguments, name):
+            raise InputError(f"--{name.replace('_', '-')} does not go with --slots; each row is one draw, with one winner")
+    if arguments.fold_labels or arguments.map:
+        raise InputError("--fold-labels and --map do not go with --slots; write the labels in one way first")
+    if arguments.missing != "error":
+        raise InputError("--missing does not go with --slots; a choice whose labels are missing is refused")
+    if arguments.table is None or arguments.winner is None:
+        raise InputError("--slots needs a table and --winner COL, the column that says who was chosen")
 
 
 def _bound(profile_exp_epsilon: str | None) -> Any:
@@ -146,23 +151,24 @@ def _where(measured: Any) -> str:
     return f"{context}{place(witness.higher)} {high}, {place(witness.lower)} {low}"
 
 
-def _json(found: Allocation, profile: Result, position: Result, within: Result, bound: Any) -> dict[str, Any]:
+def _entry(found: Allocation, profile: Result, position: Result, within: Result, bound: Any) -> dict[str, Any]:
     from fairaudit.certificates.entries import measure_entry
     from fairaudit.certificates.numbers import number
+    from fairaudit.cli.certified import target_entries
 
     def effect(result: Result) -> dict[str, Any]:
         return {
             "local": measure_entry(result.local) if result.local else None,
             "global": measure_entry(result.global_) if result.global_ else None,
-            "chances": {label: number(chance) for label, chance in _chances(result)},
+            "targets": target_entries(result),
+            "chances": dict(_chances(result)),
             "certificate": result.certificate.document,
         }
 
     return {
-        "verdict": profile.verdict,
         "runs": found.runs,
         "slots": found.slots,
-        "imbalance": number(found.imbalance),
+        "imbalance": found.imbalance,
         "warnings": list(found.warnings),
         "position": effect(position),
         "profile": effect(profile),

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.destinations import refuse_output
 from fairaudit.cli.options import add_limit, given_limit, groups_option, limits_as_options
+from fairaudit.cli.output import Answer, add_format, aligned
 
 if TYPE_CHECKING:
     from fairaudit.filters.calibration import Calibration
@@ -58,12 +59,11 @@ def add(commands: Any) -> None:
     numbers.add_argument("--diameter", metavar="D", help="diameter of the metric on groups (1)")
     numbers.add_argument("--raw-ratio", metavar="Q", help="the policy's own worst ratio without the filter, for --bound contraction")
     parser.add_argument("--plot", metavar="FILE", help="draw keep probability, epsilon and guarantee over the targets (PNG, SVG or PDF)")
-    parser.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+    add_format(parser)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
-    from fairaudit.cli.output import put
     from fairaudit.errors import InputError
 
     solve = _policy_solver(arguments) if (arguments.bound or ("policy" if arguments.audit else "")) == "policy" else _solver(arguments)
@@ -72,15 +72,18 @@ def run(arguments: argparse.Namespace) -> int:
     except InputError as error:
         raise InputError(limits_as_options(str(error))) from None
     if arguments.plot is not None:
+        refuse_output(arguments.plot, [arguments.audit] if arguments.audit else [], "the audit file")
         from fairaudit.plots import save_truth_kept
 
         save_truth_kept(found, arguments.plot)
-    if arguments.format == "json":
-        put(json.dumps([_entry(c) for c in found] if len(found) > 1 else _entry(found[0]), ensure_ascii=True, indent=1))
-    else:
-        put(_table(found) if len(found) > 1 else _text(found[0]))
     missed = [c for c in found if not c.feasible]
-    return (1 if any(c.settled for c in missed) else 3) if missed else 0
+    return Answer(
+        "calibrate",
+        sentence=" ".join(f"{_headline(c)}." for c in found),
+        result=lambda: {"found": [_entry(c) for c in found]},
+        text=lambda: _table(found) if len(found) > 1 else _text(found[0]),
+        code=(1 if any(c.settled for c in missed) else 3) if missed else 0,
+    )
 
 
 def _solver(arguments: argparse.Namespace) -> Any:
@@ -121,7 +124,7 @@ def _policy_solver(arguments: argparse.Namespace) -> Any:
 
 
 def _policy(path: str) -> tuple[Any, Any, Any]:
-    from fairaudit.audits.audit_file import read_policy
+    from fairaudit.cli.audit_file import read_policy
 
     return read_policy(path)
 
@@ -145,15 +148,21 @@ def _kept(found: Calibration) -> str:
     return ", ".join(f"{name + ' ' if name else ''}{float(p):.6g}" for name, p in zip(_names(found), found.keep_probabilities, strict=True))
 
 
-def _text(found: Calibration) -> str:
+def _headline(found: Calibration, width: int = 0) -> str:
     from fairaudit.measures.limits import limit_text
+
+    headline = "FOUND" if found.feasible else "INFEASIBLE" if found.settled else "NOT FOUND"
+    goal = limit_text(found.quantity, "ratio", found.target)
+    return f"{headline.ljust(width) if width else headline + ':'} {goal}, by the rule {found.rule}"
+
+
+def _text(found: Calibration) -> str:
     from fairaudit.words import approximate, plain
 
-    goal = limit_text(found.quantity, "ratio", found.target)
+    headline = _headline(found, 12)
     if not found.feasible:
-        headline = "INFEASIBLE" if found.settled else "NOT FOUND "
-        return f"{headline}   {goal}, by the rule {found.rule}\n\n{found.reason[0].upper()}{found.reason[1:]}."
-    lines = [f"FOUND        {goal}, by the rule {found.rule}", ""]
+        return f"{headline}\n\n{found.reason[0].upper()}{found.reason[1:]}."
+    lines = [headline, ""]
     if found.reason:
         lines.append(f"{found.reason[0].upper()}{found.reason[1:]}.")
     else:
@@ -186,10 +195,8 @@ def _table(found: list[Calibration]) -> str:
         epsilon = "none needed" if low.is_infinite() else f"{float(low):.6g}"
         paper = ", ".join(f"{float(p):.4g}" for p in c.paper_keep_probabilities) or "-"
         rows.append((*limit_cells("ratio", c.target), epsilon, _kept(c), approximate(c.achieved or c.target), paper))
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     scopes = {c.scope for c in found if c.feasible}
-    table = "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
-    return table + "".join(f"\n\nScope: {scope}" for scope in sorted(scopes))
+    return aligned(rows) + "".join(f"\n\nScope: {scope}" for scope in sorted(scopes))
 
 
 def _entry(found: Calibration) -> dict[str, Any]:
@@ -198,18 +205,18 @@ def _entry(found: Calibration) -> dict[str, Any]:
 
     return {
         "quantity": found.quantity,
-        "max_ratio": number(found.target),
+        "max_ratio": found.target,
         "readings": limit_readings("ratio", found.target),
         "rule": found.rule,
         "feasible": found.feasible,
         "settled": found.settled,
-        "keep_probabilities": [number(p) for p in found.keep_probabilities],
-        "attributes": list(_names(found)),
+        "keep_probabilities": found.keep_probabilities,
+        "attributes": _names(found),
         "exp_epsilon": number(found.exp_epsilon) if found.feasible else None,
-        "epsilon": [str(end) for end in found.epsilon] if found.feasible else None,
+        "epsilon": found.epsilon if found.feasible else None,
         "achieved_ratio": None if found.achieved is None else number(found.achieved),
         "scope": found.scope,
-        "assumptions": list(found.assumptions),
-        "paper_keep_probabilities": [number(p) for p in found.paper_keep_probabilities],
+        "assumptions": found.assumptions,
+        "paper_keep_probabilities": found.paper_keep_probabilities,
         "reason": found.reason,
     }

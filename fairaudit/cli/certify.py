@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import population as population_module
-from fairaudit.cli.options import add_limits, column_roles, confidence_option, given_limits, utility_range
-from fairaudit.cli.output import check_output, report
-from fairaudit.cli.population import add_population, population_options
-from fairaudit.cli.source import add_label_options, add_source, option, progress, reading_of
-from fairaudit.tables.sources import source_name
+from fairaudit.cli.certified import certified
+from fairaudit.cli.destinations import check_output
+from fairaudit.cli.options import add_limits, column_list, column_roles, confidence_option, given_limits, utility_range, utility_spec
+from fairaudit.cli.output import Answer, add_format, ready
+from fairaudit.cli.population import add_population, findings_beside, population_options
+from fairaudit.cli.source import add_label_options, add_source, law_from_options, progress, read_source, source_name, with_labels
 
 if TYPE_CHECKING:
-    from fairaudit.audits.audit_file import Audit
-    from fairaudit.audits.reading import Reading
+    from fairaudit.cli.audit_file import Audit
     from fairaudit.model.law import Law
     from fairaudit.model.utility import Utility
 
+
+MOST_ROWS = 20_000_000
 
 DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
 
@@ -59,6 +63,15 @@ def add(commands: Any) -> None:
     parser.add_argument("--at-alarm", action="store_true", help="with --from-monitor: at the moment of the first alarm")
     parser.add_argument("--example", metavar="NAME", help="audit a table that ships with fairaudit")
     parser.add_argument("--list-examples", action="store_true", help="list those tables")
+    _add_columns(parser)
+    _add_choice(parser)
+    _add_utility(parser)
+    add_limits(parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)"))
+    add_population(parser)
+    _add_input_and_output(parser)
+
+
+def _add_columns(parser: argparse.ArgumentParser) -> None:
     roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
     roles.add_argument("--decision", metavar="COL", help="what was decided")
     roles.add_argument("--group", metavar="COL", action="append", help="sensitive attribute; several form intersections")
@@ -70,6 +83,9 @@ def add(commands: Any) -> None:
     form.add_argument("--count", metavar="COL", help="how often the row occurred")
     form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
     roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+
+
+def _add_choice(parser: argparse.ArgumentParser) -> None:
     choice = parser.add_argument_group("who of several candidates was chosen (instead of decision, group and utility)")
     choice.add_argument(
         "--slots", metavar="COL", action="append", help="a column per slot, in order, or one that lists the candidates in order"
@@ -78,6 +94,9 @@ def add(commands: Any) -> None:
     choice.add_argument(
         "--profile-exp-epsilon", metavar="Q", help="e^epsilon of the filter of one profile, for the bound of a random order (T10)"
     )
+
+
+def _add_utility(parser: argparse.ArgumentParser) -> None:
     worth = parser.add_argument_group("utility (what a decision is worth to the person)")
     kind = worth.add_mutually_exclusive_group()
     kind.add_argument("--utility", metavar="SPEC", help="decision[=number],…; decisions that are not listed are worth 0")
@@ -88,9 +107,9 @@ def add(commands: Any) -> None:
     worth.add_argument(
         "--burden", action="store_true", help="the utility counts a burden: the group with more of it is disadvantaged, not favoured"
     )
-    targets = parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)")
-    add_limits(targets)
-    add_population(parser)
+
+
+def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest = parser.add_argument_group("input and output")
     rest.add_argument(
         "--missing",
@@ -112,16 +131,15 @@ def add(commands: Any) -> None:
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--report", metavar="FILE", help="write a page for people, too (needs the extra 'report')")
     rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
-    rest.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+    add_format(rest)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     from fairaudit.errors import InputError
 
     if arguments.list_examples:
-        _list_examples()
-        return 0
+        return _list_examples()
     if isinstance(arguments.table, list):
         arguments.table = arguments.table if len(arguments.table) > 1 else arguments.table[0] if arguments.table else None
     for name in ("truth", "positive"):
@@ -137,31 +155,44 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.example is not None:
         _take_example(arguments)
     elif arguments.print_sql is not None:
-        return _print_sql(arguments)
+        from fairaudit.cli.counting_query import counting_query
+
+        return counting_query(arguments)
     elif arguments.table is None:
         raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
     if arguments.slots is not None:
         if arguments.report is not None:
             raise InputError("--report does not go with --slots; write the certificate with -o, and run fairaudit report on it")
-        from fairaudit.cli.allocation import run as run_allocation
+        from fairaudit.cli.allocation import certify_choices
 
-        return run_allocation(arguments)
+        return certify_choices(arguments)
     if arguments.winner is not None or arguments.profile_exp_epsilon is not None:
         raise InputError("--winner and --profile-exp-epsilon go with --slots")
-    from fairaudit.audits.reading import uncollected
-
-    with uncollected():
-        return _certify_in_parts(arguments) if arguments.in_parts else _certify(arguments)
+    with _uncollected():
+        return ready(_certify_in_parts(arguments) if arguments.in_parts else _certify(arguments), arguments.format)
 
 
-def _certify(arguments: argparse.Namespace) -> int:
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Spare the search for reference cycles, of which there are none: among millions of cells it would take a quarter of the time."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+def _certify(arguments: argparse.Namespace) -> Answer:
     """Certify a table, a log or an audit file."""
     from fairaudit.audits.certify import certify
-    from fairaudit.errors import InputError, ManyRowsError
+    from fairaudit.errors import InputError
+    from fairaudit.tables.engines.request import ManyRowsError
 
-    audit = _audit_file(arguments) if _is_audit_file(arguments) else None
+    audit = _audit_file(arguments) if isinstance(arguments.table, str) and arguments.table.endswith(".toml") else None
     try:
-        subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
+        subject, utility = (audit.subject, audit.utility) if audit else _read(arguments, None if _unfit_for_parts(arguments) else MOST_ROWS)
     except ManyRowsError:
         return _certify_in_parts(arguments)
     targets = given_limits(arguments)
@@ -180,43 +211,59 @@ def _certify(arguments: argparse.Namespace) -> int:
             positive=audit.positive if audit else arguments.positive,
             burden=burden,
         )
-        findings = population_module.findings(arguments, result, utility, options)
+        findings = findings_beside(arguments, result, utility, options)
     except InputError as error:
         raise InputError(f"{source_name(arguments.table)}: {error}") from None
-    return report(arguments, result, findings)
+    return certified(arguments, result, findings)
 
 
-def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
+def _unfit_for_parts(arguments: argparse.Namespace) -> str:
     """Name an option that does not go with contexts that are read in parts; empty if there is none."""
-    from fairaudit.audits.reading import unfit_for_parts
+    if isinstance(arguments.table, str) and arguments.table.endswith(".toml"):
+        return "an audit file"
+    if not arguments.context:
+        return "a log without --context"
+    unfit = (
+        "count",
+        "probability",
+        "utility_column",
+        "truth",
+        "positive",
+        "fold_labels",
+        "map",
+        "unit",
+        "query",
+        "report",
+        "placebo",
+        "claimed_exp_epsilon",
+        "utility_range",
+    )
+    given = [name for name in unfit if getattr(arguments, name)]
+    if given or arguments.missing != "error":
+        return f"--{(given or ['missing'])[0].replace('_', '-')}"
+    return "" if arguments.engine in ("auto", "duckdb") else f"--engine {arguments.engine}"
 
-    others = ("positive", "report", "placebo", "claimed_exp_epsilon", "utility_range")
-    return unfit_for_parts(reading, {name: getattr(arguments, name) for name in others})
 
-
-def _certify_in_parts(arguments: argparse.Namespace) -> int:
+def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
     """Certify a log of very many contexts."""
     from fairaudit.audits.in_parts import certify_in_parts
     from fairaudit.errors import InputError
-    from fairaudit.model.utility import utility_values
 
-    if _is_audit_file(arguments):
-        raise InputError("--in-parts does not go with an audit file")
-    if arguments.decision is None or arguments.utility is None or not arguments.group:
-        raise InputError("contexts that are read in parts need --decision, --group and --utility")
-    reading = reading_of(arguments)
-    if unfit := _unfit_for_parts(arguments, reading):
+    if unfit := _unfit_for_parts(arguments):
         raise InputError(f"--in-parts does not go with {unfit}")
+    group, context = column_roles(arguments.group), column_roles(arguments.context)
+    if arguments.decision is None or arguments.utility is None or not group.names:
+        raise InputError("contexts that are read in parts need --decision, --group and --utility")
     check_output(arguments)
     with progress() as told:
         try:
             result = certify_in_parts(
                 arguments.table,
-                utility_values(arguments.utility, "--utility"),
-                decision=reading.decision,
-                group=reading.group,
-                context=reading.context,
-                bins=reading.bins,
+                utility_spec(arguments.utility),
+                decision=arguments.decision,
+                group=group.names,
+                context=context.names,
+                bins={**group.edges, **context.edges},
                 table=arguments.database_table,
                 memory=arguments.memory,
                 report=told,
@@ -228,16 +275,35 @@ def _certify_in_parts(arguments: argparse.Namespace) -> int:
             )
         except InputError as error:
             raise InputError(f"{source_name(arguments.table)}: {error}") from None
-    return report(arguments, result, [])
+    return certified(arguments, result, [])
 
 
 def _audit_file(arguments: argparse.Namespace) -> Audit:
     """Read an audit file, which names its columns and utility itself."""
-    from fairaudit.audits.audit_file import SAID_THERE, read_audit, refuse_beside
+    from fairaudit.cli.audit_file import read_audit
+    from fairaudit.errors import InputError
 
-    refuse_beside(arguments.table, {name: getattr(arguments, name) for name in (*SAID_THERE, "placebo")}, option)
-    others = {"missing": arguments.missing != "error", "fold_labels": arguments.fold_labels, "map": arguments.map}
-    refuse_beside(arguments.table, others, option)
+    foreign = (
+        "decision",
+        "group",
+        "context",
+        "truth",
+        "count",
+        "probability",
+        "weight",
+        "utility",
+        "utility_column",
+        "positive",
+        "unit",
+        "placebo",
+    )
+    for name in foreign:
+        if getattr(arguments, name):
+            raise InputError(f"--{name.replace('_', '-')} goes with a table; the audit file {arguments.table} says it itself")
+    if arguments.missing != "error":
+        raise InputError("--missing goes with a table; the audit file has missing in [law] or [policy]")
+    if arguments.fold_labels or arguments.map:
+        raise InputError("--fold-labels and --map go with a table; the audit file has fold_labels and map in [law] or [policy]")
     return read_audit(arguments.table)
 
 
@@ -249,11 +315,15 @@ def _positive(text: str) -> int:
     return int(text)
 
 
-def _list_examples() -> None:
+def _list_examples() -> Answer:
     from fairaudit.tables.examples import EXAMPLES
 
-    for entry in EXAMPLES:
-        print(f"{entry.name}\n    {entry.title}\n    {entry.source}")
+    return Answer(
+        "examples",
+        sentence=f"{len(EXAMPLES)} tables ship with fairaudit.",
+        result=lambda: [{"name": entry.name, "title": entry.title, "source": entry.source} for entry in EXAMPLES],
+        text=lambda: "\n".join(f"{entry.name}\n    {entry.title}\n    {entry.source}" for entry in EXAMPLES),
+    )
 
 
 def _take_example(arguments: argparse.Namespace) -> None:
@@ -277,59 +347,47 @@ def _take_example(arguments: argparse.Namespace) -> None:
         arguments.count, arguments.probability = entry.count or None, entry.probability or None
 
 
-def _is_audit_file(arguments: argparse.Namespace) -> bool:
-    return isinstance(arguments.table, str) and arguments.table.endswith(".toml")
+def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility]:
 
-
-def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
-    from fairaudit.audits.reading import MOST_ROWS, read_audited
-    from fairaudit.errors import InputError
-    from fairaudit.model.utility import Utility, utility_values
+    from fairaudit.errors import InputError, shown
 
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError(
             "no utility was given; use --utility, such as --utility Admitted or --utility yes=1,maybe=0.5, or --utility-column COL"
         )
-    reading = reading_of(arguments)
-    given = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"))
-    with progress() as told:
-        most = None if _unfit_for_parts(arguments, reading) else MOST_ROWS
-        return read_audited(arguments.table, reading, given, report=told, most=most)
-
-
-def _print_sql(arguments: argparse.Namespace) -> int:
-    """Print the query that counts a log, for a database that is not reached from here, and the command that audits its result."""
-    import shlex
-
-    from fairaudit.cli.output import put
-    from fairaudit.errors import InputError
-    from fairaudit.tables.binning import Bins
-    from fairaudit.tables.sql import COUNT_COLUMN, count_statement, table_name
-
-    if arguments.count or arguments.probability or arguments.unit or arguments.slots:
-        raise InputError("--print-sql goes with a log whose rows are draws of their own")
-    if arguments.table is not None or arguments.output is not None:
-        raise InputError("--print-sql only prints a query; name the table in the database with --table")
     decision = arguments.decision or arguments.utility_column
+    if decision is None:
+        raise InputError("no decision column was named; use --decision COL")
     group, context = column_roles(arguments.group), column_roles(arguments.context)
-    if decision is None or not group.names:
-        raise InputError("--print-sql needs the columns: --decision COL and --group COL")
-    valued = [c for c in [arguments.utility_column] if c not in (None, decision)]
-    names = (*context.names, *group.names, decision, *([arguments.truth] if arguments.truth else []), *valued)
-    edges = {**group.edges, **context.edges}
-    held = table_name(arguments.database_table or "decisions", arguments.print_sql)
-    if arguments.query is not None:
-        held = f"({arguments.query.strip().rstrip(';')}) as log"
-    bins = {name: Bins.of(name, cut) for name, cut in edges.items()}
-    statement = count_statement(names, held, arguments.print_sql, bins=bins, names=names, ordered=True)
-    words = ["fairaudit", "certify", "result.csv", "--decision", decision, "--count", COUNT_COLUMN]
-    for role, listed in (("--group", group.names), ("--context", context.names)):
-        for name in listed:
-            words += [role, '"' + name.replace('"', '""') + '"' if any(c in name for c in ',":') else name]
-    for name in ("utility", "utility_column", "truth", "positive", "map"):
-        value = getattr(arguments, name)
-        words += [option(name), value] if value is not None else []
-    words += ["--fold-labels"] if arguments.fold_labels else []
-    words += ["--burden"] if arguments.burden else []
-    put(f"-- Save the result as CSV with a header line, then: {shlex.join(words)}\n{statement};")
-    return 0
+    groups, contexts, unit = group.names, context.names, column_list(arguments.unit)
+    if not groups:
+        raise InputError("no group column was named; use --group COL")
+    numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
+    if arguments.utility_column in (*groups, *contexts, *numeric):
+        raise InputError(f"the column {shown(arguments.utility_column)} is used twice; each column has one role")
+    if arguments.truth is not None and arguments.probability is not None:
+        raise InputError("--truth goes with counts and logs; probabilities do not say what should have been decided")
+    if arguments.unit and (arguments.count or arguments.probability):
+        raise InputError("--unit goes with a log, which has one decision per row; counts do not say which rows belong together")
+    if arguments.weight is not None and arguments.probability is None:
+        raise InputError("--weight goes with --probability; counts and logs carry their own population")
+    valued = [] if arguments.utility_column is None else [arguments.utility_column]
+    truth = [] if arguments.truth is None else [arguments.truth]
+    wanted = (decision, *groups, *contexts, *truth, *unit, *numeric, *valued)
+    table = read_source(arguments, arguments.table, wanted, {**group.edges, **context.edges}, [*numeric, *valued], most, contexts)
+    from fairaudit.model.utility import Utility
+
+    try:
+        labelled = (decision, *groups, *contexts, *([arguments.truth] if arguments.truth else []))
+        table = with_labels(arguments, table, labelled)
+        law = law_from_options(arguments, table, decision, groups, contexts, unit, arguments.truth)
+        if arguments.utility is not None:
+            utility = Utility(utility_spec(arguments.utility))
+        else:
+            utility = Utility.from_table(
+                table, utility=arguments.utility_column, decision=decision, group=groups, context=contexts, missing=arguments.missing
+            )
+        utility.on(law)
+    except InputError as error:
+        raise InputError(f"{table.name}: {error}") from None
+    return law, utility

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.output import Answer, aligned
+
 if TYPE_CHECKING:
-    from fairaudit.certificates.compare import CertificateComparison as Comparison
-    from fairaudit.certificates.compare import Change, Moved
+    from fairaudit.certificates.compare import Change, Comparison, Moved
 
 DESCRIPTION = """\
 Compare two certificates of the same columns and utility: verdicts, targets, measures, intervals, bounds and the groups that moved, all of
@@ -60,20 +60,36 @@ def add(commands: Any) -> None:
     )
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
-    from fairaudit.cli.output import put
+    from fairaudit.certificates.compare import compare
+    from fairaudit.certificates.reader import load
+    from fairaudit.cli.checking import checked
     from fairaudit.errors import InputError
-    from fairaudit.verified.comparison import compare
 
     if arguments.top < 0:
         raise InputError(f"--top {arguments.top} is not accepted; a number of at least 0 is")
-    found = compare(arguments.old, arguments.new)
-    write = {"text": _text, "json": _json, "markdown": _markdown}[arguments.format]
-    put(write(found, list(found.notes), arguments.top))
-    if found.worse or (arguments.fail_on == "rise" and found.risen):
-        return 1
-    return 3 if found.gone else 0
+    documents, said = [], []
+    for path in (arguments.old, arguments.new):
+        document, raw = load(path)
+        wrong, note = checked(raw, None, path)
+        if wrong:
+            raise InputError(f"{wrong}; certificates that are not true are not compared")
+        documents.append(document)
+        if "not at hand" in note:
+            said.append(f"{path} does not hold its table and was not checked")
+    found = compare(*documents)
+    notes = [*said, *found.notes]
+    write = _markdown if arguments.format == "markdown" else _text
+    return Answer(
+        "compare",
+        sentence=f"{_headline(found)}.",
+        # In text, notes are a part of what is printed.
+        notes=notes if arguments.format == "json" else (),
+        result=lambda: _entry(found, arguments.top),
+        text=lambda: write(found, notes, arguments.top),
+        code=1 if found.worse or (arguments.fail_on == "rise" and found.risen) else 3 if found.gone else 0,
+    )
 
 
 def _headline(found: Comparison) -> str:
@@ -95,11 +111,11 @@ def _unsaid(found: Comparison) -> list[str]:
 def _text(found: Comparison, notes: list[str], top: int) -> str:
     from fairaudit.words import plain
 
-    blocks = [plain(_headline(found)), _aligned([_row(found.verdict), *map(_row, found.targets)])]
+    blocks = [plain(_headline(found)), aligned([_row(found.verdict), *map(_row, found.targets)], "  ")]
     for title, changes in (("Measures", found.metrics), ("Intervals for the population", found.intervals), ("Bounds", found.bounds)):
         shown = changes if title == "Measures" else tuple(c for c in changes if c.direction != "same")
         if shown:
-            blocks.append(f"{title}\n{_aligned([_row(change) for change in shown])}")
+            blocks.append(f"{title}\n{aligned([_row(change) for change in shown], '  ')}")
     if found.cells and top:
         lines = [f"  {_place(moved)}: {_approximate(moved.old)} -> {_approximate(moved.new)}" for moved in found.cells[:top]]
         more = len(found.cells) - top
@@ -109,11 +125,6 @@ def _text(found: Comparison, notes: list[str], top: int) -> str:
     if notes:
         blocks.append("Keep in mind\n" + "\n".join(f"  - {plain(note)}" for note in notes))
     return "\n\n".join(blocks)
-
-
-def _aligned(rows: list[tuple[str, str, str]]) -> str:
-    widths = [max(len(row[i]) for row in rows) for i in (0, 1)]
-    return "\n".join(f"  {a.ljust(widths[0])}  {b.ljust(widths[1])}  {c}".rstrip() for a, b, c in rows)
 
 
 def _row(change: Change) -> tuple[str, str, str]:
@@ -167,15 +178,13 @@ def _approximate(value: Any) -> str:
     return "none" if value is None else approximate(value)
 
 
-def _json(found: Comparison, notes: list[str], top: int) -> str:
-    from fairaudit.certificates.numbers import number
-
+def _entry(found: Comparison, top: int) -> dict[str, Any]:
     def listed(changes: tuple[Change, ...]) -> list[dict[str, Any]]:
         return [
             {"what": c.what, "old": c.old, "new": c.new, "direction": c.direction, **({"note": c.note} if c.note else {})} for c in changes
         ]
 
-    document = {
+    return {
         "worse": found.worse,
         "risen": found.risen,
         "amount": found.amount,
@@ -188,16 +197,14 @@ def _json(found: Comparison, notes: list[str], top: int) -> str:
             {
                 "context": dict(m.context),
                 "group": dict(m.group),
-                "old": None if m.old is None else number(m.old),
-                "new": None if m.new is None else number(m.new),
+                "old": m.old,
+                "new": m.new,
             }
             for m in found.cells[:top]
         ],
         "moved_in_all": len(found.cells),
-        **({"not_comparable": list(found.gone)} if found.gone else {}),
-        "notes": notes,
+        "not_comparable": list(found.gone),
     }
-    return json.dumps(document, ensure_ascii=True, indent=1)
 
 
 def _markdown(found: Comparison, notes: list[str], top: int) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.destinations import refuse_output
 from fairaudit.cli.options import add_limit, given_limit
+from fairaudit.cli.output import Answer, add_format, aligned
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -61,12 +62,11 @@ def add(commands: Any) -> None:
     free.add_argument("--gamma", metavar="G", help="greatest utility (1, or that of the audit file)")
     parser.add_argument("-o", "--output", metavar="FILE.csv", help="write the filter here")
     parser.add_argument("--plot", metavar="FILE", help="draw the truth kept over the targets (PNG, SVG or PDF)")
-    parser.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+    add_format(parser)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
-    from fairaudit.cli.output import put
     from fairaudit.errors import InputError
 
     given = given_limit(arguments)
@@ -75,6 +75,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("-o writes one filter; give one target")
     if arguments.plot is not None and not given:
         raise InputError("--plot draws over targets; give at least one")
+    for path in (arguments.output, arguments.plot):
+        if path is not None:
+            refuse_output(path, [name for name in (arguments.audit, arguments.distortion) if name is not None], "a file that is read")
     solve = _solver(arguments)
     found = []
     for target in targets:
@@ -88,11 +91,13 @@ def run(arguments: argparse.Namespace) -> int:
         save_truth_kept(found, arguments.plot)
     if arguments.output is not None and found[0].mechanism is not None:
         write_filter(found[0].mechanism, arguments.output)
-    if arguments.format == "json":
-        put(json.dumps([_entry(d) for d in found] if len(found) > 1 else _entry(found[0]), ensure_ascii=True, indent=1))
-    else:
-        put(_table(found) if len(found) > 1 else _text(found[0], arguments.output))
-    return 0 if all(d.feasible for d in found) else 1
+    return Answer(
+        "design",
+        sentence=" ".join(f"{_headline(d)}." for d in found),
+        result=lambda: {"found": [_entry(d) for d in found]},
+        text=lambda: _table(found) if len(found) > 1 else _text(found[0], arguments.output),
+        code=0 if all(d.feasible for d in found) else 1,
+    )
 
 
 def write_filter(mechanism: Mechanism, path: str) -> None:
@@ -150,7 +155,7 @@ def write_filter(mechanism: Mechanism, path: str) -> None:
 
 
 def _solver(arguments: argparse.Namespace) -> Callable[[Mapping[str, Any]], Design]:
-    from fairaudit.audits.audit_file import read_policy
+    from fairaudit.cli.audit_file import read_policy
     from fairaudit.cli.options import groups_option
     from fairaudit.errors import InputError
     from fairaudit.filters.model_free import design_model_free
@@ -242,14 +247,19 @@ def _goal(found: Design) -> str:
     return " and ".join(parts)
 
 
+def _headline(found: Design, width: int = 0) -> str:
+    headline = "INFEASIBLE" if found.mechanism is None else "FOUND"
+    return f"{headline.ljust(width) if width else headline + ':'} {_goal(found)}"
+
+
 def _text(found: Design, written: str | None) -> str:
     from fairaudit.words import approximate, plain
 
     if found.mechanism is None or found.distortion is None or found.truth_kept is None:
-        return f"INFEASIBLE   {_goal(found)}\n\n{found.reason[:1].upper()}{found.reason[1:]}."
+        return f"{_headline(found, 12)}\n\n{found.reason[:1].upper()}{found.reason[1:]}."
     low, _ = found.epsilon
     epsilon = "infinite" if low.is_infinite() else f"{float(low):.6g}   (e^ε = {approximate(found.exp_epsilon)})"
-    lines = [f"FOUND        {_goal(found)}", ""]
+    lines = [_headline(found, 12), ""]
     lines.append(f"Truth kept             {_percent(found.truth_kept)}")
     lines.append(f"Expected distortion    {approximate(found.distortion)}")
     if found.response_distortion is not None and found.response_truth_kept is not None:
@@ -279,7 +289,7 @@ def _filter(mechanism: Mechanism) -> str:
         return f"The filter has {size} inputs and outputs; its exact probabilities are in the file that -o writes, and in --format json."
     rows = [["released for", *(plain(", ".join(label)) for label in mechanism.outputs)]]
     rows += [[plain(", ".join(a)), *(f"{v / mechanism.denominator:.6f}" for v in mechanism.row(a))] for a in mechanism.inputs]
-    return _aligned(rows) + "\nThe exact probabilities are in the file that -o writes, and in --format json."
+    return aligned(rows) + "\nThe exact probabilities are in the file that -o writes, and in --format json."
 
 
 def _table(found: Sequence[Design]) -> str:
@@ -299,12 +309,7 @@ def _table(found: Sequence[Design]) -> str:
         rows.append([*target, _percent(d.truth_kept), approximate(d.distortion), response, achieved, epsilon])
     said = [f"Scope: {scope}" for scope in sorted({d.scope for d in found if d.feasible})]
     said += sorted({f"Infeasible: {d.reason}" for d in found if not d.feasible})
-    return "\n\n".join([_aligned(rows), *said])
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
+    return "\n\n".join([aligned(rows), *said])
 
 
 def _percent(value: Fraction) -> str:
@@ -318,7 +323,6 @@ def _entry(found: Design) -> dict[str, Any]:
     def exact(value: Fraction | float | None) -> str | None:
         return None if value is None else number(value)
 
-    mechanism = found.mechanism
     return {
         "quantity": "local",
         "max_ratio": exact(found.target),
@@ -330,18 +334,20 @@ def _entry(found: Design) -> dict[str, Any]:
         "lower_bound": exact(found.lower_bound),
         "achieved_ratio": exact(found.achieved),
         "exp_epsilon": exact(found.exp_epsilon) if found.feasible else None,
-        "epsilon": [str(end) for end in found.epsilon] if found.feasible else None,
+        "epsilon": found.epsilon if found.feasible else None,
         "multipliers": [number(k) for k in found.multipliers],
         "randomized_response": {"truth_kept": exact(found.response_truth_kept), "distortion": exact(found.response_distortion)},
         "method": found.method,
         "scope": found.scope,
-        "assumptions": list(found.assumptions),
+        "assumptions": found.assumptions,
         "reason": found.reason,
-        "mechanism": None
-        if mechanism is None
-        else {
-            "columns": list(mechanism.columns),
-            "labels": [list(label) for label in mechanism.inputs],
-            "rows": [[number(Fraction(v, mechanism.denominator)) for v in mechanism.row(label)] for label in mechanism.inputs],
-        },
+        "mechanism": None if found.mechanism is None else _probabilities(found.mechanism),
+    }
+
+
+def _probabilities(mechanism: Mechanism) -> dict[str, Any]:
+    return {
+        "columns": mechanism.columns,
+        "labels": mechanism.inputs,
+        "rows": [[Fraction(v, mechanism.denominator) for v in mechanism.row(label)] for label in mechanism.inputs],
     }

@@ -5,13 +5,12 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
-import sys
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.source import add_source, progress
-from fairaudit.tables.sources import PASSWORD
+from fairaudit.cli.output import Answer, add_format
+from fairaudit.cli.source import PASSWORD, add_source, progress
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Seen
@@ -60,14 +59,15 @@ def add(commands: Any) -> None:
         nargs="+",
         help="files (CSV, Parquet, JSON lines) or a database (sqlite:FILE, duckdb:FILE, delta:FOLDER, postgresql://…)",
     )
-    add_source(parser.add_argument_group("input"))
+    rest = parser.add_argument_group("input and output")
+    add_source(rest)
+    add_format(rest)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     from fairaudit.errors import InputError
     from fairaudit.tables.engines.logs import survey_log
-    from fairaudit.words import plain
 
     given = arguments.table if len(arguments.table) > 1 else arguments.table[0]
     where = {"engine": arguments.engine, "table": arguments.database_table, "query": arguments.query, "memory": arguments.memory}
@@ -76,19 +76,41 @@ def run(arguments: argparse.Namespace) -> int:
             survey = survey_log(given, **where, report=report)
     except InputError as error:
         raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
-    for note in survey.notes:
-        print(f"note: {plain(note)}", file=sys.stderr)
     comma = any("separated by" in note for note in survey.notes)
     found = [_look(seen, decimal_comma=comma) for seen in survey.columns]
+    command = _suggest(arguments, found)
+    size = f"{survey.rows} rows, {len(found)} columns"
+    return Answer(
+        "inspect",
+        sentence=f"{size}.",
+        notes=survey.notes,
+        result=lambda: {"rows": survey.rows, "columns": [_entry(column) for column in found], "command": command},
+        text=lambda: _text(size, found, command),
+    )
+
+
+def _text(size: str, found: list[_Column], command: list[str]) -> str:
+    from fairaudit.words import plain
+
     width = max(len(plain(column.name)) for column in found)
-    print(f"{survey.rows} rows, {len(found)} columns\n")
+    lines = [size, ""]
     for column in found:
-        print(f"  {plain(column.name).ljust(width)}  {_describe(column)}")
-        for warning in _warnings(column):
-            print(f"  {' ' * width}  ! {warning}")
-    print("\nA command to try (check which column is which):\n")
-    print(f"  {plain(_suggest(arguments, found))}")
-    return 0
+        lines.append(f"  {plain(column.name).ljust(width)}  {_describe(column)}")
+        lines += [f"  {' ' * width}  ! {plain(warning)}" for warning in _warnings(column)]
+    lines += ["", "A command to try (check which column is which):", ""]
+    return "\n".join([*lines, f"  {plain(shlex.join(command))}"])
+
+
+def _entry(column: _Column) -> dict[str, Any]:
+    return {
+        "name": column.name,
+        "levels": column.levels,
+        "different": column.different,
+        "missing": column.missing,
+        "numeric": column.numeric,
+        "fault": column.fault,
+        "warnings": _warnings(column),
+    }
 
 
 def _look(seen: Seen, *, decimal_comma: bool) -> _Column:
@@ -123,16 +145,16 @@ def _describe(column: _Column) -> str:
 def _warnings(column: _Column) -> list[str]:
     from fairaudit.tables.labels import spellings
     from fairaudit.tables.preparation import said
-    from fairaudit.words import plain
 
     found = () if column.numeric and column.different > 12 else spellings([(column.name, column.levels)])
-    warnings = [f"{plain(text.partition(': ')[2])} (--fold-labels, or --map FILE)" for text in said({"spellings": found})]
+    warnings = [f"{text.partition(': ')[2]} (--fold-labels, or --map FILE)" for text in said({"spellings": found})]
     unset = [label for label in column.levels if " ".join(label.lower().split()) in MISSING_WORDS]
-    warnings += [f"'{plain(label)}' counts as a level; only empty cells are missing" for label in unset]
+    warnings += [f"'{label}' counts as a level; only empty cells are missing" for label in unset]
     return warnings[:5]
 
 
-def _suggest(arguments: argparse.Namespace, found: list[_Column]) -> str:
+def _suggest(arguments: argparse.Namespace, found: list[_Column]) -> list[str]:
+    """The words of a certify command that fits the columns as far as their names say."""
     left = list(found)
 
     def take(role: str, numeric: bool) -> _Column | None:
@@ -172,7 +194,7 @@ def _suggest(arguments: argparse.Namespace, found: list[_Column]) -> str:
     ):
         if value:
             words += [f"{option}={value}"] if value.startswith("-") else [option, value]
-    return " ".join(shlex.quote(word) for word in words)
+    return words
 
 
 def _good(decision: _Column) -> str:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fairaudit.measures.limits import LIMITS
+
+if TYPE_CHECKING:
+    from fairaudit.cli.output import Answer
 
 TALLIED = (
     ("dead", "lines could not be counted"),
@@ -15,10 +18,11 @@ TALLIED = (
 )
 
 
-def certify_state(arguments: argparse.Namespace) -> int:
+def certify_state(arguments: argparse.Namespace) -> Answer:
     """`fairaudit certify --from-monitor`: a certificate of what a state holds, at the settings of its audit."""
     from fairaudit.audits.certify import certify
-    from fairaudit.cli.output import check_output, report
+    from fairaudit.cli.certified import certified
+    from fairaudit.cli.destinations import check_output
     from fairaudit.errors import InputError
     from fairaudit.streams.letters import reasons
     from fairaudit.streams.state import State
@@ -80,4 +84,4 @@ def certify_state(arguments: argparse.Namespace) -> int:
     result = certify(found.law, found.utility, declared=declared, changed=changed, **options, **targets)
     notes = [f"the certificate is about the first {changes[0]['events']} decisions, at which the change showed"] if changes else []
     notes += [f"{tally[key]} {what}" for key, what in TALLIED if tally.get(key)]
-    return report(arguments, result, [], notes)
+    return certified(arguments, result, [], notes)

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-__all__ = ["add_limit", "add_limits", "given_limit", "given_limits", "limits_as_options"]
+__all__ = ["add_limit", "add_limits", "add_renamed", "given_limit", "given_limits", "limits_as_options"]
 
 
 def add_limits(group: Any) -> None:
@@ -45,14 +45,14 @@ def add_limit(parser: Any, *, required: bool = False, several: bool = False) -> 
 
 
 def given_limit(arguments: argparse.Namespace) -> list[dict[str, str]]:
-    """The limits that were given with `add_single`, each as the keyword of a function."""
+    """The limits that were given with `add_limit`, each as the keyword of a function."""
     name = "max_log" if arguments.max_ratio is None else "max_ratio"
     text = getattr(arguments, name)
     return [] if text is None else [{name: part.strip()} for part in text.split(",")]
 
 
 def limits_as_options(message: str) -> str:
-    """Name the options of `add_single` in a message instead of the keywords.
+    """Name the options of `add_limit` in a message instead of the keywords.
 
     Examples
     --------
@@ -64,6 +64,19 @@ def limits_as_options(message: str) -> str:
 
 def _refuse(group: Any, option: str, names: tuple[str, str]) -> None:
     group.add_argument(option, action=_Refused, const=names, nargs="?", dest=argparse.SUPPRESS, help=argparse.SUPPRESS)
+
+
+def add_renamed(group: Any, option: str, name: str) -> None:
+    """Declare an option that was renamed, to say what it is called now."""
+    group.add_argument(option, action=_Renamed, const=name, nargs="?", dest=argparse.SUPPRESS, help=argparse.SUPPRESS)
+
+
+class _Renamed(argparse.Action):
+    """An option that has another name now."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *given: object) -> NoReturn:
+        """Say which."""
+        parser.error(f"{given[-1]} is called {self.const} now")
 
 
 class _Once(argparse.Action):
@@ -240,3 +253,49 @@ def column_list(given: list[str] | None) -> tuple[str, ...]:
     ('sex', 'age', 'last, first')
     """
     return tuple(name for text in given or [] for name, _ in parts(text))
+
+
+def utility_spec(text: str) -> dict[str, str]:
+    """Read ``decision[=number],…``; a label with a comma or an equals sign is quoted as in CSV.
+
+    Raises
+    ------
+    InputError
+        If the text is not of that form.
+
+    Examples
+    --------
+    >>> utility_spec('yes,maybe=0.5,"no, sorry"=1/4')
+    {'yes': '1', 'maybe': '0.5', 'no, sorry': '1/4'}
+    """
+    from fairaudit.errors import InputError, shown
+
+    values: dict[str, str] = {}
+    rest = text.strip()
+    while rest:
+        if rest.startswith('"'):
+            end = 1
+            while (end := rest.find('"', end)) >= 0 and rest[end : end + 2] == '""':
+                end += 2
+            if end < 0:
+                raise InputError(f"--utility {shown(text)} has a quotation mark that is not closed")
+            label, rest = rest[1:end].replace('""', '"'), rest[end + 1 :].lstrip()
+        else:
+            cut = min((i for i in (rest.find(","), rest.find("=")) if i >= 0), default=len(rest))
+            label, rest = rest[:cut].strip(), rest[cut:]
+        value = "1"
+        if rest.startswith("="):
+            value, _, rest = rest[1:].partition(",")
+        elif rest.startswith(",") and len(rest) > 1:
+            rest = rest[1:]
+        elif rest:
+            raise InputError(f"--utility {shown(text)} is not of the form decision[=number],… near {shown(rest)}")
+        rest = rest.lstrip()
+        if not label or label in values:
+            raise InputError(
+                f"--utility {shown(text)} {'has an empty label' if not label else f'lists {shown(label)} twice'}; list each decision once"
+            )
+        values[label] = value.strip()
+    if not values:
+        raise InputError("--utility is empty; list at least one decision, such as Admitted or yes=1,maybe=0.5")
+    return values

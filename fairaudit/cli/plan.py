@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from fractions import Fraction
 from typing import Any
 
 from fairaudit.cli.options import add_limit, limits_as_options
+from fairaudit.cli.output import Answer, add_format
 
 EPILOG = """\
 exit codes: 0 a number of draws is expected to decide; 1 no number is; 2 bad input
@@ -38,13 +40,12 @@ def add(commands: Any) -> None:
     parser.add_argument("--power", metavar="P", default="0.8", help="how likely the draws should roughly suffice (default 0.8)")
     parser.add_argument("--utility-range", metavar="LOW,HIGH", default="0,1", help="least and greatest utility (default 0,1)")
     parser.add_argument("--many-valued", action="store_true", help="the utility takes values between the two")
-    parser.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+    add_format(parser)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     from fairaudit.cli.options import utility_range
-    from fairaudit.cli.output import put
     from fairaudit.errors import InputError, shown
     from fairaudit.exact.rationals import rational
     from fairaudit.inference.planning import plan
@@ -69,13 +70,22 @@ def run(arguments: argparse.Namespace) -> int:
         limits=(ends["m"], ends["gamma"]),
         binary=not arguments.many_valued,
     )
-    if arguments.format == "json":
-        import json
-
-        readings = limit_readings(unit, limit)
-        put(json.dumps({"draws": found.draws, "decides": found.decides, "readings": readings, "sentence": found.sentence}))
-    else:
-        lines = [f"Limit: {limit_text('local', unit, limit)}", found.sentence]
-        lines += [] if found.draws is None else [f"In all cells together: {sum(found.draws)} draws."]
-        put("\n".join(lines))
-    return 0 if found.draws is not None else 1
+    lines = [f"Limit: {limit_text('local', unit, limit)}", found.sentence]
+    together = None if found.draws is None else sum(found.draws)
+    lines += [] if together is None else [f"In all cells together: {together} draws."]
+    return Answer(
+        "plan",
+        sentence=found.sentence,
+        result=lambda: {
+            "unit": unit,
+            "limit": limit,
+            "readings": limit_readings(unit, limit),
+            "confidence": Fraction(*rational(arguments.confidence)),
+            "power": Fraction(top, bottom),
+            "draws": found.draws,
+            "total": together,
+            "decides": found.decides,
+        },
+        text=lambda: "\n".join(lines),
+        code=0 if together is not None else 1,
+    )

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from collections.abc import Sequence
 from decimal import Decimal
 from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli.output import Answer, add_format
 
 if TYPE_CHECKING:
     from fairaudit.model.mechanism import Mechanism
@@ -58,15 +58,13 @@ def add(commands: Any) -> None:
     )
     where.add_argument("--exp-epsilon", metavar="Q", action="append", help="report δ at these e^ε, such as 7/3 (δ is exact)")
     rest.add_argument("--releases", metavar="N", help="also report N releases of the same value with fresh randomness")
-    rest.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+    add_format(rest)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     from fairaudit.cli.options import column_list
-    from fairaudit.cli.output import put
     from fairaudit.model.mechanism_file import read_mechanism_with_notes
-    from fairaudit.words import plain
 
     releases = _releases(arguments.releases)
     asked = _asked(arguments)
@@ -77,13 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
         probability=arguments.probability,
     )
     found = _measured(mechanism, asked, releases)
-    if arguments.format == "json":
-        put(json.dumps(_json(found), ensure_ascii=True, indent=1))
-        return 0
-    for note in notes:
-        print(f"note: {plain(note)}", file=sys.stderr)
-    put(_text(found))
-    return 0
+    return Answer("privacy", sentence=_about_filter(found), notes=notes, result=lambda: _stored(found), text=lambda: _text(found))
 
 
 def _releases(text: str | None) -> int | None:
@@ -189,28 +181,32 @@ def _delta(kind: str, text: str, of: Any) -> dict[str, Any]:
     return {"epsilon": text, "delta": Fraction(-(-value.numerator * scale // value.denominator), scale), "rounded_up": True}
 
 
-def _json(value: Any) -> Any:
-    """Rationals and decimals as strings; null stands for a rational of more than 90,000 digits."""
+def _stored(value: Any) -> Any:
+    """What JSON says: infinity is a word, and null stands for a rational of more than 90,000 digits."""
+    from fairaudit.certificates.numbers import number
     from fairaudit.errors import InputError
-    from fairaudit.exact.rationals import rational_text
 
     if isinstance(value, dict):
-        return {key: _json(entry) for key, entry in value.items()}
+        return {key: _stored(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_json(entry) for entry in value]
-    if isinstance(value, Fraction):
+        return [_stored(entry) for entry in value]
+    if isinstance(value, Fraction) or value == inf:
         try:
-            return rational_text((value.numerator, value.denominator))
+            return number(value)
         except InputError:
             return None
-    if isinstance(value, Decimal):
-        return "inf" if value.is_infinite() else format(value, "f")
-    return repr(value) if isinstance(value, float) else value
+    return value
+
+
+def _about_filter(found: dict[str, Any]) -> str:
+    return (
+        f"A filter with {found['inputs']} inputs and {found['outputs']} outputs; any two inputs are adjacent, ordered pairs are compared."
+    )
 
 
 def _text(found: dict[str, Any]) -> str:
     blocks = [
-        f"A filter with {found['inputs']} inputs and {found['outputs']} outputs; any two inputs are adjacent, ordered pairs are compared.",
+        _about_filter(found),
         _pure(found),
         _deltas(found["delta"], "δ, the least with (ε, δ)-differential privacy"),
     ]

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from itertools import pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.options import column_list
-from fairaudit.cli.output import check_output
-from fairaudit.cli.source import add_label_options, add_source, law_from_options
+from fairaudit.cli.destinations import check_output
+from fairaudit.cli.options import column_list, column_roles
+from fairaudit.cli.output import Answer, add_format, aligned
+from fairaudit.cli.source import add_label_options, add_source, read_source, with_labels
+from fairaudit.cli.source import law_from_options as law_of_table
 
 if TYPE_CHECKING:
+    from fairaudit.model.law import Law
     from fairaudit.worst.result import WorstCase
 
 DESCRIPTION = """\
@@ -42,6 +43,12 @@ def add(commands: Any) -> None:
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
+    _add_table(parser)
+    _add_class(parser)
+    _add_input_and_output(parser)
+
+
+def _add_table(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("table", metavar="TABLE", help="file (CSV, Parquet, JSON lines) or database (sqlite:FILE, postgresql://…)")
     roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
     roles.add_argument("--decision", metavar="COL", required=True, help="what was decided")
@@ -51,6 +58,9 @@ def add(commands: Any) -> None:
     form.add_argument("--count", metavar="COL", help="how often the row occurred")
     form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
     roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+
+
+def _add_class(parser: argparse.ArgumentParser) -> None:
     kind = parser.add_argument_group("the class of utilities (exact numbers)")
     kind.add_argument("--gamma", metavar="G", default="1", help="greatest utility (1)")
     kind.add_argument("--g-min", metavar="M", default="0", help="least utility (0)")
@@ -59,6 +69,9 @@ def add(commands: Any) -> None:
     kind.add_argument("--not-blind", action="store_true", help="the utility may depend on the group")
     kind.add_argument("--lipschitz", metavar="L", help="by how much at most, with --not-blind")
     kind.add_argument("--order", metavar="LOW,…,HIGH", action="append", help="decisions from the least to the most useful")
+
+
+def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest = parser.add_argument_group("input and output")
     rest.add_argument("--global", dest="overall", action="store_true", help="compare group means instead of groups within contexts")
     rest.add_argument(
@@ -71,16 +84,14 @@ def add(commands: Any) -> None:
     add_source(rest)
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
-    rest.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
+    add_format(rest)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     from fairaudit.audits.worst_utility import certify_worst_case
-    from fairaudit.cli.output import put
     from fairaudit.errors import InputError
     from fairaudit.model.utility_class import UtilityClass
-    from fairaudit.words import plain
     from fairaudit.worst.methods import worst_case
 
     check_output(arguments)
@@ -94,24 +105,44 @@ def run(arguments: argparse.Namespace) -> int:
         lipschitz=arguments.lipschitz,
         order=order,
     )
-    law = law_from_options(arguments)
+    law = _read(arguments)
     try:
         found = worst_case(law, of, "global" if arguments.overall else "local")
     except InputError as error:
         raise InputError(f"{arguments.table}: {error}") from None
-    written: list[str] = []
-    certificate = None
-    if arguments.output is not None or arguments.format == "json":
-        certificate = certify_worst_case(found, embed_table=False if arguments.no_table else None)
-    if arguments.output is not None and certificate is not None:
-        written = [str(path) for path in certificate.save(arguments.output)]
-    if certificate is not None and arguments.format == "json":
-        put(json.dumps(_entry(found, certificate.document), ensure_ascii=True, indent=1))
-        return 0
-    for note in law.notes:
-        print(f"note: {plain(note)}", file=sys.stderr)
-    put(_text(found, written))
-    return 0
+    if arguments.output is None and arguments.format != "json":
+        return _answer(found, {}, [])
+    certificate = certify_worst_case(found, embed_table=False if arguments.no_table else None)
+    written = [] if arguments.output is None else [str(path) for path in certificate.save(arguments.output)]
+    return _answer(found, certificate.document, written)
+
+
+def _answer(found: WorstCase, document: dict[str, Any], written: list[str]) -> Answer:
+    return Answer(
+        "worst-case",
+        sentence=f"{_headline(found)}. {_who(found)}",
+        notes=found.law.notes,
+        result=lambda: _entry(found, document),
+        text=lambda: _text(found, written),
+    )
+
+
+def _read(arguments: argparse.Namespace) -> Law:
+    from fairaudit.errors import InputError
+
+    group, context = column_roles(arguments.group), column_roles(arguments.context)
+    if not group.names:
+        raise InputError("no group column was named; use --group COL")
+    if arguments.weight is not None and arguments.probability is None:
+        raise InputError("--weight goes with --probability; counts and logs carry their own population")
+    numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
+    wanted = (arguments.decision, *group.names, *context.names, *numeric)
+    table = read_source(arguments, arguments.table, wanted, {**group.edges, **context.edges}, numeric)
+    try:
+        table = with_labels(arguments, table, (arguments.decision, *group.names, *context.names))
+        return law_of_table(arguments, table, arguments.decision, group.names, context.names)
+    except InputError as error:
+        raise InputError(f"{table.name}: {error}") from None
 
 
 def _chain(labels: tuple[str, ...]) -> list[tuple[str, str]]:
@@ -122,28 +153,40 @@ def _chain(labels: tuple[str, ...]) -> list[tuple[str, str]]:
     return list(pairwise(labels))
 
 
-def _text(found: WorstCase, written: list[str]) -> str:
-    from fairaudit.audits.result import spellings_of
+def _headline(found: WorstCase, width: int = 0) -> str:
+    from fairaudit.words import approximate
+
+    said = f"{found.quantity} fairness: ratio R = {approximate(found.lower)}, over every utility of the class"
+    return f"{'WORST CASE'.ljust(width)} {said}" if width else f"Worst case of {said}"
+
+
+def _who(found: WorstCase) -> str:
+    """Which groups the worst utility tells apart, in a sentence."""
     from fairaudit.audits.sentences import caution, identifier_text, size_text, sizes
-    from fairaudit.reports.text import prepared_text, spelling_text
-    from fairaudit.tables.preparation import assumption
     from fairaudit.words import approximate, place, plain
 
+    if found.lower == 1:
+        return "No utility of the class tells any two groups apart."
     law, witness = found.law, found.witness
     where = f" in {plain(place(witness.context))}" if witness.context else ""
     high, low = (approximate(v) for v in witness.expectations)
-    name = f"{found.quantity} fairness"
+    (behind,) = sizes(law, [witness])
+    first = caution(witness, behind, identifier_text(law, law.columns))
+    pair = f"{place(witness.higher)} is favoured over {place(witness.lower)}"
+    size = f" {size_text(behind)}" if behind else ""
+    return plain(f"{first} {pair}{where}: expected utility {high} against {low}{size}.".lstrip())
+
+
+def _text(found: WorstCase, written: list[str]) -> str:
+    from fairaudit.audits.result import spellings_of
+    from fairaudit.reports.text import prepared_text, spelling_text
+    from fairaudit.tables.preparation import assumption
+    from fairaudit.words import plain
+
+    law = found.law
     spelt = spelling_text(spellings_of(law, law.columns, law.contexts))
     lines = [spelt, ""] if spelt else []
-    lines += [f"WORST CASE   {name}: ratio R = {approximate(found.lower)}, over every utility of the class", ""]
-    if found.lower == 1:
-        lines.append("No utility of the class tells any two groups apart.")
-    else:
-        (behind,) = sizes(law, [witness])
-        first = caution(witness, behind, identifier_text(law, law.columns))
-        pair = f"{place(witness.higher)} is favoured over {place(witness.lower)}"
-        size = f" {size_text(behind)}" if behind else ""
-        lines.append(plain(f"{first} {pair}{where}: expected utility {high} against {low}{size}.".lstrip()))
+    lines += [_headline(found, 12), "", _who(found)]
     if law.preparation:
         lines += ["", prepared_text(law.preparation)]
     lines += ["", *_table(found), ""]
@@ -183,7 +226,7 @@ def _table(found: WorstCase) -> list[str]:
     table = found.utility.on(found.law)
     if table.by_decision:
         rows = [[label, approximate(value)] for label, value in zip(found.law.decisions, _values(table, 0), strict=True)]
-        return _aligned([["worst utility", "g"], *rows])
+        return aligned([["worst utility", "g"], *rows], "  ").splitlines()
     law, witness = found.law, found.witness
     lines = [["worst utility", "decision", "g"]]
     hidden = 0
@@ -199,7 +242,7 @@ def _table(found: WorstCase) -> list[str]:
                 hidden += 1
                 continue
             lines.append([label, u, approximate(value)])
-    shown = _aligned([[plain(text) for text in line] for line in lines])
+    shown = aligned([[plain(text) for text in line] for line in lines], "  ").splitlines()
     if hidden:
         shown.append(f"  … and {hidden} more values, in the certificate")
     if witness.context is not None:
@@ -213,11 +256,6 @@ def _values(table: Any, cell: int) -> list[Any]:
     return [Fraction(v, table.scale) for v in table.row(cell)]
 
 
-def _aligned(rows: list[list[str]]) -> list[str]:
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return ["  " + "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-
-
 def _entry(found: WorstCase, document: dict[str, Any]) -> dict[str, Any]:
     from fairaudit.certificates.numbers import number
 
@@ -226,14 +264,14 @@ def _entry(found: WorstCase, document: dict[str, Any]) -> dict[str, Any]:
         "quantity": found.quantity,
         "lower": number(found.lower),
         "upper": number(found.upper),
-        "gap": None if found.gap == inf else found.gap,
+        "gap": "inf" if found.gap == inf else found.gap,
         "method": found.method,
         "certified": found.certified,
         "witness": {
             "context": witness.context,
             "higher": witness.higher,
             "lower": witness.lower,
-            "expectations": [number(v) for v in witness.expectations],
+            "expectations": witness.expectations,
         },
         "certificate": document,
     }

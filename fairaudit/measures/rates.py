@@ -13,7 +13,6 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.label_text import label_text
-from fairaudit.words import brief
 
 __all__ = ["NAMES", "Difference", "Positive", "Rate", "RatesGivenTruth", "given_truth", "positive_labels"]
 
@@ -52,7 +51,6 @@ class Positive:
     truth: str
 
 
-@brief
 @dataclass(frozen=True)
 class Rate:
     """A rate of positive decisions among those with a positive (or another) true label.
@@ -78,7 +76,6 @@ class Rate:
         return self.positives / self.draws
 
 
-@brief
 @dataclass(frozen=True)
 class Difference:
     """The greatest difference of a rate between two groups, and who they are.
@@ -110,7 +107,6 @@ class Difference:
         return self.rates[0] - self.rates[1]
 
 
-@brief
 @dataclass(frozen=True, eq=False)
 class RatesGivenTruth:
     """What the decisions are given the true label.

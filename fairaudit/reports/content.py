@@ -12,7 +12,6 @@ from fairaudit.audits.sentences import (
     Deciding,
     Drivers,
     Sizes,
-    Speaker,
     caution,
     change_text,
     decide,
@@ -21,6 +20,7 @@ from fairaudit.audits.sentences import (
     headline_pair,
     identifier_text,
     pair_text,
+    sentence,
     size_text,
     sizes,
 )
@@ -191,7 +191,7 @@ class Content:
         units = self.subject is not None and self.subject.law.units is not None and self.subject.law.units.repeated
         mean = "as mean over units" if units and deciding is not None and deciding.quantity == "local" else "in the table"
         contexts = bool(self.document["subject"]["columns"]["context"])
-        said = Speaker(words, self.sizes_of, name, contexts).sentence(deciding, local, overall, mean)
+        said = sentence(deciding, local, overall, words, sizes_of=self.sizes_of, name=name, contexts=contexts, mean=mean)
         pair = headline_pair(deciding, local, overall)
         identifiers = "" if self.subject is None else identifier_text(self.subject.law, self.subject.law.columns)
         first = caution(pair, None if pair is None else self.sizes_of(pair), identifiers, name)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import re
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from envelopes import envelope, result_of
 
 from fairaudit import InputError, Law, Utility, certify
 from fairaudit.cli import main
@@ -96,10 +96,10 @@ def test_json_is_the_only_output(tmp_path: Path, capsys: pytest.CaptureFixture[s
         == 0
     )
     out, err = capsys.readouterr()
-    printed = json.loads(out)
+    printed = envelope(out)
     assert err == ""
-    assert printed["certificate"]["metrics"]["local"]["ratio"] == "5/4"
-    assert printed["most_unequal"]["local"][0]["ratio"] == "5/4"
+    assert printed["result"]["metrics"]["local"]["ratio"] == "5/4"
+    assert printed["details"]["most_unequal"]["local"][0]["ratio"] == "5/4"
     assert any("decimal commas" in note for note in printed["notes"])
 
 
@@ -108,7 +108,7 @@ def test_several_columns_form_intersections(tmp_path: Path, capsys: pytest.Captu
     path.write_text("u,sex,age,job,year\ny,f,old,a,1\nn,f,old,a,1\ny,m,old,a,1\ny,f,young,a,1\nn,m,old,a,2\ny,f,old,a,2\n")
     command = ["certify", str(path), "--decision", "u", "--group", "sex,age", "--context", "job", "--context", "year", "--utility", "y"]
     assert main([*command, "--format", "json"]) == 0
-    witness = json.loads(capsys.readouterr().out)["certificate"]["metrics"]["local"]["witness"]
+    witness = result_of(capsys.readouterr().out)["metrics"]["local"]["witness"]
     assert witness["context"] == {"job": "a", "year": "2"}
     assert witness["higher"] == {"sex": "f", "age": "old"}
 
@@ -145,7 +145,7 @@ def test_a_log_of_values_needs_no_decision_column(tmp_path: Path, capsys: pytest
     path = tmp_path / "waits.csv"
     path.write_text("who,minutes\nf,10\nf,20\nm,12.5\nm,5\n")
     assert main(["certify", str(path), "--group", "who", "--utility-column", "minutes", "--format", "json"]) == 0
-    local = json.loads(capsys.readouterr().out)["certificate"]["metrics"]["local"]
+    local = result_of(capsys.readouterr().out)["metrics"]["local"]
     assert local["ratio"] == "12/7"
     assert local["witness"]["expectations"] == ["15", "35/4"]
 
@@ -180,6 +180,6 @@ def test_inspect_suggests_a_command_that_runs(tmp_path: Path, capsys: pytest.Cap
 
 def test_top_lists_that_many_pairs(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["certify", "--example", "ucb-admissions", "--top", "2", "--format", "json"]) == 0
-    ranked = json.loads(capsys.readouterr().out)["most_unequal"]
+    ranked = envelope(capsys.readouterr().out)["details"]["most_unequal"]
     assert [len(ranked[name]) for name in ("local", "global", "equalized_odds", "demographic_parity")] == [2, 1, 2, 1]
     assert ranked["local"][1]["witness"]["context"] == {"Dept": "F"}

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from envelopes import envelope, result_of
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
@@ -290,7 +291,7 @@ def test_the_claim_of_a_filter_is_tested(run: Callable[..., tuple[int, str, str]
     code, out, _ = run("--claimed-exp-epsilon", "3/2")
     assert code == 1 and "the filter is not what it claims" in out
     code, out, _ = run("--claimed-exp-epsilon", "5", "--format", "json")
-    assert code == 0 and json.loads(out)["findings"][0]["refuted"] is False
+    assert code == 0 and envelope(out)["details"]["findings"][0]["refuted"] is False
 
 
 def test_a_utility_of_the_group_refutes_no_filter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -309,7 +310,7 @@ def test_a_placebo_that_compares_nobody_within_contexts(tmp_path: Path, capsys: 
     placebo.write_text("u,e,x\n" + "yes,one,1\nno,one,1\nyes,two,2\nno,two,2\n" * 20)
     command = ["certify", str(effect), "--decision", "u", "--group", "a", "--context", "x", "--utility", "yes", "--format", "json"]
     assert main([*command, "--placebo", str(placebo), "--placebo-group", "e"]) == 0
-    local, overall = json.loads(capsys.readouterr().out)["findings"]
+    local, overall = envelope(capsys.readouterr().out)["details"]["findings"]
     assert local["rises"] is None and "nothing to compare" in local["sentence"]
     assert overall["rises"] is False
 
@@ -375,7 +376,7 @@ def test_planning(run: Callable[..., tuple[int, str, str]]) -> None:
     code, out, _ = run("--guess", "0.5,0.4", "--guess", "0.2,0.2", "--max-ratio", "5/4", verb="plan")
     assert code == 1 and "no number of draws" in out
     code, out, _ = run("--guess", "0.5,0.4", "--guess", "0.2,0.2", "--max-ratio", "2", "--format", "json", verb="plan")
-    assert code == 0 and len(json.loads(out)["draws"]) == 4
+    assert code == 0 and len(result_of(out)["draws"]) == 4
     for options, words in (
         (["--guess", "0.5", "--max-log", "1"], "names one group"),
         (["--guess", "0.5,2", "--max-log", "1"], "between 0 and 1"),
@@ -452,9 +453,9 @@ def test_names_and_placebo(data: Path, capsys: pytest.CaptureFixture[str], tmp_p
     command += ["--context", "model", "--utility", "maybe=1,yes=1", "--max-local-ratio", "5/4"]
     placebo = ["--placebo", str(data / "hiringbias_placebo.csv"), "--placebo-group", "placebo", "--format", "json"]
     assert main([*command, *placebo]) == 3
-    printed = json.loads(capsys.readouterr().out)
-    assert [finding["rises"] for finding in printed["findings"]] == [False, False]
-    assert printed["certificate"]["metrics"]["local"]["ratio"] == "3/2"
+    printed = envelope(capsys.readouterr().out)
+    assert [finding["rises"] for finding in printed["details"]["findings"]] == [False, False]
+    assert printed["result"]["metrics"]["local"]["ratio"] == "3/2"
     assert main([*command, "--unit", "model,jd,name", "-o", str(tmp_path / "c.json")]) == 3
     captured = capsys.readouterr()
     assert "1122 draws" in captured.err

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from envelopes import envelope
 
 import fairaudit as fa
 from fairaudit.cli import main
@@ -70,7 +70,7 @@ def test_units_are_counted_once(times: int, tmp_path: Path, capsys: pytest.Captu
     path.write_text("run,x,a,u\n" + "".join(",".join(map(str, row)) + "\n" for row in rows))
     columns = ["--decision", "u", "--group", "a", "--context", "x", "--unit", "run", "--utility", "yes"]
     assert main(["certify", str(path), *columns, "--max-local-ratio", "5/4", "--format", "json"]) == 3
-    (planned,) = json.loads(capsys.readouterr().out)["further_draws"]
+    (planned,) = envelope(capsys.readouterr().out)["details"]["further_draws"]
     assert "further units of 'run'" in planned["sentence"]
     total = planned["total"] or planned["total_if_equal"]
     assert total > 0

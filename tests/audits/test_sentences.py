@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from envelopes import envelope, envelopes
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -56,9 +57,9 @@ def test_all_faces_of_the_admissions_name_the_pair_that_exceeds(tmp_path: Path, 
     first, second, blank, sentence, *_ = said.split("\n")
     assert first.startswith("EXCEEDS ") and second.strip() == "Gender=Male over Gender=Female (n = 2,691 and 1,835)" and not blank
     assert sentence.startswith(MEN) and "(n = 2,691 and 1,835)" in sentence and "Dept=A" not in sentence
-    envelope = json.loads(asked(capsys, *EXAMPLE, "--max-global-ratio", "5/4", "--format", "json"))
-    assert envelope["sentence"] == sentence
-    assert envelope["decided_by"] == [
+    found = envelope(asked(capsys, *EXAMPLE, "--max-global-ratio", "5/4", "--format", "json"))
+    assert found["sentence"] == sentence
+    assert found["details"]["decided_by"] == [
         {
             "quantity": "global",
             "end": "lower",
@@ -358,8 +359,8 @@ def test_a_monitor_names_the_pair(tmp_path: Path, capsys: pytest.CaptureFixture[
     said = asked(capsys, "monitor", str(log), *options, "--format", "text", "--burden", "--state", str(tmp_path / "state.db"))
     assert ": exceeds, sex=m over sex=f\n" in said
     assert any(line.startswith("ALARM") and line.endswith(", sex=m over sex=f") for line in said.splitlines())
-    entries = [json.loads(line) for line in asked(capsys, "monitor", str(log), *options, "--format", "json").splitlines()]
-    assert entries[-1]["targets"][0]["pair"] == {"context": {}, "higher": {"sex": "m"}, "lower": {"sex": "f"}}
+    entries = envelopes(asked(capsys, "monitor", str(log), *options, "--format", "json"))
+    assert entries[-1]["result"]["targets"][0]["pair"] == {"context": {}, "higher": {"sex": "m"}, "lower": {"sex": "f"}}
     said = asked(capsys, "certify", "--from-monitor", str(tmp_path / "state.db"))
     assert "sex=m is disadvantaged compared with sex=f: an expected burden of 0.8 against 0.3 in the table" in said
 
@@ -388,8 +389,8 @@ def test_a_burden_is_said_in_every_face(tmp_path: Path, capsys: pytest.CaptureFi
     for face in (html(document), markdown(document)):
         assert "Gender=Male is disadvantaged compared with Gender=Female" in face and "bears" in face
         assert "favoured" not in face and "xpected utility" not in face.partition("<script")[0]
-    envelope = json.loads(asked(capsys, *EXAMPLE, "--utility", "Rejected", "--burden", "--format", "json"))
-    assert "disadvantaged" in envelope["sentence"] and envelope["certificate"]["subject"]["utility"]["burden"] is True
+    found = envelope(asked(capsys, *EXAMPLE, "--utility", "Rejected", "--burden", "--format", "json"))
+    assert "disadvantaged" in found["sentence"] and found["result"]["subject"]["utility"]["burden"] is True
     assert "disadvantaged" in admissions(burden=True)._repr_html_()
     other = tmp_path / "other.json"
     admissions(max_local_ratio=2, confidence=None).certificate.save(other)

@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 from certificate_kinds import FOUR, KINDS, admissions, small_counts
+from envelopes import result_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fairaudit as fa
-from fairaudit.certificates.compare import compare_documents as compare
+from fairaudit.certificates.compare import compare
 from fairaudit.cli import main as command
 from fairaudit.testing import laws
 
@@ -156,7 +157,7 @@ def test_what_is_gone_is_not_better(new: dict[Any, Any], said: str, tmp_path: Pa
         out = capsys.readouterr().out
         assert "NOT COMPARABLE" in out and "BETTER" not in out and "better" not in out
     assert command(["compare", *paths, "--format", "json"]) == 3
-    assert json.loads(capsys.readouterr().out)["not_comparable"] == list(found.gone)
+    assert result_of(capsys.readouterr().out)["not_comparable"] == list(found.gone)
     assert command(["compare", *reversed(paths)]) == 1  # what comes and exceeds is worse
     capsys.readouterr()
 
@@ -236,7 +237,7 @@ def test_formats(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert command(["compare", old, new, "--format", form]) == 1
     out = capsys.readouterr().out
     if form == "json":
-        found = json.loads(out)
+        found = result_of(out)
         assert found["worse"] is True and found["moved"] == [] and found["metrics"][0]["old"] == "19/8"
     else:
         assert "WORSE" in out and "loosened from 5/4 to 5/2" in out and "19/8" in out

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from envelopes import result_of
 
 import fairaudit as fa
 from fairaudit import InputError
@@ -445,7 +446,7 @@ def test_from_design_to_a_verified_certificate(tmp_path: Path, capsys: pytest.Ca
 def test_several_columns_are_written_one_row_per_pair(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     audit, filter_file = write_audit(tmp_path, '"sex", "age"'), str(tmp_path / "filter.csv")
     assert main(["design", audit, "--max-ratio", "5/4", "-o", filter_file, "--format", "json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    (found,) = result_of(capsys.readouterr().out)["found"]
     assert Path(filter_file).read_text().startswith("input_sex,input_age,output_sex,output_age,probability\n")
     again = read_mechanism(filter_file)
     assert found["mechanism"]["columns"] == ["sex", "age"]

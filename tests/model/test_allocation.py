@@ -9,6 +9,7 @@ from itertools import permutations
 from pathlib import Path
 
 import pytest
+from envelopes import result_of
 
 from fairaudit import InputError, certify, read_csv
 from fairaudit.cli import main
@@ -88,7 +89,7 @@ def test_orders_that_are_missing_or_too_frequent(
     out = capsys.readouterr().out
     assert "No bound for a random order (T10)" in out and "5.444" not in out
     main([*command, "--format", "json"])
-    assert json.loads(capsys.readouterr().out)["random_order_bound"] is None
+    assert result_of(capsys.readouterr().out)["random_order_bound"] is None
 
 
 def test_random_orders_are_not_warned_about() -> None:
@@ -158,7 +159,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main([*command, "--max-local-ratio", "5/4", "--confidence", "none"]) == 1
     capsys.readouterr()
     assert main([*command, "--format", "json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    printed = result_of(capsys.readouterr().out)
     assert (printed["random_order_bound"], printed["slots"], printed["imbalance"]) == ("49/9", 3, "0")
     for extra, word in (
         (["--utility", "x"], "--utility"),

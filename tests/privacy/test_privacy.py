@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import unicodedata
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from envelopes import result_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -618,7 +618,7 @@ def test_labels_cannot_steer_the_terminal(tmp_path: Path, capsys: pytest.Capture
 
 def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["privacy", write(tmp_path, SQUARE), "--exp-epsilon", "1,7/3", "--releases", "3", "--format", "json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = result_of(capsys.readouterr().out)
     mechanism = RandomizedResponse("abc", keep_probability="0.7")
     assert found["exp_epsilon"] == "14/3"
     assert found["delta"] == [{"exp_epsilon": "1", "delta": "11/20"}, {"exp_epsilon": "7/3", "delta": str(delta(mechanism, "7/3"))}]
@@ -631,17 +631,17 @@ def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_json_of_no_privacy_and_of_many_releases(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["privacy", write(tmp_path, "i,a,b\na,1,0\nb,0,1\n"), "--format", "json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = result_of(capsys.readouterr().out)
     assert (found["exp_epsilon"], found["epsilon"], found["gdp"]["mu"]) == ("inf", ["inf", "inf"], "inf")
     assert main(["privacy", write(tmp_path, "i,a,b\na,0.501,0.499\nb,0.499,0.501\n"), "--releases", "20000", "--format", "json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = result_of(capsys.readouterr().out)
     assert found["releases"]["exact"] is False
     assert float(F(found["releases"]["epsilon"][0])) == pytest.approx(20000 * math.log(501 / 499))
 
 
 def test_delta_at_a_given_epsilon_is_rounded_up(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["privacy", write(tmp_path, SQUARE), "--delta-at", "0.5", "--format", "json"]) == 0
-    entry = json.loads(capsys.readouterr().out)["delta"][0]
+    entry = result_of(capsys.readouterr().out)["delta"][0]
     upper = delta_at(RandomizedResponse("abc", keep_probability="0.7"), "0.5")
     assert entry["rounded_up"] is True
     assert upper <= F(entry["delta"]) <= upper + F(1, 10**20)

@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envelopes import envelope
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit import checker
 from fairaudit.certificates.certificate import schema
-from fairaudit.certificates.compare import compare_documents as compare
+from fairaudit.certificates.compare import compare
 from fairaudit.cli import main
 from fairaudit.inference.hypothesis_tests import noise_floor
 from fairaudit.inference.table_comparisons import local_comparison
@@ -82,7 +83,7 @@ def test_text_page_and_markdown_show_both(tmp_path: Path, capsys: pytest.Capture
     assert "local ratio R, mean over units" in out and "the same, as mean over units" in out
     assert "2 as the mean over rows" in err
     assert main([*command, "--format", "json"]) == 0
-    assert json.loads(capsys.readouterr().out)["targets"][0]["estimand"] == "mean over units"
+    assert envelope(capsys.readouterr().out)["details"]["targets"][0]["estimand"] == "mean over units"
     assert main([*command, "--confidence", "none"]) == 1
     assert "(this table, mean over rows, decided exactly)" in capsys.readouterr().out
     document = json.loads((tmp_path / "c.json").read_text())

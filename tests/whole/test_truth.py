@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from envelopes import envelope
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
@@ -625,8 +626,8 @@ def test_text_page_markdown_and_json(log: Path, tmp_path: Path, capsys: pytest.C
         assert "Given the true label" in shown and "Equalized odds given the true label" in shown and "0.3077" in shown
     assert "true positive rate" in text and 'data-path="metrics.equal_opportunity.value">4/13<' in page
     assert main(["certify", str(log), *OPTIONS, "--format", "json"]) == 0
-    envelope = json.loads(capsys.readouterr().out)
-    assert envelope["certificate"]["metrics"]["equal_opportunity"]["value"] == "4/13"
+    found = envelope(capsys.readouterr().out)
+    assert found["result"]["metrics"]["equal_opportunity"]["value"] == "4/13"
     assert main(["compare", str(tmp_path / "c.json"), str(tmp_path / "c.json")]) == 0
     assert main(["certify", str(log), *OPTIONS, "--context", "x", "--no-table", "-o", str(tmp_path / "d.json")]) == 0
     apart = json.loads((tmp_path / "d.json").read_text())

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envelopes import result_of
 from lying_solver import LIES, lying
 from worst_oracle import CLASSES, Oracle, certificate_or_none, checks, instance, random_law, solve_or_none
 
@@ -527,7 +528,7 @@ def test_command(options: list[str], said: str, table: str, tmp_path: Path, caps
     assert "fairaudit verify" in printed
     assert checks(json.loads(Path(output).read_text()))
     assert main(["worst-case", table, *ROLES, *options, "--format", "json"]) == 0
-    entry = json.loads(capsys.readouterr().out)
+    entry = result_of(capsys.readouterr().out)
     assert checks(entry["certificate"])
     assert entry["upper"] == entry["certificate"]["claims"][-1]["value"]
 

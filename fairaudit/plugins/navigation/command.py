@@ -6,7 +6,12 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli.output import Answer, add_format
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 DESCRIPTION = """\
 From a scanned floor to the candidate routes that a decision maker is shown: a scan is read, its top view, traversability and topological
@@ -46,6 +51,18 @@ def add(commands: Any) -> None:
         "scan", metavar="SCAN", help="S3DIS folder, text file of points (.txt, .txt.gz), .ply, map.yaml of ROS, or MovingAI .map"
     )
     maps.add_argument("-o", "--folder", metavar="DIR", required=True, help="where to write")
+    _add_grid(maps)
+    render.add(actions)
+    route = actions.add_parser("route", help="export the route to the chosen candidate", allow_abbrev=False)
+    route.set_defaults(run=_route)
+    route.add_argument("candidates", metavar="CANDIDATES.json", help="a candidate set that render wrote")
+    route.add_argument("chosen", metavar="LABEL", help="label or index of the chosen candidate")
+    route.add_argument("-o", "--output", metavar="FILE", required=True, help="a .csv or .json file: x, y in metres, heading in radians")
+    for action in (office, maps, route):
+        add_format(action)
+
+
+def _add_grid(maps: argparse.ArgumentParser) -> None:
     maps.add_argument("--resolution", metavar="M", type=float, help="side of a cell in metres (default 0.05)")
     maps.add_argument("--bounds", metavar="X,Y,X,Y", help="least x and y, greatest x and y, in metres")
     maps.add_argument("--band", metavar="LOW,HIGH", help="heights of traversable ground above the floor (default -0.15,0.15)")
@@ -56,18 +73,15 @@ def add(commands: Any) -> None:
         ("robot-radius", "radius of the robot (default 0)"),
     ):
         maps.add_argument(f"--{name}", metavar="M", type=float, help=said)
-    render.add(actions)
-    route = actions.add_parser("route", help="export the route to the chosen candidate", allow_abbrev=False)
-    route.set_defaults(run=_route)
-    route.add_argument("candidates", metavar="CANDIDATES.json", help="a candidate set that render wrote")
-    route.add_argument("chosen", metavar="LABEL", help="label or index of the chosen candidate")
-    route.add_argument("-o", "--output", metavar="FILE", required=True, help="a .csv or .json file: x, y in metres, heading in radians")
 
 
-def _office(arguments: argparse.Namespace) -> int:
+def _answer(action: str, result: dict[str, Any], text: Callable[[], str], sentence: str) -> Answer:
+    return Answer("navigation", sentence=sentence, result=lambda: {"action": action, **result}, text=text)
+
+
+def _office(arguments: argparse.Namespace) -> Answer:
     from importlib.resources import files
 
-    from fairaudit.cli.output import put
     from fairaudit.errors import InputError
     from fairaudit.files import write_atomically
     from fairaudit.plugins.navigation.office import hr_office, random_office, write_office
@@ -80,17 +94,17 @@ def _office(arguments: argparse.Namespace) -> int:
         raise InputError(f"--seed is {arguments.seed}; an integer of at least 0 is accepted")
     plan = hr_office() if arguments.seed is None else random_office(arguments.seed)
     count = write_office(plan, folder / "area", spacing=arguments.spacing)
-    lines = [f"{count:,} points, {len(plan.rooms)} rooms, {len(plan.doors)} doors: {folder / 'area'}"]
+    said = f"{count:,} points, {len(plan.rooms)} rooms, {len(plan.doors)} doors: {folder / 'area'}"
+    examples = []
     if arguments.seed is None:
         for example in sorted(files("fairaudit.plugins.navigation").joinpath("examples").iterdir(), key=lambda entry: entry.name):
             write_atomically(folder / example.name, [example.read_bytes()])
-            lines.append(f"example: {folder / example.name}")
-    put(plain("\n".join(lines)) if len(lines) == 1 else "\n".join(plain(line) for line in lines))
-    return 0
+            examples.append(folder / example.name)
+    result = {"points": count, "rooms": len(plan.rooms), "doors": len(plan.doors), "area": folder / "area", "examples": examples}
+    return _answer("office", result, lambda: "\n".join(map(plain, [said, *(f"example: {path}" for path in examples)])), f"{said}.")
 
 
-def _maps(arguments: argparse.Namespace) -> int:
-    from fairaudit.cli.output import put
+def _maps(arguments: argparse.Namespace) -> Answer:
     from fairaudit.plugins.navigation.render import draw_maps
     from fairaudit.plugins.navigation.scenario import read_scan
     from fairaudit.words import plain
@@ -117,8 +131,14 @@ def _maps(arguments: argparse.Namespace) -> int:
     size = f"{frame.rows} × {frame.columns} cells of {frame.resolution:g} m from ({frame.x:g}, {frame.y:g})"
     lines.append(f"{size}, {int(maps.free.sum()):,} of them traversable")
     lines.append(f"maps: {arguments.folder}")
-    put("\n".join(plain(line) for line in lines))
-    return 0
+    result = {
+        "folder": arguments.folder,
+        "points": None if points is None else len(points),
+        "notes": list(points.notes) if points else [],
+        "frame": {"x": frame.x, "y": frame.y, "resolution": frame.resolution, "rows": frame.rows, "columns": frame.columns},
+        "traversable": int(maps.free.sum()),
+    }
+    return _answer("maps", result, lambda: "\n".join(map(plain, lines)), f"{size}, {int(maps.free.sum()):,} of them traversable.")
 
 
 def _list(text: str, name: str, count: int) -> tuple[float, ...]:
@@ -135,11 +155,10 @@ def _list(text: str, name: str, count: int) -> tuple[float, ...]:
     return values
 
 
-def _route(arguments: argparse.Namespace) -> int:
+def _route(arguments: argparse.Namespace) -> Answer:
     from itertools import pairwise
     from math import atan2
 
-    from fairaudit.cli.output import put
     from fairaudit.errors import InputError
     from fairaudit.files import write_atomically
     from fairaudit.words import plain
@@ -155,8 +174,9 @@ def _route(arguments: argparse.Namespace) -> int:
     else:
         raise InputError(f"{output}: a route ends in .csv or .json")
     write_atomically(output, [text.encode()])
-    put(plain(f"route to {candidate['label']}, {len(poses)} poses: {output}"))
-    return 0
+    said = f"route to {candidate['label']}, {len(poses)} poses: {output}"
+    result = {"label": candidate["label"], "length": candidate["length"], "poses": len(poses), "output": output}
+    return _answer("route", result, lambda: plain(said), f"R{said[1:]}.")
 
 
 def _chosen(path: Path, chosen: str) -> tuple[dict[str, Any], list[tuple[float, float]]]:

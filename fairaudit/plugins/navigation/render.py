@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.output import Answer, add_format
 from fairaudit.errors import InputError
 
 if TYPE_CHECKING:
@@ -44,29 +45,35 @@ def add(actions: Any) -> None:
     parser.set_defaults(run=run)
     parser.add_argument("file", metavar="FILE", help="scenario file, or experiment file with [images] (.toml)")
     parser.add_argument("-o", "--folder", metavar="DIR", help="where to write, instead of the folder that the file names")
+    add_format(parser)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
-    from fairaudit.cli.output import put
     from fairaudit.plugins.navigation.scenario import plan_candidates, scenarios_of
     from fairaudit.words import plain
 
     scenarios = scenarios_of(arguments.file)
     if arguments.folder and len(scenarios) > 1:
         raise InputError(f"{arguments.file} has pictures of {len(scenarios)} scenarios; --folder goes with one of them")
+    lines, listed = [], []
     for scenario in scenarios:
         found = plan_candidates(scenario)
         folder = Path(arguments.folder) if arguments.folder else scenario.path.parent / scenario.folder
-        render(found, folder)
-        lines = [scenario.title, *(f"note: {note}" for note in found.notes)]
+        document = render(found, folder)
+        lines += [scenario.title, *(f"note: {note}" for note in found.notes)]
         lines += [
             f"{c.index}  {c.label}: {c.length:.2f} m, {len(c.waypoints)} waypoints, {folder / picture_name(c.index)}"
             for c in found.candidates
         ]
         lines.append(f"candidate set: {folder / 'candidates.json'}")
-        put("\n".join(plain(line) for line in lines))
-    return 0
+        listed.append({"folder": folder, "candidate_set": document})
+    return Answer(
+        "navigation",
+        sentence=f"Candidate routes were drawn for {', '.join(scenario.title for scenario in scenarios)}.",
+        result=lambda: {"action": "render", "scenarios": listed},
+        text=lambda: "\n".join(map(plain, lines)),
+    )
 
 
 def picture_name(index: int) -> str:

@@ -1,4 +1,7 @@
-"""`fairaudit experiment run|status|certify|plot FILE`. Imports nothing heavy before it runs."""
+"""`fairaudit experiment list|run|status|certify|plot`. Imports nothing heavy before it runs.
+
+Each action answers as it goes, of `run` for each decision maker; as JSON an answer is one line.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +9,17 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli import plugins
-from fairaudit.cli.options import add_limits, given_limits
+from fairaudit.cli.options import add_limits, confidence_option, given_limits
+from fairaudit.cli.output import Answer, add_format
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from fairaudit.plugins.vlm.experiment import Experiment, Model
     from fairaudit.plugins.vlm.journal import Journal
+    from fairaudit.plugins.vlm.report import Found
+    from fairaudit.plugins.vlm.run import Report
 
 HELP = "ask a language model, keep every answer, and certify what it does"
 EXTENSIONS = "fairaudit.experiment_commands"
@@ -35,6 +42,7 @@ def add(commands: Any) -> None:
     actions = parser.add_subparsers(metavar="ACTION", required=True, parser_class=type(parser))
     listing = actions.add_parser("list", help="experiment files that ship with fairaudit", allow_abbrev=False)
     listing.set_defaults(run=_list)
+    add_format(listing)
     for name, work, said in (
         ("run", _run, "ask what has no answer yet"),
         ("status", _status, "what has been asked, answered and spent"),
@@ -48,7 +56,12 @@ def add(commands: Any) -> None:
         extension.add(actions)
 
 
+def _answer(action: str, result: dict[str, Any], text: Callable[[], str], **rest: Any) -> Answer:
+    return Answer("experiment", result=lambda: {"action": action, **result}, text=text, **rest)
+
+
 def _options(action: argparse.ArgumentParser, name: str) -> None:
+    add_format(action)
     action.add_argument("file", metavar="FILE", help="experiment file (.toml), or the name of one that ships with fairaudit")
     action.add_argument(
         "--folder", metavar="DIR", help="where journal, tables, certificates and figure are (default: the experiment's name)"
@@ -77,17 +90,19 @@ def _options(action: argparse.ArgumentParser, name: str) -> None:
     if name in ("certify", "plot"):
         action.add_argument("--confidence", metavar="C", help="confidence of intervals (default 0.95); 'none' judges the table itself")
     if name == "certify":
-        action.add_argument("--format", choices=("text", "json"), default="text", help="what to print")
         add_limits(action.add_argument_group("targets (by default those of the file)"))
 
 
-def _list(arguments: argparse.Namespace) -> int:  # noqa: ARG001
+def _list(arguments: argparse.Namespace) -> Iterator[Answer]:  # noqa: ARG001
     from fairaudit.plugins.vlm.experiment import bundled, read_experiment
 
-    for name in bundled():
-        found = read_experiment(name)
-        print(f"{name}\n    {found.title}\n    {found.source}")
-    return 0
+    found = [(name, read_experiment(name)) for name in bundled()]
+    yield _answer(
+        "list",
+        {"experiments": [{"name": name, "title": entry.title, "source": entry.source} for name, entry in found]},
+        lambda: "\n".join(f"{name}\n    {entry.title}\n    {entry.source}" for name, entry in found),
+        sentence=f"{len(found)} experiments ship with fairaudit.",
+    )
 
 
 def _models(experiment: Experiment, arguments: argparse.Namespace) -> list[Model]:
@@ -141,12 +156,12 @@ def _open(arguments: argparse.Namespace, *, create: bool) -> tuple[Experiment, P
     return experiment, folder, Journal(folder / "journal.sqlite", experiment.digest, experiment.trials, create=create)
 
 
-def _run(arguments: argparse.Namespace) -> int:
+def _run(arguments: argparse.Namespace) -> Iterator[Answer]:
     from fairaudit.plugins.vlm.run import Budget, run
-    from fairaudit.words import plain
 
     if arguments.dry_run:
-        return _dry_run(arguments)
+        yield _dry_run(arguments)
+        return
     experiment, folder, journal = _open(arguments, create=True)
     code = 0
     with journal:
@@ -154,18 +169,32 @@ def _run(arguments: argparse.Namespace) -> int:
         journal.claim()
         for model in models:
             report = run(experiment, model, journal, budget=Budget(arguments.max_cost, arguments.max_tokens))
-            print(plain(f"{model.key}: {report.answered} of {report.total} answers are in {folder}/journal.sqlite"))
-            if report.stopped:
-                print(plain(f"  stopped: {report.stopped}; run again with a larger one to go on"))
-            for line in report.unanswered[:5]:
-                print(plain(f"  no answer: {line}"))
-            if len(report.unanswered) > 5:
-                print(f"  … and {len(report.unanswered) - 5} more; run again to ask them once more")
             code = code if report.complete else 3
-    return code
+            yield _ran(model.key, report, folder, code)
 
 
-def _dry_run(arguments: argparse.Namespace) -> int:
+def _ran(model: str, report: Report, folder: Path, code: int) -> Answer:
+    """How the run of one decision maker ended."""
+    from fairaudit.words import plain
+
+    said = f"{model}: {report.answered} of {report.total} answers are in {folder}/journal.sqlite"
+    lines = [said]
+    lines += [f"  stopped: {report.stopped}; run again with a larger one to go on"] if report.stopped else []
+    lines += [f"  no answer: {line}" for line in report.unanswered[:5]]
+    if len(report.unanswered) > 5:
+        lines.append(f"  … and {len(report.unanswered) - 5} more; run again to ask them once more")
+    result = {
+        "model": model,
+        "journal": f"{folder}/journal.sqlite",
+        "answered": report.answered,
+        "total": report.total,
+        "stopped": report.stopped,
+        "unanswered": report.unanswered,
+    }
+    return _answer("run", result, lambda: "\n".join(map(plain, lines)), sentence=f"{said}.", code=code)
+
+
+def _dry_run(arguments: argparse.Namespace) -> Answer:
     from fairaudit.plugins.vlm.experiment import read_experiment
     from fairaudit.plugins.vlm.journal import Journal
     from fairaudit.plugins.vlm.run import estimate, folder_of
@@ -175,63 +204,128 @@ def _dry_run(arguments: argparse.Namespace) -> int:
     path = folder_of(experiment, arguments.folder) / "journal.sqlite"
     journal = Journal(path, experiment.digest, experiment.trials, create=False) if path.is_file() else None
     cells = experiment.cells()
+    lines: list[str] = []
+    listed: list[dict[str, Any]] = []
     for model in _models(experiment, arguments):
         found = estimate(experiment, model, journal)
-        print(plain(f"{found.model}: {found.calls} calls, {found.answered} of them answered already"))
-        if model.maker == "endpoint":
-            cost = f", at the most about {found.cost:.2f} in the currency of its prices" if model.price_input or model.price_output else ""
-            print(f"  still about {found.input_tokens} tokens to send and at the most {found.output_tokens} to receive{cost}")
+        asked, priced = model.maker == "endpoint", bool(model.price_input or model.price_output)
+        lines.append(f"{found.model}: {found.calls} calls, {found.answered} of them answered already")
+        if asked:
+            cost = f", at the most about {found.cost:.2f} in the currency of its prices" if priced else ""
+            lines.append(f"  still about {found.input_tokens} tokens to send and at the most {found.output_tokens} to receive{cost}")
+        listed.append(
+            {
+                "model": found.model,
+                "calls": found.calls,
+                "answered": found.answered,
+                "input_tokens": found.input_tokens,
+                "output_tokens": found.output_tokens,
+                "cost": found.cost if asked and priced else None,
+            }
+        )
     system, user = experiment.prompt(*cells[0])
-    print(f"\nThe first of {len(cells)} prompts")
-    print("\n".join(f"  {plain(line)}" for line in f"{system}\n\n{user}".splitlines()))
-    for option, picture in experiment.pictures(cells[0][0]):
-        print(plain(f"  [image for {option}: {picture}]"))
-    return 0
+    pictures = [(option, str(picture)) for option, picture in experiment.pictures(cells[0][0])]
+    shown = [f"  {line}" for line in f"{system}\n\n{user}".splitlines()]
+    shown += [f"  [image for {option}: {picture}]" for option, picture in pictures]
+    return _answer(
+        "dry-run",
+        {"models": listed, "prompts": len(cells), "first_prompt": {"system": system, "user": user, "images": pictures}},
+        lambda: "\n".join(map(plain, [*lines, "", f"The first of {len(cells)} prompts", *shown])),
+        sentence=f"{sum(entry['calls'] for entry in listed)} calls, of which nothing was asked now.",
+    )
 
 
-def _status(arguments: argparse.Namespace) -> int:
-    from fairaudit.plugins.vlm.analyse import tables
+def _status(arguments: argparse.Namespace) -> Iterator[Answer]:
     from fairaudit.plugins.vlm.journal import described
     from fairaudit.words import plain
 
     experiment, folder, journal = _open(arguments, create=False)
-    complete = True
+    lines = [experiment.title, f"  {folder}/journal.sqlite, {experiment.trials} answers per cell, experiment {experiment.digest[:12]}"]
     with journal:
-        print(plain(experiment.title))
-        print(plain(f"  {folder}/journal.sqlite, {experiment.trials} answers per cell, experiment {experiment.digest[:12]}"))
-        for model in journal.models():
-            total, done = journal.size(model)
-            tokens, cost, lost = journal.spent(model)
-            complete = complete and total == done
-            print(plain(f"{model}: {done} of {total} answered, {tokens} tokens, {cost:.4f} spent"))
-            for table in tables(experiment, journal, model) if done else []:
-                kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(table.kinds.items()))
-                print(f"  {'answers' if table.setting < 0 else f'setting {table.setting + 1}'}: {kinds}")
-            results = ", ".join(f"{n} {plain(result)}" for result, n in journal.attempt_results(model).items() if result != "answered")
-            if results:
-                print(f"  attempts without an answer: {results}")
-            if lost:
-                print(f"  {lost} requests were sent and their answer never came back; they may have been paid for and count as spent:")
-        for entry in journal.unknown_fate():
-            print(plain(f"    {described(entry)}"))
-    return 0 if complete else 3
+        models = [_state_of(experiment, journal, model) for model in journal.models()]
+        unknown = [described(entry) for entry in journal.unknown_fate()]
+    for found in models:
+        lines += _state_lines(found)
+    lines += [f"    {text}" for text in unknown]
+    complete = all(found["answered"] == found["total"] for found in models)
+    yield _answer(
+        "status",
+        {
+            "experiment": experiment.title,
+            "digest": experiment.digest,
+            "journal": f"{folder}/journal.sqlite",
+            "trials": experiment.trials,
+            "models": models,
+            "unknown_fate": unknown,
+        },
+        lambda: "\n".join(map(plain, lines)),
+        sentence=f"{sum(m['answered'] for m in models)} of {sum(m['total'] for m in models)} questions have an answer.",
+        code=0 if complete else 3,
+    )
 
 
-def _certify(arguments: argparse.Namespace) -> int:
-    from fairaudit.plugins.vlm.report import certify_all, said
+def _state_of(experiment: Experiment, journal: Journal, model: str) -> dict[str, Any]:
+    """What has been asked of a decision maker, answered and spent."""
+    from fairaudit.plugins.vlm.analyse import tables
+
+    total, done = journal.size(model)
+    tokens, cost, lost = journal.spent(model)
+    return {
+        "model": model,
+        "answered": done,
+        "total": total,
+        "tokens": tokens,
+        "cost": cost,
+        "answers": [
+            {"setting": None if table.setting < 0 else table.setting + 1, "kinds": dict(sorted(table.kinds.items()))}
+            for table in (tables(experiment, journal, model) if done else [])
+        ],
+        "attempts": {result: n for result, n in journal.attempt_results(model).items() if result != "answered"},
+        "lost": lost,
+    }
+
+
+def _state_lines(found: dict[str, Any]) -> list[str]:
+    lines = [f"{found['model']}: {found['answered']} of {found['total']} answered, {found['tokens']} tokens, {found['cost']:.4f} spent"]
+    for entry in found["answers"]:
+        kinds = ", ".join(f"{n} {kind}" for kind, n in entry["kinds"].items())
+        lines.append(f"  {'answers' if entry['setting'] is None else 'setting ' + str(entry['setting'])}: {kinds}")
+    if found["attempts"]:
+        lines.append(f"  attempts without an answer: {', '.join(f'{n} {result}' for result, n in found['attempts'].items())}")
+    if found["lost"]:
+        lines.append(
+            f"  {found['lost']} requests were sent and their answer never came back; they may have been paid for and count as spent:"
+        )
+    return lines
+
+
+def _certify(arguments: argparse.Namespace) -> Iterator[Answer]:
+    from fairaudit.plugins.vlm.report import certify_all, figures, said
 
     experiment, folder, journal = _open(arguments, create=False)
     with journal:
         models = [m for m in journal.models() if m in _keys(experiment, arguments, journal)]
         targets = given_limits(arguments) or None
-        found = certify_all(experiment, journal, models, folder, confidence=_confidence(arguments.confidence), targets=targets)
-    print(said(found, arguments.format))
-    return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[found.verdict]
+        found = certify_all(experiment, journal, models, folder, confidence=confidence_option(arguments.confidence), targets=targets)
+    yield _answer(
+        "certify",
+        {**figures(found), "written": found.written},
+        lambda: said(found),
+        verdict=found.verdict,
+        sentence=_about(found),
+        code={"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[found.verdict],
+    )
 
 
-def _plot(arguments: argparse.Namespace) -> int:
+def _about(found: Found) -> str:
+    models = len({model for model, _, _ in found.findings})
+    judged = "no target was set" if found.verdict == "none" else f"the verdict is {found.verdict}"
+    return f"{found.experiment.title}: {len(found.findings)} findings about {models} decision maker{'s' * (models > 1)}; {judged}."
+
+
+def _plot(arguments: argparse.Namespace) -> Iterator[Answer]:
     from fairaudit.plugins.vlm.plot import draw
-    from fairaudit.plugins.vlm.report import certify_all
+    from fairaudit.plugins.vlm.report import certify_all, figures
     from fairaudit.plugins.vlm.run import run
     from fairaudit.words import plain
 
@@ -243,26 +337,19 @@ def _plot(arguments: argparse.Namespace) -> int:
                 if model.maker != "endpoint":
                     run(experiment, model, journal)
         models = [m for m in journal.models() if m in _keys(experiment, arguments, journal)]
-        found = certify_all(experiment, journal, models, folder, confidence=_confidence(arguments.confidence), targets=None)
+        found = certify_all(experiment, journal, models, folder, confidence=confidence_option(arguments.confidence), targets=None)
     path = draw(experiment, found, folder / "figure.png")
-    print(plain(f"{len(found.written)} tables and certificates are in {folder}"))
-    print(plain(f"The figure is {path}"))
-    return 0
+    lines = [f"{len(found.written)} tables and certificates are in {folder}", f"The figure is {path}"]
+    yield _answer(
+        "plot",
+        {**figures(found), "written": found.written, "figure": path},
+        lambda: "\n".join(map(plain, lines)),
+        verdict=found.verdict,
+        sentence=_about(found),
+    )
 
 
 def _keys(experiment: Experiment, arguments: argparse.Namespace, journal: Journal) -> list[str]:
     if arguments.model is None and arguments.maker is None and arguments.base_url is None:
         return journal.models()
     return [model.key for model in _models(experiment, arguments)]
-
-
-def _confidence(given: str | None) -> Any:
-    from fairaudit.errors import InputError, shown
-    from fairaudit.inference.levels import confidence_level
-
-    if given == "none":
-        return None
-    try:
-        return confidence_level(given or "0.95")
-    except InputError:
-        raise InputError(f"--confidence {shown(given)} is not accepted; a number between 0 and 1 such as 0.95 is, or 'none'") from None

@@ -23,7 +23,7 @@ from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.journal import Journal
 from fairaudit.words import approximate, plain
 
-__all__ = ["Found", "certify_all", "said"]
+__all__ = ["Found", "certify_all", "figures", "said"]
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 TITLES = {
@@ -88,14 +88,12 @@ def certify_all(
                     written += finding.result.certificate.save(folder / name)
     found = Found(experiment, tuple(findings), ())
     results = folder / "results.json"
-    write_atomically(results, [json.dumps(_document(found), ensure_ascii=True, indent=1).encode() + b"\n"])
+    write_atomically(results, [json.dumps(figures(found), ensure_ascii=True, indent=1).encode() + b"\n"])
     return Found(experiment, tuple(findings), (*written, results))
 
 
-def said(found: Found, form: str) -> str:
-    """What was found, as text or JSON."""
-    if form == "json":
-        return json.dumps(_document(found), ensure_ascii=True, indent=1)
+def said(found: Found) -> str:
+    """What was found, as text."""
     lines = [
         plain(found.experiment.title),
         f"Utility: {plain(found.experiment.utility_name)}. Each interval holds at the confidence of its certificate, by itself.",
@@ -219,8 +217,8 @@ def _write(path: Path, rows: Sequence[Sequence[Any]]) -> Path:
     return path
 
 
-def _document(found: Found) -> dict[str, Any]:
-    """All figures as JSON."""
+def figures(found: Found) -> dict[str, Any]:
+    """All figures, as ``results.json`` holds them."""
     return {
         "experiment": found.experiment.title,
         "digest": found.experiment.digest,

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 
+from fairaudit.cli.output import tell
 from fairaudit.errors import InputError
 
 for module in ("PIL", "networkx", "yaml", "plyfile"):
@@ -38,7 +39,7 @@ def fairaudit(*words: str) -> int:
     command.add(commands)
     render.add(commands.add_parser("experiment").add_subparsers())
     arguments = parser.parse_args(list(words))
-    return arguments.run(arguments)
+    return tell(arguments.run(arguments), arguments.format)
 
 
 @pytest.fixture(scope="module")

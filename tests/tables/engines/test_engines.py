@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import sqlite3
 from collections import Counter
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from envelopes import result_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from logs import COLUMNS, as_csv, certificate, counts, log
@@ -295,7 +295,7 @@ def test_intervals_on_the_command_line(files: dict[str, str], capsys: pytest.Cap
             "--utility=yes",
             "--format=json",
         ) in (0, 3)
-        document = json.loads(capsys.readouterr().out)["certificate"]
+        document = result_of(capsys.readouterr().out)
         assert tuple(document["subject"]["columns"]["context"]) == expected
         header = document["subject"]["table"]["header"]
         labels = [label[-1] for label in header["contexts"]] if "age" in expected else [label[0] for label in header["groups"]]
@@ -364,9 +364,9 @@ def test_the_printed_statement_runs_and_its_result_is_read_back(
         command = shlex.split(comment.partition("then: ")[2])[1:]
         command[1] = str(tmp_path / "result.csv")
         assert main([*command, "--format=json"]) in (0, 3)
-        results.append(json.loads(capsys.readouterr().out)["certificate"]["metrics"]["local"]["ratio"])
+        results.append(result_of(capsys.readouterr().out)["metrics"]["local"]["ratio"])
     assert run("certify", files["log.csv"], *options, "--format=json") in (0, 3)
-    assert {json.loads(capsys.readouterr().out)["certificate"]["metrics"]["local"]["ratio"]} == set(results)
+    assert {result_of(capsys.readouterr().out)["metrics"]["local"]["ratio"]} == set(results)
 
 
 NAMES = st.text(st.characters(exclude_characters="\x00", exclude_categories=["Cs"]), min_size=1, max_size=8)
@@ -566,12 +566,12 @@ def test_counts_need_not_be_csv(tmp_path: Path, capsys: pytest.CaptureFixture[st
     for words in sources:
         for value in ("--count=n", "--probability=p"):
             assert run("certify", *words, "--decision=answer", "--group=sex", value, "--utility=yes", "--format=json") in (0, 3)
-            found = json.loads(capsys.readouterr().out)["certificate"]
+            found = result_of(capsys.readouterr().out)
             assert found["metrics"]["local"]["ratio"] == "3/2"
         assert run("worst-case", *words, "--decision=answer", "--group=sex", "--count=n", "--tau=0.1") == 0
         capsys.readouterr()
     assert run("certify", tmp_path / "audit.toml", "--format=json") in (0, 3)
-    assert json.loads(capsys.readouterr().out)["certificate"]["metrics"]["local"]["ratio"] == "3/2"
+    assert result_of(capsys.readouterr().out)["metrics"]["local"]["ratio"] == "3/2"
 
 
 def test_rows_of_counts_that_are_equal_add_up_and_probabilities_do_not() -> None:

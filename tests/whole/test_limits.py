@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envelopes import envelope, envelopes, result_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -26,6 +27,7 @@ from fairaudit.exact.enclosures import compare_log
 from fairaudit.exact.rationals import option_value, rational
 from fairaudit.filters.calibration import calibrate
 from fairaudit.filters.calibration_with_policy import calibrate_policy
+from fairaudit.inference.hypothesis_tests import test_filter
 from fairaudit.inference.planning import further_draws, plan
 from fairaudit.inference.ratio_intervals import ratio_interval
 from fairaudit.inference.table_comparisons import local_comparison
@@ -36,6 +38,7 @@ from fairaudit.streams.state import State
 from fairaudit.tables.binning import Bins
 from fairaudit.theorems.t03 import t3_approx
 
+test_filter.__test__ = False  # type: ignore[attr-defined]
 F = Fraction
 FOUR_FIFTHS = "ratio at most 1.25 (least at least 0.8 of the greatest; log 0.2231)"
 FIFTH = "log-ratio at most 0.2 (ratio 1.221; least at least 0.8187 of the greatest)"
@@ -316,7 +319,7 @@ def test_four_fifths_exceed_and_both_readings_are_shown(log: str, tmp_path: Path
         said = capsys.readouterr().out
         assert f"global {FOUR_FIFTHS}" in said and f"local {FIFTH}" in said
     assert main(["certify", log, *COLUMNS, "--max-global-ratio", "0.8", "--format", "json"]) == 1
-    target = json.loads(capsys.readouterr().out)["targets"][0]
+    target = envelope(capsys.readouterr().out)["details"]["targets"][0]
     assert target["limit"] == "5/4" and target["readings"] == limit_readings("ratio", F(5, 4))
 
 
@@ -326,7 +329,8 @@ def test_calibrate_design_and_plan_show_both_readings(capsys: pytest.CaptureFixt
             assert main([*command.split(), "--max-ratio", limit]) == 0
             assert f"local {FOUR_FIFTHS}" in capsys.readouterr().out
             assert main([*command.split(), "--max-ratio", limit, "--format", "json"]) == 0
-            assert json.loads(capsys.readouterr().out)["readings"] == limit_readings("ratio", F(5, 4))
+            said = result_of(capsys.readouterr().out)
+            assert said.get("found", [said])[0]["readings"] == limit_readings("ratio", F(5, 4))
         assert main([*command.split(), "--max-log", "0.2"]) == 0
         assert "0.8187 of the greatest" in capsys.readouterr().out
     assert main(["calibrate", "--groups", "4", "--max-ratio", "0.8", "--global"]) == 0
@@ -345,8 +349,8 @@ def test_a_monitor_shows_both_readings(tmp_path: Path, capsys: pytest.CaptureFix
     said = capsys.readouterr().out
     assert f"ALARM: local {FOUR_FIFTHS}: " in said and f"  local {FOUR_FIFTHS}: exceeds" in said
     assert main([*command, "--format", "json"]) == 1
-    alarm, last = (json.loads(line) for line in capsys.readouterr().out.splitlines())
-    assert alarm["alarm"]["readings"] == last["targets"][0]["readings"] == limit_readings("ratio", F(5, 4))
+    alarm, last = envelopes(capsys.readouterr().out)
+    assert alarm["result"]["readings"] == last["result"]["targets"][0]["readings"] == limit_readings("ratio", F(5, 4))
 
 
 def test_an_experiment_shows_both_readings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -358,7 +362,7 @@ def test_an_experiment_shows_both_readings(tmp_path: Path, capsys: pytest.Captur
     assert f"Target: local {FOUR_FIFTHS}." in capsys.readouterr().out
     assert main([*command, "--format", "json"]) in (0, 1, 3)
     assert limit_readings("ratio", F(5, 4)) in [
-        target["readings"] for entry in json.loads(capsys.readouterr().out)["findings"] for target in entry["targets"]
+        target["readings"] for entry in result_of(capsys.readouterr().out)["findings"] for target in entry["targets"]
     ]
 
 
@@ -458,7 +462,7 @@ def test_a_state_of_before_keeps_the_logarithms_that_it_meant(tmp_path: Path, ca
     state.close()
     for more in ([], ["--at-alarm"]):
         assert main(["certify", "--from-monitor", path, *more, "--format", "json"]) == 1
-        targets = json.loads(capsys.readouterr().out)["certificate"]["targets"]
+        targets = result_of(capsys.readouterr().out)["targets"]
         assert {f"max_{t['quantity']}_{t['unit']}": t["limit"] for t in targets} == kept
 
 
@@ -468,9 +472,9 @@ def test_a_state_of_before_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture
     audit = ["--decision", "answer", "--group", "sex", "--utility", "yes", "--max-global-log", "0.3", "--max-local-ratio", "4"]
     assert "another audit" in refused(capsys, "monitor", str(log), "--state", path, *audit, "--max-local-log", "0.3")
     assert main(["monitor", str(log), "--state", path, *audit, "--max-local-log", "0.2"]) == 1
-    alarms, last = [json.loads(line) for line in capsys.readouterr().out.splitlines()][-2:]
+    alarms, last = [found["result"] for found in envelopes(capsys.readouterr().out)[-2:]]
     assert last["decisions"] == 300
-    assert alarms["alarm"]["target"] == "max_global_log"
+    assert alarms["target"] == "max_global_log"
     assert [alarm["target"] for alarm in last["alarms"]] == ["max_local_log", "max_global_log"]
     assert main(["monitor", str(log), "--state", path]) == 1
 

@@ -1,0 +1,127 @@
+"""What `certify` says of a result, whatever it was made from, and where it writes certificate and page."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli.output import Answer
+
+if TYPE_CHECKING:
+    from fairaudit.audits.result import Result
+    from fairaudit.audits.sentences import Deciding, Sizes
+    from fairaudit.certificates.certificate import Certificate
+    from fairaudit.cli.population import Finding
+    from fairaudit.measures.distances import Distance
+    from fairaudit.measures.ratios import Ratio
+
+__all__ = ["certified", "target_entries"]
+
+
+def certified(arguments: argparse.Namespace, result: Result, findings: list[Finding], notes: Sequence[str] = ()) -> Answer:
+    """Write the certificate and its page where the options say so, and answer with what was found."""
+    from fairaudit.reports.text import summary
+    from fairaudit.words import plain
+
+    written = result.certificate.save(arguments.output) if arguments.output is not None else []
+    if arguments.report is not None:
+        _write_page(result.certificate, arguments.report)
+    return Answer(
+        "certify",
+        verdict=result.verdict,
+        sentence=result.sentence,
+        notes=(*result.notes, *notes),
+        result=lambda: result.certificate.document,
+        details=lambda: _details(result, arguments.top, findings),
+        text=lambda: summary(result, arguments.top, [str(path) for path in written], [plain(found.sentence) for found in findings]),
+        code=1 if any(finding.refuted for finding in findings) else result.exit_code,
+    )
+
+
+def target_entries(result: Result) -> list[dict[str, Any]]:
+    """The limits that were given, as a ratio, as least over greatest and as a logarithm, with their verdicts."""
+    from fairaudit.measures.limits import limit_readings
+
+    return [
+        {
+            "quantity": target.quantity,
+            "unit": target.unit,
+            "limit": target.limit,
+            "readings": limit_readings(target.unit, target.limit),
+            **({"estimand": target.estimand} if result.law.units else {}),
+            "verdict": target.verdict,
+        }
+        for target in result.targets
+    ]
+
+
+def _details(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
+    """What stands beside the certificate: targets, what decided them, the most unequal pairs, tests, and draws still needed."""
+    from fairaudit.certificates.entries import measure_entry
+
+    return {
+        "targets": target_entries(result),
+        "decided_by": [None if deciding is None else _decided(deciding, result) for deciding in result.deciding],
+        "most_unequal": {
+            name: [measure_entry(m) | _sizes(m, result) for m in measures] for name, measures in result.most_unequal(top).items()
+        },
+        "findings": [{"test": found.test, "sentence": found.sentence, **found.figures} for found in findings],
+        "further_draws": [
+            {
+                "quantity": target.quantity,
+                "unit": target.unit,
+                "draws": planned.draws,
+                "decides": planned.decides,
+                "total": planned.total,
+                "total_if_equal": planned.total_if_equal,
+                "sentence": planned.sentence,
+            }
+            for target, planned in result.further_draws
+        ],
+    }
+
+
+def _decided(deciding: Deciding, result: Result) -> dict[str, Any]:
+    """What decided a target: the pair of groups with its sizes, the end or ratio that was compared with the limit, and where it is from."""
+    from fairaudit.certificates.numbers import number
+
+    pair = deciding.pair
+    labels = None if pair is None else {"context": pair.context, "higher": pair.higher, "lower": pair.lower}
+    sized = {} if pair is None else _sized(result.sizes_of(pair))
+    return {"quantity": deciding.quantity, "end": deciding.end, "value": number(deciding.value), "by": deciding.by, "pair": labels, **sized}
+
+
+def _sizes(measured: Ratio | Distance, result: Result) -> dict[str, Any]:
+    from fairaudit.measures.ratios import Ratio
+
+    return _sized(result.sizes_of(measured.witness)) if isinstance(measured, Ratio) else {}
+
+
+def _sized(found: Sizes | None) -> dict[str, Any]:
+    """How many decisions, and sampling units, were recorded of a pair."""
+    if found is None:
+        return {}
+    units = {} if found[0].units is None else {"units": [size.units for size in found]}
+    return {"decisions": [size.decisions for size in found], **units}
+
+
+def _write_page(certificate: Certificate, path: str) -> None:
+    """Write the page of a certificate that was just made, after checking it like any other.
+
+    Raises
+    ------
+    InputError
+        If the page cannot be written.
+    """
+    from fairaudit.certificates.table import Table
+    from fairaudit.cli.checking import checked
+    from fairaudit.files import write_atomically
+    from fairaudit.reports.page import html
+
+    table = certificate.table.lines() if isinstance(certificate.table, Table) else None
+    wrong, said = checked(certificate.text.encode("ascii"), table, "the certificate")
+    if wrong:
+        raise RuntimeError(wrong)
+    write_atomically(Path(path), [html(certificate, checked=said).encode("utf-8")])

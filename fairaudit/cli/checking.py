@@ -1,0 +1,71 @@
+"""The door of the command line to the checker, which shares no code with what wrote a certificate."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable
+from pathlib import Path
+
+from fairaudit import checker
+from fairaudit.checker import Refusal, Report, examine, finding_line, printable, summary_line
+
+__all__ = ["Refusal", "Report", "checked", "examine", "finding_line", "printable", "summary_line", "zipped_checker"]
+
+_MAIN = '''"""Run the checker, whose files are in the folder beside this one."""
+
+import sys
+
+from checker import main
+
+sys.exit(main())
+'''
+
+_DATE = (1980, 1, 1, 0, 0, 0)  # the first that an archive can hold
+
+
+def checked(raw: bytes, table: Iterable[bytes] | None, name: str) -> tuple[str, str]:
+    """Check a certificate as `verify` does.
+
+    Returns
+    -------
+    tuple of str
+        What is false, or nothing; and a sentence on what was checked.
+
+    Raises
+    ------
+    InputError
+        If it is no certificate of the format.
+    """
+    from fairaudit import __version__
+    from fairaudit.errors import InputError
+
+    try:
+        found = checker.check(raw, table)
+    except checker.TableNeeded:
+        return "", "The table was not at hand when this was made: its statements are repeated unchecked."
+    except checker.FormatError as error:
+        raise InputError(f"{name} is not a certificate of the format {checker.CERTIFICATE_FORMAT}: {error}") from None
+    false = [finding for finding in found.findings if not finding.true]
+    if false:
+        first = f"{false[0].statement}{f' ({false[0].detail})' if false[0].detail else ''}"
+        return f"{name}: {len(false)} of {len(found.findings)} statements are FALSE, the first: {first}", ""
+    return "", f"Checked when this was made: all {len(found.findings)} statements are true of the table (fairaudit verify, {__version__})."
+
+
+def zipped_checker() -> bytes:
+    """Put the files of the checker into one file that Python runs.
+
+    The bytes depend on the text of the files alone: they are in the order of their names, stored as they are, with one date and one
+    mode, whatever machine and Python write them.
+    """
+    import zipfile
+
+    sources = sorted(Path(checker.__path__[0]).glob("*.py"))
+    texts = {"__main__.py": _MAIN} | {f"checker/{path.name}": path.read_text("utf-8") for path in sources}
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_STORED) as archive:
+        for name, text in texts.items():
+            entry = zipfile.ZipInfo(name, _DATE)
+            entry.create_system, entry.external_attr = 3, 0o100644 << 16
+            archive.writestr(entry, text.encode("utf-8"))
+    return content.getvalue()

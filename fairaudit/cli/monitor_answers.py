@@ -1,0 +1,222 @@
+"""What a monitor says: each alarm, each window that closed, and what is known at a moment; in words, and as JSON."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli.output import Answer
+from fairaudit.measures.limits import LIMITS, limit_readings, limit_text
+
+if TYPE_CHECKING:
+    from fairaudit.streams.looks import Look
+    from fairaudit.streams.settings import Settings
+    from fairaudit.streams.stream import Monitor
+
+__all__ = ["Baseline", "Screen"]
+
+Baseline = dict[str, tuple[Fraction | float, Fraction | float, Fraction]]
+"""Both ends of R in a certificate, and the confidence with which they hold."""
+
+KEPT = ("target", "changed", "window", "stream", "ratio", "error", "exceeds", "events", "line")
+
+HEADLINES = {
+    "within": "WITHIN the targets",
+    "exceeds": "EXCEEDS a target",
+    "inconclusive": "INCONCLUSIVE so far",
+    "none": "NO TARGET set",
+    "changed": "CHANGED: the ratio did not stay the same",
+}
+
+
+class Screen:
+    """Answers of a monitor; on a terminal, what was known is replaced by what is known now."""
+
+    def __init__(self, monitor: Monitor, baseline: Baseline | None, prometheus: str | None, *, json: bool) -> None:
+        self.monitor, self.baseline, self.prometheus = monitor, baseline, prometheus
+        self._json = json
+        self._refresh = sys.stdout is not None and sys.stdout.isatty() and not json
+        self._height = 0
+        self._began, self._before = time.monotonic(), monitor.events
+
+    def alarm(self, alarm: dict[str, Any]) -> Answer:
+        """Say that a target is exceeded for the first time, or that a window contradicts the stream."""
+        from fairaudit.words import plain
+
+        entry = {key: value for key, value in alarm.items() if not key.endswith(("order", "counts"))}
+        if "changed" in alarm:
+            said = _contradicted(alarm)
+        else:
+            entry["readings"] = limit_readings(LIMITS[alarm["target"]][1], Fraction(alarm["limit"]))
+            lower = float(Fraction(alarm["lower"]))
+            said = f"{_limit(alarm)}: exceeded after {alarm['events']} decisions (line {alarm['line']}), "
+            said = plain(said) + f"R is at least {lower:.4g}{_who(alarm)}"
+        text = f"{self._cleared()}ALARM: {said}"
+        return Answer(
+            "monitor",
+            verdict="changed" if "changed" in alarm else "exceeds",
+            sentence=f"{said[0].upper()}{said[1:]}.",
+            result=lambda: {"event": "alarm", **entry},
+            text=lambda: text,
+        )
+
+    def look(self, *, last: bool = False) -> Iterator[Answer]:
+        """Say what is known now, after the windows that closed since."""
+        found = self.monitor.look()
+        notes, closed = tuple(self.monitor.notes), tuple(self.monitor.closed)
+        self.monitor.notes.clear()
+        self.monitor.closed.clear()
+        entry = self._entry(found)
+        if self.prometheus is not None:
+            from fairaudit.cli.prometheus import write_prometheus
+
+            write_prometheus(self.prometheus, entry)
+        if self._json:
+            yield from map(_closed, closed)
+        lines = _lines(entry)
+        text = ""
+        if self._refresh or last:
+            text = self._cleared() + "\n".join(lines)
+            self._height = 0 if last else len(lines)
+        yield Answer(
+            "monitor",
+            verdict=found.verdict,
+            sentence=f"{lines[0]}.",
+            notes=notes,
+            result=lambda: {"event": "look", **_finite(entry)},
+            text=lambda: text,
+            code=found.exit_code,
+        )
+
+    def _cleared(self) -> str:
+        """What removes the lines that were written last from a terminal."""
+        height, self._height = self._height, 0
+        return f"\x1b[{height}A\x1b[J" if self._refresh and height else ""
+
+    def _entry(self, found: Look) -> dict[str, Any]:
+        from fairaudit.streams.looks import pair_labels
+
+        monitor, settings = self.monitor, self.monitor.settings
+        order = monitor.total.order
+        entry: dict[str, Any] = {
+            "decisions": found.events,
+            "contexts": len({x for x, _ in order}),
+            "groups": len({a for _, a in order}),
+            "per_second": round((found.events - self._before) / max(1e-9, time.monotonic() - self._began), 1),
+            "confidence": settings.confidence,
+            "ratio": found.intervals,
+            "targets": [
+                {
+                    "target": name,
+                    "limit": limit,
+                    "readings": limit_readings(LIMITS[name][1], Fraction(limit)),
+                    "verdict": found.verdicts[name],
+                    "pair": pair_labels(found.pairs.get(name)),
+                }
+                for name, limit in (settings.targets or {}).items()
+            ],
+            "verdict": found.verdict,
+            "alarms": [{key: alarm[key] for key in KEPT if key in alarm} for alarm in monitor.alarms],
+            "dead_letters": monitor.tally["dead"],
+            "repeats": monitor.tally["repeats"],
+            "before_since": monitor.tally["early"],
+            "clock_went_back": monitor.tally["back"],
+        }
+        if settings.window and monitor.tally["window"]:
+            entry["window"] = monitor.window_entry()
+        if self.baseline is not None:
+            entry["change"] = {
+                quantity: _change(found.intervals[quantity], self.baseline[quantity], settings)
+                for quantity in found.intervals
+                if quantity in self.baseline
+            }
+        return entry
+
+
+def _closed(window: dict[str, Any]) -> Answer:
+    return Answer(
+        "monitor",
+        verdict=window["verdict"],
+        sentence=f"{_window(window)}.",
+        result=lambda: {"event": "window", **_finite(window)},
+        text=str,
+    )
+
+
+def _window(window: Mapping[str, Any]) -> str:
+    ends = ", ".join(f"{quantity} {_ends(low, high)}" for quantity, (low, high) in window["intervals"].items())
+    return f"Window {window['window']}: {window['events']} decisions, {ends or 'nothing compared'}: {window['verdict']}"
+
+
+def _lines(entry: dict[str, Any]) -> list[str]:
+    amount = f"{entry['decisions']} decisions ({entry['per_second']:.0f} per second)"
+    lines = [f"{HEADLINES[entry['verdict']]} after {amount}; {entry['contexts']} contexts, {entry['groups']} groups"]
+    for quantity, (low, high) in entry["ratio"].items():
+        lines.append(f"  {quantity + ' ratio R':<16} {_ends(low, high)} at every moment, at confidence {entry['confidence']}")
+    lines += [f"  {_limit(target)}: {target['verdict']}{_who(target)}" for target in entry["targets"]]
+    for alarm in entry["alarms"]:
+        if "changed" in alarm:
+            lines.append(f"  {_contradicted(alarm)}")
+        else:
+            lines.append(f"  first alarm of {alarm['target']} after {alarm['events']} decisions (line {alarm['line']})")
+    if "window" in entry:
+        said = _window(entry["window"])
+        lines.append(f"  {said[0].lower()}{said[1:]}")
+    for quantity, change in entry.get("change", {}).items():
+        lines.append(f"  {quantity} ratio against the baseline: {change['verdict']} (at confidence {change['confidence']})")
+    counted = [(entry["dead_letters"], "could not be read"), (entry["repeats"], "repeats left out")]
+    counted += [(entry["before_since"], "before --since"), (entry["clock_went_back"], "with a clock that went back")]
+    lines += [f"  {n} lines {what}" for n, what in counted if n]
+    return lines
+
+
+def _limit(target: Mapping[str, str]) -> str:
+    """The limit of a target or alarm in words."""
+    return limit_text(*LIMITS[target["target"]], Fraction(target["limit"]))
+
+
+def _contradicted(alarm: dict[str, Any]) -> str:
+    """A contradiction between a window and the stream, in a sentence."""
+    stream, window = (_ends(*(float(Fraction(end)) if end != "inf" else inf for end in alarm[key])) for key in ("stream", "ratio"))
+    return (
+        f"the {alarm['changed']} ratio changed: {window} in window {alarm['window']}, {stream} in the whole stream until then "
+        f"(after {alarm['events']} decisions); what was said about the whole stream is withdrawn. Were the ratio constant, this would "
+        f"happen with probability at most {float(Fraction(alarm['error'])):.4g}"
+    )
+
+
+def _who(target: dict[str, Any]) -> str:
+    """The pair of groups behind the end that decided a target."""
+    from fairaudit.words import place, plain
+
+    if target.get("pair") is None:
+        return ""
+    context, higher, lower = (place(target["pair"][key] or {}) for key in ("context", "higher", "lower"))
+    return plain(f", {f'{context}: ' if context else ''}{higher} over {lower}")
+
+
+def _ends(low: float, high: float) -> str:
+    """Both ends of a ratio, rounded outwards."""
+    from fairaudit.words import approximate
+
+    return f"{approximate(Fraction(low), 'down')} to {approximate(Fraction(high) if high < float('inf') else high, 'up')}"
+
+
+def _change(now: tuple[float, float], then: tuple[Fraction | float, Fraction | float, Fraction], settings: Settings) -> dict[str, Any]:
+    """Whether R has changed: both intervals hold together but with the sum of their errors."""
+    low, high, confidence = then
+    judged = "greater" if now[0] > high else "smaller" if now[1] < low else "no change shown"
+    return {"verdict": judged, "baseline": [low, high], "confidence": str(max(Fraction(0), confidence - settings.alpha))}
+
+
+def _finite(value: Any) -> Any:
+    """The same with "inf" for infinity, which JSON does not have."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    return "inf" if value == inf else value
