@@ -1,6 +1,6 @@
 """Forged claims and stripped assumptions on certificates of all kinds: none is accepted.
 
-All 3,000 of them: FAIRAUDIT_FULL=1 pytest -n0 tests/checker/test_adversary.py
+All 3,000 of them: FAIRAUDIT_FULL=1 pytest -n0 tests/checker/test_checker.py
 """
 
 from __future__ import annotations
