@@ -175,7 +175,8 @@ def calibrate(
         raise InputError(f"bound={shown(bound)} is not accepted; {nearest(str(bound), RULES)}")
     if split not in SPLITS:
         raise InputError(f"split={shown(split)} is not accepted; {nearest(str(split), SPLITS)}")
-    setting = _setting(gamma, tau, g_min, delta, lipschitz, diameter, raw_ratio, bound)
+    named = {"gamma": gamma, "tau": tau, "g_min": g_min, "delta": delta, "lipschitz": lipschitz, "diameter": diameter}
+    setting = _setting(named, raw_ratio, bound)
     independent = (INDEPENDENT, POPULATION) if quantity == "global" else ()
     found = _search(target, bound, setting, attributes, split)
     paper = found if bound == "paper" else _search(target, "paper", setting, attributes, split)
@@ -301,24 +302,24 @@ def best_tilt(climb: Callable[[ResponseLine], Calibration], attributes: Mapping[
     return best
 
 
-def _setting(gamma: Any, tau: Any, g_min: Any, delta: Any, lipschitz: Any, diameter: Any, raw_ratio: Any, rule: Rule) -> _Setting:
-    named = {"gamma": gamma, "tau": tau, "g_min": g_min, "delta": delta, "lipschitz": lipschitz, "diameter": diameter}
+def _setting(named: Mapping[str, Any], raw_ratio: Any, rule: Rule) -> _Setting:
     exact = {name: at_least(name, value, 0) for name, value in named.items()}
+    given = {name: shown(value) for name, value in named.items()}
     gap = exact["lipschitz"] * exact["diameter"]
     top, low, least = exact["gamma"], exact["tau"], exact["g_min"]
     if top == 0:
         raise InputError("gamma is 0; a utility that is always 0 treats everybody alike, and needs no filter")
     if exact["delta"] > 1:
-        raise InputError(f"delta is {shown(delta)}; a probability from 0 to 1 is accepted")
+        raise InputError(f"delta is {given['delta']}; a probability from 0 to 1 is accepted")
     for name, value in (("tau", low), ("g_min", least)):
         if value > top:
-            raise InputError(f"{name} is {value}, above gamma, which is {top}; no utility can be above the greatest")
+            raise InputError(f"{name} is {given[name]}, above gamma, which is {given['gamma']}; no utility can be above the greatest")
     if rule == "mechanism" and exact["delta"]:
         raise InputError(
-            f'delta is {shown(delta)}, but bound="mechanism" looks at the very filter, whose delta is 0; leave it out, or use "tight"'
+            f'delta is {given["delta"]}, but bound="mechanism" looks at the very filter, whose delta is 0; leave it out, or use "tight"'
         )
     if rule == "contraction" and low:
-        raise InputError(f"tau is {shown(tau)}, but the contraction needs no floor; leave it out, or use another bound")
+        raise InputError(f"tau is {given['tau']}, but the contraction needs no floor; leave it out, or use another bound")
     # The least utility is itself a floor.
     low = max(low, least)
     raw = _raw_ratio(raw_ratio, rule, gap, exact["delta"], least)

@@ -10,6 +10,7 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.enclosures import HUGE, exp_below
 from fairaudit.exact.rationals import at_least
 from fairaudit.measures.limits import Quantity, one_limit
+from fairaudit.words import approximate
 
 QUANTITIES: tuple[Quantity, ...] = ("local", "global")
 
@@ -73,4 +74,4 @@ def ratio_and_log(ratio: Fraction | float) -> tuple[str, str]:
     if ratio < HUGE:
         return f"{float(ratio):.6g}", f"{log(ratio):.6g}"
     top, bottom = ratio.as_integer_ratio()
-    return f"above {HUGE:.6g}", f"{log(top) - log(bottom):.6g}"
+    return approximate(ratio), f"{log(top) - log(bottom):.6g}"
