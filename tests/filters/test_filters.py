@@ -6,6 +6,7 @@ import json
 import random
 from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -319,11 +320,20 @@ def test_distortions_may_be_tables_mappings_or_functions() -> None:
 
 def test_the_answer_is_repaired_when_the_program_is_wrong() -> None:
     problem = replace(read_problem((("f",), ("m",)), (), [1, 1], None, F(3, 2), F(3)), gains=policy_gains(HIRE, Utility({"hire": 1})))
-    for values in ([1.0, 0.0, 0.0, 1.0], [0.7, 0.3, 0.3, 0.7], [0.5, 0.5, 0.5, 0.5], [1.0, 0.0, 0.3, 0.7]):
-        repaired = repaired_filter(problem, values)
-        rows, bottom = problem.rows_of(repaired)
-        assert problem.holds(rows, bottom)
-        assert all(sum(row) == bottom for row in rows)
+    inside = ([1.0, 0.0, 0.0, 1.0], [0.7, 0.3, 0.3, 0.7], [0.5, 0.5, 0.5, 0.5], [1.0, 0.0, 0.3, 0.7])
+    outside = ([3.0, 3.0, 0.0, 1.0], [2.0, -1.0, -1.0, 2.0], [0.0, 0.0, 0.0, 0.0], [1e200, 1e200, 1e-9, 1e200])
+    for capped, values in product((problem, replace(problem, cap=None)), (*inside, *outside)):
+        repaired = repaired_filter(capped, values)
+        rows, bottom = capped.rows_of(repaired)
+        assert capped.holds(rows, bottom)
+        assert all(sum(row) == bottom and min(row) >= 0 for row in rows)
+
+
+def test_a_table_that_is_not_stochastic_never_holds() -> None:
+    problem = replace(read_problem((("f",), ("m",)), (), [1, 1], None, F(3), None), gains=policy_gains(HIRE, Utility({"hire": 1})))
+    assert problem.holds([[3, 1], [1, 3]], 4)
+    assert not problem.holds([[5, -1], [5, -1]], 4)
+    assert not problem.holds([[3, 2], [3, 2]], 4)
 
 
 def test_the_frontier_rises() -> None:

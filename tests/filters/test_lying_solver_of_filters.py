@@ -151,7 +151,10 @@ BARELY = 1 + F(1, 10**400)
     ],
 )
 @pytest.mark.parametrize("own", [False, True])
-def test_numbers_beyond_floats_for_a_known_policy(options: dict[str, Any], own: bool) -> None:
+@pytest.mark.parametrize("way", ["honest", "solved"])
+def test_numbers_beyond_floats_for_a_known_policy(options: dict[str, Any], own: bool, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if way != "honest":
+        lying(monkeypatch, random.Random(1), way)
     worth: Any = {"hire": 1}
     if own:  # one group gets next to nothing, whatever is decided
         cells = [(u, x, a) for u in HIRE.law.decisions for x in HIRE.law.contexts for a in HIRE.law.groups]
@@ -174,7 +177,7 @@ def test_numbers_beyond_floats_for_a_known_policy(options: dict[str, Any], own: 
         *({"max_ratio": 2, "tau": small} for small in SMALL),
         *({"max_ratio": 2, "tau": "0.3", "gamma": far} for far in LARGE),
         {"max_ratio": 1 / (F(1, 2) + F(1, 10**400)), "tau": "1/2"},
-        {"max_ratio": 2 - F(1, 10**400), "tau": "1/2"},
+        {"max_ratio": 2 - F(1, 10**400), "tau": "1/2", "population": [1, 2, 3]},
         *({"max_ratio": "1.2", "tau": "0.3", "distortion": [[0, far, 1], [1, 0, 1], [1, 1, 0]]} for far in LARGE),
         *({"max_ratio": "1.2", "tau": "0.3", "population": [1, 2, far]} for far in (*LARGE, *SMALL)),
         *({"max_exp_epsilon": far, "population": [1, 2, 3]} for far in LARGE),
