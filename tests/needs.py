@@ -1,0 +1,61 @@
+"""What tests want of a machine beyond Python packages, and which files say less without it: the head of every run tells."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+TESTS = Path(__file__).resolve().parent
+DATA = TESTS.parents[1] / "shared" / "data"
+MINUTES = 10
+"""What README promises for its test command on two cores."""
+
+
+class Need(NamedTuple):
+    """Something that tests use where it is there."""
+
+    present: Callable[[], bool]
+    used: str
+    """What the text of a test file that uses it contains."""
+
+
+def _browser() -> bool:
+    return bool(shutil.which("chromium") or shutil.which("chromium-browser")) and bool(shutil.which("chromedriver"))
+
+
+def _coq() -> bool:
+    make = shutil.which("make")
+    return make is not None and subprocess.run([make, "-s", "-C", TESTS.parent / "proofs", "tools"], capture_output=True).returncode == 0
+
+
+def _postgres() -> bool:
+    return bool(shutil.which("initdb")) or any(Path("/usr/lib/postgresql").glob("*/bin/initdb"))
+
+
+NEEDS = {
+    "a browser (chromium and chromedriver)": Need(_browser, r"\bBrowser\("),
+    "Coq (coqc with mathcomp, and OCaml)": Need(_coq, r'"make".*"tools"'),
+    "Java (for Spark)": Need(lambda: shutil.which("java") is not None, r"\bpyspark\b"),
+    "PostgreSQL (initdb)": Need(_postgres, r"\bpostgres: str\b"),
+    "Node": Need(lambda: shutil.which("node") is not None, r'which\("node"\)'),
+    "the sample data (shared/data beside the checkout)": Need(DATA.is_dir, r"\bdata: Path\b"),
+}
+
+
+def files(need: Need) -> list[str]:
+    """Test files that use it, as paths below ``tests/``."""
+    paths = sorted(TESTS.rglob("test_*.py"))
+    return [str(path.relative_to(TESTS)) for path in paths if re.search(need.used, path.read_text("utf-8"))]
+
+
+def report() -> list[str]:
+    """Lines for the head of a test run: how long the whole suite takes, and what is skipped on this machine."""
+    absent = {name: need for name, need in NEEDS.items() if not need.present()}
+    lines = [f"fairaudit: the whole suite takes less than {MINUTES} minutes on two cores"]
+    if not absent:
+        lines.append("fairaudit: whatever the tests can use is on this machine")
+    return lines + [f"fairaudit: without {name}, parts are skipped of {', '.join(files(need))}" for name, need in absent.items()]
