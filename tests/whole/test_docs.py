@@ -68,11 +68,3 @@ def test_readme_commands_are_accepted(tmp_path: Path, monkeypatch: pytest.Monkey
     ]
     assert [command for command, _ in ran] == commands
     assert [code for _, code in ran] == [0, 0, 0, 0, 3, 0, 3, 3, 0, 0, 0, 0, 0]
-
-
-def test_ci_runs_the_readme_test_command() -> None:
-    text = (ROOT / "README.md").read_text("utf-8")
-    section = text[text.index("## Test it") :]
-    command = BLOCK.search(section).group(2).strip()
-    assert command.startswith("python3 -m venv .venv && ")
-    assert "Test it" in (ROOT / ".ci" / "run").read_text("utf-8")

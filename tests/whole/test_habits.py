@@ -1,0 +1,192 @@
+"""Makefile, CI, hooks and the pages about them say the same, and do what they say."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import durations
+import needs
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
+CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+README = (ROOT / "README.md").read_text("utf-8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+TARGETS = re.findall(r"^([a-z]+):.*## ", MAKEFILE, re.MULTILINE)
+TRIED = {"numpy": "2.0", "scipy": "1.13", "pandas": "2.2.2", "cvxpy": "1.5.2", "clarabel": "0.9", "duckdb": "1.1", "narwhals": "2.0"}
+"""Lowest releases of what every installation has, on which the suite was run."""
+
+
+def would_run(target: str) -> list[str]:
+    """Commands that ``make`` would run for a target."""
+    if shutil.which("make") is None:
+        pytest.skip("make is not on this machine")
+    done = subprocess.run(["make", "-n", "--no-print-directory", target], cwd=ROOT, capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()
+
+
+def test_the_targets_of_the_makefile_are_those_of_contributing() -> None:
+    phony = re.search(r"^\.PHONY: (.*)$", MAKEFILE, re.MULTILINE)
+    assert phony is not None and phony[1].split() == TARGETS
+    told = re.findall(r"^\| `make ([a-z]+)` \|", CONTRIBUTING, re.MULTILINE)
+    assert sorted(told) == sorted(TARGETS)
+    assert set(re.findall(r"`make ([a-z]+)[^`]*`", README)) <= set(TARGETS)
+
+
+def test_ci_and_the_makefile_are_no_copies_of_each_other() -> None:
+    run = (ROOT / ".ci" / "run").read_text("utf-8")
+    assert would_run("all") == [".ci/run"]
+    assert re.findall(r"^make ([a-z ]+)$", run, re.MULTILINE) == ["test", "lint docs"]
+    assert not re.search(r"\b(ruff|mypy|lint-imports|mkdocs|pip)\b", run)
+
+
+def test_make_test_is_the_test_command_of_the_readme() -> None:
+    command = re.search(r"^## Test it\n\n```sh\n(.+)\n```", README, re.MULTILINE)
+    assert command is not None and command[1].startswith("python3 -m venv .venv && ") and command[1].endswith(".venv/bin/pytest")
+    (line,) = would_run("test")
+    shown = subprocess.run(["bash", "-c", line.removesuffix('bash -c "$command"')], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert shown.stdout == f"+ {command[1]}\n"
+
+
+def test_lower_bounds_are_those_that_were_tried() -> None:
+    assert dict(each.split(">=") for each in PROJECT["dependencies"]) == TRIED
+    lowest = subprocess.run([sys.executable, ROOT / ".ci" / "lowest.py"], capture_output=True, text=True, check=True).stdout.splitlines()
+    assert {f"{name}=={version}" for name, version in TRIED.items()} <= set(lowest)
+    extras = PROJECT["optional-dependencies"]
+    run = {each for name in extras if name not in ("lint", "docs", "dev") for each in extras[name] if not each.startswith(PROJECT["name"])}
+    assert {re.sub(r"\[.*\]", "", each).replace(">=", "==") for each in run} | {f"{a}=={b}" for a, b in TRIED.items()} == set(lowest)
+    assert any("lowest.py" in line for line in would_run("minimum"))
+
+
+def test_pythons_are_the_same_everywhere() -> None:
+    versions = re.search(r"for version in ([\d. ]+);", MAKEFILE)
+    assert versions is not None
+    named = [each.rpartition(" ")[2] for each in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", each)]
+    assert versions[1].split() == named
+    assert PROJECT["requires-python"] == f">={named[0]}"
+    assert f"Python {named[0]} or later" in README and f"Python {named[0]} or later" in CONTRIBUTING
+
+
+def test_the_head_of_a_run_names_what_is_absent(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert f"less than {needs.MINUTES} minutes" in README and f"less than {needs.MINUTES} minutes" in CONTRIBUTING
+    for name, need in needs.NEEDS.items():
+        assert needs.files(need), f"no test uses {name}"
+    monkeypatch.setenv("PATH", str(tmp_path))
+    head = "\n".join(needs.report())
+    for name, file in {"browser": "test_report_browser.py", "Coq": "test_proofs.py", "Java": "test_engines_outside.py"}.items():
+        assert re.search(rf"without.*{name}.*{file}", head)
+    environment = {**os.environ, "PATH": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "pytest", "-n", "0", "--collect-only", Path(__file__).name]
+    shown = subprocess.run(command, cwd=ROOT / "tests", env=environment, capture_output=True, text=True).stdout
+    assert head in shown
+
+
+# Which tests are slow
+
+
+def fast_tests() -> dict[str, set[str]]:
+    """Names of the test functions that ``make check`` runs, with the modules that their files import."""
+    slow = durations.recorded()
+    found: dict[str, set[str]] = {}
+    for path in (ROOT / "tests").rglob("test_*.py"):
+        tree = ast.parse(path.read_text("utf-8"))
+        imported: set[str] = set()
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import):
+                imported |= {each.name for each in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                imported |= {node.module, *(f"{node.module}.{each.name}" for each in node.names)}
+        for node in ast.walk(tree):
+            marks = isinstance(node, ast.FunctionDef) and {ast.unparse(each) for each in node.decorator_list}
+            if (
+                isinstance(node, ast.FunctionDef)
+                and node.name.startswith("test_")
+                and node.name not in slow
+                and "pytest.mark.slow" not in marks
+            ):
+                found.setdefault(node.name, set()).update(imported)
+    return found
+
+
+def test_fast_tests_reach_every_package() -> None:
+    fast = fast_tests()
+    packages = {path.parent.name for path in (ROOT / "fairaudit").glob("*/__init__.py")} | {"checker"}
+    for package in packages:
+        of_it = f"fairaudit.{package}"
+        assert any(each == of_it or each.startswith(of_it + ".") for imported in fast.values() for each in imported), package
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "test_readme_shows_the_first_result",  # exact values of a published table
+        "test_a_difference_below_float_resolution_is_found",
+        "test_false",  # tampered certificates are false, and malformed ones refused
+        "test_malformed",
+        "test_the_judge_of_mutants_is_awake",
+    ],
+)
+def test_fast_tests_are_no_formality(name: str) -> None:
+    assert name in fast_tests()
+
+
+def test_slow_tests_are_those_whose_cases_take_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = [
+        ("a", "test_x[1.5-[y]]", 0.2),
+        ("a", "test_x[2]", 0.2),
+        ("b", "test_x", 0.1),
+        ("b", "test_y", 0.29),
+        ("m", "fairaudit.m.doc", 3),
+    ]
+    lines = "".join(f'<testcase classname="{where}" name="{name}" time="{seconds}"/>' for where, name, seconds in cases)
+    (tmp_path / "report.xml").write_text(f"<testsuites><testsuite>{lines}</testsuite></testsuites>")
+    monkeypatch.setattr(durations, "RECORD", tmp_path / "slow.txt")
+    durations.main(str(tmp_path / "report.xml"))
+    assert durations.recorded(tmp_path / "slow.txt") == {"test_x": 0.4, "doc": 3.0}
+
+
+def test_the_record_knows_only_tests_that_there_are() -> None:
+    text = "\n".join(path.read_text("utf-8") for folder in ("tests", "fairaudit") for path in (ROOT / folder).rglob("*.py"))
+    defined = set(re.findall(r"^\s*(?:def|class) (\w+)", text, re.MULTILINE)) | {path.stem for path in (ROOT / "fairaudit").rglob("*.py")}
+    assert durations.recorded().keys() <= defined
+
+
+# Hooks and workflows
+
+
+def test_hooks_fetch_nothing_and_refuse_large_files(tmp_path: Path) -> None:
+    yaml = pytest.importorskip("yaml")
+    (repository,) = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text("utf-8"))["repos"]
+    assert repository["repo"] == "local"
+    hooks = {hook["id"]: hook for hook in repository["hooks"]}
+    assert {hook["language"] for hook in hooks.values()} == {"system"}
+    assert all(hook["entry"].startswith(".venv/bin/") for name, hook in hooks.items() if name != "large-files")
+    large, small = tmp_path / "large", tmp_path / "a small one"
+    large.write_bytes(bytes(512 * 1024))
+    small.write_bytes(bytes(512 * 1024 - 1))
+    command = [*hooks["large-files"]["entry"].split(" '")[0].split(), hooks["large-files"]["entry"].split("'")[1], "--"]
+    assert subprocess.run([*command, small]).returncode == 0
+    refused = subprocess.run([*command, large, small], capture_output=True, text=True)
+    assert refused.returncode == 1 and refused.stdout == f"{large} has 512 KiB or more\n"
+
+
+def test_workflows_pin_what_they_use_and_release_only_tags() -> None:
+    yaml = pytest.importorskip("yaml")
+    for path in (ROOT / ".github" / "workflows").iterdir():
+        text = path.read_text("utf-8")
+        workflow = yaml.safe_load(text)
+        assert all(re.search(r"@v\d+\.\d+\.\d+$", used) for used in re.findall(r"uses: (\S+)", text)), path.name
+        assert re.findall(r"runs-on: (\S+)", text) == ["ubuntu-24.04"] * len(workflow["jobs"])
+        assert workflow["permissions"] == {"contents": "read"}
+    release = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text("utf-8"))
+    assert release[True] == {"push": {"tags": ["v*"]}}  # YAML 1.1 reads the key `on` as true
+    assert {"run": "make all"} in release["jobs"]["build"]["steps"]
+    assert release["jobs"]["publish"]["permissions"] == {"id-token": "write"}
