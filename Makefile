@@ -32,11 +32,12 @@ test: ## The test command of README, word for word.
 all: ## What has to pass before a change lands, everything that it needs installed: .ci/run.
 	.ci/run
 
+# Packages may be older here than what they build on, which then deprecates what they call.
 minimum: ## The tests on the lowest Python and the lowest releases that pyproject.toml allows, in a fresh environment.
 	$(LOWEST_PYTHON) -m venv --clear build/minimum
 	$(LOWEST_PYTHON) .ci/lowest.py > build/minimum/constraints.txt
 	build/minimum/bin/pip install -q -c build/minimum/constraints.txt -e '.[test,ibis]'
-	build/minimum/bin/pytest
+	build/minimum/bin/pytest -W default::DeprecationWarning
 
 coverage: $(BIN)/pytest ## Lines and branches of the core that no test reaches, subprocesses included; fails under 95 % of either.
 	rm -f build/coverage/*

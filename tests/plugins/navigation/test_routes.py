@@ -34,7 +34,8 @@ def all_lengths(free: np.ndarray, *, corner_cutting: bool) -> np.ndarray:
                     edges.append((r * columns + c, a * columns + b, sqrt(2) if i and j else 1.0))
     source, target, cost = zip(*edges, strict=True) if edges else ((), (), ())
     size = rows * columns
-    return dijkstra(coo_array((cost, (source, target)), shape=(size, size)).tocsr())
+    places = np.array([source, target], dtype=np.int32)
+    return dijkstra(coo_array((cost, (places[0], places[1])), shape=(size, size)).tocsr())
 
 
 def assert_legal(route: Route, free: np.ndarray, start: tuple[int, int], goal: tuple[int, int], *, corner_cutting: bool) -> None:
