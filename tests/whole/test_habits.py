@@ -15,7 +15,7 @@ import durations
 import needs
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
 README = (ROOT / "README.md").read_text("utf-8")
@@ -84,8 +84,8 @@ def test_the_head_of_a_run_names_what_is_absent(monkeypatch: pytest.MonkeyPatch,
     for name, file in {"browser": "test_report_browser.py", "Coq": "test_proofs.py", "Java": "test_engines_outside.py"}.items():
         assert re.search(rf"without.*{name}.*{file}", head)
     environment = {**os.environ, "PATH": str(tmp_path), "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-m", "pytest", "-n", "0", "--collect-only", Path(__file__).name]
-    shown = subprocess.run(command, cwd=ROOT / "tests", env=environment, capture_output=True, text=True).stdout
+    command = [sys.executable, "-m", "pytest", "-n", "0", "--collect-only", str(Path(__file__).relative_to(ROOT))]
+    shown = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True).stdout
     assert head in shown
 
 
