@@ -1,0 +1,65 @@
+"""`monitor` opens a watch by settings that are those of the command."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import fairaudit as fa
+from fairaudit.cli import main
+
+ROWS = "yes,f\nyes,m\nno,m\n"
+ASKED: dict[str, Any] = {"decision": "hired", "group": "sex", "utility": {"yes": 1}, "max_local_ratio": "5/4"}
+OPTIONS = ["--decision", "hired", "--group", "sex", "--utility", "yes", "--max-local-ratio", "5/4"]
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    path = tmp_path / "log.csv"
+    path.write_text("hired,sex\n" + ROWS * 100)
+    return path
+
+
+def test_the_state_of_one_is_that_of_the_other(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    state = log.parent / "watch.db"
+    with fa.monitor(log, state=state, **ASKED) as watch:
+        found = watch.catch_up()
+    assert (found.events, found.verdict, found.exit_code) == (300, "exceeds", 1)
+    with log.open("a") as file:
+        file.write(ROWS * 10)
+    assert main(["monitor", str(log), "--state", str(state), *OPTIONS]) == 1
+    capsys.readouterr()
+    with fa.monitor(log, state=state) as watch:  # the state knows its settings
+        assert watch.catch_up().events == 330
+    with pytest.raises(fa.InputError, match="is the state of another audit"):
+        fa.monitor(log, state=state, **{**ASKED, "max_local_ratio": 2})
+    with pytest.raises(fa.InputError, match="give one of utility"):
+        fa.monitor(log, state=state, max_local_ratio=2)
+
+
+def test_settings_are_read_as_on_the_command_line(log: Path) -> None:
+    with fa.monitor(log, decision="hired", group=["sex"], utility="yes=2,no=0.5", confidence=0.99, window="2h", time="at") as watch:
+        settings = watch.settings
+    assert (settings.high, settings.confidence, settings.window, settings.layout) == ("2", "99/100", "7200s", "csv")
+    assert settings.utility == {"yes": "2", "no": "1/2"}
+    with fa.monitor(log, utility_column="worth", group="sex", utility_range=(0, 5), utility_step="0.5", log_format="jsonl") as watch:
+        assert (watch.settings.decision, watch.settings.high, watch.settings.step, watch.settings.layout) == ("worth", "5", "1/2", "jsonl")
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({}, "no audit was described"),
+        ({"group": "sex"}, "give one of utility"),
+        ({"group": "sex", "utility": "yes"}, "no decision column was named"),
+        ({"group": "sex", "utility_column": "worth"}, "needs utility_range"),
+        ({"decision": "hired", "utility": "yes"}, "no group column was named"),
+        ({**ASKED, "window": "soon"}, "window 'soon' is not accepted"),
+        ({**ASKED, "max_global": 2}, "max_global is not accepted"),
+    ],
+)
+def test_refusals(log: Path, asked: dict[str, Any], said: str) -> None:
+    with pytest.raises(fa.InputError, match=said):
+        fa.monitor(log, **asked)
