@@ -22,9 +22,9 @@ __all__ = ["Batch", "Row", "decoder", "line_ends", "moment"]
 
 Key = tuple[Any, ...]
 
-LABELS = 200
+LABELS = 200  # that a column may have for a decoder that knows them: with more, looking them up costs what it saves
 
-RELEARN = 50
+RELEARN = 50  # times a decoder is made anew for labels that it did not know; a column of identifiers would have it made for ever
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,10 +17,9 @@ from fairaudit.measures.limits import LIMITS, read_limit, refuse_bare
 __all__ = ["OTHER", "Settings"]
 
 
-OTHER = "(other)"
+OTHER = "(other)"  # the decision that stands for those that are not listed
 
 EARLIER = {"max_local": "max_local_log", "max_global": "max_global_log"}
-
 """What limits on logarithms are called in states of before."""
 
 

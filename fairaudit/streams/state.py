@@ -18,9 +18,9 @@ from fairaudit.tables.values import Label
 __all__ = ["Counts", "Place", "State"]
 
 
-FORMAT = "fairaudit-monitor/1"
+FORMAT = "fairaudit-monitor/1"  # of the state; another one is refused
 
-SPELLING = 2
+SPELLING = 2  # of labels: 1 wrote true, 1.0 and 1e3 as Python does
 
 OLD_SPELLING = re.compile(r"True|False|-?\d+\.0|-?\d+(\.\d+)?e[+-]\d+", re.ASCII)
 

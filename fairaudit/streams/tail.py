@@ -18,11 +18,11 @@ from fairaudit.streams.state import Place
 __all__ = ["Log"]
 
 
-CHUNK = 200_000
+CHUNK = 200_000  # bytes read at once: a few thousand decisions, so that a follower looks and commits several times a second
 
-EDGE = 1_024
+EDGE = 1_024  # bytes at either end of what was read that tell a log from another one
 
-LONGEST = 1 << 24
+LONGEST = 1 << 24  # 16 MB: a file without line ends is noticed before it fills the memory
 
 
 class Log:

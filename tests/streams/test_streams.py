@@ -623,7 +623,7 @@ KILLS = 50 if FULL else 3
 def start(log: Path, state: Path, letters: Path) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "fairaudit", "monitor", str(log), "--state", str(state), *OPTIONS, "--event-id", "id"]
     command += ["--max-local-ratio", "5/4", "--dead-letters", str(letters), "--every", "0.05"]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=Path(__file__).resolve().parents[1])
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=Path(__file__).resolve().parents[2])
 
 
 def test_kills_at_random_moments_lose_nothing_and_count_nothing_twice(tmp_path: Path) -> None:
@@ -762,7 +762,7 @@ def test_standard_input_is_read(tmp_path: Path) -> None:
     log = write(tmp_path / "log.jsonl", events(300))
     command = [sys.executable, "-m", "fairaudit", "monitor", "-", *OPTIONS]
     with log.open() as file:
-        done = subprocess.run(command, stdin=file, capture_output=True, text=True, cwd=Path(__file__).resolve().parents[1])
+        done = subprocess.run(command, stdin=file, capture_output=True, text=True, cwd=Path(__file__).resolve().parents[2])
     assert done.returncode == 0, done.stderr
     assert envelopes(done.stdout)[-1]["result"]["decisions"] == 300
 
