@@ -4,11 +4,74 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-__all__ = ["InputError", "nearest"]
+__all__ = ["FairauditError", "FalseCertificate", "Infeasible", "InputError", "ManyRowsError", "TableNeeded", "nearest", "shown"]
 
 
-class InputError(ValueError):
-    """Input that cannot be audited; the message is one sentence: what, where, and what would be accepted."""
+class FairauditError(Exception):
+    """What fairaudit raises on purpose; the command prints its message, one sentence, and exits with code 2.
+
+    Examples
+    --------
+    >>> issubclass(InputError, FairauditError), issubclass(InputError, ValueError)
+    (True, True)
+    """
+
+
+class InputError(FairauditError, ValueError):
+    """Input that cannot be audited; the message is one sentence: what, where, and what would be accepted.
+
+    Examples
+    --------
+    >>> try:
+    ...     raise InputError("there is no column 'sexx'; known: 'sex'")
+    ... except FairauditError as error:
+    ...     print(error)
+    there is no column 'sexx'; known: 'sex'
+    """
+
+
+class Infeasible(InputError):  # noqa: N818
+    """No filter, or no utility, meets everything that was asked for; the message says what stands in the way.
+
+    Examples
+    --------
+    >>> from fairaudit.filters.calibration import calibrate
+    >>> try:
+    ...     calibrate(max_ratio="5/4", groups=2, lipschitz=1).require()
+    ... except Infeasible as error:
+    ...     print("no filter")
+    no filter
+    """
+
+
+class ManyRowsError(InputError):
+    """A log has more different rows than were asked for; `certify_in_parts` and `audit` read such logs some contexts at a time.
+
+    Examples
+    --------
+    >>> issubclass(ManyRowsError, InputError)
+    True
+    """
+
+
+class FalseCertificate(InputError):  # noqa: N818
+    """A statement of a certificate is false, so that nothing is made of it; the message names the first.
+
+    Examples
+    --------
+    >>> issubclass(FalseCertificate, InputError)
+    True
+    """
+
+
+class TableNeeded(InputError):  # noqa: N818
+    """A certificate does not hold its table, and none was given, so that it cannot be checked.
+
+    Examples
+    --------
+    >>> issubclass(TableNeeded, InputError)
+    True
+    """
 
 
 def shown(value: object, width: int = 60) -> str:

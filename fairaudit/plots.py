@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from math import inf, isfinite, log
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from fairaudit.audits.result import Result
 from fairaudit.certificates.reader import Subject
-from fairaudit.errors import InputError
+from fairaudit.errors import InputError, nearest, shown
 from fairaudit.filters.calibration import Calibration
 from fairaudit.filters.design_result import Design
 from fairaudit.filters.frontiers import Frontier
@@ -21,7 +22,7 @@ from fairaudit.reports.expectations import Panel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_bounds", "plot_expectations", "plot_ratios", "plot_truth_kept", "save_truth_kept"]
+__all__ = ["draw", "plot_bounds", "plot_expectations", "plot_ratios", "plot_truth_kept", "save_truth_kept"]
 
 HIGH, LOW, MID, ALARM = "#1f5f8b", "#b0561b", "#7c8593", "#a32f2a"
 SHOW_TEXT = 40
@@ -232,6 +233,23 @@ def save_truth_kept(found: Sequence[Calibration] | Sequence[Design] | Frontier, 
         guarantee.set_ylabel("L (nats)")
         guarantee.legend()
     _save(figure, path)
+
+
+def draw(result: Result, picture: Literal["expectations", "ratios", "bounds"], path: str | os.PathLike[str] | None = None) -> Axes:
+    """Draw one of the pictures of a result, into a file if one is named.
+
+    Raises
+    ------
+    InputError
+        If there is no such picture, matplotlib is missing, or the file cannot be written.
+    """
+    pictures = {"expectations": plot_expectations, "ratios": plot_ratios, "bounds": plot_bounds}
+    if picture not in pictures:
+        raise InputError(f"there is no picture {shown(picture)}; {nearest(str(picture), pictures)}")
+    axes = pictures[picture](result)
+    if path is not None:
+        _save(axes.figure, os.fspath(path))
+    return axes
 
 
 def _label_targets(axes: Axes) -> None:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import reprlib
 import unicodedata
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
-from typing import Literal
+from typing import Any, Literal, TypeVar
 
-__all__ = ["BENEFIT", "BURDEN", "Words", "approximate", "percent", "place", "plain", "words_for"]
+__all__ = ["BENEFIT", "BURDEN", "Words", "approximate", "brief", "percent", "place", "plain", "words_for"]
 
 
 def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest") -> str:
@@ -113,3 +114,68 @@ def percent(value: Fraction | float) -> str:
     '95 %'
     """
     return f"{float(100 * value):.6g} %"
+
+
+T = TypeVar("T")
+
+MOST = 600
+"""A `repr` is shorter than this: what fits on a screen beside others, of tables of any size."""
+
+
+class _Short(reprlib.Repr):
+    """Parts of a `repr`: labels escaped and cut, numbers of many digits rounded, the first of many."""
+
+    def __init__(self, width: int, many: int) -> None:
+        super().__init__()
+        self.maxstring = self.maxother = self.maxlong = width
+        self.maxtuple = self.maxlist = self.maxdict = self.maxset = self.maxfrozenset = many
+        self.maxlevel = 4
+
+    def repr_Fraction(self, value: Fraction, _: int) -> str:  # noqa: N802
+        """Exactly, or rounded where it has more digits than anybody reads."""
+        exact = max(value.numerator.bit_length(), value.denominator.bit_length()) < 3 * self.maxlong
+        return repr(value) if exact else f"Fraction(about {approximate(value)})"
+
+    def repr_int(self, value: int, _: int) -> str:
+        """Exactly, or rounded."""
+        return repr(value) if value.bit_length() < 3 * self.maxlong else f"about {approximate(Fraction(value))}"
+
+    def repr_ndarray(self, value: Any, _: int) -> str:
+        """Its shape and type."""
+        return f"array of {' × '.join(map(str, value.shape))} {value.dtype}"
+
+    def repr_instance(self, value: object, level: int) -> str:
+        """A mapping as a dict; else what it says of itself, cut."""
+        if isinstance(value, Mapping):
+            return self.repr_dict(dict(value), level)
+        text = repr(value)
+        return text if len(text) <= self.maxother else text[: self.maxother - 1] + "…"
+
+
+def _brief(value: Any) -> str:
+    kind = type(value).__qualname__
+    text = ""
+    for width, many in ((120, 6), (60, 4), (30, 2), (16, 1), (8, 1)):
+        short = _Short(width, many)
+        text = f"{kind}({', '.join(f'{entry.name}={short.repr(getattr(value, entry.name))}' for entry in fields(value) if entry.repr)})"
+        if len(text) < MOST:
+            return text
+    return text[: MOST - 3] + "…)"
+
+
+def brief(of: type[T]) -> type[T]:
+    """Give a dataclass a `repr` of fewer than 600 characters, whatever it holds: to be written above ``@dataclass``.
+
+    Examples
+    --------
+    >>> @brief
+    ... @dataclass
+    ... class Group:
+    ...     labels: tuple[str, ...]
+    >>> Group(("f", "m"))
+    Group(labels=('f', 'm'))
+    >>> len(repr(Group(("very long label " * 99,) * 1000))) < 600
+    True
+    """
+    of.__repr__ = _brief  # type: ignore[method-assign]
+    return of

@@ -11,7 +11,7 @@ from fairaudit.audits.population import decisions_given_truth, intervals_of_stre
 from fairaudit.audits.result import Result, not_compared
 from fairaudit.audits.targets import judged, judged_by_window
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.rationals import option_value
+from fairaudit.exact.rationals import Number, option_value
 from fairaudit.inference.anytime import Arrivals
 from fairaudit.inference.changes import Window, change_of
 from fairaudit.inference.comparisons import Comparison
@@ -25,7 +25,8 @@ from fairaudit.measures.limits import MEASURED, Quantity, limits_of, without_bar
 from fairaudit.measures.ratios import Ratio, global_fairness, global_supremum, local_fairness, local_supremum
 from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment, Policy
-from fairaudit.model.utility import Utility, UtilityTable
+from fairaudit.model.utility import Utility, UtilityTable, Values
+from fairaudit.tables.values import LabelLike
 from fairaudit.theorems.applicable import applicable_bounds
 from fairaudit.theorems.case import TOO_WIDE, Case
 from fairaudit.words import approximate
@@ -36,20 +37,20 @@ __all__ = ["certify"]
 @without_bare_limits(MEASURED)
 def certify(
     subject: Law | Deployment,
-    utility: Utility | Mapping[Any, Any],
+    utility: Utility | Values,
     *,
-    max_local_ratio: Any = None,
-    max_global_ratio: Any = None,
-    max_local_log: Any = None,
-    max_global_log: Any = None,
-    confidence: Any = 0.95,
+    max_local_ratio: Number | None = None,
+    max_global_ratio: Number | None = None,
+    max_local_log: Number | None = None,
+    max_global_log: Number | None = None,
+    confidence: Number | None = 0.95,
     interval: Method = "hoeffding-kl",
     independent: bool = False,
-    declared: Mapping[str, Any] | None = None,
+    declared: Mapping[str, Number] | None = None,
     embed_table: bool | None = None,
     arrivals: Arrivals | None = None,
     changed: tuple[Quantity, Window] | None = None,
-    positive: Any = None,
+    positive: LabelLike | None = None,
     burden: bool = False,
 ) -> Result:
     """Measure a law exactly, say what follows for the population behind it, judge it against targets, and prepare a certificate.

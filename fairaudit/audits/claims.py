@@ -16,6 +16,7 @@ from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.registry import BY_ID, BY_KEY, SAMPLED, Kind, Relation
 from fairaudit.theorems.t05 import t5_independent
 from fairaudit.theorems.t07 import t7
+from fairaudit.words import brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["Claim"]
 
 
+@brief
 @dataclass(frozen=True)
 class Claim:
     """A statement with its scope and evidence, as docs/certificate.md lists them.
@@ -44,6 +46,15 @@ class Claim:
         What may be changed without making it false.
     assumptions : tuple of str
         What the reader must accept.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> claim = result.claims[0]
+    >>> claim.quantity, claim.relation, claim.value, claim.by, claim.scope
+    ('local_ratio', '=', Fraction(3, 2), 'enumeration', 'this law')
     """
 
     quantity: str
@@ -104,7 +115,7 @@ def _figures(result: Result, about: tuple[str, ...]) -> Iterator[Claim]:
             bound = t7(supremum.ratio, quantity="equalized_odds" if quantity == "local_ratio" else "demographic_parity")
             yield _claim(supremum_of, f"{quantity}_supremum", supremum.ratio, about, digest)
             yield _claim(distance_by, bound.quantity, bound.value, about, {"supremum": number(supremum.ratio)})
-    if result.local and result.global_ and not result.passed and law.independent:
+    if result.local and result.global_ and not result.partial and law.independent:
         bound = t5_independent(result.local.ratio)
         yield _claim(BY_ID["T5"], bound.quantity, bound.value, about, digest)
     for name, difference in (result.given_truth.differences if result.given_truth else {}).items():

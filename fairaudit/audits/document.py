@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 def certificate_of(result: Result) -> Certificate:
     """The certificate of a result: its document, and the table in it or beside it."""
     made, given = document(result), result.given_truth
-    if result.passed is not None:
-        return with_table(made, result.passed.table, embed=result.embed)
+    if result.partial is not None:
+        return with_table(made, result.partial.table, embed=result.embed)
     law = result.deployment.policy.law if result.deployment else result.law
     certificate = with_table(made, Table(law, result.utility, result.deployment), embed=result.embed)
     if given is not None and certificate.table is None:

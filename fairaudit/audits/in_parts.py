@@ -10,12 +10,13 @@ from typing import IO, Any, TypeVar
 
 import numpy as np
 
-from fairaudit.audits.result import Passed, Result, not_compared, pair_key
+from fairaudit.audits.result import Partial, Result, not_compared, pair_key
 from fairaudit.audits.sentences import Sizes, sizes
 from fairaudit.audits.targets import judged
 from fairaudit.certificates.certificate import new_salt
 from fairaudit.certificates.table import Table, WrittenTable, column_names, count_lines
 from fairaudit.errors import InputError, shown
+from fairaudit.exact.rationals import Number
 from fairaudit.inference.levels import confidence_level
 from fairaudit.measures.distances import Distance, demographic_parity, most_unequal_distances
 from fairaudit.measures.expectations import least_expectation
@@ -23,11 +24,12 @@ from fairaudit.measures.limits import MEASURED, Quantity, limits_of, without_bar
 from fairaudit.measures.ratios import Ratio, global_fairness, global_supremum, local_supremum, most_unequal_ratios
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
-from fairaudit.model.utility import Utility
+from fairaudit.model.utility import Utility, Values
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import read_columns
 from fairaudit.tables.engines.logs import cut_columns, read_parts
 from fairaudit.tables.engines.request import Report
+from fairaudit.tables.sources import Source
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import distinct, names
 
@@ -41,21 +43,21 @@ T = TypeVar("T", Ratio, Distance)
 
 @without_bare_limits(MEASURED)
 def certify_in_parts(
-    source: Any,
-    utility: Utility | Mapping[Any, Any],
+    source: Source,
+    utility: Utility | Values,
     *,
     decision: str,
     group: str | Sequence[str],
     context: str | Sequence[str],
-    bins: Mapping[str, Sequence[Any] | Bins] | None = None,
+    bins: Mapping[str, Sequence[Number] | Bins] | None = None,
     table: str | None = None,
     memory: str | None = None,
     report: Report | None = None,
-    max_local_ratio: Any = None,
-    max_global_ratio: Any = None,
-    max_local_log: Any = None,
-    max_global_log: Any = None,
-    confidence: Any = None,
+    max_local_ratio: Number | None = None,
+    max_global_ratio: Number | None = None,
+    max_local_log: Number | None = None,
+    max_global_log: Number | None = None,
+    confidence: Number | None = None,
     top: int = 3,
     embed_table: bool | None = None,
     burden: bool = False,
@@ -176,7 +178,7 @@ def certify_in_parts(
         verdict=verdict,
         notes=(*whole.notes, *(() if confidence is None else (UNCLAIMED,))),
         embed=embed_table,
-        passed=Passed(columns, pairs, odds, WrittenTable(header, rows, cells), recorded),
+        partial=Partial(columns, pairs, odds, WrittenTable(header, rows, cells), recorded),
         burden=burden,
     )
 

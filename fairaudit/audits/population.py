@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from fairaudit.errors import InputError
+from fairaudit.errors import InputError, shown
 from fairaudit.inference.anytime import Arrivals, stream_interval
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.interval import Interval
@@ -144,3 +144,46 @@ def _tabulated(utility: Utility, table: UtilityTable) -> Utility:
         return utility
     contexts, groups = set(table.law.contexts), set(table.law.groups)
     return replace(utility, entries={key: pair for key, pair in utility.entries.items() if key[1] in contexts and key[2] in groups})
+
+
+def confidence_for(
+    subject: Law | Deployment, chosen: Fraction | None, asked: object, others: Mapping[str, object], spelled: Callable[[str], str] = str
+) -> Fraction | None:
+    """The confidence at which targets are judged: none where there is no sample.
+
+    Parameters
+    ----------
+    subject : Law or Deployment
+        What is audited.
+    chosen : Fraction or None
+        The confidence, or None to judge the table itself.
+    asked : object
+        How it was asked for; None if it is the default.
+    others : mapping of str to object
+        Options that are about a sample only, by name; None or false if they were not given.
+    spelled : callable
+        How options are written, for messages.
+
+    Raises
+    ------
+    InputError
+        If something was asked for that needs a sample, and there is none.
+    """
+    law = subject.policy.law if isinstance(subject, Deployment) else subject
+    if law.kind != "counts":
+        for name, wanted in (("confidence", asked is not None and chosen is not None), *others.items()):
+            if wanted:
+                raise InputError(
+                    f"{spelled(name)} needs counts or a log: probabilities carry no sample size, so the table itself is judged"
+                )
+        return None
+    if asked is not None and chosen is not None and not law.whole:
+        raise InputError(
+            f"{spelled('confidence')} {shown(str(asked))} needs whole counts of at most 10^18, and the table has others: weighted counts "
+            f"carry no sample size; {spelled('confidence')} none judges the table itself"
+        )
+    if chosen is None:
+        for name, wanted in others.items():
+            if wanted:
+                raise InputError(f"{spelled(name)} is about the population, and {spelled('confidence')} none leaves that out")
+    return chosen

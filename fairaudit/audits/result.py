@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.audits.claims import Claim, claims_of
 from fairaudit.audits.document import certificate_of
+from fairaudit.audits.faces import Faces
 from fairaudit.audits.sentences import (
     Deciding,
     Drivers,
@@ -48,7 +49,7 @@ from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.labels import spellings
 from fairaudit.tables.preparation import Entry, said
 from fairaudit.theorems.bound import Bound
-from fairaudit.words import approximate, plain, words_for
+from fairaudit.words import approximate, brief, plain, words_for
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,8 +57,9 @@ if TYPE_CHECKING:
 __all__ = ["Result"]
 
 
+@brief
 @dataclass(frozen=True, eq=False)
-class Passed:
+class Partial:
     """What is kept of contexts that were read in parts.
 
     Attributes
@@ -81,8 +83,9 @@ class Passed:
     sizes: Mapping[tuple[str, ...], Sizes] = field(default_factory=dict)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Faces):
     """What `certify` found. Ratios and distances are exact.
 
     Attributes
@@ -117,7 +120,7 @@ class Result:
         Constants that were declared instead of read off the table.
     intervals : dict
         Intervals of the ratios of the population behind counts, under ``"local"`` and ``"global"`` where there is one.
-    passed : Passed or None
+    partial : Partial or None
         If contexts were read in parts, what was kept of them; `law` is then the law over all contexts together.
     given_truth : GivenTruth or None
         Rates of true and false positives, equal opportunity and equalized odds given the true label, where it is known.
@@ -125,6 +128,14 @@ class Result:
         Whether the utility counts a burden, so that the group with the higher expectation is disadvantaged.
     changed : Change or None
         A window that contradicts the stream, so that nothing is said of one constant ratio.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> result.local.ratio, result.global_.ratio, result.verdict
+    (Fraction(3, 2), Fraction(3, 2), 'inconclusive')
     """
 
     law: Law
@@ -147,7 +158,7 @@ class Result:
     intervals: Mapping[Quantity, Interval] = field(default_factory=dict)
     comparisons: Mapping[Quantity, Comparison] = field(default_factory=dict, repr=False)
     embed: bool | None = field(default=None, repr=False)
-    passed: Passed | None = field(default=None, repr=False)
+    partial: Partial | None = field(default=None, repr=False)
     given_truth: GivenTruth | None = field(default=None, repr=False)
     burden: bool = False
     changed: Change | None = None
@@ -170,7 +181,7 @@ class Result:
         options: dict[str, Any] = {"sizes_of": self.sizes_of, "contexts": contexts, "mean": mean}
         said = sentence(deciding, self.local, self.global_, words_for(burden=self.burden), **options)
         headline = headline_pair(deciding, self.local, self.global_)
-        identifiers = identifier_text(self.law, self.columns, None if self.passed is None else self.passed.table.header["contexts"])
+        identifiers = identifier_text(self.law, self.columns, None if self.partial is None else self.partial.table.header["contexts"])
         first = caution(headline, None if headline is None else self.sizes_of(headline), identifiers)
         changed = ""
         if self.changed is not None:
@@ -182,7 +193,7 @@ class Result:
     @property
     def columns(self) -> Columns:
         """Names of the decision, group and context columns."""
-        return self.passed.columns if self.passed else self.law.columns
+        return self.partial.columns if self.partial else self.law.columns
 
     @cached_property
     def deciding(self) -> tuple[Deciding | None, ...]:
@@ -205,8 +216,8 @@ class Result:
 
     def sizes_of(self, witness: Witness) -> Sizes | None:
         """How many decisions, and sampling units, were recorded of the two groups of a pair; None where probabilities were given."""
-        if self.passed is not None and witness.context is not None:
-            return self.passed.sizes.get(pair_key(witness))
+        if self.partial is not None and witness.context is not None:
+            return self.partial.sizes.get(pair_key(witness))
         return sizes(self.law, [witness])[0]
 
     def _by_unit(self, deciding: Deciding) -> bool:
@@ -215,7 +226,7 @@ class Result:
     @property
     def distances(self) -> dict[str, Distance | None]:
         """Total variation distances by what they are called; without context columns there is nothing within a context."""
-        columns = self.passed.columns if self.passed else self.law.columns
+        columns = self.partial.columns if self.partial else self.law.columns
         within = {PARITY_WITHIN: self.equalized_odds} if columns.context else {}
         return {**within, "demographic parity": self.demographic_parity}
 
@@ -228,8 +239,8 @@ class Result:
     def spellings(self) -> tuple[dict[str, Any], ...]:
         """Labels of one column that differ in spelling alone, as a certificate lists them."""
         law = self.deployment.policy.law if self.deployment else self.law
-        columns = self.passed.columns if self.passed else law.columns
-        contexts = self.passed.table.header["contexts"] if self.passed else law.contexts
+        columns = self.partial.columns if self.partial else law.columns
+        contexts = self.partial.table.header["contexts"] if self.partial else law.contexts
         return spellings_of(law, columns, contexts)
 
     def _repr_html_(self) -> str:
@@ -286,8 +297,8 @@ class Result:
             raise InputError(f"{count} most unequal pairs cannot be listed; ask for at least 1")
         return {
             **self.most_unequal_pairs(count),
-            "equalized_odds": self.passed.distances[:count]
-            if self.passed
+            "equalized_odds": self.partial.distances[:count]
+            if self.partial
             else most_unequal_distances(self.law, count, within_context=True),
             "demographic_parity": most_unequal_distances(self.law, count, within_context=False),
         }
@@ -295,7 +306,7 @@ class Result:
     def most_unequal_pairs(self, count: int = 3) -> dict[str, tuple[Ratio, ...]]:
         """Rank the most unequal pairs by ratio alone: ``local`` and ``global`` of `most_unequal`."""
         law, utility = self.law, self.utility
-        local = self.passed.pairs[:count] if self.passed else most_unequal_ratios(law, utility, count, within_context=True)
+        local = self.partial.pairs[:count] if self.partial else most_unequal_ratios(law, utility, count, within_context=True)
         return {"local": local, "global": most_unequal_ratios(law, utility, count, within_context=False)}
 
     def to_frame(self) -> pd.DataFrame:

@@ -17,11 +17,12 @@ from fairaudit.measures.limits import Limit, Quantity, Unit
 from fairaudit.measures.ratios import Ratio
 from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.registry import BY_KEY, for_any_sampled
-from fairaudit.words import THE_INTERVAL
+from fairaudit.words import THE_INTERVAL, brief
 
 __all__ = ["Target"]
 
 
+@brief
 @dataclass(frozen=True)
 class Target:
     """A limit on the local or global measure, and how it was judged.
@@ -42,6 +43,14 @@ class Target:
         Of a target about the population, the smallest sound upper end of the ratio, and where it comes from: a theorem, or the interval.
     estimand : {"mean over rows", "mean over units"}
         Of which means the ratio is judged.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> [(target.quantity, target.unit, target.limit, target.verdict) for target in result.targets]
+    [('local', 'ratio', Fraction(5, 4), 'inconclusive')]
     """
 
     quantity: Quantity

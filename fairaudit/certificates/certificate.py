@@ -12,6 +12,7 @@ from typing import Any
 from fairaudit.certificates.table import Table, WrittenTable
 from fairaudit.errors import InputError
 from fairaudit.files import write_atomically
+from fairaudit.words import brief
 
 __all__ = ["Certificate", "schema"]
 
@@ -21,6 +22,7 @@ FORMAT = "fairaudit-certificate/1"
 EMBED_LIMIT = 100_000  # cells: about 10 MB of text; larger tables stand beside the certificate
 
 
+@brief
 @dataclass(frozen=True)
 class Certificate:
     """A certificate and the table that it is about.
@@ -31,6 +33,15 @@ class Certificate:
         The JSON document of docs/certificate.md.
     table : Table, WrittenTable or None
         The table, when it is not embedded.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> certificate = result.certificate
+    >>> certificate.document["format"], certificate.document["verdict"], certificate.table
+    ('fairaudit-certificate/1', 'inconclusive', None)
     """
 
     document: dict[str, Any]

@@ -15,9 +15,9 @@ from fairaudit.measures.expectations import cell_expectation
 from fairaudit.measures.limits import limit_text
 from fairaudit.model.law import Law
 from fairaudit.tables.preparation import said
-from fairaudit.words import BENEFIT, words_for
+from fairaudit.words import BENEFIT, brief, words_for
 
-__all__ = ["Change", "Comparison", "Moved", "compare"]
+__all__ = ["CertificateComparison", "Change", "Moved", "compare_documents"]
 
 
 Direction = Literal["better", "worse", "same", "changed", "not comparable"]
@@ -30,6 +30,7 @@ METRICS = ("local", "global", "equalized_odds", "demographic_parity", "local_sup
 CONSTANTS = ("gamma", "m", "tau", "lipschitz")
 
 
+@brief
 @dataclass(frozen=True)
 class Change:
     """A statement of the certificates, before and after.
@@ -53,6 +54,7 @@ class Change:
     note: str = ""
 
 
+@brief
 @dataclass(frozen=True)
 class Moved:
     """The expected utility of a group in a context (none for a cell that is in one table only).
@@ -71,8 +73,9 @@ class Moved:
     new: Fraction | None
 
 
+@brief
 @dataclass(frozen=True)
-class Comparison:
+class CertificateComparison:
     """What moved between two certificates.
 
     Attributes
@@ -90,6 +93,16 @@ class Comparison:
     gone : tuple of str
         Why the new certificate may look better without being so: groups, contexts or decisions that are not there any more, labels that
         count as another one in one of the two, decisions that were left out.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> def made(hired):
+    ...     table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [hired, 10, 10, 10]}
+    ...     return fa.audit(table, decision="hired", group="sex", count="n", utility="yes")
+    >>> found = fa.compare(made(10), made(40))
+    >>> found.worse, found.risen, [(moved.group, str(moved.old), str(moved.new)) for moved in found.cells]
+    (False, True, [({'sex': 'f'}, '1/2', '4/5')])
     """
 
     verdict: Change
@@ -113,10 +126,10 @@ class Comparison:
         return any(change.direction == "worse" for change in self.metrics if change.what in (*METRICS[:4], *GIVEN_TRUTH))
 
 
-def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
+def compare_documents(old: Mapping[str, Any], new: Mapping[str, Any]) -> CertificateComparison:
     """Compare two certificates of the same columns and utility.
 
-    Certificates are believed here; `fairaudit compare` checks both first.
+    Certificates are believed here; `fairaudit.compare` checks both first.
 
     Parameters
     ----------
@@ -125,7 +138,7 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
 
     Returns
     -------
-    Comparison
+    CertificateComparison
         What moved.
 
     Raises
@@ -139,7 +152,7 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
     >>> def made(count):
     ...     law = Law.from_array([[count, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     ...     return certify(law, {"yes": 1}, max_local_ratio="8/5", confidence=None).certificate.document
-    >>> found = compare(made(3), made(5))
+    >>> found = compare_documents(made(3), made(5))
     >>> found.verdict.old, found.verdict.new, found.worse
     ('within', 'exceeds', True)
     >>> found.metrics[0].old, found.metrics[0].new
@@ -148,7 +161,7 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any]) -> Comparison:
     try:
         subjects = subject(old), subject(new)
         _refuse_other_questions(old, new, *subjects)
-        found = Comparison(
+        found = CertificateComparison(
             _verdict("verdict", old["verdict"], new["verdict"]),
             tuple(_targets(old, new)),
             tuple(
@@ -196,7 +209,9 @@ def _refuse_other_questions(old: Mapping[str, Any], new: Mapping[str, Any], befo
         raise InputError("the certificates cannot be compared: the utility depends on the decision alone in one of them only")
 
 
-def _without_false_progress(found: Comparison, gone: tuple[str, ...], before: Subject | None, after: Subject | None) -> Comparison:
+def _without_false_progress(
+    found: CertificateComparison, gone: tuple[str, ...], before: Subject | None, after: Subject | None
+) -> CertificateComparison:
     """The same, but nothing is better if part of what was compared is gone, or nobody knows whether it is."""
     judged = (found.verdict, *found.targets, *found.metrics, *found.intervals)
     if (before is None or after is None) and any(change.direction == "better" for change in judged):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import tempfile
 import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from fairaudit.model.layout import Columns
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
+from fairaudit.words import brief
 
 __all__ = ["Table", "WrittenTable"]
 
@@ -30,6 +32,7 @@ NUMBERS = 100_000  # numbers that are made text at a time
 CANONICAL = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", ":"))
 
 
+@brief
 @dataclass(frozen=True)
 class Table:
     """The canonical text of a law and its utility, or of a policy with filters, population and utility.
@@ -148,6 +151,7 @@ class Table:
         return int(self.law.weights.size)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class WrittenTable:
     """The canonical text of a table whose rows were written to a file, some at a time.
@@ -169,6 +173,25 @@ class WrittenTable:
     def __post_init__(self) -> None:
         """Close the file when the table is no longer needed."""
         weakref.finalize(self, self.file.close)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: the rows in the place of the file."""
+        self.file.seek(0)
+        return {"header": self.header, "rows": self.file.read(), "cells": self.cells}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Write the rows to a file of its own."""
+        file = tempfile.TemporaryFile()  # noqa: SIM115
+        file.write(state["rows"])
+        for name, value in {"header": state["header"], "file": file, "cells": state["cells"]}.items():
+            object.__setattr__(self, name, value)
+        self.__post_init__()
+
+    def lines(self) -> Iterator[bytes]:
+        """Yield the canonical text line by line."""
+        yield canonical(self.header)
+        self.file.seek(0)
+        yield from self.file
 
     def parts(self) -> Iterator[bytes]:
         """Yield the canonical text in parts."""

@@ -92,10 +92,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MemoryError:
         print("fairaudit: the table does not fit into memory", file=sys.stderr)
         return EXIT_BAD_INPUT
-    except ValueError as error:
-        from fairaudit.errors import InputError
+    except Exception as error:
+        from fairaudit.errors import FairauditError
 
-        if not isinstance(error, InputError):
+        if not isinstance(error, FairauditError):
             raise
         from fairaudit.words import plain
 

@@ -23,16 +23,19 @@ NOT_HERE = ("in_parts", "unit", "interval", "independent_cells", "utility_range"
 def certify_choices(arguments: argparse.Namespace) -> Answer:
     """Certify the profile and the position effect of a log of choices."""
     from fairaudit.audits.certify import certify
+    from fairaudit.audits.reading import read_table
     from fairaudit.cli.destinations import check_output
     from fairaudit.cli.options import column_list, column_roles, confidence_option, given_limits
-    from fairaudit.cli.source import read_source
+    from fairaudit.cli.source import access_of, option, progress
     from fairaudit.errors import InputError
     from fairaudit.model.allocation import CHOSEN, read_allocation
 
     _refuse_foreign(arguments)
     bound = _bound(arguments.profile_exp_epsilon)
     slots, context = column_list(arguments.slots), column_roles(arguments.context)
-    table = read_source(arguments, arguments.table, (*slots, arguments.winner, *context.names), context.edges, [])
+    with progress() as told:
+        wanted = (*slots, arguments.winner, *context.names)
+        table = read_table(arguments.table, wanted, context.edges, [], access_of(arguments), spelled=option, report=told)
     check_output(arguments)
     targets = given_limits(arguments)
     judged, embed = confidence_option(arguments.confidence), False if arguments.no_table else None

@@ -124,7 +124,7 @@ def _policy_solver(arguments: argparse.Namespace) -> Any:
 
 
 def _policy(path: str) -> tuple[Any, Any, Any]:
-    from fairaudit.cli.audit_file import read_policy
+    from fairaudit.audits.audit_file import read_policy
 
     return read_policy(path)
 

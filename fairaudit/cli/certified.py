@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer
@@ -115,13 +114,10 @@ def _write_page(certificate: Certificate, path: str) -> None:
     InputError
         If the page cannot be written.
     """
-    from fairaudit.certificates.table import Table
-    from fairaudit.cli.checking import checked
-    from fairaudit.files import write_atomically
-    from fairaudit.reports.page import html
+    from fairaudit.errors import FalseCertificate
+    from fairaudit.reports.report import report
 
-    table = certificate.table.lines() if isinstance(certificate.table, Table) else None
-    wrong, said = checked(certificate.text.encode("ascii"), table, "the certificate")
-    if wrong:
-        raise RuntimeError(wrong)
-    write_atomically(Path(path), [html(certificate, checked=said).encode("utf-8")])
+    try:
+        report(certificate, path)
+    except FalseCertificate as error:
+        raise RuntimeError(str(error)) from None

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import gc
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.certified import certified
 from fairaudit.cli.destinations import check_output
-from fairaudit.cli.options import add_limits, column_list, column_roles, confidence_option, given_limits, utility_range, utility_spec
+from fairaudit.cli.options import add_limits, confidence_option, given_limits, utility_range
 from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
-from fairaudit.cli.source import add_label_options, add_source, law_from_options, progress, read_source, source_name, with_labels
+from fairaudit.cli.source import add_label_options, add_source, option, progress, reading_of
+from fairaudit.tables.sources import source_name
 
 if TYPE_CHECKING:
-    from fairaudit.cli.audit_file import Audit
+    from fairaudit.audits.audit_file import Audit
+    from fairaudit.audits.reading import Reading
     from fairaudit.model.law import Law
     from fairaudit.model.utility import Utility
 
-
-MOST_ROWS = 20_000_000
 
 DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
 
@@ -168,31 +165,20 @@ def run(arguments: argparse.Namespace) -> Answer:
         return certify_choices(arguments)
     if arguments.winner is not None or arguments.profile_exp_epsilon is not None:
         raise InputError("--winner and --profile-exp-epsilon go with --slots")
-    with _uncollected():
+    from fairaudit.audits.reading import uncollected
+
+    with uncollected():
         return ready(_certify_in_parts(arguments) if arguments.in_parts else _certify(arguments), arguments.format)
-
-
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Spare the search for reference cycles, of which there are none: among millions of cells it would take a quarter of the time."""
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
 
 
 def _certify(arguments: argparse.Namespace) -> Answer:
     """Certify a table, a log or an audit file."""
     from fairaudit.audits.certify import certify
-    from fairaudit.errors import InputError
-    from fairaudit.tables.engines.request import ManyRowsError
+    from fairaudit.errors import InputError, ManyRowsError
 
-    audit = _audit_file(arguments) if isinstance(arguments.table, str) and arguments.table.endswith(".toml") else None
+    audit = _audit_file(arguments) if _is_audit_file(arguments) else None
     try:
-        subject, utility = (audit.subject, audit.utility) if audit else _read(arguments, None if _unfit_for_parts(arguments) else MOST_ROWS)
+        subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
     except ManyRowsError:
         return _certify_in_parts(arguments)
     targets = given_limits(arguments)
@@ -217,53 +203,37 @@ def _certify(arguments: argparse.Namespace) -> Answer:
     return certified(arguments, result, findings)
 
 
-def _unfit_for_parts(arguments: argparse.Namespace) -> str:
+def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
     """Name an option that does not go with contexts that are read in parts; empty if there is none."""
-    if isinstance(arguments.table, str) and arguments.table.endswith(".toml"):
-        return "an audit file"
-    if not arguments.context:
-        return "a log without --context"
-    unfit = (
-        "count",
-        "probability",
-        "utility_column",
-        "truth",
-        "positive",
-        "fold_labels",
-        "map",
-        "unit",
-        "query",
-        "report",
-        "placebo",
-        "claimed_exp_epsilon",
-        "utility_range",
-    )
-    given = [name for name in unfit if getattr(arguments, name)]
-    if given or arguments.missing != "error":
-        return f"--{(given or ['missing'])[0].replace('_', '-')}"
-    return "" if arguments.engine in ("auto", "duckdb") else f"--engine {arguments.engine}"
+    from fairaudit.audits.reading import unfit_for_parts
+
+    others = ("positive", "report", "placebo", "claimed_exp_epsilon", "utility_range")
+    return unfit_for_parts(reading, {name: getattr(arguments, name) for name in others})
 
 
 def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
     """Certify a log of very many contexts."""
     from fairaudit.audits.in_parts import certify_in_parts
     from fairaudit.errors import InputError
+    from fairaudit.model.utility import utility_values
 
-    if unfit := _unfit_for_parts(arguments):
-        raise InputError(f"--in-parts does not go with {unfit}")
-    group, context = column_roles(arguments.group), column_roles(arguments.context)
-    if arguments.decision is None or arguments.utility is None or not group.names:
+    if _is_audit_file(arguments):
+        raise InputError("--in-parts does not go with an audit file")
+    if arguments.decision is None or arguments.utility is None or not arguments.group:
         raise InputError("contexts that are read in parts need --decision, --group and --utility")
+    reading = reading_of(arguments)
+    if unfit := _unfit_for_parts(arguments, reading):
+        raise InputError(f"--in-parts does not go with {unfit}")
     check_output(arguments)
     with progress() as told:
         try:
             result = certify_in_parts(
                 arguments.table,
-                utility_spec(arguments.utility),
-                decision=arguments.decision,
-                group=group.names,
-                context=context.names,
-                bins={**group.edges, **context.edges},
+                utility_values(arguments.utility, "--utility"),
+                decision=reading.decision,
+                group=reading.group,
+                context=reading.context,
+                bins=reading.bins,
                 table=arguments.database_table,
                 memory=arguments.memory,
                 report=told,
@@ -280,30 +250,11 @@ def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
 
 def _audit_file(arguments: argparse.Namespace) -> Audit:
     """Read an audit file, which names its columns and utility itself."""
-    from fairaudit.cli.audit_file import read_audit
-    from fairaudit.errors import InputError
+    from fairaudit.audits.audit_file import SAID_THERE, read_audit, refuse_beside
 
-    foreign = (
-        "decision",
-        "group",
-        "context",
-        "truth",
-        "count",
-        "probability",
-        "weight",
-        "utility",
-        "utility_column",
-        "positive",
-        "unit",
-        "placebo",
-    )
-    for name in foreign:
-        if getattr(arguments, name):
-            raise InputError(f"--{name.replace('_', '-')} goes with a table; the audit file {arguments.table} says it itself")
-    if arguments.missing != "error":
-        raise InputError("--missing goes with a table; the audit file has missing in [law] or [policy]")
-    if arguments.fold_labels or arguments.map:
-        raise InputError("--fold-labels and --map go with a table; the audit file has fold_labels and map in [law] or [policy]")
+    refuse_beside(arguments.table, {name: getattr(arguments, name) for name in (*SAID_THERE, "placebo")}, option)
+    others = {"missing": arguments.missing != "error", "fold_labels": arguments.fold_labels, "map": arguments.map}
+    refuse_beside(arguments.table, others, option)
     return read_audit(arguments.table)
 
 
@@ -347,47 +298,21 @@ def _take_example(arguments: argparse.Namespace) -> None:
         arguments.count, arguments.probability = entry.count or None, entry.probability or None
 
 
-def _read(arguments: argparse.Namespace, most: int | None) -> tuple[Law, Utility]:
+def _is_audit_file(arguments: argparse.Namespace) -> bool:
+    return isinstance(arguments.table, str) and arguments.table.endswith(".toml")
 
-    from fairaudit.errors import InputError, shown
+
+def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
+    from fairaudit.audits.reading import MOST_ROWS, read_audited
+    from fairaudit.errors import InputError
+    from fairaudit.model.utility import Utility, utility_values
 
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError(
             "no utility was given; use --utility, such as --utility Admitted or --utility yes=1,maybe=0.5, or --utility-column COL"
         )
-    decision = arguments.decision or arguments.utility_column
-    if decision is None:
-        raise InputError("no decision column was named; use --decision COL")
-    group, context = column_roles(arguments.group), column_roles(arguments.context)
-    groups, contexts, unit = group.names, context.names, column_list(arguments.unit)
-    if not groups:
-        raise InputError("no group column was named; use --group COL")
-    numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
-    if arguments.utility_column in (*groups, *contexts, *numeric):
-        raise InputError(f"the column {shown(arguments.utility_column)} is used twice; each column has one role")
-    if arguments.truth is not None and arguments.probability is not None:
-        raise InputError("--truth goes with counts and logs; probabilities do not say what should have been decided")
-    if arguments.unit and (arguments.count or arguments.probability):
-        raise InputError("--unit goes with a log, which has one decision per row; counts do not say which rows belong together")
-    if arguments.weight is not None and arguments.probability is None:
-        raise InputError("--weight goes with --probability; counts and logs carry their own population")
-    valued = [] if arguments.utility_column is None else [arguments.utility_column]
-    truth = [] if arguments.truth is None else [arguments.truth]
-    wanted = (decision, *groups, *contexts, *truth, *unit, *numeric, *valued)
-    table = read_source(arguments, arguments.table, wanted, {**group.edges, **context.edges}, [*numeric, *valued], most, contexts)
-    from fairaudit.model.utility import Utility
-
-    try:
-        labelled = (decision, *groups, *contexts, *([arguments.truth] if arguments.truth else []))
-        table = with_labels(arguments, table, labelled)
-        law = law_from_options(arguments, table, decision, groups, contexts, unit, arguments.truth)
-        if arguments.utility is not None:
-            utility = Utility(utility_spec(arguments.utility))
-        else:
-            utility = Utility.from_table(
-                table, utility=arguments.utility_column, decision=decision, group=groups, context=contexts, missing=arguments.missing
-            )
-        utility.on(law)
-    except InputError as error:
-        raise InputError(f"{table.name}: {error}") from None
-    return law, utility
+    reading = reading_of(arguments)
+    given = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"))
+    with progress() as told:
+        most = None if _unfit_for_parts(arguments, reading) else MOST_ROWS
+        return read_audited(arguments.table, reading, given, report=told, most=most)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
 from pathlib import Path
 
 from fairaudit import checker
 from fairaudit.checker import Refusal, Report, examine, finding_line, printable, summary_line
 
-__all__ = ["Refusal", "Report", "checked", "examine", "finding_line", "printable", "summary_line", "zipped_checker"]
+__all__ = ["Refusal", "Report", "examine", "finding_line", "printable", "summary_line", "zipped_checker"]
 
 _MAIN = '''"""Run the checker, whose files are in the folder beside this one."""
 
@@ -21,35 +20,6 @@ sys.exit(main())
 '''
 
 _DATE = (1980, 1, 1, 0, 0, 0)  # the first that an archive can hold
-
-
-def checked(raw: bytes, table: Iterable[bytes] | None, name: str) -> tuple[str, str]:
-    """Check a certificate as `verify` does.
-
-    Returns
-    -------
-    tuple of str
-        What is false, or nothing; and a sentence on what was checked.
-
-    Raises
-    ------
-    InputError
-        If it is no certificate of the format.
-    """
-    from fairaudit import __version__
-    from fairaudit.errors import InputError
-
-    try:
-        found = checker.check(raw, table)
-    except checker.TableNeeded:
-        return "", "The table was not at hand when this was made: its statements are repeated unchecked."
-    except checker.FormatError as error:
-        raise InputError(f"{name} is not a certificate of the format {checker.CERTIFICATE_FORMAT}: {error}") from None
-    false = [finding for finding in found.findings if not finding.true]
-    if false:
-        first = f"{false[0].statement}{f' ({false[0].detail})' if false[0].detail else ''}"
-        return f"{name}: {len(false)} of {len(found.findings)} statements are FALSE, the first: {first}", ""
-    return "", f"Checked when this was made: all {len(found.findings)} statements are true of the table (fairaudit verify, {__version__})."
 
 
 def zipped_checker() -> bytes:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.cli.output import Answer, aligned
 
 if TYPE_CHECKING:
-    from fairaudit.certificates.compare import Change, Comparison, Moved
+    from fairaudit.certificates.compare import CertificateComparison as Comparison
+    from fairaudit.certificates.compare import Change, Moved
 
 DESCRIPTION = """\
 Compare two certificates of the same columns and utility: verdicts, targets, measures, intervals, bounds and the groups that moved, all of
@@ -62,24 +63,13 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
-    from fairaudit.certificates.compare import compare
-    from fairaudit.certificates.reader import load
-    from fairaudit.cli.checking import checked
     from fairaudit.errors import InputError
+    from fairaudit.verified.comparison import compare
 
     if arguments.top < 0:
         raise InputError(f"--top {arguments.top} is not accepted; a number of at least 0 is")
-    documents, said = [], []
-    for path in (arguments.old, arguments.new):
-        document, raw = load(path)
-        wrong, note = checked(raw, None, path)
-        if wrong:
-            raise InputError(f"{wrong}; certificates that are not true are not compared")
-        documents.append(document)
-        if "not at hand" in note:
-            said.append(f"{path} does not hold its table and was not checked")
-    found = compare(*documents)
-    notes = [*said, *found.notes]
+    found = compare(arguments.old, arguments.new)
+    notes = list(found.notes)
     write = _markdown if arguments.format == "markdown" else _text
     return Answer(
         "compare",

@@ -155,7 +155,7 @@ def write_filter(mechanism: Mechanism, path: str) -> None:
 
 
 def _solver(arguments: argparse.Namespace) -> Callable[[Mapping[str, Any]], Design]:
-    from fairaudit.cli.audit_file import read_policy
+    from fairaudit.audits.audit_file import read_policy
     from fairaudit.cli.options import groups_option
     from fairaudit.errors import InputError
     from fairaudit.filters.model_free import design_model_free

@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from fairaudit.cli.source import is_database
+from fairaudit.tables.sources import is_database
 
 __all__ = ["check_output", "refuse_output"]
 

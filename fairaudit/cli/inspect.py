@@ -10,7 +10,8 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer, add_format
-from fairaudit.cli.source import PASSWORD, add_source, progress
+from fairaudit.cli.source import add_source, progress
+from fairaudit.tables.sources import PASSWORD
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Seen

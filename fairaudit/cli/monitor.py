@@ -41,7 +41,6 @@ examples:
 LOOKED_AT: tuple[str, ...] = ("decision", "group", "context", "utility", "utility_column", "utility_range", "utility_step")
 
 AUDIT = (*LOOKED_AT, *LIMITS, "confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "log_format", "burden")
-UNITS = {"s": 1, "m": 60, "h": 3_600, "d": 86_400, "w": 604_800}
 
 
 def add(commands: Any) -> None:
@@ -186,8 +185,10 @@ def _labels(option: str, given: list[str] | None) -> tuple[str, ...]:
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
-    from fairaudit.cli.options import column_list, utility_spec
+    from fairaudit.cli.options import column_list
     from fairaudit.errors import InputError
+    from fairaudit.model.utility import utility_values
+    from fairaudit.streams.opening import window_length
     from fairaudit.streams.settings import Settings
 
     if (arguments.utility is None) == (arguments.utility_column is None):
@@ -196,7 +197,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         raise InputError("no decision column was named; use --decision COL")
     if arguments.utility_column is not None and (arguments.decision is not None or arguments.utility_range is None):
         raise InputError("--utility-column takes the place of --decision, and needs --utility-range LOW,HIGH")
-    utility = None if arguments.utility is None else utility_spec(arguments.utility)
+    utility = None if arguments.utility is None else utility_values(arguments.utility, "--utility")
     low, high = _range(arguments.utility_range, utility or {})
     return Settings(
         group=_labels("--group", arguments.group),
@@ -213,7 +214,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         event_id=arguments.event_id,
         time=arguments.time,
         since=arguments.since,
-        window=None if arguments.window is None else _window(arguments.window),
+        window=None if arguments.window is None else window_length(arguments.window, "--window"),
         burden=bool(arguments.burden),
         layout=arguments.log_format or ("csv" if str(arguments.log).endswith(".csv") else "jsonl"),
     )
@@ -222,36 +223,14 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 def _range(text: str | None, utility: Mapping[str, str]) -> tuple[str, str]:
     """Least and greatest utility: as given, or from 0 to the greatest of those that are listed."""
     from fairaudit.errors import InputError
+    from fairaudit.streams.opening import greatest
 
     if text is None:
-        return "0", str(max(map(_fraction, utility.values()), default=Fraction(1)))
+        return "0", greatest(utility)
     low, comma, high = text.partition(",")
     if not comma:
         raise InputError("--utility-range is of the form LOW,HIGH, such as 0,1")
     return low.strip(), high.strip()
-
-
-def _fraction(text: str) -> Fraction:
-    from fairaudit.exact.rationals import parse_rational
-
-    return Fraction(*parse_rational(text))
-
-
-def _window(text: str) -> str:
-    """A window as the settings have it.
-
-    Examples
-    --------
-    >>> _window("1000"), _window("2h"), _window("7d")
-    ('1000', '7200s', '604800s')
-    """
-    from fairaudit.errors import InputError, shown
-
-    match = re.fullmatch("([1-9][0-9]{0,11})([smhdw]?)", text)
-    if match is None:
-        raise InputError(f"--window {shown(text)} is not accepted; a number of decisions such as 10000, or a time such as 12h or 7d, is")
-    number, unit = match.groups()
-    return f"{int(number) * UNITS[unit]}s" if unit else number
 
 
 def _whole(text: str) -> int:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.options import METHODS, confidence_option, utility_range
+from fairaudit.cli.source import option
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -63,28 +64,11 @@ def add_population(parser: argparse.ArgumentParser) -> None:
 
 def population_options(arguments: argparse.Namespace, subject: Law | Deployment, given: Mapping[str, Any]) -> dict[str, Any]:
     """Confidence, method and independence for `certify`: from the command line, else from an audit file, else the defaults."""
-    from fairaudit.errors import InputError, shown
-    from fairaudit.model.policy import Deployment
+    from fairaudit.audits.population import confidence_for
 
-    law = subject.policy.law if isinstance(subject, Deployment) else subject
     asked = arguments.confidence if arguments.confidence is not None else given.get("confidence")
-    chosen = confidence_option(asked)
-    if law.kind != "counts":
-        for name, wanted in (("confidence", asked is not None and chosen is not None), *((n, getattr(arguments, n)) for n in ONLY_SAMPLES)):
-            if wanted:
-                raise InputError(
-                    f"--{name.replace('_', '-')} needs counts or a log: probabilities carry no sample size, so the table itself is judged"
-                )
-        chosen = None
-    elif asked is not None and chosen is not None and not law.whole:
-        raise InputError(
-            f"--confidence {shown(str(asked))} needs whole counts of at most 10^18, and the table has others: weighted counts carry no "
-            "sample size; --confidence none judges the table itself"
-        )
-    elif chosen is None:
-        for name in ONLY_SAMPLES:
-            if getattr(arguments, name):
-                raise InputError(f"--{name.replace('_', '-')} is about the population, and --confidence none leaves that out")
+    others = {name: getattr(arguments, name) for name in ONLY_SAMPLES}
+    chosen = confidence_for(subject, confidence_option(asked), asked, others, option)
     return {
         "confidence": chosen,
         "interval": arguments.interval or given.get("interval", METHODS[0]),
@@ -98,7 +82,7 @@ ONLY_SAMPLES = ("interval", "independent_cells", "placebo", "claimed_exp_epsilon
 def findings_beside(arguments: argparse.Namespace, result: Result, utility: Utility, chosen: Mapping[str, Any]) -> list[Finding]:
     """Run the tests that were asked for."""
     from fairaudit.errors import InputError
-    from fairaudit.inference.hypothesis_tests import test_filter
+    from fairaudit.inference.hypothesis_tests import refute_epsilon
     from fairaudit.inference.ratio_intervals import default_region
 
     found: list[Finding] = []
@@ -110,7 +94,7 @@ def findings_beside(arguments: argparse.Namespace, result: Result, utility: Util
             raise InputError("--claimed-exp-epsilon needs a utility that is the same for all groups; one that is not refutes nothing")
         comparison = result.comparisons["local"]
         region = default_region(comparison, chosen["interval"], independent=chosen["independent"])
-        tested = test_filter(comparison, arguments.claimed_exp_epsilon, region=region, **made)
+        tested = refute_epsilon(comparison, arguments.claimed_exp_epsilon, region=region, **made)
         found.append(Finding("T11", tested.sentence, tested.refuted, {"refuted": tested.refuted, "interval": _ends(tested.interval)}))
     if arguments.placebo is not None:
         found += _placebo(arguments, result, utility, made)
@@ -150,16 +134,16 @@ def _placebo(arguments: argparse.Namespace, result: Result, utility: Utility, ma
 def _placebo_comparisons(arguments: argparse.Namespace, utility: Utility) -> dict[Any, Comparison]:
     """Read the placebo with the columns of the table, and set up its ratios."""
     from fairaudit.audits.certify import certify
-    from fairaudit.cli.options import column_list, column_roles
-    from fairaudit.cli.source import law_from_options, read_source, with_labels
+    from fairaudit.audits.reading import read_law
+    from fairaudit.cli.options import column_roles
+    from fairaudit.cli.source import progress, reading_of
 
-    group, context = column_roles(arguments.placebo_group or arguments.group), column_roles(arguments.context)
-    decision, unit = arguments.decision or arguments.utility_column, column_list(arguments.unit)
-    counts = [] if arguments.count is None else [arguments.count]
-    wanted = (decision, *group.names, *context.names, *unit, *counts)
-    table = read_source(arguments, arguments.placebo, wanted, {**group.edges, **context.edges}, counts)
-    table = with_labels(arguments, table, (decision, *group.names, *context.names))
-    law = law_from_options(arguments, table, decision, group.names, context.names, unit)
+    reading = replace(reading_of(arguments), truth=None, utility_column=None)
+    if arguments.placebo_group:
+        group, context = column_roles(arguments.placebo_group), column_roles(arguments.context)
+        reading = replace(reading, group=group.names, bins={**group.edges, **context.edges})
+    with progress() as report:
+        law = read_law(arguments.placebo, reading, report=report)
     return dict(certify(law, utility, declared=utility_range(arguments.utility_range)).comparisons)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 from typing import Any
 
 from fairaudit.cli.output import Answer
@@ -47,32 +46,17 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> Answer | int:
     """Do the work."""
-    from fairaudit.certificates.reader import load
-    from fairaudit.cli.checking import checked
     from fairaudit.cli.destinations import refuse_output
-    from fairaudit.errors import InputError
-    from fairaudit.files import write_atomically
-    from fairaudit.reports.markdown import markdown
-    from fairaudit.reports.page import html
+    from fairaudit.errors import FalseCertificate
+    from fairaudit.reports.report import report
     from fairaudit.words import plain
 
-    document, raw = load(arguments.certificate)
     if arguments.output is not None:
         refuse_output(arguments.output, [arguments.certificate], "the certificate")
         refuse_output(arguments.output, [arguments.table] if arguments.table is not None else [])
-    table = None
-    if arguments.table is not None:
-        try:
-            table = Path(arguments.table).read_bytes().splitlines(keepends=True)
-        except OSError as error:
-            raise InputError(f"{arguments.table} cannot be read: {error.strerror or error}") from None
-    wrong, said = checked(raw, table, arguments.certificate)
-    if wrong:
-        print(f"fairaudit: {plain(wrong)}; no report was written", file=sys.stderr)
+    try:
+        text = report(arguments.certificate, arguments.output, format=arguments.format, table=arguments.table)
+    except FalseCertificate as error:
+        print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return 1
-    said = "" if "not at hand" in said else said  # a report of a certificate without its table says that nobody checked it
-    text = (html if arguments.format == "html" else markdown)(document, checked=said)
-    if arguments.output is not None:
-        write_atomically(Path(arguments.output), [text.encode("utf-8")])
-        return 0
-    return Answer("report", result=dict, text=lambda: text.rstrip("\n"))
+    return 0 if arguments.output is not None else Answer("report", result=dict, text=lambda: text.rstrip("\n"))

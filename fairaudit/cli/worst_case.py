@@ -8,13 +8,11 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.destinations import check_output
-from fairaudit.cli.options import column_list, column_roles
+from fairaudit.cli.options import column_list
 from fairaudit.cli.output import Answer, add_format, aligned
-from fairaudit.cli.source import add_label_options, add_source, read_source, with_labels
-from fairaudit.cli.source import law_from_options as law_of_table
+from fairaudit.cli.source import add_label_options, add_source, law_from_options
 
 if TYPE_CHECKING:
-    from fairaudit.model.law import Law
     from fairaudit.worst.result import WorstCase
 
 DESCRIPTION = """\
@@ -105,7 +103,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         lipschitz=arguments.lipschitz,
         order=order,
     )
-    law = _read(arguments)
+    law = law_from_options(arguments)
     try:
         found = worst_case(law, of, "global" if arguments.overall else "local")
     except InputError as error:
@@ -125,24 +123,6 @@ def _answer(found: WorstCase, document: dict[str, Any], written: list[str]) -> A
         result=lambda: _entry(found, document),
         text=lambda: _text(found, written),
     )
-
-
-def _read(arguments: argparse.Namespace) -> Law:
-    from fairaudit.errors import InputError
-
-    group, context = column_roles(arguments.group), column_roles(arguments.context)
-    if not group.names:
-        raise InputError("no group column was named; use --group COL")
-    if arguments.weight is not None and arguments.probability is None:
-        raise InputError("--weight goes with --probability; counts and logs carry their own population")
-    numeric = [c for c in (arguments.count, arguments.probability, arguments.weight) if c is not None]
-    wanted = (arguments.decision, *group.names, *context.names, *numeric)
-    table = read_source(arguments, arguments.table, wanted, {**group.edges, **context.edges}, numeric)
-    try:
-        table = with_labels(arguments, table, (arguments.decision, *group.names, *context.names))
-        return law_of_table(arguments, table, arguments.decision, group.names, context.names)
-    except InputError as error:
-        raise InputError(f"{table.name}: {error}") from None
 
 
 def _chain(labels: tuple[str, ...]) -> list[tuple[str, str]]:

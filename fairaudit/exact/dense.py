@@ -6,20 +6,35 @@ The matrices may be memory-mapped files. float32 entries are converted block by 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["each_block", "equal_to_previous", "least_and_sums", "products"]
+from fairaudit.exact.rationals import Number
+
+__all__ = ["Numbers", "Weights", "each_block", "equal_to_previous", "least_and_sums", "products"]
 
 
 BLOCK_BYTES = 1 << 22  # 4 MiB: two blocks and their results stay in the cache of one core
 
 Floats = NDArray[np.float64]
 """An array of float64."""
+
+Weights = NDArray[Any]
+"""An array of exact numbers: int64, Python integers, or float64."""
+
+Numbers = (
+    NDArray[np.integer]
+    | NDArray[np.floating]
+    | NDArray[np.object_]
+    | Sequence[Number]
+    | Sequence[Sequence[Number]]
+    | Sequence[Sequence[Sequence[Number]]]
+)
+"""Numbers in one, two or three dimensions: an array, or nested lists."""
 
 
 def each_block(rows: int, step: int, work: Callable[[int, int], None]) -> None:

@@ -17,6 +17,7 @@ from typing import Any
 from fairaudit.errors import InputError, shown
 
 __all__ = [
+    "Number",
     "at_least",
     "common_denominator",
     "fraction",
@@ -28,6 +29,9 @@ __all__ = [
     "rational_text",
 ]
 
+
+Number = int | str | Fraction | Decimal | float
+"""A number in Python: exact as it is, but for a float, which is read as `option_value` or `rational` says."""
 
 MAX_DIGITS = 4_000  # below the 4,300 digits at which Python refuses to read a number
 

@@ -12,9 +12,9 @@ from fractions import Fraction
 from math import inf, prod
 from typing import Any, Literal
 
-from fairaudit.errors import InputError, nearest, shown
+from fairaudit.errors import Infeasible, InputError, nearest, shown
 from fairaudit.exact.extended import Extended, extended_pair
-from fairaudit.exact.rationals import at_least
+from fairaudit.exact.rationals import Number, at_least
 from fairaudit.filters.groups import Groups, read_attributes
 from fairaudit.filters.responses import SEARCH_STEPS, SPLITS, ResponseLine, Split, identity_filter, response_factor
 from fairaudit.filters.targets import calibration_target, ratio_and_log
@@ -29,6 +29,7 @@ from fairaudit.theorems.t02 import t2
 from fairaudit.theorems.t03 import t3_approx, t3_general, t3_mechanism
 from fairaudit.theorems.t04 import t4
 from fairaudit.theorems.t12 import t12
+from fairaudit.words import brief
 
 Rule = Literal["paper", "tight", "sharp", "mechanism", "contraction"]
 
@@ -41,6 +42,7 @@ MAX_VALUES = 10_000
 UNNEEDED = "the target holds without any filter; no privacy is needed"
 
 
+@brief
 @dataclass(frozen=True)
 class Calibration:
     """A filter for a target, or why there is none.
@@ -73,6 +75,13 @@ class Calibration:
         Why it is infeasible and what would make it feasible, or why no privacy is needed.
     settled : bool
         Whether an infeasible target is proved to be so: by this rule, for every filter of this kind. If not, none was found.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> found = fa.calibrate(max_ratio="5/4", groups=2, tau="0.5")
+    >>> found.require().keep_probabilities, found.achieved <= found.target
+    ((Fraction(142857142857, 250000000000),), True)
     """
 
     quantity: Quantity
@@ -88,6 +97,18 @@ class Calibration:
     paper_keep_probabilities: tuple[Fraction, ...] = ()
     reason: str = ""
     settled: bool = True
+
+    def require(self) -> Calibration:
+        """Give itself back, or refuse to go on without a filter.
+
+        Raises
+        ------
+        Infeasible
+            If no filter was found; the message is the reason.
+        """
+        if not self.feasible:
+            raise Infeasible(self.reason)
+        return self
 
     @property
     def epsilon(self) -> Enclosure:
@@ -110,18 +131,18 @@ class _Setting:
 @without_bare_limits(ALONE)
 def calibrate(
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
     quantity: Quantity = "local",
     groups: Groups,
     bound: Rule = "mechanism",
-    gamma: Any = 1,
-    tau: Any = 0,
-    g_min: Any = 0,
-    delta: Any = 0,
-    lipschitz: Any = 0,
-    diameter: Any = 1,
-    raw_ratio: Any = None,
+    gamma: Number = 1,
+    tau: Number = 0,
+    g_min: Number = 0,
+    delta: Number = 0,
+    lipschitz: Number = 0,
+    diameter: Number = 1,
+    raw_ratio: Number | None = None,
     split: Split = "equal-epsilon",
 ) -> Calibration:
     """Find the randomized response that keeps most truth and still guarantees a target.

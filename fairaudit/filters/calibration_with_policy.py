@@ -15,6 +15,7 @@ from typing import Any
 
 from fairaudit.errors import InputError
 from fairaudit.exact.bernstein import coefficients, greatest_nonnegative
+from fairaudit.exact.rationals import Number
 from fairaudit.filters.calibration import UNNEEDED, Calibration, best_tilt, calibrated
 from fairaudit.filters.responses import GRID, ResponseLine, Split, alphabets, identity_filter, rounded_keep
 from fairaudit.filters.targets import calibration_target
@@ -23,8 +24,8 @@ from fairaudit.measures.limits import ALONE, Quantity, without_bare_limits
 from fairaudit.measures.ratios import global_fairness, local_fairness
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.model.policy import Policy
-from fairaudit.model.utility import Utility, UtilityTable
+from fairaudit.model.policy import Policy, Population
+from fairaudit.model.utility import Utility, UtilityTable, Values
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import THIS_LAW
 
@@ -34,12 +35,12 @@ Blocks = list[list[Fraction]]
 @without_bare_limits(ALONE)
 def calibrate_policy(
     policy: Policy,
-    utility: Utility | Mapping[Any, Any],
+    utility: Utility | Values,
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
     quantity: Quantity = "local",
-    population: Any = None,
+    population: Population | None = None,
     split: Split = "equal-epsilon",
 ) -> Calibration:
     """Find the randomized response that keeps most truth and whose induced law, measured exactly, meets a target.
@@ -72,6 +73,14 @@ def calibrate_policy(
     ------
     InputError
         As in `calibrate`, and if the policy lacks a combination of its attributes' values.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    >>> found = fa.calibrate_policy(policy, {"hire": 1}, max_ratio=2)
+    >>> found.require().keep_probabilities, found.achieved
+    ((Fraction(16, 21),), Fraction(2, 1))
     """
     target = calibration_target(max_ratio, max_log, quantity)
     attributes = alphabets(policy)

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from fairaudit.errors import InputError
+from fairaudit.errors import Infeasible, InputError
 from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.currencies import Enclosure
 from fairaudit.privacy.epsilon_delta import epsilon_enclosure
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True)
 class Design:
     """A filter for a target, or why there is none.
@@ -50,6 +52,14 @@ class Design:
         design is never worse. None if there is none.
     reason : str
         Why there is no filter, or what else is to be said.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    >>> found = fa.design(policy, {"hire": 1}, max_ratio=2)
+    >>> found.require().achieved, found.truth_kept
+    (Fraction(2, 1), Fraction(23, 28))
     """
 
     target: Fraction | None
@@ -68,6 +78,18 @@ class Design:
     response_distortion: Fraction | None = None
     response_truth_kept: Fraction | None = None
     reason: str = ""
+
+    def require(self) -> Design:
+        """Give itself back, or refuse to go on without a filter.
+
+        Raises
+        ------
+        Infeasible
+            If no filter was found; the message is the reason.
+        """
+        if not self.feasible:
+            raise Infeasible(self.reason)
+        return self
 
     @property
     def epsilon(self) -> Enclosure:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from fairaudit.errors import InputError
+from fairaudit.exact.rationals import Number
 from fairaudit.filters.design_result import Design
+from fairaudit.filters.groups import Groups, Masses
 from fairaudit.filters.model_free import design_model_free
+from fairaudit.filters.problem import Distortion
 from fairaudit.filters.with_policy import design
 from fairaudit.measures.limits import ALONE, without_bare_limits
-from fairaudit.model.policy import Policy
-from fairaudit.model.utility import Utility
+from fairaudit.model.policy import Policy, Population
+from fairaudit.model.utility import Utility, Values
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True)
 class Frontier:
     """Designs of one setting for several targets.
@@ -24,6 +29,12 @@ class Frontier:
     ----------
     designs : tuple of Design
         One for each target, in the order given.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> [design.truth_kept for design in fa.frontier(max_ratio=["1.2", "1.4"], groups=2, tau="0.5").designs]
+    [Fraction(5, 9), Fraction(5, 8)]
     """
 
     designs: tuple[Design, ...]
@@ -46,14 +57,26 @@ class Frontier:
         ]
 
 
+class DesignOptions(TypedDict, total=False):
+    """What `design` and `design_model_free` are asked besides the target."""
+
+    groups: Groups
+    tau: Number
+    gamma: Number
+    population: Population | Masses | None
+    distortion: Distortion | None
+    max_epsilon: Number | None
+    max_exp_epsilon: Number | None
+
+
 @without_bare_limits(ALONE)
 def frontier(
     *,
-    max_ratio: Iterable[Any] | None = None,
-    max_log: Iterable[Any] | None = None,
+    max_ratio: Iterable[Number] | None = None,
+    max_log: Iterable[Number] | None = None,
     policy: Policy | None = None,
-    utility: Utility | Mapping[Any, Any] | None = None,
-    **options: Any,
+    utility: Utility | Values | None = None,
+    **options: Unpack[DesignOptions],
 ) -> Frontier:
     """Design for several targets: how much truth each of them costs.
 
@@ -71,20 +94,26 @@ def frontier(
     Frontier
         The designs; `rows` is the table.
 
+    Raises
+    ------
+    InputError
+        If not exactly one kind of target is given, or neither a policy with its utility nor groups, or as `design`.
+
     Examples
     --------
     >>> found = frontier(max_ratio=["1.2", "1.4"], groups=2, tau="0.5")
     >>> [str(row["truth_kept"]) for row in found.rows]
     ['5/9', '5/8']
     """
-    asked = {name: value for name, value in (("max_ratio", max_ratio), ("max_log", max_log)) if value is not None}
+    asked: dict[str, Iterable[Any]] = {name: value for name, value in (("max_ratio", max_ratio), ("max_log", max_log)) if value is not None}
     if len(asked) != 1:
         raise InputError("give the targets as one of max_ratio, limits on the ratio, and max_log, limits on its natural logarithm")
     ((name, targets),) = asked.items()
+    others: dict[str, Any] = dict(options)
     if policy is None:
         if "groups" not in options:
             raise InputError("neither a policy nor groups were given; give a policy with its utility, or groups")
-        return Frontier(tuple(design_model_free(**{name: target}, **options) for target in targets))
+        return Frontier(tuple(design_model_free(**{name: target}, **others) for target in targets))
     if utility is None:
         raise InputError("a policy was given without a utility; give both")
-    return Frontier(tuple(design(policy, utility, **{name: target}, **options) for target in targets))
+    return Frontier(tuple(design(policy, utility, **{name: target}, **others) for target in targets))

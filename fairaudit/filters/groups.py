@@ -7,14 +7,18 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.rationals import at_least, common_denominator, option_value, rational
+from fairaudit.exact.rationals import Number, at_least, common_denominator, option_value, rational
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import Label
+from fairaudit.tables.values import ByGroup, Label, LabelsLike
 
-Groups = int | Sequence[Any] | Mapping[str, int | Sequence[Any]]
+Groups = int | Sequence[LabelsLike] | Mapping[str, int | Sequence[LabelsLike]]
 """The values of an attribute, their number, or either for each of several attributes by name."""
+
+Masses = ByGroup[Number] | Sequence[Number] | NDArray[np.integer] | NDArray[np.floating]
+"""P(a) up to a common factor: by group, or in the order of the groups."""
 
 
 def read_attributes(groups: Groups, most: int) -> dict[str, tuple[Label, ...]]:
@@ -43,7 +47,7 @@ def read_attributes(groups: Groups, most: int) -> dict[str, tuple[Label, ...]]:
     return result
 
 
-def read_masses(population: Mapping[Any, Any] | Sequence[Any] | None, labels: tuple[Label, ...]) -> list[int]:
+def read_masses(population: Masses | None, labels: tuple[Label, ...]) -> list[int]:
     """P(a) in the order of the labels, as integers; equal masses where none are given."""
     if population is None:
         return [1] * len(labels)

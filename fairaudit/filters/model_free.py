@@ -8,18 +8,18 @@ set of filters is not convex, and is not searched.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 from typing import Any
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import at_least
+from fairaudit.exact.rationals import Number, at_least
 from fairaudit.filters.calibration import calibrate
 from fairaudit.filters.choice import best_design
 from fairaudit.filters.design_result import Design, checked_design
-from fairaudit.filters.groups import Groups, read_attributes, read_masses
+from fairaudit.filters.groups import Groups, Masses, read_attributes, read_masses
 from fairaudit.filters.one_k import filters_by_one_k
 from fairaudit.filters.problem import MAX_GROUPS, Distortion, Problem, read_problem
 from fairaudit.filters.targets import read_cap, read_target, require_target_or_cap
@@ -35,14 +35,14 @@ from fairaudit.theorems.t03 import t3_mechanism
 def design_model_free(
     groups: Groups,
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
-    tau: Any = 0,
-    gamma: Any = 1,
-    population: Mapping[Any, Any] | Sequence[Any] | None = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
+    tau: Number = 0,
+    gamma: Number = 1,
+    population: Masses | None = None,
     distortion: Distortion | None = None,
-    max_epsilon: Any = None,
-    max_exp_epsilon: Any = None,
+    max_epsilon: Number | None = None,
+    max_exp_epsilon: Number | None = None,
 ) -> Design:
     """Find a filter of small expected distortion that guarantees a target for every policy that keeps a floor.
 

@@ -12,15 +12,25 @@ from typing import Any
 import numpy as np
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.rationals import at_least, common_denominator
+from fairaudit.exact.dense import Numbers
+from fairaudit.exact.rationals import Number, at_least, common_denominator
 from fairaudit.filters.groups import number_reader, read_label
 from fairaudit.model.mechanism import Factor, Mechanism
-from fairaudit.tables.values import Label
+from fairaudit.tables.values import Label, LabelsLike
 from fairaudit.theorems.t03 import t3_mechanism
 
 Rows = Sequence[Sequence[int]]
 
-Distortion = Mapping[Any, Any] | Sequence[Sequence[Any]] | Callable[[Any, Any], Any]
+Price = Callable[[str, str], Number] | Callable[[Label, Label], Number]
+
+Distortion = (
+    Mapping[tuple[str, str], Number]
+    | Mapping[tuple[Label, Label], Number]
+    | Mapping[tuple[LabelsLike, LabelsLike], Number]
+    | Numbers
+    | Price
+)
+"""c(a,ã): by pairs of groups, as a square table, or as a function."""
 
 MAX_GROUPS = 100
 """Groups of a design: the linear program has an entry for every ordered pair of them, and its exact arithmetic grows faster."""
@@ -118,8 +128,9 @@ def _costs(distortion: Distortion | None, labels: tuple[Label, ...]) -> list[lis
         return at_least(f"the distortion of {', '.join(a)} released as {', '.join(b)}", value, 0, number_reader(distortion))
 
     if callable(distortion):
+        price: Callable[[Any, Any], Number] = distortion
         bare = [label[0] if len(label) == 1 else label for label in labels]
-        return [[number(a, b, distortion(x, y)) for b, y in zip(labels, bare, strict=True)] for a, x in zip(labels, bare, strict=True)]
+        return [[number(a, b, price(x, y)) for b, y in zip(labels, bare, strict=True)] for a, x in zip(labels, bare, strict=True)]
     if not isinstance(distortion, Mapping):
         table = np.asarray(distortion, dtype=object)
         if table.shape != (len(labels), len(labels)):

@@ -6,14 +6,12 @@ E(x,a) ≤ R*·E(x,a') is linear in M, and so is a cap M(ã|a) ≤ e^ε·M(ã|a'
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from math import gcd
-from typing import Any
 
 from fairaudit.errors import InputError
-from fairaudit.exact.rationals import common_denominator
+from fairaudit.exact.rationals import Number, common_denominator
 from fairaudit.filters.calibration_with_policy import calibrate_policy
 from fairaudit.filters.choice import best_design
 from fairaudit.filters.design_result import Design, checked_design
@@ -24,8 +22,8 @@ from fairaudit.filters.targets import read_cap, read_target, require_target_or_c
 from fairaudit.measures.limits import ALONE, without_bare_limits
 from fairaudit.measures.ratios import local_fairness
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, RandomizedResponse
-from fairaudit.model.policy import Policy
-from fairaudit.model.utility import Utility
+from fairaudit.model.policy import Policy, Population
+from fairaudit.model.utility import Utility, Values
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import THIS_LAW
 
@@ -36,14 +34,14 @@ MAX_ENTRIES = 2_000_000
 @without_bare_limits(ALONE)
 def design(
     policy: Policy,
-    utility: Utility | Mapping[Any, Any],
+    utility: Utility | Values,
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
-    population: Any = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
+    population: Population | None = None,
     distortion: Distortion | None = None,
-    max_epsilon: Any = None,
-    max_exp_epsilon: Any = None,
+    max_epsilon: Number | None = None,
+    max_exp_epsilon: Number | None = None,
 ) -> Design:
     """Find the filter of least expected distortion for a known policy.
 

@@ -22,8 +22,10 @@ from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label
 from fairaudit.theorems.assumptions import DECLARED, MIX, ORDER, OWN_PAST, PAST, range_said
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True)
 class Arrivals:
     """The order in which cells first appeared in a stream, and how the budget of error was laid out for them.

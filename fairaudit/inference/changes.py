@@ -12,8 +12,10 @@ from fairaudit.inference.levels import constancy_error, window_share
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Window:
     """A part of a stream, counted by itself.
@@ -36,6 +38,7 @@ class Window:
     arrivals: Arrivals
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Change:
     """A window that contradicts the stream: their intervals have no ratio in common.

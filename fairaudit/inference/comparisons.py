@@ -22,6 +22,7 @@ from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.layout import Units
 from fairaudit.tables.values import Label, names
 from fairaudit.theorems.assumptions import DECLARED, DRAWS
+from fairaudit.words import brief
 
 Form = tuple[tuple[int, Fraction], ...]
 """Cells by their index, each with a positive weight."""
@@ -29,6 +30,7 @@ Form = tuple[tuple[int, Fraction], ...]
 Estimand = Literal["mean over rows", "mean over units"]
 
 
+@brief
 @dataclass(frozen=True)
 class Comparison:
     """Cells, and the blocks of forms in their means that are compared.
@@ -49,6 +51,14 @@ class Comparison:
         The declared range of g.
     units : Units or None
         The sampling units of the log.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> [(cell.draws, cell.mean) for cell in result.comparisons["local"].cells]
+    [(40, Fraction(3, 4)), (40, Fraction(1, 2))]
     """
 
     cells: tuple[Cell, ...]

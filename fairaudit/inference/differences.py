@@ -13,8 +13,10 @@ from fairaudit.inference.cells import Cell, Ends
 from fairaudit.inference.ends import cell_ends, wide_ends
 from fairaudit.inference.levels import box_levels, confidence_level
 from fairaudit.inference.quotients import FOREMOST, are_many
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True)
 class DifferenceInterval:
     """A confidence interval of the greatest difference of two rates.

@@ -9,17 +9,30 @@ from typing import Any
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended, extended_text
-from fairaudit.exact.rationals import option_value
+from fairaudit.exact.rationals import Number, option_value
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Region
 from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.ratio_intervals import ratio_interval
+from fairaudit.words import brief
+
+__all__ = ["EpsilonRefutation", "NoiseFloor", "noise_floor", "refute_epsilon"]
 
 
+@brief
 @dataclass(frozen=True)
-class FilterTest:
-    """What end-to-end draws say about a claimed ε (T11)."""
+class EpsilonRefutation:
+    """What end-to-end draws say about a claimed ε (T11).
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> fa.refute_epsilon(result.comparisons["local"], "1.01").refuted
+    False
+    """
 
     refuted: bool
     interval: Interval
@@ -27,9 +40,19 @@ class FilterTest:
     sentence: str
 
 
+@brief
 @dataclass(frozen=True)
 class NoiseFloor:
-    """An effect beside the ratio under edits that should not matter; both intervals hold together at the stated confidence."""
+    """An effect beside the ratio under edits that should not matter; both intervals hold together at the stated confidence.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> fa.noise_floor(result.comparisons["local"], result.comparisons["local"]).rises
+    False
+    """
 
     effect: Interval
     placebo: Interval
@@ -37,15 +60,15 @@ class NoiseFloor:
     sentence: str
 
 
-def test_filter(
+def refute_epsilon(
     comparison: Comparison,
-    exp_epsilon: Any,
-    confidence: Any = "0.95",  # noqa: PT028
+    exp_epsilon: Number,
+    confidence: Number = "0.95",
     *,
-    method: Method = "hoeffding-kl",  # noqa: PT028
-    region: Region = "box",  # noqa: PT028
-    independent: bool = False,  # noqa: PT028
-) -> FilterTest:
+    method: Method = "hoeffding-kl",
+    region: Region = "box",
+    independent: bool = False,
+) -> EpsilonRefutation:
     """Test a claimed ε by decisions drawn end to end, at true contexts and groups, through the deployed filter (T11).
 
     Parameters
@@ -59,7 +82,7 @@ def test_filter(
 
     Returns
     -------
-    FilterTest
+    EpsilonRefutation
         Refuted if the lower end of R is above e^ε: then the filter is not ε-private, or its draws are not fresh and independent, except
         with probability 1 − confidence. Not refuted is no proof of anything.
 
@@ -67,6 +90,14 @@ def test_filter(
     ------
     InputError
         If e^ε is below 1, or cells of a context differ in their range, so that g depends on the group.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no"] * 2, "sex": ["f", "f", "m", "m"], "n": [900, 100, 100, 900]}
+    >>> draws = fa.audit(table, decision="hired", group="sex", count="n", utility="yes").comparisons["local"]
+    >>> refute_epsilon(draws, 2).refuted, refute_epsilon(draws, 9).refuted
+    (True, False)
     """
     infinite = exp_epsilon == inf or exp_epsilon == "inf"
     claimed: Extended = inf if infinite else Fraction(*option_value(exp_epsilon))
@@ -84,16 +115,13 @@ def test_filter(
         sentence = f"{said}, above e^ε = {shown(str(exp_epsilon))}: the filter is not what it claims, or its draws are not independent."
     else:
         sentence = f"{said}, not above e^ε = {shown(str(exp_epsilon))}: these draws do not refute the claim, and prove nothing for it."
-    return FilterTest(refuted, interval, claimed, sentence)
-
-
-test_filter.__test__ = False  # type: ignore[attr-defined]
+    return EpsilonRefutation(refuted, interval, claimed, sentence)
 
 
 def noise_floor(
     effect: Comparison,
     placebo: Comparison,
-    confidence: Any = "0.95",
+    confidence: Number = "0.95",
     *,
     method: Method = "hoeffding-kl",
     region: Region = "box",
@@ -114,6 +142,15 @@ def noise_floor(
     -------
     NoiseFloor
         The effect rises above the floor if its lower end is above the upper end of the placebo.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> def compared(yes_f, yes_m):
+    ...     table = {"hired": ["yes", "no"] * 2, "sex": ["f", "f", "m", "m"], "n": [yes_f, 1000 - yes_f, yes_m, 1000 - yes_m]}
+    ...     return fa.audit(table, decision="hired", group="sex", count="n", utility="yes").comparisons["local"]
+    >>> noise_floor(compared(600, 300), compared(500, 490)).rises
+    True
     """
     level = confidence_level(confidence)
     each = 1 - equal_share(1 - level, 2)

@@ -13,10 +13,12 @@ from fairaudit.exact.enclosures import log_enclosure
 from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.inference.comparisons import Estimand
 from fairaudit.measures.ratios import Ratio, Witness
+from fairaudit.words import brief
 
 Region = Literal["box", "product"]
 
 
+@brief
 @dataclass(frozen=True)
 class Interval:
     """A confidence interval of a fairness ratio.
@@ -45,6 +47,15 @@ class Interval:
         Of what the ratio is bounded: with sampling units of several rows in a cell, of the means over units.
     of_units : Ratio or None
         Then the ratio of the sample itself as the mean over units, with its witness.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> found = result.intervals["local"]
+    >>> round(float(found.lower), 3), round(float(found.upper), 3), found.confidence
+    (1.0, 2.787, Fraction(19, 20))
     """
 
     lower: Fraction

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import option_value
+from fairaudit.exact.rationals import Number, option_value
 from fairaudit.inference.cells import Cell, exact_sum
 from fairaudit.inference.comparisons import Comparison, Form, unit_form
 from fairaudit.inference.draws import declared_range
@@ -21,13 +21,14 @@ from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import box_levels, confidence_level
 from fairaudit.inference.quotients import FOREMOST, are_many, extreme_ratio, sample_ratio
 from fairaudit.measures.limits import ALONE, one_limit, without_bare_limits
-from fairaudit.words import approximate
+from fairaudit.words import approximate, brief
 
 GREATEST_UTILITY = 10**300  # what floats hold
 
 GREATEST_DRAWS = 10**12  # per cell: nobody draws as many
 
 
+@brief
 @dataclass(frozen=True)
 class Planning:
     """An estimate for planning, not a guarantee.
@@ -44,6 +45,13 @@ class Planning:
         How many further draws that is, or, of a log with sampling units, how many further units.
     total_if_equal : int or None
         How many it would be if all compared groups were equal, where the draws do not exclude that.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> found = fa.plan(["0.5", "0.5"], max_ratio="5/4")
+    >>> found.draws, found.decides
+    ((784, 784), 'within')
     """
 
     draws: tuple[int, ...] | None
@@ -56,10 +64,10 @@ class Planning:
 @without_bare_limits(ALONE)
 def further_draws(
     comparison: Comparison,
-    confidence: Any = "0.95",
+    confidence: Number = "0.95",
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
     interval: Interval | None = None,
 ) -> Planning:
     """Estimate how many more draws would decide a target, if the truth were as measured and all cells grew alike.
@@ -161,13 +169,13 @@ def _planned(comparison: Comparison, further: tuple[int | None, float], found: s
 
 @without_bare_limits(ALONE)
 def plan(
-    guesses: Comparison | Sequence[Any],
-    confidence: Any = "0.95",
+    guesses: Comparison | Sequence[Number] | Sequence[Sequence[Number]],
+    confidence: Number = "0.95",
     *,
-    max_ratio: Any = None,
-    max_log: Any = None,
+    max_ratio: Number | None = None,
+    max_log: Number | None = None,
     power: float = 0.8,
-    limits: tuple[Any, Any] = (0, 1),
+    limits: tuple[Number, Number] = (0, 1),
     binary: bool = True,
 ) -> Planning:
     """Estimate the draws per cell, the same in each, that would show that a target is kept or exceeded, before any are taken.

@@ -8,8 +8,10 @@ from fractions import Fraction
 from fairaudit.inference.differences import DifferenceInterval, difference_interval
 from fairaudit.measures.rates import KINDS, OVERALL, RatesGivenTruth, blocks
 from fairaudit.theorems.assumptions import DECLARED_POSITIVE, GIVEN_TRUTH, POOLED
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class GivenTruth(RatesGivenTruth):
     """Rates given the true label, with intervals as far as they are claimed.

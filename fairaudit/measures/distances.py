@@ -16,6 +16,7 @@ from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import UNIT
 from fairaudit.measures.blocks import block_starts, equal_blocks
 from fairaudit.model.law import Law
+from fairaudit.words import brief
 
 __all__ = ["Distance", "DistanceWitness", "demographic_parity", "equalized_odds", "most_unequal_distances"]
 
@@ -23,6 +24,7 @@ __all__ = ["Distance", "DistanceWitness", "demographic_parity", "equalized_odds"
 BLOCK = 1 << 17  # entries of a block that stay in the cache of one core
 
 
+@brief
 @dataclass(frozen=True)
 class DistanceWitness:
     """Where a total variation distance is attained: on the event that the decision is one of `decisions`."""
@@ -33,9 +35,19 @@ class DistanceWitness:
     decisions: tuple[str, ...]
 
 
+@brief
 @dataclass(frozen=True)
 class Distance:
-    """A greatest total variation distance between two groups, exact, with its witness."""
+    """A greatest total variation distance between two groups, exact, with its witness.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> result.demographic_parity.value, result.demographic_parity.witness.decisions
+    (Fraction(1, 4), ('yes',))
+    """
 
     value: Fraction
     witness: DistanceWitness

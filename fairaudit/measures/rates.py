@@ -13,6 +13,7 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.label_text import label_text
+from fairaudit.words import brief
 
 __all__ = ["NAMES", "Difference", "Positive", "Rate", "RatesGivenTruth", "given_truth", "positive_labels"]
 
@@ -51,6 +52,7 @@ class Positive:
     truth: str
 
 
+@brief
 @dataclass(frozen=True)
 class Rate:
     """A rate of positive decisions among those with a positive (or another) true label.
@@ -76,6 +78,7 @@ class Rate:
         return self.positives / self.draws
 
 
+@brief
 @dataclass(frozen=True)
 class Difference:
     """The greatest difference of a rate between two groups, and who they are.
@@ -107,6 +110,7 @@ class Difference:
         return self.rates[0] - self.rates[1]
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class RatesGivenTruth:
     """What the decisions are given the true label.

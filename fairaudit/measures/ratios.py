@@ -20,10 +20,12 @@ from fairaudit.exact.rationals import quotient
 from fairaudit.measures.expectations import Grid, Pair, expectation_grid, listed_grid, mean_grid, probability_grid
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
+from fairaudit.words import brief
 
 __all__ = ["Ratio", "Witness", "global_fairness", "global_supremum", "local_fairness", "local_supremum", "most_unequal_ratios"]
 
 
+@brief
 @dataclass(frozen=True)
 class Witness:
     """Where a ratio is attained.
@@ -38,6 +40,14 @@ class Witness:
         The two values compared: expected utilities, or probabilities of `decision`.
     decision : str or None
         The decision, for a supremum over utilities (T6).
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> result.local.witness
+    Witness(context={}, higher={'sex': 'f'}, lower={'sex': 'm'}, expectations=(Fraction(3, 4), Fraction(1, 2)), decision=None)
     """
 
     context: dict[str, str] | None
@@ -47,6 +57,7 @@ class Witness:
     decision: str | None = None
 
 
+@brief
 @dataclass(frozen=True)
 class Ratio:
     """A worst ratio between two groups.
@@ -57,6 +68,14 @@ class Ratio:
         The exact ratio R ≥ 1, or `math.inf`.
     witness : Witness
         Where it is attained; ties go to input order.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> result.local.ratio, result.local.witness.higher
+    (Fraction(3, 2), {'sex': 'f'})
     """
 
     ratio: Fraction | float

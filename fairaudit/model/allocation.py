@@ -18,8 +18,10 @@ import numpy as np
 from fairaudit.errors import InputError, shown
 from fairaudit.model.law import Law
 from fairaudit.tables.label_text import label_text
+from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import counted
 from fairaudit.tables.values import Locate, column, encode, locator, names
+from fairaudit.words import brief
 
 __all__ = ["Allocation", "read_allocation"]
 
@@ -31,6 +33,7 @@ FALSE_ALARM = 1 / 1000  # chance of the note about orders where orders were draw
 FEW_ORDERS = 5_040  # the orders of seven candidates: up to here ways are counted exactly, beyond by a bound
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Allocation:
     """Position and profile effects of a table of choices.
@@ -53,6 +56,14 @@ class Allocation:
     warnings : tuple of str
         What stands against reading the profile effect as one of the profile, and against a uniformly random order, which T10 needs. A
         log whose orders are drawn so gets a warning of the latter kind with probability at most 1/1,000.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> log = {"shown": ["ann bob", "bob ann"], "chosen": ["ann", "bob"]}
+    >>> found = fa.read_allocation(log, slots="shown", winner="chosen")
+    >>> found.runs, found.slots, found.position.groups
+    (2, 2, (('1',), ('2',)))
     """
 
     position: Law
@@ -65,7 +76,7 @@ class Allocation:
 
 
 def read_allocation(
-    table: Any, *, slots: str | Sequence[str], winner: str, context: str | Sequence[str] | None = None, separator: str | None = None
+    table: Table, *, slots: str | Sequence[str], winner: str, context: str | Sequence[str] | None = None, separator: str | None = None
 ) -> Allocation:
     """Read a table with one choice per row. The order of its rows changes nothing.
 

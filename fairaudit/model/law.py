@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.dense import least_and_sums
+from fairaudit.exact.dense import Numbers, Weights, least_and_sums
 from fairaudit.exact.rationals import common_denominator
 from fairaudit.model.layout import (
     MAX_ENTRIES,
@@ -40,8 +40,10 @@ from fairaudit.model.layout import (
 from fairaudit.tables.columns import Missing, read_columns
 from fairaudit.tables.frames import tally_frame
 from fairaudit.tables.preparation import Entry, assumption
+from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import Label, distinct, exact_floats, integers, names, numbers
+from fairaudit.tables.values import Label, LabelLike, LabelsLike, distinct, exact_floats, integers, names, numbers
+from fairaudit.words import brief
 
 __all__ = ["Law"]
 
@@ -53,6 +55,7 @@ MAX_DRAWS = 10**18  # draws of a cell that still fit 64 bits
 TOLERANCE = 10**6  # one part in so many is what rows of probabilities may be off 1 by: six printed digits
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Law:
     """A discrete law P(u|x,a), exact, with labels.
@@ -105,7 +108,7 @@ class Law:
     population: Population
     cell_context: NDArray[np.int64]
     cell_group: NDArray[np.int64]
-    weights: NDArray[Any]
+    weights: Weights
     scale: int = 1
     mass: tuple[int, ...] | None = None
     notes: tuple[str, ...] = ()
@@ -115,7 +118,7 @@ class Law:
 
     @staticmethod
     def from_counts(
-        table: Any,
+        table: Table,
         *,
         decision: str,
         group: str | Sequence[str],
@@ -153,7 +156,7 @@ class Law:
 
     @staticmethod
     def from_log(
-        table: Any,
+        table: Table,
         *,
         decision: str,
         group: str | Sequence[str],
@@ -198,7 +201,7 @@ class Law:
 
     @staticmethod
     def from_probabilities(
-        table: Any,
+        table: Table,
         *,
         decision: str,
         group: str | Sequence[str],
@@ -242,13 +245,13 @@ class Law:
 
     @staticmethod
     def from_array(
-        array: Any,
+        array: Numbers,
         *,
         kind: Kind = "probabilities",
-        decisions: Sequence[Any] | None = None,
-        groups: Sequence[Any] | None = None,
-        contexts: Sequence[Any] | None = None,
-        population: Any = None,
+        decisions: Sequence[LabelLike] | None = None,
+        groups: Sequence[LabelsLike] | None = None,
+        contexts: Sequence[LabelsLike] | None = None,
+        population: Numbers | None = None,
         columns: Columns | None = None,
     ) -> Law:
         """Read an array indexed [context, group, decision], or [group, decision] for a single context.

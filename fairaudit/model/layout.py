@@ -17,6 +17,7 @@ from fairaudit.model.replication import copies_note
 from fairaudit.tables.columns import CodedTable
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.values import INT64, Label, Locate, combine, distinct, exact_floats, integers, numbers
+from fairaudit.words import brief
 
 __all__ = ["Columns", "Truth", "Units"]
 
@@ -29,7 +30,14 @@ MAX_ENTRIES = 500_000_000  # numbers of a dense law: 4 GB as int64
 
 @dataclass(frozen=True)
 class Columns:
-    """Names of the columns that a law was read from."""
+    """Names of the columns that a law was read from.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> fa.Columns("hired", ("sex", "age"), ("department",))
+    Columns(decision='hired', group=('sex', 'age'), context=('department',), truth=None)
+    """
 
     decision: str
     group: tuple[str, ...]
@@ -37,6 +45,7 @@ class Columns:
     truth: str | None = None
 
 
+@brief
 @dataclass(frozen=True)
 class Units:
     """Sampling units of a log: a run, a person, a profile, of which each may have several rows.
@@ -67,6 +76,7 @@ class Units:
         return any(sum(rows) > 1 for cell in self.profiles for _, rows in cell)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Truth:
     """True labels beside the decisions: what should have been decided.

@@ -21,10 +21,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.dense import Numbers
 from fairaudit.exact.enclosures import exp_enclosure
-from fairaudit.exact.rationals import at_least, common_denominator, option_value, rational
+from fairaudit.exact.rationals import Number, at_least, common_denominator, option_value, rational
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import Label, column, locator, names, numbers
+from fairaudit.tables.sources import Table
+from fairaudit.tables.values import ByGroup, Label, LabelsLike, column, locator, names, numbers
+from fairaudit.words import brief
 
 __all__ = ["Constant", "Factor", "Identity", "Mechanism", "Product", "RandomizedResponse", "Store"]
 
@@ -39,6 +42,7 @@ class Store(Protocol):
         """Keep the default under the key unless something is kept there, and return what is kept: one atomic operation."""
 
 
+@brief
 @dataclass(frozen=True)
 class Factor:
     """A stochastic table over labels, exact.
@@ -82,6 +86,7 @@ class Factor:
         return len(self.outputs[0])
 
 
+@brief
 @dataclass(frozen=True)
 class Mechanism:
     """A privacy filter, the product of independent factors.
@@ -106,7 +111,7 @@ class Mechanism:
     columns: tuple[str, ...] = ()
 
     @staticmethod
-    def from_array(array: Any, inputs: Sequence[Any], outputs: Sequence[Any] | None = None) -> Mechanism:
+    def from_array(array: Numbers, inputs: Sequence[LabelsLike], outputs: Sequence[LabelsLike] | None = None) -> Mechanism:
         """Read a stochastic table from an array.
 
         Parameters
@@ -133,7 +138,7 @@ class Mechanism:
         return _from_rows(_labels(inputs, "inputs"), _labels(outputs, "outputs"), [[rational(v) for v in row] for row in rows.tolist()])
 
     @staticmethod
-    def from_table(table: Any, *, input: str | Sequence[str], output: str | Sequence[str], probability: str) -> Mechanism:  # noqa: A002
+    def from_table(table: Table, *, input: str | Sequence[str], output: str | Sequence[str], probability: str) -> Mechanism:  # noqa: A002
         """Read a stochastic table with one row per input and output; pairs without a row have probability 0.
 
         Parameters
@@ -197,7 +202,7 @@ class Mechanism:
         """Common denominator of all probabilities of the product."""
         return prod(f.denominator for f in self.factors)
 
-    def locate(self, value: Any) -> tuple[int, ...]:
+    def locate(self, value: LabelsLike) -> tuple[int, ...]:
         """Position of a true value among the inputs of each factor.
 
         Raises
@@ -207,12 +212,12 @@ class Mechanism:
         """
         return tuple(self._locate(value))
 
-    def row(self, value: Any) -> tuple[int, ...]:
+    def row(self, value: LabelsLike) -> tuple[int, ...]:
         """M(·|value) over `outputs`, as integers over `denominator`."""
         parts = [f.rows[i] for f, i in zip(self.factors, self._locate(value), strict=True)]
         return tuple(prod(entries) for entries in product(*parts))
 
-    def probability(self, value: Any, released: Any) -> Fraction:
+    def probability(self, value: LabelsLike, released: LabelsLike) -> Fraction:
         """M(released|value), exact.
 
         Raises
@@ -223,7 +228,9 @@ class Mechanism:
         rows = zip(self.factors, self._locate(value), self._locate(released, outputs=True), strict=True)
         return prod((Fraction(f.rows[i][j], f.denominator) for f, i, j in rows), start=Fraction(1))
 
-    def release(self, value: Any, *, subject: str | int | None = None, attribute: str | None = None, store: Store | None = None) -> Any:
+    def release(
+        self, value: LabelsLike, *, subject: str | int | None = None, attribute: str | None = None, store: Store | None = None
+    ) -> Any:
         """Draw a released value, exactly by its probability, from the operating system's randomness.
 
         A fresh draw for the same person spends ε again. With a `subject` the draw is *sticky*: the first one is kept in `store` and
@@ -321,11 +328,11 @@ class Mechanism:
             tables.append([[f.outputs[j] for j in order], rows, f.denominator // common])
         return hashlib.sha256(json.dumps(tables, separators=(",", ":")).encode("ascii")).hexdigest()
 
-    def release_all(self, values: Iterable[Any]) -> list[Any]:
+    def release_all(self, values: Iterable[LabelsLike]) -> list[Any]:
         """Draw a fresh released value for each of several true values, as `release` does."""
         return [self._draw(self._locate(value), secrets.randbelow) for value in values]
 
-    def release_for_simulation(self, values: Iterable[Any], generator: np.random.Generator) -> list[Any]:
+    def release_for_simulation(self, values: Iterable[LabelsLike], generator: np.random.Generator) -> list[Any]:
         """Draw released values from a seeded generator. For simulations only: who knows the seed undoes the filter."""
 
         def below(bound: int) -> int:
@@ -397,7 +404,11 @@ def _check_store(store: Store, subject: str) -> None:
 
 
 def RandomizedResponse(  # noqa: N802
-    values: Sequence[Any], *, keep_probability: Any = None, epsilon: Any = None, exp_epsilon: Any = None
+    values: Sequence[LabelsLike],
+    *,
+    keep_probability: Number | None = None,
+    epsilon: Number | None = None,
+    exp_epsilon: Number | None = None,
 ) -> Mechanism:
     """k-ary randomized response: the truth with the keep probability, otherwise one of the other values, uniformly.
 
@@ -452,8 +463,23 @@ def RandomizedResponse(  # noqa: N802
     return Mechanism((Factor(labels, labels, rows, bottom),))
 
 
-def Identity(values: Sequence[Any]) -> Mechanism:  # noqa: N802
+def Identity(values: Sequence[LabelsLike]) -> Mechanism:  # noqa: N802
     """No privacy: every value is released as it is.
+
+    Parameters
+    ----------
+    values : sequence
+        The alphabet.
+
+    Returns
+    -------
+    Mechanism
+        The filter.
+
+    Raises
+    ------
+    InputError
+        If the values are fewer than two, or not all different.
 
     Examples
     --------
@@ -465,7 +491,7 @@ def Identity(values: Sequence[Any]) -> Mechanism:  # noqa: N802
     return Mechanism((Factor(labels, labels, tuple(tuple(int(i == j) for j in range(k)) for i in range(k)), 1),))
 
 
-def Constant(values: Sequence[Any], output: Any = None) -> Mechanism:  # noqa: N802
+def Constant(values: Sequence[LabelsLike], output: LabelsLike | ByGroup[Number] | None = None) -> Mechanism:  # noqa: N802
     """Perfect privacy: the same value, or a draw from the same distribution, whatever the truth.
 
     Parameters

@@ -36,7 +36,7 @@ def read_mechanism(
     output: str | Sequence[str] | None = None,
     probability: str | None = None,
 ) -> Mechanism:
-    """Read a filter from a delimited text file, exactly.
+    r"""Read a filter from a delimited text file, exactly.
 
     Two forms are accepted. *Long*: one row per input and output with columns for the true value, the released value and the probability;
     pairs without a row have probability 0. *Table*: labels of the inputs in the first column, of the outputs in the first row (its first
@@ -61,6 +61,15 @@ def read_mechanism(
     ------
     InputError
         If it is not such a file; the message names line and column.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "filter.csv"
+    ...     _ = path.write_text("true,f,m\nf,0.75,0.25\nm,0.25,0.75\n")
+    ...     read_mechanism(path).probability("f", "m")
+    Fraction(1, 4)
     """
     return read_mechanism_with_notes(path, input=input, output=output, probability=probability)[0]
 

@@ -12,31 +12,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.rationals import common_denominator, option_value, rational
+from fairaudit.exact.dense import Numbers
+from fairaudit.exact.rationals import Number, common_denominator, option_value, rational
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import INT64, Label, names
+from fairaudit.tables.sources import Table
+from fairaudit.tables.values import INT64, Label, LabelLike, LabelsLike, names
+from fairaudit.words import brief
 
 __all__ = ["Deployment", "Policy", "PolicySource", "policy_source", "sample_policy"]
 
 
 ENTRY_POINT = "fairaudit.policies"
 
+Population = (
+    Law | Numbers | Mapping[tuple[str, str], Number] | Mapping[tuple[Label, Label], Number] | Mapping[tuple[LabelsLike, LabelsLike], Number]
+)
+"""P(x,a) up to a common factor: an array of contexts by groups, a mapping from pairs of labels, or the population of a law."""
+
 
 class PolicySource(Protocol):
     """What a plug-in supplies under the entry point ``fairaudit.policies``: something that decides, cell by cell."""
 
-    def cells(self) -> Iterable[tuple[Any, Any]]:
+    def cells(self) -> Iterable[tuple[LabelsLike, LabelsLike]]:
         """List the pairs (x̃, ã) that it knows."""
         ...
 
-    def decide(self, context: Any, group: Any, trial: int) -> Any:
+    def decide(self, context: LabelsLike, group: LabelsLike, trial: int) -> LabelLike:
         """Decide once for what it is shown; `trial` counts the repetitions of a cell."""
         ...
 
 
+class PolicyTable(Protocol):
+    """What a plug-in may supply instead: something that knows its whole table."""
+
+    def table(self) -> Policy:
+        """Give the policy."""
+        ...
+
+
+@brief
 @dataclass(frozen=True, eq=False)
 class Policy:
     """A black box as a table: the law of its decision for every context x̃ and group ã that it may be shown.
@@ -59,7 +76,7 @@ class Policy:
 
     @staticmethod
     def from_probabilities(
-        table: Any,
+        table: Table,
         *,
         decision: str,
         group: str | Sequence[str],
@@ -74,7 +91,7 @@ class Policy:
 
     @staticmethod
     def from_counts(
-        table: Any,
+        table: Table,
         *,
         decision: str,
         group: str | Sequence[str],
@@ -87,13 +104,17 @@ class Policy:
 
     @staticmethod
     def from_array(
-        array: Any, *, decisions: Sequence[Any] | None = None, groups: Sequence[Any] | None = None, contexts: Sequence[Any] | None = None
+        array: Numbers,
+        *,
+        decisions: Sequence[LabelLike] | None = None,
+        groups: Sequence[LabelsLike] | None = None,
+        contexts: Sequence[LabelsLike] | None = None,
     ) -> Policy:
         """Read T from an array indexed [context, group, decision]. Parameters and errors as in `Law.from_array`."""
         return Policy(Law.from_array(array, decisions=decisions, groups=groups, contexts=contexts))
 
     @staticmethod
-    def from_source(source: Any, trials: int = 50) -> Policy:
+    def from_source(source: PolicySource | PolicyTable, trials: int = 50) -> Policy:
         """Ask a plug-in for its table, or sample its decisions.
 
         Parameters
@@ -108,14 +129,14 @@ class Policy:
         Policy
             The policy; from counts if it was sampled.
         """
-        table = getattr(source, "table", None)
+        table: Callable[[], Policy] | None = getattr(source, "table", None)
         if table is not None:
-            policy: Policy = table()
-            return policy
-        counts = sample_policy(source, trials=trials)
+            return table()
+        asked: Any = source
+        counts = sample_policy(asked, trials=trials)
         return Policy.from_counts(counts, decision="decision", group="group", context="context", count="count")
 
-    def behind(self, *, group: Mechanism, context: Mechanism | None = None, population: Any = None) -> Deployment:
+    def behind(self, *, group: Mechanism, context: Mechanism | None = None, population: Population | None = None) -> Deployment:
         """Put the policy behind filters.
 
         Parameters
@@ -141,6 +162,7 @@ class Policy:
         return _deploy(self, group, context, population)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Deployment:
     """A policy behind filters.
@@ -155,6 +177,14 @@ class Deployment:
         M_X; None is the identity.
     mass : tuple of int or None
         P(x,a) up to a common factor, contexts first, or None.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    >>> policy.behind(group=coin).law.weights.tolist()
+    [[29, 11], [15, 25]]
     """
 
     policy: Policy
@@ -333,8 +363,10 @@ class Deployment:
 
 
 def sample_policy(
-    decide: Callable[[Any, Any], Any] | PolicySource, cells: Iterable[tuple[Any, Any]] | None = None, trials: int = 1
-) -> dict[str, list[Any]]:
+    decide: Callable[[LabelsLike, LabelsLike], LabelLike] | PolicySource,
+    cells: Iterable[tuple[LabelsLike, LabelsLike]] | None = None,
+    trials: int = 1,
+) -> dict[str, list[LabelsLike]]:
     """Ask a black box again and again, and count its decisions.
 
     Parameters
@@ -406,6 +438,11 @@ def policy_source(name: str) -> Any:
     ------
     InputError
         If no plug-in has that name.
+
+    Examples
+    --------
+    >>> policy_source("stand-in").__class__.__name__
+    'StandIn'
     """
     from importlib.metadata import entry_points
 

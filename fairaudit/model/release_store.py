@@ -66,7 +66,7 @@ class ReleaseStore:
             if not tables >= {"meta", "releases"} or db.execute("SELECT value FROM meta WHERE key = 'format'").fetchone() != (FORMAT,):
                 raise InputError(f"{shown(self.path)} is not a store of releases; name another file")
 
-    def setdefault(self, key: tuple[str, str, str], default: Any) -> Any:
+    def setdefault(self, key: tuple[str, str, str], default: object) -> Any:
         """Keep a release unless there is one, and return what is kept, when it is on disk.
 
         Parameters

@@ -8,20 +8,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.rationals import common_denominator, option_value, rational
+from fairaudit.exact.dense import Weights
+from fairaudit.exact.rationals import Number, common_denominator, option_value, rational
 from fairaudit.model.law import Law
 from fairaudit.tables.columns import MISSING_LABEL, Missing
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import INT64, Label, column, locator, names
+from fairaudit.tables.sources import Table
+from fairaudit.tables.values import INT64, ByLabel, Label, column, locator, names
+from fairaudit.words import brief
 
-__all__ = ["Utility", "UtilityTable"]
+__all__ = ["Utility", "UtilityTable", "utility_values"]
 
+
+Values = ByLabel[Number]
+"""What decisions are worth."""
 
 Metric = Callable[[Label, Label], Any]
 
@@ -30,6 +36,7 @@ MISSPELT = 0.8  # of difflib's measure: 'yess' is yes, 'not hired' is not hired
 Entry = tuple[str, Label, Label]
 
 
+@brief
 @dataclass(frozen=True)
 class Utility:
     """A utility of decisions, contexts and groups.
@@ -49,9 +56,13 @@ class Utility:
     Fraction(1, 1)
     """
 
-    values: Mapping[Any, Any]
+    values: Mapping[str, Fraction]
     entries: Mapping[Entry, tuple[int, int]] | None = field(default=None, repr=False)
     observed: bool = field(default=False, repr=False)
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(self, values: Values, entries: Mapping[Entry, tuple[int, int]] | None = None, observed: bool = False) -> None: ...
 
     def __post_init__(self) -> None:
         """Read the values as exact rationals."""
@@ -77,7 +88,7 @@ class Utility:
 
     @staticmethod
     def from_table(
-        table: Any,
+        table: Table,
         *,
         utility: str,
         decision: str,
@@ -145,7 +156,7 @@ class Utility:
         return Utility(*_simplest(entries), observed=True)
 
     @staticmethod
-    def from_function(function: Callable[[str, Label, Label], Any], law: Law) -> Utility:
+    def from_function(function: Callable[[str, Label, Label], Number], law: Law) -> Utility:
         """Tabulate g(u, x, a) over the decisions, contexts and groups of a law.
 
         Parameters
@@ -253,6 +264,7 @@ class Utility:
         return UtilityTable(law, _array(whole).reshape(given.shape), bottom, None if given.all() else given)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class UtilityTable:
     """A utility laid out over a law; made by `Utility.on`.
@@ -267,10 +279,18 @@ class UtilityTable:
         The common denominator.
     given : ndarray of bool or None
         Which entries were given, where some were not (their weight is zero).
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> result.utility.gamma, result.utility.m
+    (Fraction(1, 1), Fraction(0, 1))
     """
 
     law: Law
-    values: NDArray[Any]
+    values: Weights
     scale: int
     given: NDArray[np.bool_] | None
 
@@ -362,3 +382,54 @@ def _simplest(entries: dict[Entry, tuple[int, int]]) -> tuple[dict[str, Fraction
     if not by_decision:
         raise InputError("the utility table has no rows")
     return {u: Fraction(*pair) for u, pair in by_decision.items()}, None
+
+
+def utility_values(text: str, name: str = "utility") -> dict[str, str]:
+    """Read ``decision[=number],…``; a label with a comma or an equals sign is quoted as in CSV.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+    name : str
+        What the option is called, for messages.
+
+    Raises
+    ------
+    InputError
+        If the text is not of that form.
+
+    Examples
+    --------
+    >>> utility_values('yes,maybe=0.5,"no, sorry"=1/4')
+    {'yes': '1', 'maybe': '0.5', 'no, sorry': '1/4'}
+    """
+    values: dict[str, str] = {}
+    rest = text.strip()
+    while rest:
+        if rest.startswith('"'):
+            end = 1
+            while (end := rest.find('"', end)) >= 0 and rest[end : end + 2] == '""':
+                end += 2
+            if end < 0:
+                raise InputError(f"{name} {shown(text)} has a quotation mark that is not closed")
+            label, rest = rest[1:end].replace('""', '"'), rest[end + 1 :].lstrip()
+        else:
+            cut = min((i for i in (rest.find(","), rest.find("=")) if i >= 0), default=len(rest))
+            label, rest = rest[:cut].strip(), rest[cut:]
+        value = "1"
+        if rest.startswith("="):
+            value, _, rest = rest[1:].partition(",")
+        elif rest.startswith(",") and len(rest) > 1:
+            rest = rest[1:]
+        elif rest:
+            raise InputError(f"{name} {shown(text)} is not of the form decision[=number],… near {shown(rest)}")
+        rest = rest.lstrip()
+        if not label or label in values:
+            raise InputError(
+                f"{name} {shown(text)} {'has an empty label' if not label else f'lists {shown(label)} twice'}; list each decision once"
+            )
+        values[label] = value.strip()
+    if not values:
+        raise InputError(f"{name} is empty; list at least one decision, such as Admitted or yes=1,maybe=0.5")
+    return values

@@ -7,22 +7,63 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from math import inf
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.errors import InputError, nearest, shown
+from fairaudit.errors import Infeasible, InputError, nearest, shown
 from fairaudit.exact.extended import Extended
-from fairaudit.exact.rationals import option_value
+from fairaudit.exact.rationals import Number, option_value
 from fairaudit.model.law import Law
-from fairaudit.model.utility import Utility
+from fairaudit.model.utility import Utility, Values
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import Label
+from fairaudit.tables.values import ByLabel, Label, LabelLike, LabelsLike
+from fairaudit.words import brief
+
+if TYPE_CHECKING:
+    import cvxpy
 
 Term = tuple[Label | None, Label | None, str, Fraction]
 
+Place = LabelLike | tuple[LabelLike] | tuple[LabelLike, LabelsLike] | tuple[LabelLike, LabelsLike, LabelsLike]
 
+Terms = (
+    Mapping[str, Number]
+    | Mapping[tuple[str, str], Number]
+    | Mapping[tuple[str, str, str], Number]
+    | Mapping[tuple[str, Label], Number]
+    | Mapping[tuple[str, Label, Label], Number]
+    | Mapping[Place, Number]
+    | Sequence[tuple[LabelsLike | None, LabelsLike | None, LabelLike, Number]]
+)
+"""Coefficients of a utility: by decision, by decision and context, or by decision, context and group."""
+
+Distances = Callable[[Label, Label], Number] | NDArray[np.integer] | NDArray[np.floating] | Sequence[Sequence[Number]]
+"""Distances between groups: a function, or a square table."""
+
+
+Feature = ByLabel[Number] | Callable[[str, Label, Label], Number]
+"""What a parameter multiplies: a number for each decision, or a function of decision, context and group."""
+
+
+class ClassOptions(TypedDict, total=False):
+    """What a class of utilities is given besides constraints."""
+
+    gamma: Number
+    m: Number
+    tau: Number | None
+    tau_on: Literal["all", "pair"]
+    blind: bool
+    lipschitz: Number | None
+    metric: Distances | None
+    order: Sequence[LabelLike] | Sequence[tuple[LabelLike, LabelLike]]
+    rows: Sequence[LinearRow | tuple[Terms, Number]]
+    family: Family | None
+    ball: Ball | None
+
+
+@brief
 @dataclass(frozen=True)
 class LinearRow:
     """A linear constraint Σ coefficient·g ≤ bound on a utility.
@@ -41,8 +82,12 @@ class LinearRow:
     ((None, None, 'no', Fraction(1, 1)), (None, None, 'yes', Fraction(-1, 2)))
     """
 
-    terms: Any
-    bound: Any
+    terms: tuple[Term, ...]
+    bound: Fraction
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(self, terms: Terms, bound: Number) -> None: ...
 
     def __post_init__(self) -> None:
         """Read labels and numbers."""
@@ -58,6 +103,7 @@ class LinearRow:
         object.__setattr__(self, "bound", read_number("the bound of a row", self.bound))
 
 
+@brief
 @dataclass(frozen=True)
 class Family:
     """Utilities g(u,x,a) = Σ_k θ_k φ_k(u,x,a) with θ in a polytope.
@@ -77,17 +123,28 @@ class Family:
     ('speed', 'comfort')
     """
 
-    features: Mapping[str, Any]
-    lower: Any = 0
-    upper: Any = 1
-    rows: Any = ()
+    features: Mapping[str, Feature]
+    lower: tuple[Fraction, ...] = 0  # type: ignore[assignment]
+    upper: tuple[Fraction, ...] = 1  # type: ignore[assignment]
+    rows: tuple[tuple[tuple[Fraction, ...], Fraction], ...] = ()
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(
+            self,
+            features: Mapping[str, Feature],
+            lower: Number | Mapping[str, Number] = 0,
+            upper: Number | Mapping[str, Number] = 1,
+            rows: Sequence[tuple[Mapping[str, Number], Number]] = (),
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         """Read the numbers."""
         if not self.features:
             raise InputError("the family has no features; name at least one")
+        given: Any = self
         ends = []
-        for end in (self.lower, self.upper):
+        for end in (given.lower, given.upper):
             listed = []
             for name in self.features:
                 if isinstance(end, Mapping) and name not in end:
@@ -97,9 +154,9 @@ class Family:
             ends.append(tuple(listed))
         for name, low, high in zip(self.features, *ends, strict=True):
             if low > high:
-                raise InputError(f"the family bounds {shown(name)} by {low} from below and {high} from above; no utility is in the class")
+                raise Infeasible(f"the family bounds {shown(name)} by {low} from below and {high} from above; no utility is in the class")
         rows = []
-        for coefficients, bound in self.rows:
+        for coefficients, bound in given.rows:
             for name in coefficients:
                 if name not in self.features:
                     raise InputError(f"a row of the family names {shown(name)}; {nearest(str(name), self.features)}")
@@ -115,6 +172,7 @@ class Family:
         return tuple(self.features)
 
 
+@brief
 @dataclass(frozen=True)
 class Ball:
     """Utilities near a reference, in every context (and for every group, unless the class is blind).
@@ -134,9 +192,13 @@ class Ball:
     Fraction(1, 10)
     """
 
-    reference: Any
-    radius: Any
+    reference: Utility
+    radius: Fraction
     divergence: Literal["chi2", "kl"] = "chi2"
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(self, reference: Utility | Values, radius: Number, divergence: Literal["chi2", "kl"] = "chi2") -> None: ...
 
     def __post_init__(self) -> None:
         """Read the numbers."""
@@ -149,6 +211,7 @@ class Ball:
         object.__setattr__(self, "reference", self.reference if isinstance(self.reference, Utility) else Utility(self.reference))
 
 
+@brief
 @dataclass(frozen=True)
 class UtilityClass:
     """A class of utilities, by the constraints that its members satisfy; all numbers are exact.
@@ -182,17 +245,34 @@ class UtilityClass:
     (('low', 'mid'), ('mid', 'high'))
     """
 
-    gamma: Any = 1
-    m: Any = 0
+    gamma: Fraction = Fraction(1)
+    m: Fraction = Fraction(0)
     tau: Any = None
     tau_on: Literal["all", "pair"] = "all"
     blind: bool = True
     lipschitz: Any = None
-    metric: Any = None
-    order: Any = ()
-    rows: Any = ()
+    metric: Distances | None = None
+    order: tuple[tuple[str, str], ...] = ()
+    rows: tuple[LinearRow, ...] = ()
     family: Family | None = None
     ball: Ball | None = None
+
+    if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
+
+        def __init__(
+            self,
+            gamma: Number = 1,
+            m: Number = 0,
+            tau: Number | None = None,
+            tau_on: Literal["all", "pair"] = "all",
+            blind: bool = True,
+            lipschitz: Number | None = None,
+            metric: Distances | None = None,
+            order: Sequence[LabelLike] | Sequence[tuple[LabelLike, LabelLike]] = (),
+            rows: Sequence[LinearRow | tuple[Terms, Number]] = (),
+            family: Family | None = None,
+            ball: Ball | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         """Read the numbers, and refuse a class that is empty or not bounded on the face of it."""
@@ -215,7 +295,9 @@ class UtilityClass:
             object.__setattr__(self, name, value)
 
     @staticmethod
-    def from_cvxpy(law: Law, variable: Any, constraints: Sequence[Any], **options: Any) -> UtilityClass:
+    def from_cvxpy(
+        law: Law, variable: cvxpy.Variable, constraints: Sequence[cvxpy.Constraint], **options: Unpack[ClassOptions]
+    ) -> UtilityClass:
         """Make a class from affine cvxpy constraints; their coefficients are taken as the exact dyadic rationals that cvxpy derives.
 
         Parameters
@@ -255,7 +337,8 @@ class UtilityClass:
                     x, a = slots[row]
                     terms.append((law.contexts[x], None if a is None else law.groups[a], law.decisions[u], Fraction(coefficients[j])))
                 rows.append(LinearRow(terms, Fraction(bound)))
-        return UtilityClass(**{**options, "rows": (*options.get("rows", ()), *rows)})
+        asked: dict[str, Any] = dict(options)
+        return UtilityClass(**{**asked, "rows": (*options.get("rows", ()), *rows)})
 
     @property
     def floor(self) -> Fraction:

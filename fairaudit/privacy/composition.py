@@ -9,15 +9,15 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from math import inf, lcm
-from typing import Any
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import at_least
+from fairaudit.exact.rationals import Number, at_least
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.currencies import Enclosure
 from fairaudit.privacy.epsilon_delta import epsilon_enclosure, exp_epsilon, exp_epsilon_below
 from fairaudit.privacy.pairs import Column, PairLaw, hockey_stick, joined_columns, merged_columns, pair_laws
 from fairaudit.privacy.trade_offs import TradeOff, interpolated, lower_hull, pair_trade_off
+from fairaudit.words import brief
 
 MAX_POWER_WORK = 100_000_000
 """Products of columns, times the bits of their numbers, up to which powers are formed exactly."""
@@ -32,6 +32,7 @@ TAIL_BITS = 80
 """Tails of mass up to 2^-80 are moved to the safe side: a δ below 10^-24 is of no use to anybody."""
 
 
+@brief
 @dataclass(frozen=True)
 class Composition:
     """Several releases of the same value, each with fresh randomness.
@@ -49,6 +50,14 @@ class Composition:
     laws : tuple of PairLaw
         Ordered pairs for n releases, of which the greatest δ counts. If not exact they only serve to bound δ from above: their p are
         rounded up and their q down, and need not sum to the denominator.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    >>> found = fa.compose(coin, 2)
+    >>> found.exp_epsilon, found.delta(3), found.exact
+    (Fraction(9, 1), Fraction(3, 8), True)
     """
 
     releases: int
@@ -57,14 +66,14 @@ class Composition:
     exact: bool
     laws: tuple[PairLaw, ...] = field(repr=False)
 
-    def delta(self, exp_epsilon: Any) -> Fraction:
+    def delta(self, exp_epsilon: Number) -> Fraction:
         """δ at a rational e^ε ≥ 1: the least one if `exact`, else an upper bound."""
         k = at_least("exp_epsilon", exp_epsilon, 1)
         if k >= self.exp_epsilon:
             return Fraction(0)
         return min(Fraction(1), max((hockey_stick(law, k) for law in self.laws), default=Fraction(0)))
 
-    def delta_at(self, epsilon: Any) -> Fraction:
+    def delta_at(self, epsilon: Number) -> Fraction:
         """Return a δ for which the releases are (ε, δ)-differentially private, as `fairaudit.privacy.epsilon_delta.delta_at` does."""
         return self.delta(exp_epsilon_below(epsilon))
 

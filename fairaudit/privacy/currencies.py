@@ -55,6 +55,13 @@ class PureDP:
         An ordered pair of different inputs that attains it; None if there is only one input.
     attributes : tuple of AttributeDP
         The same when only one attribute changes.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    >>> fa.pure_dp(coin).exp_epsilon
+    Fraction(3, 1)
     """
 
     exp_epsilon: Fraction | float
@@ -75,6 +82,14 @@ class ApproxDP:
         The least δ, exact; the total variation distance at e^ε = 1.
     pair : pair of inputs, or None
         An ordered pair of different inputs that attains it.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> from fairaudit.privacy.epsilon_delta import approx_dp
+    >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    >>> approx_dp(coin, 2).delta
+    Fraction(1, 4)
     """
 
     exp_epsilon: Fraction

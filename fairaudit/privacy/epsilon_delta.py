@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
 
 from fairaudit.exact.enclosures import exp_below, log_enclosure
-from fairaudit.exact.rationals import at_least, fraction
+from fairaudit.exact.rationals import Number, at_least, fraction
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.privacy.currencies import ApproxDP, AttributeDP, Enclosure, PureDP
 from fairaudit.privacy.multiplied_out import hockey_sticks_of_rows, whole_table, worth_multiplying_out
@@ -26,6 +25,16 @@ def pure_dp(mechanism: Mechanism) -> PureDP:
     ratios multiply, that is, ε add up.
 
     Source: docs/theory.md; Coq `pure_dp_dp`.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The filter.
+
+    Returns
+    -------
+    PureDP
+        e^ε exactly, with a pair of inputs that attains it.
 
     Examples
     --------
@@ -71,7 +80,7 @@ def exp_epsilon(mechanism: Mechanism) -> Fraction | float:
     return pure_dp(mechanism).exp_epsilon
 
 
-def approx_dp(mechanism: Mechanism, exp_epsilon: Any) -> ApproxDP:
+def approx_dp(mechanism: Mechanism, exp_epsilon: Number) -> ApproxDP:
     """The least δ of (ε, δ)-differential privacy at a rational e^ε, with an ordered pair that attains it.
 
     Parameters
@@ -108,10 +117,27 @@ def approx_dp(mechanism: Mechanism, exp_epsilon: Any) -> ApproxDP:
     return ApproxDP(k, hockey_stick(worst, k), (worst.first, worst.second))
 
 
-def delta(mechanism: Mechanism, exp_epsilon: Any) -> Fraction:
+def delta(mechanism: Mechanism, exp_epsilon: Number) -> Fraction:
     """The least δ at a rational e^ε ≥ 1, exact: the greatest Σ max(0, P − e^ε·Q) over all ordered pairs.
 
     Source: docs/theory.md; Coq `dp_hockey_stick`.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The filter.
+    exp_epsilon : number or str
+        e^ε.
+
+    Returns
+    -------
+    Fraction
+        The least δ.
+
+    Raises
+    ------
+    InputError
+        If e^ε is below 1, or not a finite number.
 
     Examples
     --------
@@ -123,7 +149,7 @@ def delta(mechanism: Mechanism, exp_epsilon: Any) -> Fraction:
     return approx_dp(mechanism, exp_epsilon).delta
 
 
-def delta_at(mechanism: Mechanism, epsilon: Any) -> Fraction:
+def delta_at(mechanism: Mechanism, epsilon: Number) -> Fraction:
     """Return a δ for which the filter is (ε, δ)-differentially private; above the least one by less than 2^-60.
 
     e^ε is irrational unless ε = 0; it is rounded down, and δ(·) does not increase and falls by at most the step in e^ε.
@@ -182,6 +208,6 @@ def epsilon_enclosure(ratio: Column) -> Enclosure:
     return Decimal(low), Decimal(high)
 
 
-def exp_epsilon_below(epsilon: Any) -> Fraction:
+def exp_epsilon_below(epsilon: Number) -> Fraction:
     """e^ε rounded down, by less than 2^-60."""
     return exp_below(at_least("epsilon", epsilon, 0), EXP_BITS)

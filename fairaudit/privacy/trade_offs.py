@@ -10,15 +10,16 @@ from fractions import Fraction
 from itertools import pairwise
 from math import inf, lcm
 from statistics import NormalDist
-from typing import Any
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import at_least, option_value
+from fairaudit.exact.rationals import Number, at_least, option_value
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.currencies import GDP
 from fairaudit.privacy.pairs import Column, PairLaw, pair_laws
+from fairaudit.words import brief
 
 
+@brief
 @dataclass(frozen=True)
 class TradeOff:
     """A trade-off curve: the least false-negative rate of any test of two inputs at a given false-positive rate.
@@ -27,11 +28,18 @@ class TradeOff:
     ----------
     vertices : tuple of (Fraction, Fraction)
         (false-positive rate α, false-negative rate β), α rising from 0 to 1; the curve is convex and linear between them.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    >>> fa.trade_off(coin).vertices
+    ((Fraction(0, 1), Fraction(1, 1)), (Fraction(1, 4), Fraction(1, 4)), (Fraction(1, 1), Fraction(0, 1)))
     """
 
     vertices: tuple[tuple[Fraction, Fraction], ...]
 
-    def beta(self, alpha: Any) -> Fraction:
+    def beta(self, alpha: Number) -> Fraction:
         """Return the least false-negative rate at a false-positive rate from 0 to 1, exact.
 
         Raises
@@ -64,6 +72,7 @@ class TradeOff:
         return GDP(mu * (1 + 1e-9) + 1e-12 if mu > 0 else 0.0)
 
 
+@brief
 @dataclass(frozen=True)
 class Profile:
     """The privacy profile: the least δ as a function of k = e^ε ≥ 1.
@@ -72,11 +81,18 @@ class Profile:
     ----------
     vertices : tuple of (Fraction, Fraction)
         (k, δ), k rising from 1; the profile is convex, linear between vertices and constant after the last.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    >>> fa.trade_off(coin).profile().delta(2)
+    Fraction(1, 4)
     """
 
     vertices: tuple[tuple[Fraction, Fraction], ...]
 
-    def delta(self, exp_epsilon: Any) -> Fraction:
+    def delta(self, exp_epsilon: Number) -> Fraction:
         """δ at a rational e^ε ≥ 1, exact."""
         k = at_least("exp_epsilon", exp_epsilon, 1)
         return self.vertices[-1][1] if k >= self.vertices[-1][0] else interpolated(self.vertices, k)
@@ -100,6 +116,16 @@ def trade_off(mechanism: Mechanism) -> TradeOff:
     """Trade-off curve of the filter: the lower convex hull of those of all ordered pairs, hence symmetric.
 
     It is the greatest f for which the filter is f-DP (Dong, Roth and Su, 2022).
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The filter.
+
+    Returns
+    -------
+    TradeOff
+        The curve.
 
     Raises
     ------

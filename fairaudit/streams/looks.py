@@ -17,13 +17,15 @@ from fairaudit.measures.limits import LIMITS, Quantity
 from fairaudit.measures.ratios import Witness
 from fairaudit.streams.settings import Settings
 from fairaudit.streams.subjects import Subject
+from fairaudit.words import brief
 
 QUANTITIES: tuple[Quantity, ...] = ("local", "global")
 
 
+@brief
 @dataclass(frozen=True)
 class Look:
-    """What a moment shows.
+    r"""What a moment shows.
 
     Attributes
     ----------
@@ -38,6 +40,18 @@ class Look:
         Of all targets together; "changed" if what one of them rests on was contradicted.
     pairs : dict
         For each target the pair of groups behind the end that decided it: the lower one for "exceeds", else the upper one.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with open(folder + "/log.csv", "w") as log:
+    ...         _ = log.write("hired,sex\n" + "yes,f\nyes,m\nno,m\n" * 200)
+    ...     with fa.monitor(folder + "/log.csv", decision="hired", group="sex", utility="yes", max_local_ratio="5/4") as watch:
+    ...         found = watch.catch_up()
+    >>> found.events, found.verdicts, found.exit_code
+    (600, {'max_local_ratio': 'exceeds'}, 1)
     """
 
     events: int

@@ -13,6 +13,7 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import option_value, rational_text
 from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.measures.limits import LIMITS, read_limit, refuse_bare
+from fairaudit.words import brief
 
 __all__ = ["OTHER", "Settings"]
 
@@ -23,6 +24,7 @@ EARLIER = {"max_local": "max_local_log", "max_global": "max_global_log"}
 """What limits on logarithms are called in states of before."""
 
 
+@brief
 @dataclass(frozen=True)
 class Settings:
     """The settings of a monitor. Numbers are kept as the texts of exact rationals.

@@ -48,7 +48,7 @@ FUTURE = 86_400.0  # a day: wrong time zones pass, wrong years do not
 
 
 class Monitor:
-    """Reads a log into a state, and looks at it.
+    r"""Reads a log into a state, and looks at it.
 
     Parameters
     ----------
@@ -63,6 +63,17 @@ class Monitor:
     ------
     InputError
         If the log or that file cannot be used.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with open(folder + "/log.csv", "w") as log:
+    ...         _ = log.write("hired,sex\n" + "yes,f\nyes,m\nno,m\n" * 200)
+    ...     with fa.monitor(folder + "/log.csv", decision="hired", group="sex", utility="yes") as watch:
+    ...         watch.catch_up().events, watch.events, watch.alarms
+    (600, 600, [])
     """
 
     def __init__(self, state: State, path: str, letters: str | None = None) -> None:
@@ -139,6 +150,26 @@ class Monitor:
         self.notes += self.log.notes
         self.log.notes.clear()
         yield
+
+    def catch_up(self, *, eager: bool = False) -> Look:
+        """Read all that there is, and say what it shows.
+
+        Parameters
+        ----------
+        eager : bool
+            As for `read`.
+        """
+        for _ in self.read(eager=eager):
+            pass
+        return self.look()
+
+    def __enter__(self) -> Monitor:
+        """Keep the log and the state open for a block."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close both."""
+        self.close()
 
     def commit(self) -> None:
         """Store everything that was read."""

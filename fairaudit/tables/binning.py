@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import option_value, rational
+from fairaudit.exact.rationals import Number, option_value, rational
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.tally import Tally, merged
 
@@ -45,7 +45,7 @@ class Bins:
     refused = "not a finite number"
 
     @staticmethod
-    def of(name: str, edges: Sequence[Any]) -> Bins:
+    def of(name: str, edges: Sequence[Number]) -> Bins:
         """Read rising edges.
 
         Raises
@@ -74,7 +74,7 @@ class Bins:
         between = [f"{low} to under {high}" for low, high in zip(self.edges, self.edges[1:], strict=False)]
         return (f"under {self.edges[0]}", *between, f"{self.edges[-1]} and over")
 
-    def label_of(self, value: Any) -> str | None:
+    def label_of(self, value: object) -> str | None:
         """Label of a number: a text is the rational that it says, a float is compared with the edges rounded to floats.
 
         Raises

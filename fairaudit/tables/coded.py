@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.errors import FairauditError
 from fairaudit.exact.dense import each_block
 from fairaudit.tables.label_text import native_values
 
@@ -24,7 +25,7 @@ FEW = 250  # different values that fit a byte, with room for those that the samp
 SLOT_BITS = 16  # 65,536 slots for at most 250 values: one factor in a few keeps them apart
 
 
-class UnknownValueError(Exception):
+class UnknownValueError(FairauditError):
     """A column has a value that its sample has not."""
 
 

@@ -22,6 +22,7 @@ from fairaudit.errors import InputError, shown
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
+from fairaudit.words import brief
 
 __all__ = ["CsvTable", "Layout", "count_csv", "decimal_commas", "first_row", "layout", "opened", "read_csv", "same_layout", "text_lines"]
 
@@ -32,6 +33,7 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*", re.ASCI
 _THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(,\d{3})+\s*", re.ASCII)
 
 
+@brief
 @dataclass(frozen=True)
 class CsvTable:
     """A table of texts, with the line of the file on which each row ends.
@@ -50,6 +52,13 @@ class CsvTable:
         What was noticed while reading.
     preparation : tuple of mapping
         What was done to labels since (`fairaudit.tables.preparation`).
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> table = fa.example("ucb-admissions").table()
+    >>> len(table), table["Gender"][:2]
+    (24, ['Male', 'Male'])
     """
 
     name: str
@@ -154,6 +163,13 @@ def read_csv(path: str | os.PathLike[str]) -> CsvTable:
     ------
     InputError
         If it is not such a file; the message names the line.
+
+    Examples
+    --------
+    >>> from fairaudit.tables.examples import example
+    >>> table = read_csv(example("ucb-admissions").path)
+    >>> table.columns, len(table)
+    (['Dept', 'Gender', 'Admit', 'Freq'], 24)
     """
     name = os.fspath(path)
     if not name:

@@ -7,10 +7,12 @@ from importlib.resources import files
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.csv import CsvTable, read_csv
+from fairaudit.words import brief
 
 __all__ = ["EXAMPLES", "Example", "example"]
 
 
+@brief
 @dataclass(frozen=True)
 class Example:
     """A table that ships with the package.
@@ -22,6 +24,13 @@ class Example:
     decision, group, context, count, probability, utility : str
         Which column has which role (empty for none), and the utility, as the command line takes them. All are empty for an audit file,
         which says so itself.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> found = fa.example("ucb-admissions")
+    >>> found.decision, found.group, found.context, found.count, found.utility
+    ('Admit', 'Gender', 'Dept', 'Freq', 'Admitted')
     """
 
     name: str
@@ -75,6 +84,16 @@ EXAMPLES = (
 
 def example(name: str) -> Example:
     """Look an example up by name.
+
+    Parameters
+    ----------
+    name : str
+        Its name; ``fairaudit certify --list-examples`` lists them.
+
+    Returns
+    -------
+    Example
+        The table with the options that audit it.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from fairaudit.tables.sql import AS_IS, COUNT_COLUMN, Written, identifier, refus
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 
-__all__ = ["is_frame", "tally_frame"]
+__all__ = ["is_frame", "is_lazy", "tally_frame"]
 
 LIBRARIES = frozenset(
     ("cudf", "dask", "dask_expr", "duckdb", "_duckdb", "ibis", "modin", "narwhals", "pandas", "polars", "pyarrow", "pyspark", "sqlframe")
@@ -28,6 +28,16 @@ REFUSED = frozenset(("Array", "Binary", "Duration", "List", "Struct"))
 def is_frame(table: Any) -> bool:
     """Whether a table belongs to one of the frame libraries."""
     return type(table).__module__.partition(".")[0] in LIBRARIES
+
+
+def is_lazy(frame: Any) -> bool:
+    """Whether a frame is a query that has not been run, so that its columns cannot be read one by one."""
+    import narwhals as nw
+
+    try:
+        return isinstance(nw.from_native(frame), nw.LazyFrame)
+    except Exception:
+        return False  # two columns of one name, say; who reads the columns says so
 
 
 def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | None = None) -> Tally | None:

@@ -18,15 +18,18 @@ from fairaudit.tables.columns import label_codes
 from fairaudit.tables.csv import CsvTable
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.preparation import Entry, merged_labels
+from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally, counted, merged
-from fairaudit.tables.values import column, locator, names
+from fairaudit.tables.values import ByLabel, LabelLike, column, locator, names
+from fairaudit.words import brief
 
 __all__ = ["PreparedTable", "merge_labels", "read_label_map", "spellings"]
 
 NUMBER = re.compile(r"([+-]?)([0-9]*)(?:\.([0-9]*))?(?:e([+-]?[0-9]{1,4}))?")
 STARTS = frozenset("+-.0123456789")
 LONGEST_SPELLING = 1000  # characters of labels that are compared with other spellings; longer ones are only ever themselves
-LabelMap = Mapping[str, Mapping[Any, Any]]
+LabelMap = Mapping[str, ByLabel[LabelLike]]
+"""For columns the new labels of old ones."""
 
 
 def spellings(columns: Iterable[tuple[str, Iterable[str]]]) -> tuple[dict[str, Any], ...]:
@@ -62,7 +65,7 @@ def spellings(columns: Iterable[tuple[str, Iterable[str]]]) -> tuple[dict[str, A
     return tuple(found)
 
 
-def merge_labels(table: Any, columns: str | Sequence[str], *, fold: bool = False, label_map: LabelMap | None = None) -> Any:
+def merge_labels(table: Table, columns: str | Sequence[str], *, fold: bool = False, label_map: LabelMap | None = None) -> Table:
     """Write labels in one way before a table is counted; the certificate records what was merged.
 
     First each label that `label_map` lists becomes the one that it says (once: a new label is not looked up again). Then, with `fold`,
@@ -158,6 +161,7 @@ def read_label_map(path: str | Path) -> dict[str, dict[str, str]]:
     return document
 
 
+@brief
 @dataclass(frozen=True)
 class PreparedTable:
     """A table of which some columns have other labels.

@@ -18,6 +18,7 @@ from fairaudit.errors import InputError, shown
 from fairaudit.tables.label_text import ACCEPTED, Reader, label_text
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.values import INT64
+from fairaudit.words import brief
 
 __all__ = ["Tally", "counted", "merged"]
 
@@ -25,6 +26,7 @@ __all__ = ["Tally", "counted", "merged"]
 BATCH = 50_000  # rows that an engine hands over at a time: a few MB
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Tally:
     """A log whose equal rows were counted: the distinct rows, and how often each occurs.
@@ -123,6 +125,10 @@ class Tally:
         arrays = [np.array(part, dtype=np.int64) for part in listed]
         found = Tally(name, dict(zip(columns, arrays, strict=False)), dict(zip(columns, levels, strict=True)), arrays[-1], notes, find)
         return _unmarked(found.checked(), [readers[position] if position in later else None for position in range(len(columns))])
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: where rows occur first is known only while what was read is at hand."""
+        return {**vars(self), "find": None}
 
     def checked(self) -> Tally:
         """Give the tally back if its rows differ.

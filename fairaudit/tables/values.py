@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from datetime import date, time
+from decimal import Decimal
+from typing import Any, TypeVar
+from uuid import UUID
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +19,20 @@ __all__ = ["column", "combine", "distinct", "integers", "locator", "names", "num
 
 
 Label = tuple[str, ...]
+
+LabelLike = str | int | float | Decimal | date | time | UUID
+"""What has one text as a label (`label_text`)."""
+
+LabelsLike = LabelLike | tuple[LabelLike, ...]
+"""The label of a group or context: of one column, or of several."""
+
+T = TypeVar("T")
+
+ByLabel = Mapping[str, T] | Mapping[int, T] | Mapping[bool, T] | Mapping[LabelLike, T]
+"""Something for each label; several forms, because the keys of a mapping have one type."""
+
+ByGroup = Mapping[str, T] | Mapping[int, T] | Mapping[Label, T] | Mapping[LabelsLike, T]
+"""Something for each group."""
 
 Locate = Callable[[int], str]
 

@@ -16,6 +16,7 @@ from typing import Literal
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended
 from fairaudit.theorems.assumptions import FLOOR, GROUP_FREE
+from fairaudit.words import brief
 
 Floor = Literal["table", "declared", "policy"]
 
@@ -32,6 +33,7 @@ FLOORED = "any policy behind this filter that keeps the declared floor"
 ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that releases these contexts"
 
 
+@brief
 @dataclass(frozen=True)
 class Bound:
     """An upper bound on a fairness measure, with what it rests on.
@@ -57,6 +59,15 @@ class Bound:
         Whether integers suffice to check it.
     note : str
         Why there is no finite bound, or how the value was rounded.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    >>> bound = fa.audit(policy.behind(group=coin), utility="hire").bounds[0]
+    >>> bound.theorem, bound.quantity, bound.value, bound.scope
+    ('T2', 'local_ratio', Fraction(3, 1), 'any policy behind this filter')
     """
 
     theorem: str

@@ -16,10 +16,12 @@ from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 from fairaudit.model.utility_class import UtilityClass
+from fairaudit.words import brief
 from fairaudit.worst.attained import mean_under
 from fairaudit.worst.setting import Setting
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class WorstCase:
     """The worst utility of a class for a law, between exact ends.
@@ -46,6 +48,14 @@ class WorstCase:
         How `upper` is proved.
     theta : tuple of Fraction or None
         The parameters of `utility` in a family.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> law = fa.Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    >>> found = fa.worst_case(law, fa.UtilityClass(tau="1/4"))
+    >>> found.lower, found.upper, found.certified
+    (Fraction(2, 1), Fraction(2, 1), True)
     """
 
     law: Law
@@ -65,6 +75,10 @@ class WorstCase:
     proof: Callable[[], dict[str, Any]] = field(default=dict, repr=False)
     shown: tuple[Mapping[int, Sequence[Fraction]], tuple[Fraction, ...] | None] | None = field(default=None, repr=False)
     """Another utility (and θ) for the certificate, where under the worst one groups without the floor differ more."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: the evidence in the place of what would find it."""
+        return {**vars(self), "evidence": self.evidence, "proof": dict}
 
     @property
     def gap(self) -> float:

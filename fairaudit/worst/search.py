@@ -7,7 +7,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any
 
-from fairaudit.errors import InputError
+from fairaudit.errors import Infeasible, InputError
 from fairaudit.exact.extended import ONE, ZERO, Extended
 from fairaudit.exact.linear_programs import rounded_multipliers
 from fairaudit.measures.ratios import global_fairness, local_fairness
@@ -78,7 +78,7 @@ class LinearSearch:
             if best is not None and best.ratio == inf:
                 break
         if empty:
-            raise InputError("no utility is in the class: its constraints contradict each other or the floor")
+            raise Infeasible("no utility is in the class: its constraints contradict each other or the floor")
         if best is None:
             raise InputError("no utility that is exactly in the class was found; give its constraints as short decimals")
         final = max(upper, best.ratio)

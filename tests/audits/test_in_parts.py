@@ -21,9 +21,9 @@ from fairaudit import InputError, Law, certify, checker
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.cli import main
+from fairaudit.errors import ManyRowsError
 from fairaudit.tables.engines import duckdb
 from fairaudit.tables.engines.logs import read_log, read_parts
-from fairaudit.tables.engines.request import ManyRowsError
 
 TEXTS = ["b", "a", "B", "ä", "a b", "10", "9", "\U0001f600", "zz"]
 
@@ -145,7 +145,7 @@ def test_the_command_line(parquet: str, tmp_path: Path, capsys: pytest.CaptureFi
         connection.execute(f"create table log as from '{parquet}'")
     database = [f"duckdb:{tmp_path / 'log.duckdb'}", "--table", "log"]
     assert main(["certify", *database, *COLUMNS, *exact, "-o", paths["database"], "--in-parts"]) == 0
-    monkeypatch.setattr("fairaudit.cli.certify.MOST_ROWS", 100)
+    monkeypatch.setattr("fairaudit.audits.reading.MOST_ROWS", 100)
     assert main(["certify", parquet, *COLUMNS, *exact, "-o", paths["many"]]) == 0
     parts = Path(paths["parts"]).read_bytes()
     assert parts == Path(paths["many"]).read_bytes() == Path(paths["database"]).read_bytes()
@@ -215,7 +215,7 @@ def test_many_rows_that_have_no_parts_are_read_all_the_same(
     """Dates have no order of texts that DuckDB and labels are known to share, so they come into memory however many they are."""
     rows = [(u, a, f"2026-01-{1 + x % 28:02}") for u, a, x in ROWS]
     path = write(tmp_path / "log.parquet", {"u": "varchar", "a": "varchar", "x": "date"}, rows)
-    monkeypatch.setattr("fairaudit.cli.certify.MOST_ROWS", 10)
+    monkeypatch.setattr("fairaudit.audits.reading.MOST_ROWS", 10)
     assert main(["certify", path, *COLUMNS]) == 0
     assert "In the population" in capsys.readouterr().out
 

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fairaudit as fa
-from fairaudit.certificates.compare import compare
+from fairaudit.certificates.compare import compare_documents as compare
 from fairaudit.cli import main as command
 from fairaudit.testing import laws
 

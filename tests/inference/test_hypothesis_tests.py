@@ -14,23 +14,23 @@ from interval_oracle import (
 
 from fairaudit import Law, Utility, read_csv
 from fairaudit.errors import InputError
-from fairaudit.inference.hypothesis_tests import noise_floor, test_filter
+from fairaudit.inference.hypothesis_tests import noise_floor, refute_epsilon
 from fairaudit.inference.table_comparisons import local_comparison
 
 
 def test_a_filter_is_refuted_by_draws_that_are_too_unequal() -> None:
     law = Law.from_array([[900, 100], [100, 900]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     draws = local_comparison(law, Utility({"yes": 1}).on(law))
-    assert test_filter(draws, 2).refuted
-    found = test_filter(draws, 9)
+    assert refute_epsilon(draws, 2).refuted
+    found = refute_epsilon(draws, 9)
     assert not found.refuted and "prove nothing" in found.sentence
-    assert not test_filter(draws, "inf").refuted
+    assert not refute_epsilon(draws, "inf").refuted
     recheck(found.interval.evidence, found.interval.lower, found.interval.upper)
     by_group = Utility.from_function(lambda u, x, a: (1 if a == ("f",) else 2) * (u == "yes"), law).on(law)
     with pytest.raises(InputError, match="depends on the group"):
-        test_filter(local_comparison(law, by_group), 2)
+        refute_epsilon(local_comparison(law, by_group), 2)
     with pytest.raises(InputError, match="at least 1"):
-        test_filter(draws, "0.5")
+        refute_epsilon(draws, "0.5")
 
 
 def test_noise_floor() -> None:

@@ -18,7 +18,7 @@ from jsonschema import Draft202012Validator
 
 import fairaudit as fa
 from fairaudit.certificates.certificate import Certificate, schema
-from fairaudit.certificates.compare import compare
+from fairaudit.certificates.compare import compare_documents as compare
 from fairaudit.cli import main
 from fairaudit.model.utility_class import UtilityClass
 from fairaudit.reports.markdown import markdown

@@ -21,7 +21,7 @@ from fairaudit import Law, Policy, RandomizedResponse, Utility, certify
 from fairaudit.inference.cells import Cell
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.estimated_population import sampled_population_interval
-from fairaudit.inference.hypothesis_tests import test_filter
+from fairaudit.inference.hypothesis_tests import refute_epsilon
 from fairaudit.inference.policy_comparisons import policy_comparison
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
 from fairaudit.inference.table_comparisons import local_comparison
@@ -284,7 +284,7 @@ def test_a_true_epsilon_is_rarely_refuted() -> None:
     refuted, count = 0, repetitions(100)
     for _ in range(count):
         cells = [binary(100, int(k)) for k in generator.binomial(100, [0.75, 0.25])]
-        refuted += test_filter(one_block(cells), 3, 1 - ALPHA).refuted
+        refuted += refute_epsilon(one_block(cells), 3, 1 - ALPHA).refuted
     judge(refuted, count)
 
 

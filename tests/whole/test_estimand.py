@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 import fairaudit as fa
 from fairaudit import checker
 from fairaudit.certificates.certificate import schema
-from fairaudit.certificates.compare import compare
+from fairaudit.certificates.compare import compare_documents as compare
 from fairaudit.cli import main
 from fairaudit.inference.hypothesis_tests import noise_floor
 from fairaudit.inference.table_comparisons import local_comparison

@@ -27,7 +27,6 @@ from fairaudit.exact.enclosures import compare_log
 from fairaudit.exact.rationals import option_value, rational
 from fairaudit.filters.calibration import calibrate
 from fairaudit.filters.calibration_with_policy import calibrate_policy
-from fairaudit.inference.hypothesis_tests import test_filter
 from fairaudit.inference.planning import further_draws, plan
 from fairaudit.inference.ratio_intervals import ratio_interval
 from fairaudit.inference.table_comparisons import local_comparison
@@ -38,7 +37,6 @@ from fairaudit.streams.state import State
 from fairaudit.tables.binning import Bins
 from fairaudit.theorems.t03 import t3_approx
 
-test_filter.__test__ = False  # type: ignore[attr-defined]
 F = Fraction
 FOUR_FIFTHS = "ratio at most 1.25 (least at least 0.8 of the greatest; log 0.2231)"
 FIFTH = "log-ratio at most 0.2 (ratio 1.221; least at least 0.8187 of the greatest)"

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import fairaudit as fa
-from fairaudit.cli.sections import check_keys, check_targets, read_section
+from fairaudit.audits.sections import check_keys, check_targets, read_section
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import rational
 from fairaudit.plugins.vlm.images import read_images

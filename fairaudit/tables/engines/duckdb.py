@@ -17,11 +17,11 @@ from typing import Any
 import duckdb
 import numpy as np
 
-from fairaudit.errors import InputError, shown
+from fairaudit.errors import InputError, ManyRowsError, shown
 from fairaudit.tables.binning import Bins, apply_bins
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines.paths import Form, read_text
-from fairaudit.tables.engines.request import ManyRowsError, Request, attended, database_source
+from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.label_text import Reader, json_number
 from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written
 from fairaudit.tables.tally import Tally

@@ -7,37 +7,49 @@ import re
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.rationals import Number
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.engines.folders import table_format
 from fairaudit.tables.engines.request import Report, Request, database_source
 from fairaudit.tables.preparation import Entry, intervals
+from fairaudit.tables.sources import Source
 from fairaudit.tables.tally import Tally
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Survey
 
-__all__ = ["ENGINES", "cut_columns", "read_log", "read_parts", "survey_log"]
+__all__ = ["ENGINES", "Engine", "cut_columns", "read_log", "read_parts", "survey_log"]
 
 
 ENGINES = ("auto", "duckdb", "python", "spark")
+
+
+class SparkSession(Protocol):
+    """A session of PySpark that is there already."""
+
+    def createDataFrame(self, *given: Any, **options: Any) -> Any:  # noqa: N802
+        """Make a frame."""
+
+
+Engine = Literal["auto", "duckdb", "python", "spark"] | SparkSession
 
 Task = Literal["read", "survey"]
 
 
 def read_log(
-    source: Any,
+    source: Source,
     columns: Sequence[str],
     *,
-    bins: Mapping[str, Sequence[Any] | Bins] | None = None,
-    engine: Any = "auto",
+    bins: Mapping[str, Sequence[Number] | Bins] | None = None,
+    engine: Engine = "auto",
     table: str | None = None,
     query: str | None = None,
     memory: str | None = None,
     report: Report | None = None,
-    meanwhile: Callable[[], Any] | None = None,
+    meanwhile: Callable[[], object] | None = None,
     most: int | None = None,
     by: Sequence[str] = (),
 ) -> Tally:
@@ -113,7 +125,7 @@ def read_parts(
     columns: Sequence[str],
     by: Sequence[str],
     *,
-    bins: Mapping[str, Sequence[Any] | Bins] | None = None,
+    bins: Mapping[str, Sequence[Number] | Bins] | None = None,
     table: str | None = None,
     memory: str | None = None,
     report: Report | None = None,
@@ -164,7 +176,7 @@ def read_parts(
 
 def _request(
     columns: Sequence[str],
-    bins: Mapping[str, Sequence[Any] | Bins] | None,
+    bins: Mapping[str, Sequence[Number] | Bins] | None,
     table: str | None,
     query: str | None,
     memory: str | None,
@@ -182,7 +194,7 @@ def _request(
 def survey_log(
     source: Any,
     *,
-    engine: Any = "auto",
+    engine: Engine = "auto",
     table: str | None = None,
     query: str | None = None,
     memory: str | None = None,

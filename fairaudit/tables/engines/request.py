@@ -11,16 +11,12 @@ from fairaudit.errors import InputError
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.sql import table_name
 
-__all__ = ["ManyRowsError", "Request", "attended", "database_source"]
+__all__ = ["Request", "attended", "database_source"]
 
 
 Report = Callable[[float | None, int | None], None]
 
 T = TypeVar("T")
-
-
-class ManyRowsError(InputError):
-    """A log has more different rows than were asked for."""
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast, get_args
 
-from fairaudit.cli.options import METHODS
-from fairaudit.cli.sections import check_keys, check_targets, read_section
+from fairaudit.audits.sections import check_keys, check_targets, read_section
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.inference.ends import Method
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
 from fairaudit.model.policy import Deployment, Policy
@@ -20,15 +20,17 @@ from fairaudit.tables.csv import CsvTable, read_csv
 from fairaudit.tables.engines.logs import read_log
 from fairaudit.tables.engines.paths import form
 from fairaudit.tables.labels import merge_labels, read_label_map
+from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, names
 
-__all__ = ["Audit", "read_audit", "read_policy"]
+__all__ = ["SAID_THERE", "Audit", "read_audit", "read_policy", "refuse_beside"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
 TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map")
 LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
+METHODS: tuple[Method, ...] = get_args(Method)
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz", "burden")
 
@@ -44,6 +46,45 @@ class Audit:
     sampling: dict[str, Any]
     positive: str | None = None
     burden: bool = False
+
+
+SAID_THERE = (
+    "decision",
+    "group",
+    "context",
+    "truth",
+    "count",
+    "probability",
+    "weight",
+    "utility",
+    "utility_column",
+    "positive",
+    "unit",
+)
+"""Options that an audit file takes the place of."""
+
+
+def refuse_beside(path: str, given: Mapping[str, object], spelled: Callable[[str], str] = str) -> None:
+    """Refuse options that an audit file takes the place of.
+
+    Parameters
+    ----------
+    path : str
+        The audit file.
+    given : mapping of str to object
+        Options by name; None, false or empty if they were not given.
+    spelled : callable
+        How options are written, for messages.
+
+    Raises
+    ------
+    InputError
+        If one was given.
+    """
+    for name, value in given.items():
+        if value:
+            why = "the audit file has missing in [law] or [policy]" if name == "missing" else f"the audit file {path} says it itself"
+            raise InputError(f"{spelled(name)} goes with a table; {why}")
 
 
 def read_audit(path: str) -> Audit:
@@ -167,7 +208,7 @@ def _columns(section: Mapping[str, Any], key: str, where: str) -> tuple[str, ...
     return tuple(listed)
 
 
-def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...] = ()) -> CsvTable | Tally:
+def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...] = ()) -> Table:
     fold = section.get("fold_labels", False)
     if not isinstance(fold, bool):
         raise InputError(f"[{where}] fold_labels is {shown(fold)}; true or false is accepted")
@@ -175,8 +216,7 @@ def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[s
     if "map" in section:
         label_map = read_label_map(folder / _text(section, "map", where))
     labelled = [name for key in ("decision", "group", "context", "truth") for name in _columns(section, key, where)]
-    merged: CsvTable | Tally = merge_labels(table, labelled, fold=fold, label_map=label_map) if fold or label_map else table
-    return merged
+    return merge_labels(table, labelled, fold=fold, label_map=label_map) if fold or label_map else table
 
 
 def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...]) -> CsvTable | Tally:
@@ -188,7 +228,7 @@ def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tu
     return table.with_numbers(str(section[key]) for key in ("count", "probability", "weight") if key in section)
 
 
-def _law(section: Mapping[str, Any], where: str, table: CsvTable | Tally) -> Law:
+def _law(section: Mapping[str, Any], where: str, table: Table) -> Law:
     columns: dict[str, Any] = {
         "decision": _text(section, "decision", where),
         "group": _columns(section, "group", where),
@@ -284,7 +324,7 @@ def _population(section: Mapping[str, Any], law: Law, folder: Path) -> dict[tupl
     return masses
 
 
-def _utility(section: Mapping[str, Any], table: CsvTable | Tally, law: Law, folder: Path, missing: Missing) -> Utility:
+def _utility(section: Mapping[str, Any], table: Table, law: Law, folder: Path, missing: Missing) -> Utility:
     given = [key for key in ("values", "column", "table") if key in section]
     if len(given) != 1:
         raise InputError("[utility] needs exactly one of values, column and table")
@@ -296,7 +336,7 @@ def _utility(section: Mapping[str, Any], table: CsvTable | Tally, law: Law, fold
     columns = law.columns
     if given == ["column"]:
         return Utility.from_table(
-            table if isinstance(table, Tally) else table.with_numbers([section["column"]]),
+            table.with_numbers([section["column"]]) if isinstance(table, CsvTable) else table,
             utility=_text(section, "column", "utility"),
             decision=columns.decision,
             group=columns.group,

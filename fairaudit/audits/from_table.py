@@ -1,0 +1,310 @@
+"""`audit`: from a table to a result in one call, as `fairaudit certify` does on the command line."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from fairaudit.audits.audit_file import Audit, read_audit, refuse_beside
+from fairaudit.audits.certify import certify
+from fairaudit.audits.in_parts import certify_in_parts
+from fairaudit.audits.population import confidence_for
+from fairaudit.audits.reading import MOST_ROWS, Access, Reading, read_audited, uncollected, unfit_for_parts
+from fairaudit.audits.result import Result
+from fairaudit.errors import InputError, ManyRowsError
+from fairaudit.exact.rationals import Number
+from fairaudit.inference.ends import Method
+from fairaudit.inference.levels import confidence_level
+from fairaudit.measures.limits import MEASURED, without_bare_limits
+from fairaudit.model.law import Law
+from fairaudit.model.mechanism import Mechanism
+from fairaudit.model.policy import Deployment, Policy, Population
+from fairaudit.model.utility import Utility, Values, utility_values
+from fairaudit.tables.binning import Bins
+from fairaudit.tables.columns import Missing
+from fairaudit.tables.engines.logs import Engine
+from fairaudit.tables.labels import LabelMap, read_label_map
+from fairaudit.tables.sources import Source, source_name
+from fairaudit.tables.values import LabelLike, names
+from fairaudit.words import approximate
+
+__all__ = ["audit"]
+
+DEFAULT_CONFIDENCE: Number = 0.95
+"""Recognised by its identity, so that the same number given by the caller is one that was asked for."""
+
+DEFAULT_METHOD: Method = "hoeffding-kl"
+
+
+@without_bare_limits(MEASURED)
+def audit(
+    source: Source | Law | Deployment,
+    *,
+    decision: str | None = None,
+    group: str | Sequence[str] = (),
+    context: str | Sequence[str] = (),
+    utility: Utility | Values | str | None = None,
+    utility_column: str | None = None,
+    truth: str | None = None,
+    positive: LabelLike | None = None,
+    count: str | None = None,
+    probability: str | None = None,
+    weight: str | None = None,
+    unit: str | Sequence[str] = (),
+    bins: Mapping[str, Sequence[Number] | Bins] | None = None,
+    missing: Missing = "error",
+    fold_labels: bool = False,
+    label_map: LabelMap | str | os.PathLike[str] | None = None,
+    group_filter: Mechanism | None = None,
+    context_filter: Mechanism | None = None,
+    population: Population | None = None,
+    max_local_ratio: Number | None = None,
+    max_global_ratio: Number | None = None,
+    max_local_log: Number | None = None,
+    max_global_log: Number | None = None,
+    confidence: Number | None = DEFAULT_CONFIDENCE,
+    interval: Method = DEFAULT_METHOD,
+    independent: bool = False,
+    declared: Mapping[str, Number] | None = None,
+    burden: bool = False,
+    embed_table: bool | None = None,
+    engine: Engine = "auto",
+    table: str | None = None,
+    query: str | None = None,
+    memory: str | None = None,
+    in_parts: bool = False,
+) -> Result:
+    """Audit a table: read it, measure it exactly, judge it against targets, and prepare a certificate, as `fairaudit certify` does.
+
+    Parameters
+    ----------
+    source : path, paths, URL, frame, mapping, Law or Deployment
+        A file or folder (CSV, Parquet, JSON lines; patterns), several of them, a database (``sqlite:FILE``, ``duckdb:FILE``,
+        ``delta:FOLDER``, ``postgresql://…``), or an audit file (``.toml``), which says the rest itself; a frame of pandas, polars, pyarrow,
+        DuckDB or PySpark; a mapping of column to list; or what `certify` takes.
+    decision : str
+        Column of what was decided; with `utility_column` it may be left out.
+    group, context : str or sequence of str
+        Columns of the sensitive attributes, several of which form intersections, and of what may legitimately matter.
+    utility : mapping, str or Utility
+        What a decision is worth to the person: ``{"yes": 1, "maybe": "0.5"}``, or the same as a text, ``"yes,maybe=0.5"``. Decisions that
+        are not listed are worth 0.
+    utility_column : str, optional
+        Column of the utility of each row, instead of `utility`.
+    truth, positive : str, optional
+        Column of the true label, for rates of true and false positives, and which label is positive.
+    count, probability, weight : str, optional
+        Column of how often the row occurred; or of P(decision | context, group) and, with that, of P(context, group) up to a factor.
+        Without `count` and `probability` each row is one decision.
+    unit : str or sequence of str
+        Of a log: rows with the same label are one draw (a run, a person).
+    bins : mapping of str to sequence of number, optional
+        Of a log: numeric columns to cut into intervals at these edges.
+    missing : {"error", "drop", "group"}
+        What an empty label means: an error, a row to leave out, or a level of its own.
+    fold_labels : bool
+        Whether labels that differ in case, blanks or Unicode form alone are merged.
+    label_map : mapping or path, optional
+        For columns the new labels of old ones, or a TOML file that says so (`merge_labels`).
+    group_filter, context_filter : Mechanism, optional
+        The table is a policy behind these filters (`Policy.behind`): what decides sees what they release.
+    population : array_like, mapping or Law, optional
+        With `group_filter`: P(context, group).
+    max_local_ratio, max_global_ratio, max_local_log, max_global_log
+        Targets, as for `certify`.
+    confidence, interval, independent, declared, burden, embed_table
+        As for `certify`. A confidence that is given, other than the one that stands here, needs counts.
+    engine, table, query, memory
+        As for `read_log`.
+    in_parts : bool
+        Whether to read some contexts at a time, in little memory, without intervals; done anyway beyond 20 million different rows.
+
+    Returns
+    -------
+    Result
+        What `certify` returns: exact measures with witnesses, intervals, claims, verdict and certificate.
+
+    Raises
+    ------
+    InputError
+        If the table cannot be read, columns do not fit their roles, or as `certify`.
+
+    Examples
+    --------
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [300, 100, 200, 200]}
+    >>> result = audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
+    >>> result.local.ratio, result.verdict
+    (Fraction(3, 2), 'exceeds')
+
+    References
+    ----------
+    docs/theory.md; the certificate is docs/certificate.md.
+    """
+    limits = {
+        "max_local_ratio": max_local_ratio,
+        "max_global_ratio": max_global_ratio,
+        "max_local_log": max_local_log,
+        "max_global_log": max_global_log,
+    }
+    roles: dict[str, Any] = {
+        "decision": decision,
+        "group": names(group),
+        "context": names(context),
+        "bins": bins or {},
+        "truth": truth,
+        "count": count,
+        "probability": probability,
+        "weight": weight,
+        "unit": names(unit),
+        "utility_column": utility_column,
+        "fold_labels": fold_labels,
+        "label_map": read_label_map(Path(label_map)) if isinstance(label_map, (str, os.PathLike)) else label_map,
+    }
+    filters: dict[str, Any] = {"group_filter": group_filter, "context_filter": context_filter, "population": population}
+    given = Utility(utility_values(utility)) if isinstance(utility, str) else Utility(utility) if isinstance(utility, Mapping) else utility
+    asked = _Asked(
+        targets={name: limit for name, limit in limits.items() if limit is not None},
+        confidence=None if confidence is None else confidence_level(confidence),
+        default=confidence is DEFAULT_CONFIDENCE,
+        interval=interval,
+        independent=independent,
+        declared=declared or {},
+        positive=positive,
+        burden=burden,
+        embed_table=embed_table,
+    )
+    beside = {**roles, "missing": missing != "error", "table": table, "query": query, "in_parts": in_parts}
+    if isinstance(source, (Law, Deployment)):
+        for name, value in beside.items():
+            if value:
+                raise InputError(f"{name} goes with a table; a {type(source).__name__} has been read already")
+        return asked.certify(_behind(source, **filters), _needed(given))
+    if isinstance(source, (str, os.PathLike)) and os.fspath(source).endswith(".toml"):
+        refuse_beside(os.fspath(source), {**beside, **filters, "utility": utility, "positive": positive})
+        return _from_audit_file(read_audit(os.fspath(source)), asked)
+    if decision is None and utility_column is None:
+        raise InputError("no decision column was named; give decision, the name of the column")
+    if not group:
+        raise InputError("no group column was named; give group, the name of one column or of several")
+    roles["decision"] = decision or utility_column
+    reading = Reading(**roles, missing=missing, access=Access(engine, table, query, memory))
+    if utility_column is None:
+        _needed(given)
+    unfit = unfit_for_parts(reading, {"positive": positive, "declared": declared, **filters})
+    if not isinstance(source, (str, os.PathLike, list, tuple)):
+        unfit = "a table in memory"
+    if in_parts and unfit:
+        raise InputError(f"in_parts does not go with {unfit}")
+    with uncollected():
+        if not in_parts:
+            try:
+                law, read = read_audited(source, reading, given, most=None if unfit else MOST_ROWS)
+            except ManyRowsError:
+                pass
+            else:
+                with _named(source):
+                    return asked.certify(_behind(law, **filters), read)
+        with _named(source):
+            return asked.certify_in_parts(source, _needed(given), reading)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is asked of a law."""
+
+    targets: Mapping[str, Any]
+    confidence: Fraction | None
+    default: bool
+    interval: Method
+    independent: bool
+    declared: Mapping[str, Number]
+    positive: LabelLike | None
+    burden: bool
+    embed_table: bool | None
+
+    def certify(self, subject: Law | Deployment, utility: Utility) -> Result:
+        """Certify what is held in memory."""
+        asked = None if self.default or self.confidence is None else approximate(self.confidence)
+        others = {"interval": self.interval != DEFAULT_METHOD, "independent": self.independent}
+        confidence = confidence_for(subject, self.confidence, asked, others)
+        return certify(
+            subject,
+            utility,
+            **self.targets,
+            confidence=confidence,
+            interval=self.interval,
+            independent=self.independent,
+            declared=self.declared,
+            positive=self.positive,
+            burden=self.burden,
+            embed_table=self.embed_table,
+        )
+
+    def certify_in_parts(self, source: Any, utility: Utility, reading: Reading) -> Result:
+        """Certify a log some contexts at a time."""
+        return certify_in_parts(
+            source,
+            utility,
+            decision=reading.decision,
+            group=reading.group,
+            context=reading.context,
+            bins=reading.bins,
+            table=reading.access.table,
+            memory=reading.access.memory,
+            **self.targets,
+            confidence=self.confidence,
+            embed_table=self.embed_table,
+            burden=self.burden,
+        )
+
+
+def _from_audit_file(audit: Audit, asked: _Asked) -> Result:
+    """Certify what an audit file describes; what was asked for in the call comes before what it says."""
+    sampling = dict(audit.sampling)
+    level = sampling.get("confidence")
+    if asked.default and level is not None:
+        asked = replace(asked, confidence=None if level == "none" else confidence_level(level), default=False)
+    said: dict[str, Any] = {
+        "targets": {**audit.targets, **asked.targets},
+        "interval": sampling.get("interval", DEFAULT_METHOD) if asked.interval == DEFAULT_METHOD else asked.interval,
+        "independent": asked.independent or sampling.get("independent", False),
+        "declared": {**audit.declared, **asked.declared},
+        "positive": audit.positive,
+        "burden": asked.burden or audit.burden,
+    }
+    return replace(asked, **said).certify(audit.subject, audit.utility)
+
+
+def _behind(
+    subject: Law | Deployment, group_filter: Mechanism | None, context_filter: Mechanism | None, population: Population | None
+) -> Law | Deployment:
+    """Put a law behind filters, as the policy that it is."""
+    if group_filter is None:
+        if context_filter is not None or population is not None:
+            raise InputError("context_filter and population go with group_filter; give an Identity if groups are not filtered")
+        return subject
+    if isinstance(subject, Deployment):
+        raise InputError("group_filter goes with a table or a law; a Deployment has its filters")
+    return Policy(subject).behind(group=group_filter, context=context_filter, population=population)
+
+
+def _needed(utility: Utility | None) -> Utility:
+    if utility is None:
+        raise InputError("no utility was given; give utility, such as {'yes': 1}, or utility_column")
+    return utility
+
+
+@contextmanager
+def _named(source: object) -> Iterator[None]:
+    """Begin messages with the name of a file or database."""
+    try:
+        yield
+    except InputError as error:
+        if isinstance(source, (str, os.PathLike, list, tuple)):
+            raise InputError(f"{source_name(source)}: {error}") from None
+        raise

@@ -1,0 +1,430 @@
+"""A table read as a law: which column has which role, what is done to labels and numbers first, and which reader fits."""
+
+from __future__ import annotations
+
+import gc
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fairaudit.errors import InputError, ManyRowsError, shown
+from fairaudit.exact.rationals import Number
+from fairaudit.model.law import Law
+from fairaudit.model.utility import Utility
+from fairaudit.tables.binning import Bins, apply_bins
+from fairaudit.tables.columns import Missing
+from fairaudit.tables.csv import CsvTable, decimal_commas, read_csv
+from fairaudit.tables.engines.logs import Engine, cut_columns, read_log
+from fairaudit.tables.engines.paths import form
+from fairaudit.tables.engines.request import Report
+from fairaudit.tables.frames import is_frame, is_lazy
+from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels
+from fairaudit.tables.sources import PASSWORD, Source, is_database
+from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import column
+
+__all__ = ["MOST_ROWS", "Access", "Reading", "read_audited", "read_law", "read_table", "uncollected", "unfit_for_parts"]
+
+MOST_ROWS = 20_000_000
+"""How many different rows of a log are held; more of them pass by some contexts at a time. They take about two gigabytes."""
+
+
+@dataclass(frozen=True)
+class Access:
+    """How a table is reached.
+
+    Attributes
+    ----------
+    engine : {"auto", "duckdb", "python", "spark"} or SparkSession
+        Who reads files.
+    table, query : str or None
+        Of a database: the table, or a query whose result is the table.
+    memory : str or None
+        What DuckDB may use before it spills to disk.
+    """
+
+    engine: Engine = "auto"
+    table: str | None = None
+    query: str | None = None
+    memory: str | None = None
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a table is read as a law.
+
+    Attributes
+    ----------
+    decision : str
+        Column of what was decided.
+    group, context : tuple of str
+        Columns of the sensitive attributes and of the contexts.
+    bins : mapping of str to sequence of number
+        Edges of those that are cut into intervals.
+    truth : str or None
+        Column of the true label.
+    count, probability, weight : str or None
+        Column of how often the row occurred; of P(decision | context, group), and with it of P(context, group).
+    unit : tuple of str
+        Of a log, columns of the sampling unit.
+    utility_column : str or None
+        Column of what the decision of the row is worth.
+    missing : {"error", "drop", "group"}
+        What an empty label means.
+    fold_labels : bool
+        Whether labels that differ in spelling alone are merged.
+    label_map : mapping or None
+        For columns the new labels of old ones.
+    access : Access
+        How the table is reached.
+    spelled : callable
+        How the one who asks writes the name of an option, for messages.
+    """
+
+    decision: str
+    group: tuple[str, ...]
+    context: tuple[str, ...] = ()
+    bins: Mapping[str, Sequence[Number] | Bins] = field(default_factory=dict)
+    truth: str | None = None
+    count: str | None = None
+    probability: str | None = None
+    weight: str | None = None
+    unit: tuple[str, ...] = ()
+    utility_column: str | None = None
+    missing: Missing = "error"
+    fold_labels: bool = False
+    label_map: LabelMap | None = None
+    access: Access = Access()
+    spelled: Callable[[str], str] = str
+
+    @property
+    def labelled(self) -> tuple[str, ...]:
+        """Columns whose labels may be merged; labels of sampling units are names of draws and are not."""
+        return (self.decision, *self.group, *self.context, *([] if self.truth is None else [self.truth]))
+
+    @property
+    def numeric(self) -> tuple[str, ...]:
+        """Columns of numbers."""
+        return tuple(name for name in (self.count, self.probability, self.weight) if name is not None)
+
+    def check(self) -> None:
+        """Refuse roles that do not go together.
+
+        Raises
+        ------
+        InputError
+            If there are such.
+        """
+        spelled = self.spelled
+        if self.utility_column is not None and self.utility_column in (*self.group, *self.context, *self.numeric):
+            raise InputError(f"the column {shown(self.utility_column)} is used twice; each column has one role")
+        if self.count is not None and self.probability is not None:
+            raise InputError(f"{spelled('count')} and {spelled('probability')} do not go together; give one, or neither for a log")
+        if self.truth is not None and self.probability is not None:
+            raise InputError(f"{spelled('truth')} goes with counts and logs; probabilities do not say what should have been decided")
+        if self.unit and (self.count or self.probability):
+            raise InputError(
+                f"{spelled('unit')} goes with a log, which has one decision per row; counts do not say which rows belong together"
+            )
+        if self.weight is not None and self.probability is None:
+            raise InputError(f"{spelled('weight')} goes with {spelled('probability')}; counts and logs carry their own population")
+
+
+def read_law(source: Source, reading: Reading, *, report: Report | None = None) -> Law:
+    """Read a table as a law.
+
+    Parameters
+    ----------
+    source : Source
+        The table.
+    reading : Reading
+        What its columns are.
+    report : callable, optional
+        As for `read_log`.
+
+    Raises
+    ------
+    InputError
+        If the table cannot be read, or its columns do not fit their roles.
+    """
+    table = _prepared(source, reading, report, None)
+    with _named(table):
+        return _law(table, reading)
+
+
+def read_audited(
+    source: Source, reading: Reading, utility: Utility | None, *, report: Report | None = None, most: int | None = None
+) -> tuple[Law, Utility]:
+    """Read a table as a law, and the utility if a column holds it; else it is the one that was given, which must fit the law.
+
+    Parameters
+    ----------
+    source : Source
+        The table.
+    reading : Reading
+        What its columns are.
+    utility : Utility or None
+        What decisions are worth, where no column says it.
+    report, most
+        As for `read_log`.
+
+    Raises
+    ------
+    InputError
+        As `read_law`, and if there is no utility, or it does not fit.
+    ManyRowsError
+        If a log has more different rows than `most` and can be read in parts.
+    """
+    table = _prepared(source, reading, report, most)
+    with _named(table):
+        law = _law(table, reading)
+        if reading.utility_column is not None:
+            columns: dict[str, Any] = {"decision": reading.decision, "group": reading.group, "context": reading.context}
+            utility = Utility.from_table(table, utility=reading.utility_column, **columns, missing=reading.missing)
+        if utility is None:
+            raise InputError(f"no utility was given; give {reading.spelled('utility')} or {reading.spelled('utility_column')}")
+        utility.on(law)
+        return law, utility
+
+
+def _prepared(source: Source, reading: Reading, report: Report | None, most: int | None) -> Any:
+    """Read the columns that are wanted, labels merged."""
+    reading.check()
+    valued = [] if reading.utility_column is None else [reading.utility_column]
+    truth = [] if reading.truth is None else [reading.truth]
+    wanted = (reading.decision, *reading.group, *reading.context, *truth, *reading.unit, *reading.numeric, *valued)
+    options: dict[str, Any] = {"spelled": reading.spelled, "report": report, "most": most, "by": reading.context}
+    plain = reading.count is not None or reading.probability is not None
+    table = read_table(source, wanted, reading.bins, (*reading.numeric, *valued), reading.access, plain=plain, **options)
+    if not reading.fold_labels and reading.label_map is None:
+        return table
+    with _named(table):
+        return merge_labels(table, reading.labelled, fold=reading.fold_labels, label_map=reading.label_map)
+
+
+@contextmanager
+def _named(table: Any) -> Iterator[None]:
+    """Begin messages with the name of a file or database."""
+    try:
+        yield
+    except InputError as error:
+        if isinstance(table, (CsvTable, Tally)):
+            raise InputError(f"{table.name}: {error}") from None
+        raise
+
+
+def _law(table: Any, reading: Reading) -> Law:
+    """Read columns as a law."""
+    columns: dict[str, Any] = {
+        "decision": reading.decision,
+        "group": reading.group,
+        "context": reading.context,
+        "missing": reading.missing,
+    }
+    if reading.count is not None:
+        law = Law.from_counts(table, **columns, count=reading.count, truth=reading.truth)
+    elif reading.probability is not None:
+        law = Law.from_probabilities(table, **columns, probability=reading.probability, weight=reading.weight)
+    else:
+        law = Law.from_log(table, **columns, unit=reading.unit, truth=reading.truth)
+    return replace(law, notes=(*getattr(table, "notes", ()), *law.notes))
+
+
+def read_table(
+    source: Source,
+    columns: Sequence[str],
+    bins: Mapping[str, Sequence[Number] | Bins],
+    numeric: Sequence[str],
+    access: Access,
+    *,
+    plain: bool = False,
+    spelled: Callable[[str], str] = str,
+    report: Report | None = None,
+    most: int | None = None,
+    by: Sequence[str] = (),
+) -> Any:
+    """Read a table: the counted rows of a log, or a table of counts or probabilities as it is.
+
+    Parameters
+    ----------
+    source : Source
+        The table.
+    columns : sequence of str
+        The columns that are wanted.
+    bins : mapping of str to sequence of number
+        Edges of columns that are cut into intervals.
+    numeric : sequence of str
+        Columns of numbers, in which decimal commas are understood.
+    access : Access
+        How the table is reached.
+    plain : bool
+        Whether each row carries its own count or probability, so that small tables are taken as they are.
+    spelled : callable
+        How options are written, for messages.
+    report, most, by
+        As for `read_log`.
+
+    Returns
+    -------
+    CsvTable, Tally, PreparedTable or the table itself
+        What `Law` and `Utility` take.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or a column is not there.
+    """
+    if isinstance(source, (list, tuple)) and len(source) == 1:
+        source = source[0]
+    asked: dict[str, Any] = {"report": report, "meanwhile": _warm, "most": most, "by": by}
+    try:
+        if isinstance(source, CsvTable):
+            found = source
+        elif isinstance(source, (Tally, PreparedTable)) or _in_memory(source, plain=plain):
+            return _held(source, bins, access, plain=plain, spelled=spelled)
+        elif not plain or not isinstance(source, (str, os.PathLike)) or not _is_csv(os.fspath(source)):
+            access_options: dict[str, Any] = {name: getattr(access, name) for name in ("engine", "table", "query", "memory")}
+            return _with_numbers(read_log(source, columns, bins=bins, **access_options, **asked), numeric)
+        else:
+            found = read_csv(source)
+        _refuse_what_logs_have(bins, access, spelled)
+    except ManyRowsError:
+        raise
+    except InputError as error:
+        raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
+    try:
+        for name in columns:
+            column(found, name)
+        return found.with_numbers(numeric)
+    except InputError as error:
+        raise InputError(f"{found.name}: {error}") from None
+
+
+def _refuse_what_logs_have(bins: Mapping[str, Any], access: Access, spelled: Callable[[str], str]) -> None:
+    if bins:
+        name, edges = next(iter(bins.items()))
+        listed = edges.edges if isinstance(edges, Bins) else edges
+        raise InputError(f"intervals such as {name}:{','.join(map(str, listed))} go with a log")
+    if access.table is not None or access.query is not None:
+        raise InputError(f"{spelled('table')} and {spelled('query')} go with a database")
+
+
+def _in_memory(source: Any, *, plain: bool) -> bool:
+    """Whether a table is taken as it is: a mapping, or a frame in memory whose rows carry counts or probabilities."""
+    if isinstance(source, (str, os.PathLike, list, tuple)):
+        return False
+    return not is_frame(source) or (plain and not is_lazy(source))
+
+
+def _held(
+    source: Any,
+    bins: Mapping[str, Sequence[Number] | Bins],
+    access: Access,
+    *,
+    plain: bool,
+    spelled: Callable[[str], str],
+) -> Any:
+    """A table in memory, with numbers cut into intervals."""
+    if plain:
+        _refuse_what_logs_have(bins, access, spelled)
+    elif access.table is not None or access.query is not None:
+        raise InputError(f"{spelled('table')} and {spelled('query')} go with a database")
+    if not hasattr(source, "columns") and not isinstance(source, Mapping) and not isinstance(source, Tally):
+        raise InputError(
+            f"a table cannot be read from a {type(source).__name__}; use a file, a database, a frame, or a mapping of column to list"
+        )
+    if is_frame(source) and not hasattr(source, "iloc") and not all(isinstance(name, str) for name in source.columns):
+        source = {name: source[name] for name in source.column_names}
+    if not bins:
+        return source
+    cut = {name: edges if isinstance(edges, Bins) else Bins.of(name, edges) for name, edges in bins.items()}
+    if isinstance(source, Tally):
+        return replace(apply_bins(source, cut), preparation=(*source.preparation, *cut_columns(cut)))
+    labels: dict[str, list[str | None]] = {}
+    for name, intervals in cut.items():
+        values, known = column(source, name), dict[tuple[type, Any], str | None]()
+        for position, value in enumerate(values):
+            key = (type(value), value)
+            try:
+                known[key] = known[key] if key in known else intervals.label_of(value)
+            except InputError as error:
+                raise InputError(f"column {shown(name)}, row {position + 1}: {error}; intervals need numbers") from None
+        labels[name] = [known[type(value), value] for value in values]
+    return PreparedTable(source, labels, (*getattr(source, "preparation", ()), *cut_columns(cut)))
+
+
+def _with_numbers(tally: Tally, columns: Sequence[str]) -> Tally:
+    """Turn decimal commas into points where commas do not separate columns."""
+    levels, notes = dict(tally.levels), list(tally.notes)
+    if not any("separated by" in note for note in notes):
+        return tally
+    for name in columns:
+        at = tally.codes[name]
+        found = decimal_commas(name, levels[name], lambda level, at=at: tally.locate(int(np.flatnonzero(at == level)[0])))  # type: ignore[misc]
+        if found is not None:
+            levels[name] = found
+            notes.append(f"the numbers in column {shown(name)} have decimal commas")
+    return replace(tally, levels=levels, notes=tuple(notes))
+
+
+def _is_csv(table: str) -> bool:
+    """Whether a table is a file of delimited text, as far as its name and first bytes say."""
+    if is_database(table) and not Path(table).exists():
+        return False
+    try:
+        return Path(table).is_fifo() or form(table) == "csv"
+    except (InputError, OSError, ValueError):
+        return not any(character in table for character in "*?[")  # the reader says what is wrong with it
+
+
+def _warm() -> None:
+    """Load what comes after the table while an engine reads it."""
+    import fairaudit.audits.certify  # noqa: F401
+
+
+def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
+    """Name what does not go with contexts that are read in parts, as the one who asks writes it; empty if there is nothing.
+
+    Parameters
+    ----------
+    reading : Reading
+        What is asked of the table.
+    given : mapping
+        Further options that do not go with it, by name; those that are not given are None, false or empty.
+    """
+    if not reading.context:
+        return f"a log without {reading.spelled('context')}"
+    asked: dict[str, object] = {
+        "count": reading.count,
+        "probability": reading.probability,
+        "utility_column": reading.utility_column,
+        "truth": reading.truth,
+        "positive": given.get("positive"),
+        "fold_labels": reading.fold_labels,
+        "map": reading.label_map,
+        "unit": reading.unit,
+        "query": reading.access.query,
+        **given,
+        "missing": reading.missing != "error",
+    }
+    for name, value in asked.items():
+        if value:
+            return reading.spelled(name)
+    return "" if reading.access.engine in ("auto", "duckdb") else f"{reading.spelled('engine')} {reading.access.engine}"
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Spare the search for reference cycles, of which there are none: among millions of cells it would take a quarter of the time."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()

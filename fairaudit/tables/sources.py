@@ -1,0 +1,52 @@
+"""What a table may be, and how one is named in a message. Nothing heavy is imported here."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+__all__ = ["Frame", "Source", "Table", "is_database", "source_name"]
+
+PASSWORD = re.compile(r"(?<=://)([^/@:]*):[^/@]*(?=@)")
+
+DATABASE = re.compile(r"(sqlite|duckdb|delta):|[a-z][a-z0-9+.-]*://")
+
+
+class Frame(Protocol):
+    """A table with named columns: a frame or relation of pandas, polars, pyarrow, DuckDB or PySpark, lazy or not, or a `Tally`."""
+
+    @property
+    def columns(self) -> object:
+        """The columns or their names."""
+
+
+Table = Frame | Mapping[str, Sequence[object]]
+"""Columns by name: a frame, or a mapping of column to list."""
+
+Path = str | os.PathLike[str]
+
+Source = Table | Path | Sequence[Path]
+"""What can be audited: a table; or the name of a file, a folder, a pattern or a database, or several files."""
+
+
+def source_name(source: object) -> str:
+    """Name a table in a message; passwords in URLs are left out.
+
+    Examples
+    --------
+    >>> source_name("postgresql://me:secret@host/db"), source_name(["a.csv", "b.csv"])
+    ('postgresql://me:…@host/db', 'a.csv and 1 more')
+    """
+    if isinstance(source, (list, tuple)) and source:
+        return source_name(source[0]) if len(source) == 1 else f"{source[0]} and {len(source) - 1} more"
+    if isinstance(source, (str, os.PathLike)):
+        return PASSWORD.sub(r"\1:…", os.fspath(source))
+    name = getattr(source, "name", None)  # a frame may have a column of that name
+    return name if isinstance(name, str) else f"the {type(source).__name__}"
+
+
+def is_database(source: object) -> bool:
+    """Whether a table is named by a URL."""
+    return isinstance(source, str) and DATABASE.match(source) is not None

@@ -1,0 +1,55 @@
+"""`compare`: what moved between two certificates, after both were checked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fairaudit.certificates.compare import CertificateComparison, compare_documents
+from fairaudit.errors import FalseCertificate
+from fairaudit.verified.verification import CertificateLike, checked, opened
+
+__all__ = ["compare"]
+
+
+def compare(before: CertificateLike, after: CertificateLike) -> CertificateComparison:
+    """Compare two certificates of the same columns and utility; both are checked first, as `verify` does.
+
+    Parameters
+    ----------
+    before, after : Certificate, Result, mapping, bytes or path
+        The two certificates.
+
+    Returns
+    -------
+    CertificateComparison
+        Verdicts, targets, measures, intervals and bounds that moved, and the groups whose expected utility did, all of them exactly.
+
+    Raises
+    ------
+    InputError
+        If the certificates have other columns or another utility, so that their figures do not mean the same.
+    FalseCertificate
+        If a statement of one of them is false.
+
+    Examples
+    --------
+    >>> from fairaudit.audits.from_table import audit
+    >>> def made(hired):
+    ...     table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [hired, 10, 10, 10]}
+    ...     asked = {"decision": "hired", "group": "sex", "count": "n", "utility": "yes"}
+    ...     return audit(table, **asked, max_local_ratio="5/4", confidence=None)
+    >>> found = compare(made(10), made(40))
+    >>> found.verdict.old, found.verdict.new, found.worse
+    ('within', 'exceeds', True)
+    """
+    sides = opened(before), opened(after)
+    unchecked = []
+    for side in sides:
+        try:
+            said = checked(side)
+        except FalseCertificate as error:
+            raise FalseCertificate(f"{error}; certificates that are not true are not compared") from None
+        if not said:
+            unchecked.append(f"{side.name} does not hold its table and was not checked")
+    found = compare_documents(sides[0].document, sides[1].document)
+    return replace(found, notes=(*unchecked, *found.notes))

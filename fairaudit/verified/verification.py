@@ -1,0 +1,235 @@
+"""`verify`: a certificate checked by the independent checker, with none of the code that wrote it."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+from fairaudit import __version__, checker
+from fairaudit.certificates.certificate import Certificate
+from fairaudit.certificates.reader import MAX_BYTES, load
+from fairaudit.checker import Finding
+from fairaudit.errors import FalseCertificate, InputError, TableNeeded
+from fairaudit.inference.verdicts import Verdict
+from fairaudit.words import brief
+
+__all__ = ["Certified", "Opened", "Verification", "checked", "opened", "verify"]
+
+
+class Certified(Protocol):
+    """What has a certificate: a `Result`."""
+
+    @property
+    def certificate(self) -> Certificate:
+        """The certificate."""
+
+
+CertificateLike = Certificate | Certified | Mapping[str, object] | bytes | str | os.PathLike[str]
+"""A certificate, what has one, its JSON document, the bytes of its file, or where the file is."""
+
+
+@brief
+@dataclass(frozen=True)
+class Verification:
+    """What the checker found of each statement of a certificate.
+
+    Attributes
+    ----------
+    findings : tuple of Finding
+        Each with its ``statement``, whether it is ``true``, and a ``detail`` on what the table says instead.
+    verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
+        The verdict that the certificate states.
+    required : str or None
+        The verdict that was required.
+
+    Examples
+    --------
+    >>> from fairaudit.audits.from_table import audit
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"]}
+    >>> found = verify(audit(table, decision="hired", group="sex", utility="yes"))
+    >>> found.ok, found.verdict, [finding.statement for finding in found.false]
+    (True, 'none', [])
+    """
+
+    findings: tuple[Finding, ...]
+    verdict: Verdict
+    required: Literal["within"] | None = None
+
+    @property
+    def false(self) -> tuple[Finding, ...]:
+        """The statements that are false."""
+        return tuple(finding for finding in self.findings if not finding.true)
+
+    @property
+    def ok(self) -> bool:
+        """Whether every statement is true, and the verdict the one that was required."""
+        return not self.false and self.required in (None, self.verdict)
+
+    def __bool__(self) -> bool:
+        """Whether it is `ok`."""
+        return self.ok
+
+    @property
+    def exit_code(self) -> int:
+        """What `fairaudit verify` exits with: 0 if it is `ok`, else 1."""
+        return 0 if self.ok else 1
+
+    @property
+    def sentence(self) -> str:
+        """How many statements are true, and the verdict, in words."""
+        false, count = len(self.false), len(self.findings)
+        said = f"{false} of {count} statements are FALSE" if false else f"all {count} statements are true of the table"
+        missing = f", but {self.required!r} is required" if self.required not in (None, self.verdict) else ""
+        return f"{said}; the stated verdict is {self.verdict!r}{missing}"
+
+    def require(self) -> Verification:
+        """Give itself back, or refuse to go on.
+
+        Raises
+        ------
+        FalseCertificate
+            If it is not `ok`.
+        """
+        if not self.ok:
+            raise FalseCertificate(self.sentence)
+        return self
+
+
+def verify(
+    certificate: CertificateLike, table: str | os.PathLike[str] | None = None, require: Literal["within"] | None = None
+) -> Verification:
+    """Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it.
+
+    Parameters
+    ----------
+    certificate : Certificate, Result, mapping, bytes or path
+        The certificate, or the file that holds it.
+    table : path, optional
+        The file of the canonical table, where the certificate does not hold it.
+    require : {"within"}, optional
+        The verdict that the certificate must state, too.
+
+    Returns
+    -------
+    Verification
+        A finding for each statement; it is true where it is `ok`.
+
+    Raises
+    ------
+    InputError
+        If it is no complete certificate of the format, or a file cannot be read.
+    TableNeeded
+        If the certificate does not hold its table, and none was given.
+
+    Examples
+    --------
+    >>> from fairaudit.audits.from_table import audit
+    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"]}
+    >>> certificate = audit(table, decision="hired", group="sex", utility="yes").certificate
+    >>> verify(certificate).sentence
+    "all 45 statements are true of the table; the stated verdict is 'none'"
+    >>> certificate.document["metrics"]["local"]["ratio"] = "9"
+    >>> verify(certificate).false[0].detail
+    'the table gives 1'
+    """
+    if require not in (None, "within"):
+        raise InputError(f"require={require!r} is not accepted; 'within' is")
+    found = opened(certificate, table)
+    return Verification(*_findings(found), require)
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A certificate at hand, not checked.
+
+    Attributes
+    ----------
+    document : dict
+        Its JSON document.
+    raw : bytes
+        The bytes of its file.
+    lines : iterable of bytes or None
+        The lines of its table, where it does not hold it and they are at hand.
+    name : str
+        What messages call it.
+    """
+
+    document: dict[str, Any]
+    raw: bytes
+    lines: Iterable[bytes] | None
+    name: str
+
+
+def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = None) -> Opened:
+    """Find the document of a certificate, and its table.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or this is no certificate.
+    """
+    lines = None if table is None else _lines(Path(table))
+    if isinstance(certificate, (str, os.PathLike)):
+        document, raw = load(certificate)
+        return Opened(document, raw, lines, os.fspath(certificate))
+    name = "the certificate"
+    if isinstance(certificate, bytes):
+        try:
+            document = json.loads(certificate)
+        except (ValueError, RecursionError):
+            raise InputError("these bytes are not JSON, as a certificate is") from None
+        return Opened(document, certificate, lines, name)
+    if isinstance(certificate, Mapping):
+        return Opened(dict(certificate), Certificate(dict(certificate)).text.encode("ascii"), lines, name)
+    made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", None)
+    if not isinstance(made, Certificate):
+        kind = type(certificate).__name__
+        raise InputError(f"a {kind} is no certificate; give a Certificate, a Result, the document, or the path of the file")
+    if lines is None and made.table is not None:
+        lines = made.table.lines()
+    return Opened(made.document, made.text.encode("ascii"), lines, name)
+
+
+def _lines(path: Path) -> Iterable[bytes]:
+    try:
+        with path.open("rb") as file:
+            yield from iter(partial(file.readline, MAX_BYTES), b"")
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
+
+
+def _findings(found: Opened) -> tuple[tuple[Finding, ...], Verdict]:
+    try:
+        report = checker.check(found.raw, found.lines)
+    except checker.TableNeeded:
+        raise TableNeeded(f"{found.name} does not hold its table; give the file of the table") from None
+    except checker.FormatError as error:
+        raise InputError(f"{found.name} is not a certificate of the format {checker.CERTIFICATE_FORMAT}: {error}") from None
+    verdict: Any = report.verdict
+    return report.findings, verdict
+
+
+def checked(found: Opened) -> str:
+    """Say that a certificate was checked and is true; nothing, if its table is not at hand.
+
+    Raises
+    ------
+    FalseCertificate
+        If a statement is false.
+    InputError
+        If it is no complete certificate of the format.
+    """
+    try:
+        findings, _ = _findings(found)
+    except TableNeeded:
+        return ""
+    false = [finding for finding in findings if not finding.true]
+    if false:
+        first = f"{false[0].statement}{f' ({false[0].detail})' if false[0].detail else ''}"
+        raise FalseCertificate(f"{found.name}: {len(false)} of {len(findings)} statements are FALSE, the first: {first}")
+    return f"Checked when this was made: all {len(findings)} statements are true of the table (fairaudit verify, {__version__})."
