@@ -306,7 +306,9 @@ class Monitor:
                 self._flush()
                 self._truth = self._decoder.truth
             if not self.settings.window and not any(
-                isinstance(self._labels.resolve(key), str) for key in batch.counts.keys() - self._known
+                isinstance(self._labels.resolve(key), str)
+                for key in batch.counts
+                if key not in self._known  # in order of appearance
             ):
                 self._known.update(batch.counts)
                 self._uncounted.update(batch.counts)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -63,3 +66,20 @@ def test_settings_are_read_as_on_the_command_line(log: Path) -> None:
 def test_refusals(log: Path, asked: dict[str, Any], said: str) -> None:
     with pytest.raises(fa.InputError, match=said):
         fa.monitor(log, **asked)
+
+
+def test_the_same_log_gives_the_same_certificate_whatever_the_seed_of_hashes(tmp_path: Path) -> None:
+    """Decisions of a utility column are numbered in the order in which they appear."""
+    log = tmp_path / "pay.csv"
+    log.write_text("pay,sex\n" + "".join(f"{k % 23},{'fm'[k % 2]}\n" for k in range(400)))
+    found = set()
+    for seed in "0123":
+        state, certificate = tmp_path / f"{seed}.db", tmp_path / f"{seed}.json"
+        watch = ["monitor", str(log), "--utility-column", "pay", "--group", "sex", "--utility-range", "0,22", "--utility-step", "1"]
+        for words in ([*watch, "--state", str(state)], ["certify", "--from-monitor", str(state), "-o", str(certificate)]):
+            done = subprocess.run(
+                [sys.executable, "-m", "fairaudit", *words], env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True, check=False
+            )
+            assert done.returncode == 0, done.stderr
+        found.add(certificate.read_bytes())
+    assert len(found) == 1

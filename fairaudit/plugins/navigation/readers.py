@@ -291,6 +291,8 @@ def _parsed(block: bytes, columns: int) -> NDArray[np.float64] | None:
     """Numbers of a block, or None if anything about it is irregular."""
     import pandas as pd
 
+    if b"\0" in block:  # pandas 2.2 reads 6\0 as 6
+        return None
     try:
         frame = pd.read_csv(
             io.BytesIO(block), sep=r"\s+", header=None, dtype=np.float64, quoting=3, engine="c", encoding="latin-1", low_memory=False
