@@ -77,7 +77,8 @@ def run(arguments: argparse.Namespace) -> Answer:
         raise InputError("--plot draws over targets; give at least one")
     for path in (arguments.output, arguments.plot):
         if path is not None:
-            refuse_output(path, [name for name in (arguments.audit, arguments.distortion) if name is not None], "a file that is read")
+            refuse_output(path, [arguments.audit] if arguments.audit is not None else [], "the audit file")
+            refuse_output(path, [arguments.distortion] if arguments.distortion is not None else [], "the file of costs")
     solve = _solver(arguments)
     found = []
     for target in targets:
@@ -116,9 +117,7 @@ def write_filter(mechanism: Mechanism, path: str) -> None:
     from pathlib import Path
 
     from fairaudit.certificates.numbers import number
-    from fairaudit.errors import InputError
     from fairaudit.files import write_atomically
-    from fairaudit.model.mechanism_file import read_mechanism
 
     def cell(value: int) -> str:
         return number(Fraction(value, mechanism.denominator))
@@ -140,6 +139,14 @@ def write_filter(mechanism: Mechanism, path: str) -> None:
             if v
         )
     write_atomically(Path(path), [text.getvalue().encode("utf-8")])
+    _read_back(mechanism, path)
+
+
+def _read_back(mechanism: Mechanism, path: str) -> None:
+    """Refuse a file that reads back as another filter than was written."""
+    from fairaudit.errors import InputError
+    from fairaudit.model.mechanism_file import read_mechanism
+
     try:
         again = read_mechanism(path)
         same = all(

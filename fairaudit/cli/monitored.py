@@ -18,6 +18,42 @@ TALLIED = (
 )
 
 
+SETTLED = (
+    "table",
+    "example",
+    "decision",
+    "group",
+    "context",
+    "count",
+    "probability",
+    "weight",
+    "utility",
+    "utility_column",
+    "confidence",
+    "unit",
+    "interval",
+    "utility_range",
+    "independent_cells",
+    "placebo",
+    "claimed_exp_epsilon",
+    "no_table",
+    "in_parts",
+    "burden",
+    "fold_labels",
+    "map",
+    *LIMITS,
+)
+"""Options that a state answers, or that its certificates do not have."""
+
+
+def _refuse_settled(arguments: argparse.Namespace) -> None:
+    from fairaudit.errors import InputError
+
+    for name in SETTLED:
+        if getattr(arguments, name):
+            raise InputError(f"--{name.replace('_', '-')} was settled when the monitor began; {arguments.from_monitor} remembers it")
+
+
 def certify_state(arguments: argparse.Namespace) -> Answer:
     """`fairaudit certify --from-monitor`: a certificate of what a state holds, at the settings of its audit."""
     from fairaudit.audits.certify import certify
@@ -29,35 +65,7 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
     from fairaudit.streams.subjects import alarm_counts, subject, window_of
     from fairaudit.tables.preparation import unread
 
-    foreign: tuple[str, ...] = (
-        "table",
-        "example",
-        "decision",
-        "group",
-        "context",
-        "count",
-        "probability",
-        "weight",
-        "utility",
-        "utility_column",
-    )
-    foreign += (
-        "confidence",
-        "unit",
-        "interval",
-        "utility_range",
-        "independent_cells",
-        "placebo",
-        "claimed_exp_epsilon",
-        "no_table",
-        "in_parts",
-        "burden",
-        "fold_labels",
-        "map",
-    )
-    for name in (*foreign, *LIMITS):
-        if getattr(arguments, name):
-            raise InputError(f"--{name.replace('_', '-')} was settled when the monitor began; {arguments.from_monitor} remembers it")
+    _refuse_settled(arguments)
     check_output(arguments)
     state = State(arguments.from_monitor, read_only=True)
     settings, counts, decisions = state.settings, state.counts(), state.decisions()

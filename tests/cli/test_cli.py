@@ -360,3 +360,21 @@ def shape(value: object, label: str) -> object:
         value = value.replace(label, "")
         return "a sentence" if " " in value else "a digest" if re.fullmatch("[0-9a-f]{64}", value) else value
     return value
+
+
+# Messages
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "more"),
+    [
+        ("bad.jsonl", '{"u":"yes","g":"f"}\n{"u":\n', ""),
+        ("list.jsonl", '{"u":["yes"],"g":"f"}\n', ""),
+        ("age.jsonl", '{"u":"yes","g":"f","age":"x"}\n{"u":"no","g":"m","age":3}\n', "--context age:18"),
+        ("age.csv", "u,g,age\nyes,f,x\nno,m,3\n", "--context age:18"),
+    ],
+)
+def test_messages_about_a_log_name_it(file: str, content: str, more: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / file).write_text(content)
+    code, _, err = ran(folder, capsys, f"certify {file} --decision u --group g --utility yes {more}", "text")
+    assert code == 2 and err.startswith(f"fairaudit: {file}: ") and err.count(file) == 1
