@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast, get_args
 
-from fairaudit.audits.sections import check_keys, check_targets, read_section
+from fairaudit.audits.sections import check_keys, check_targets, read_section, read_toml
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.inference.ends import Method
 from fairaudit.model.law import Law
@@ -95,7 +94,7 @@ def read_audit(path: str) -> Audit:
     InputError
         If the file is not of the form; the message names the file and the key.
     """
-    document = _document(path)
+    document = read_toml(Path(path))[0]
     try:
         return _audit(document, Path(path).parent)
     except InputError as error:
@@ -110,7 +109,7 @@ def read_policy(path: str) -> tuple[Policy, Utility, Any]:
     InputError
         As in `read_audit`, and if it has no policy.
     """
-    document = _document(path)
+    document = read_toml(Path(path))[0]
     folder = Path(path).parent
     try:
         check_keys(document, SECTIONS, "the file")
@@ -124,18 +123,6 @@ def read_policy(path: str) -> tuple[Policy, Utility, Any]:
         return Policy(law), utility, _population(read_section(document, "population"), law, folder)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-
-
-def _document(path: str) -> dict[str, Any]:
-    try:
-        data = Path(path).read_bytes()
-        return tomllib.loads(data.decode("utf-8"), parse_float=str)
-    except (FileNotFoundError, IsADirectoryError):
-        raise InputError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: this is not a TOML file: {error}") from None
 
 
 def _audit(document: Mapping[str, Any], folder: Path) -> Audit:

@@ -2,13 +2,34 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.measures.limits import LIMITS, refuse_bare
 
-__all__ = ["check_keys", "check_targets", "read_section"]
+__all__ = ["check_keys", "check_targets", "read_section", "read_toml"]
+
+
+def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
+    """Read a file, with its bytes; numbers with a point stay the text that they are.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is not TOML.
+    """
+    try:
+        data = path.read_bytes()
+        return tomllib.loads(data.decode("utf-8"), parse_float=str), data
+    except (FileNotFoundError, IsADirectoryError):
+        raise InputError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: this is not a TOML file: {error}") from None
 
 
 def read_section(document: Mapping[str, Any], name: str) -> dict[str, Any]:

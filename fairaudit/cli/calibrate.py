@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.destinations import refuse_output
-from fairaudit.cli.options import add_limit, given_limit, groups_option, limits_as_options
+from fairaudit.cli.options import add_command, add_limit, given_limit, groups_option, limits_as_options
 from fairaudit.cli.output import Answer, add_format, aligned
 
 if TYPE_CHECKING:
@@ -35,15 +35,7 @@ NUMBERS = ("gamma", "tau", "g_min", "delta", "lipschitz", "diameter")
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "calibrate",
-        help="find the privacy filter for a fairness target",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "calibrate", run, "find the privacy filter for a fairness target", DESCRIPTION, EPILOG)
     parser.add_argument("audit", metavar="AUDIT.toml", nargs="?", help="the policy, for --bound policy, or its own ratio, for contraction")
     add_limit(parser, required=True, several=True)
     parser.add_argument("--global", dest="overall", action="store_true", help="the limit is on the global ratio (needs independence)")

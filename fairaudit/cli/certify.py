@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.certified import certified
 from fairaudit.cli.destinations import check_output
-from fairaudit.cli.options import add_limits, confidence_option, given_limits, utility_range
+from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits, utility_range
 from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
-from fairaudit.cli.source import add_label_options, add_source, option, progress, reading_of
+from fairaudit.cli.source import add_label_options, add_source, add_table_form, option, progress, reading_of
 from fairaudit.tables.sources import source_name
 
 if TYPE_CHECKING:
@@ -41,15 +41,7 @@ examples:
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "certify",
-        help="audit a table of decisions and write a certificate",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "certify", run, "audit a table of decisions and write a certificate", DESCRIPTION, EPILOG)
     parser.add_argument(
         "table",
         metavar="TABLE",
@@ -76,10 +68,7 @@ def _add_columns(parser: argparse.ArgumentParser) -> None:
         "--context", metavar="COL", action="append", help="what may legitimately matter; age:18,30,65 cuts numbers into intervals"
     )
     roles.add_argument("--truth", metavar="COL", help="true label: what should have been decided, for rates of true and false positives")
-    form = roles.add_mutually_exclusive_group()
-    form.add_argument("--count", metavar="COL", help="how often the row occurred")
-    form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
-    roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+    add_table_form(roles)
 
 
 def _add_choice(parser: argparse.ArgumentParser) -> None:
@@ -108,12 +97,6 @@ def _add_utility(parser: argparse.ArgumentParser) -> None:
 
 def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest = parser.add_argument_group("input and output")
-    rest.add_argument(
-        "--missing",
-        choices=("error", "drop", "group"),
-        default="error",
-        help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
-    )
     add_label_options(rest)
     add_source(rest)
     rest.add_argument(

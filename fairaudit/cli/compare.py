@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, aligned
 
 if TYPE_CHECKING:
@@ -43,15 +44,7 @@ NAMES = {
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "compare",
-        help="compare two certificates",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "compare", run, "compare two certificates", DESCRIPTION, EPILOG)
     parser.add_argument("old", metavar="OLD.json", help="the certificate before")
     parser.add_argument("new", metavar="NEW.json", help="the certificate after")
     parser.add_argument("--format", choices=("text", "json", "markdown"), default="text", help="what to print")

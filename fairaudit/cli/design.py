@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.destinations import refuse_output
-from fairaudit.cli.options import add_limit, given_limit
+from fairaudit.cli.options import add_command, add_limit, given_limit
 from fairaudit.cli.output import Answer, add_format, aligned
 
 if TYPE_CHECKING:
@@ -39,15 +39,7 @@ SHOWN_GROUPS = 8
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "design",
-        help="find the best privacy filter for a fairness target",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "design", run, "find the best privacy filter for a fairness target", DESCRIPTION, EPILOG)
     parser.add_argument(
         "audit", metavar="AUDIT.toml", nargs="?", help="policy, utility and population; its filters and targets are passed over"
     )

@@ -9,12 +9,17 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.cli.source import add_source, progress
 from fairaudit.tables.sources import PASSWORD
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Seen
+
+DESCRIPTION = """\
+List columns, levels and missing values of a table, and print a certify command to try. The table may be all that certify reads as a
+log; whatever holds it counts, and of a column with more than 10,000 different values only the 10,000 most common are looked at."""
 
 HINTS = {
     "count": r"n|freq(uency)?|counts?|num(ber)?|total|cases|size",
@@ -45,15 +50,7 @@ class _Column:
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "inspect",
-        help="list the columns of a table and suggest a certify command",
-        description="List columns, levels and missing values of a table, and print a certify command to try. The table may be all that "
-        "certify reads as a log; whatever holds it counts, and of a column with more than 10,000 different values only the 10,000 most "
-        "common are looked at.",
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "inspect", run, "list the columns of a table and suggest a certify command", DESCRIPTION)
     parser.add_argument(
         "table",
         metavar="TABLE",

@@ -13,7 +13,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.options import add_limits, add_renamed, given_limits
+from fairaudit.cli.options import add_command, add_limits, add_renamed, given_limits
 from fairaudit.cli.output import Answer
 from fairaudit.measures.limits import LIMITS
 
@@ -45,15 +45,7 @@ AUDIT = (*LOOKED_AT, *LIMITS, "confidence", "expected_cells", "unit", "event_id"
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "monitor",
-        help="watch a stream of decisions",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "monitor", run, "watch a stream of decisions", DESCRIPTION, EPILOG)
     parser.add_argument("log", metavar="LOG", nargs="?", help="the log: a file, or - for standard input; of a state, its own by default")
     _add_audit(parser)
     _add_running(parser)

@@ -8,7 +8,31 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-__all__ = ["add_limit", "add_limits", "add_renamed", "given_limit", "given_limits", "limits_as_options"]
+__all__ = ["add_command", "add_limit", "add_limits", "add_renamed", "given_limit", "given_limits", "limits_as_options"]
+
+
+def add_command(commands: Any, name: str, run: Any, summary: str, description: str, epilog: str = "") -> argparse.ArgumentParser:
+    """Declare a command: what it is called, what it does, and how its help is laid out.
+
+    Parameters
+    ----------
+    commands : subparsers
+        Where it stands.
+    name : str
+        What it is called.
+    run : callable
+        Its work: parsed arguments to an answer, answers, or an exit code.
+    summary : str
+        A line for the list of commands.
+    description, epilog : str
+        The help before and after its options, as it is to be shown.
+    """
+    form = argparse.RawDescriptionHelpFormatter
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name, help=summary, description=description, epilog=epilog, formatter_class=form, allow_abbrev=False
+    )
+    parser.set_defaults(run=run)
+    return parser
 
 
 def add_limits(group: Any) -> None:

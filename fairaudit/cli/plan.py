@@ -6,9 +6,10 @@ import argparse
 from fractions import Fraction
 from typing import Any
 
-from fairaudit.cli.options import add_limit, limits_as_options
+from fairaudit.cli.options import add_command, add_limit, limits_as_options
 from fairaudit.cli.output import Answer, add_format
 
+DESCRIPTION = "Estimate the draws per context and group that would show that a target is kept or exceeded, if guesses are right."
 EPILOG = """\
 exit codes: 0 a number of draws is expected to decide; 1 no number is; 2 bad input
 
@@ -19,15 +20,7 @@ examples:
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "plan",
-        help="estimate how many decisions are needed to certify a target",
-        description="Estimate the draws per context and group that would show that a target is kept or exceeded, if guesses are right.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "plan", run, "estimate how many decisions are needed to certify a target", DESCRIPTION, EPILOG)
     parser.add_argument(
         "--guess",
         metavar="MEAN,MEAN…",

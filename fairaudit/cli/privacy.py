@@ -9,6 +9,7 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 
 if TYPE_CHECKING:
@@ -37,15 +38,7 @@ LONGEST = 60
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "privacy",
-        help="measure the privacy of a filter",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "privacy", run, "measure the privacy of a filter", DESCRIPTION, EPILOG)
     parser.add_argument("mechanism", metavar="MECHANISM.csv", help="the filter")
     columns = parser.add_argument_group("columns, for one row per input and output (several: separate with commas, or repeat the option)")
     columns.add_argument("--input", metavar="COL", action="append", help="true value; by default the columns whose names start with input")

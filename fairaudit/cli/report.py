@@ -6,6 +6,7 @@ import argparse
 import sys
 from typing import Any
 
+from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer
 
 DESCRIPTION = """\
@@ -25,15 +26,7 @@ examples:
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "report",
-        help="write a certificate as a page for people",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "report", run, "write a certificate as a page for people", DESCRIPTION, EPILOG)
     parser.add_argument("certificate", metavar="CERTIFICATE.json", help="the certificate")
     parser.add_argument("-o", "--output", metavar="FILE", help="where to write (standard output by default)")
     parser.add_argument("--format", choices=("html", "markdown"), default="html", help="what to write (html)")

@@ -28,14 +28,28 @@ def add_source(parser: argparse._ArgumentGroup) -> None:
     parser.add_argument("--memory", metavar="SIZE", help="what DuckDB may use before it spills to disk, such as 2GB")
 
 
-def add_label_options(parser: argparse._ArgumentGroup) -> None:
-    """Declare the options that merge labels."""
-    parser.add_argument(
+def add_table_form(roles: argparse._ArgumentGroup) -> None:
+    """Declare the columns of numbers that a table may have; without them it is a log."""
+    form = roles.add_mutually_exclusive_group()
+    form.add_argument("--count", metavar="COL", help="how often the row occurred")
+    form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
+    roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+
+
+def add_label_options(rest: argparse._ArgumentGroup) -> None:
+    """Declare what becomes of labels that are missing, or spelt in several ways."""
+    rest.add_argument(
+        "--missing",
+        choices=("error", "drop", "group"),
+        default="error",
+        help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
+    )
+    rest.add_argument(
         "--fold-labels",
         action="store_true",
         help="merge labels that differ in case, blanks or Unicode form alone, under the most frequent spelling",
     )
-    parser.add_argument("--map", metavar="FILE", help='write labels anew: TOML with a table for each column, "old" = "new"')
+    rest.add_argument("--map", metavar="FILE", help='write labels anew: TOML with a table for each column, "old" = "new"')
 
 
 def option(name: str) -> str:

@@ -8,9 +8,9 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.destinations import check_output
-from fairaudit.cli.options import column_list
+from fairaudit.cli.options import add_command, column_list
 from fairaudit.cli.output import Answer, add_format, aligned
-from fairaudit.cli.source import add_label_options, add_source, law_from_options
+from fairaudit.cli.source import add_label_options, add_source, add_table_form, law_from_options
 
 if TYPE_CHECKING:
     from fairaudit.worst.result import WorstCase
@@ -32,15 +32,7 @@ SHOWN_ROWS = 20
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = commands.add_parser(
-        "worst-case",
-        help="find the utility for which a table looks worst",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(commands, "worst-case", run, "find the utility for which a table looks worst", DESCRIPTION, EPILOG)
     _add_table(parser)
     _add_class(parser)
     _add_input_and_output(parser)
@@ -52,10 +44,7 @@ def _add_table(parser: argparse.ArgumentParser) -> None:
     roles.add_argument("--decision", metavar="COL", required=True, help="what was decided")
     roles.add_argument("--group", metavar="COL", action="append", required=True, help="sensitive attribute; several form intersections")
     roles.add_argument("--context", metavar="COL", action="append", help="what may legitimately matter")
-    form = roles.add_mutually_exclusive_group()
-    form.add_argument("--count", metavar="COL", help="how often the row occurred")
-    form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
-    roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+    add_table_form(roles)
 
 
 def _add_class(parser: argparse.ArgumentParser) -> None:
@@ -72,12 +61,6 @@ def _add_class(parser: argparse.ArgumentParser) -> None:
 def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest = parser.add_argument_group("input and output")
     rest.add_argument("--global", dest="overall", action="store_true", help="compare group means instead of groups within contexts")
-    rest.add_argument(
-        "--missing",
-        choices=("error", "drop", "group"),
-        default="error",
-        help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
-    )
     add_label_options(rest)
     add_source(rest)
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")

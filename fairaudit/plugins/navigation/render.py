@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.errors import InputError
 
@@ -34,15 +35,7 @@ examples:
 
 def add(actions: Any) -> None:
     """Declare the options."""
-    parser = actions.add_parser(
-        "render",
-        help="draw the candidate routes of a scenario file",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
+    parser = add_command(actions, "render", run, "draw the candidate routes of a scenario file", DESCRIPTION, EPILOG)
     parser.add_argument("file", metavar="FILE", help="scenario file, or experiment file with [images] (.toml)")
     parser.add_argument("-o", "--folder", metavar="DIR", help="where to write, instead of the folder that the file names")
     add_format(parser)

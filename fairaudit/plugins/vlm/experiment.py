@@ -6,7 +6,6 @@ import hashlib
 import itertools
 import os
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import fairaudit as fa
-from fairaudit.audits.sections import check_keys, check_targets, read_section
+from fairaudit.audits.sections import check_keys, check_targets, read_section, read_toml
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import rational
 from fairaudit.plugins.vlm.images import read_images
@@ -271,15 +270,7 @@ def read_experiment(given: str, *, trials: int | None = None) -> Experiment:
                 f"there is no experiment {shown(given)}; give a .toml file, or one that ships with fairaudit ({nearest(given, known)})"
             )
         path = known[given]
-    try:
-        data = path.read_bytes()
-        document = tomllib.loads(data.decode("utf-8"), parse_float=str)
-    except (FileNotFoundError, IsADirectoryError):
-        raise InputError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: this is not a TOML file: {error}") from None
+    document, data = read_toml(path)
     try:
         return _experiment(path, data, document, trials)
     except InputError as error:
