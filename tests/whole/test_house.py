@@ -58,3 +58,37 @@ def test_no_room_hides_a_public_function() -> None:
 def test_every_package_says_what_it_is_for() -> None:
     packages = list(PACKAGE.rglob("__init__.py"))
     assert [path for path in packages if not path.read_text("utf-8").startswith('"""')] == []
+
+
+def test_tests_mirror_the_packages() -> None:
+    """A test file bears the name of the module that it tests, or of its package; suites of the whole house have a folder of their own."""
+    beside = {"whole", "validity", "benchmarks", "golden"}
+    strangers = []
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        folder = path.parent.relative_to(ROOT / "tests")
+        if folder.parts and folder.parts[0] in beside:
+            continue
+        name = path.stem.removeprefix("test_")
+        home = PACKAGE / folder
+        if (
+            folder.name == "theorems"
+            and (ROOT / "proofs" / "theories" / f"T{int(name[1:])}.v" if re.fullmatch(r"t\d\d", name) else ROOT / "none").is_file()
+        ):
+            continue  # some theorems have code elsewhere, and every theorem has a test here
+        if not ((home / f"{name}.py").is_file() or (home / name).is_dir() or name == folder.name or name.split("_of_")[-1] == folder.name):
+            strangers.append(path.relative_to(ROOT).as_posix())
+    assert strangers == []
+
+
+def test_every_module_has_an_obvious_test_file() -> None:
+    untested = []
+    for path in modules():
+        folder = path.parent.relative_to(PACKAGE)
+        place = ROOT / "tests" / folder
+        if (
+            path.name != "__init__.py"
+            and not (place / f"test_{path.stem}.py").is_file()
+            and not (place / f"test_{folder.name}.py").is_file()
+        ):
+            untested.append(path.relative_to(ROOT).as_posix())
+    assert untested == []
