@@ -41,7 +41,9 @@ def run(arguments: argparse.Namespace) -> Answer | int:
             raise InputError("--export writes the checker and checks nothing; leave the certificate, --table and --require away")
         return _export(arguments.export)
     if arguments.certificate is None:
-        raise InputError("no certificate is named; give its file, or --export FILE.pyz to write the checker")
+        raise InputError(
+            "no certificate is named; give its file, CERTIFICATE.json, or --export FILE.pyz to write the checker; see fairaudit verify --help"
+        )
     return _check(arguments)
 
 
