@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> Answer | int:
         return _export(arguments.export)
     if arguments.certificate is None:
         raise InputError(
-            "no certificate is named; give its file, CERTIFICATE.json, or --export FILE.pyz to write the checker; see fairaudit verify --help"
+            "no certificate is named; give CERTIFICATE.json, or --export FILE.pyz to write the checker; see fairaudit verify --help"
         )
     return _check(arguments)
 

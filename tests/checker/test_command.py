@@ -234,7 +234,7 @@ def test_export_holds_the_files_as_they_are(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "no certificate is named; give its file, CERTIFICATE.json, or --export FILE.pyz"),
+        ([], "no certificate is named; give CERTIFICATE.json, or --export FILE.pyz"),
         (["--table", "x"], "no certificate is named"),
         (["x", "--export", "y"], "--export writes the checker and checks nothing"),
         (["--export", "."], "name a file to write"),
