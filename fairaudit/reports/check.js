@@ -646,6 +646,7 @@
       const p = finite ? [factor[0], factor[1]] : [1n, 0n], q = finite ? [factor[1], factor[0]] : [0n, 1n];
       return infinite || multipliers.some((k) => compare(add(k, over(times(gamma, hockeyStick(p, q, k, sum(p))), tau)), value) <= 0);
     }
+    if (!["floor", "T1", "T1-paper", "T3"].includes(by)) return undefined; // a theorem that has no rule here is for fairaudit verify
     const tau = floored ? f.declared.tau : claim.scope === LAW ? f.constants.tau : null;
     if (!tau || tau[0] === 0n) return false;
     if (by === "floor") return compare(value, over(gamma, tau)) >= 0;
@@ -714,15 +715,16 @@
     if (withdrawn(f.doc).includes(target.quantity)) return ["changed", "exceeds"].includes(target.verdict) ? undefined : false;
     const interval = (f.doc.intervals || {})[target.quantity];
     if (target.estimand !== (interval && interval.units ? "mean over units" : undefined)) return false;
-    let [low, high] = interval ? interval.ratio.map(rational) : [ONE, INF];
+    let [low, high] = interval ? interval.ratio.map(rational) : [ONE, INF], open = false;
     for (const claim of f.doc.claims) {
       const own = claim.quantity === target.quantity + "_ratio" && claim.relation === "<=", declared = f.doc.subject.declared || {};
       const needs = { T2: [], T5: [], "T5-decision": [], T4: ["gamma", "m"] }[claim.by];
       const floored = claim.scope === FLOORED && "gamma" in declared;
       const any = claim.scope === POLICIES && needs && needs.every((n) => n in declared);
+      open = open || (own && claim.scope === POLICIES && !needs);
       if (own && (any || floored)) high = least(high, rational(claim.value));
     }
-    return target.verdict === (!atMost(low) ? "exceeds" : atMost(high) ? "within" : "inconclusive") ? undefined : false;
+    return target.verdict === (!atMost(low) ? "exceeds" : atMost(high) ? "within" : "inconclusive") || open ? undefined : false;
   }
 
   function shownFigures(doc, say) {
