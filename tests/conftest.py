@@ -14,7 +14,7 @@ from servers import postgres as postgres
 
 settings.register_profile(
     "ci",
-    max_examples=int(os.environ.get("FAIRAUDIT_EXAMPLES", "150")),
+    max_examples=int(os.environ.get("FAIRAUDIT_EXAMPLES", "50")),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],

@@ -430,7 +430,7 @@ def proves(interval: dict[str, Any], cells: list[list[tuple[int, int]]]) -> bool
 
 
 @given(data=st.data(), quantity=st.sampled_from(["equal_opportunity", "equalized_odds_true_label"]))
-@settings(max_examples=int(os.environ.get("FAIRAUDIT_EXAMPLES", "400")))
+@settings(max_examples=int(os.environ.get("FAIRAUDIT_EXAMPLES", "100")))
 def test_forged_intervals_are_accepted_only_where_the_evidence_proves_them(data: st.DataObject, quantity: str) -> None:
     """Small tables; levels, ends and differences moved at random, one or all of them, towards claiming more and towards claiming less."""
     seed = data.draw(st.integers(0, 10**9))
