@@ -556,7 +556,7 @@ def test_moments_with_a_zone_need_nothing_but_the_default_install(tmp_path: Path
     expected = (("2026-10-25T00:30:00+00:00",), ("2026-10-25T01:30:00+00:00",))
     program = (
         "import sys; sys.modules['pytz'] = None\n"
-        "from fairaudit import Law; from fairaudit.tables.engines import read_log, survey_log\n"
+        "from fairaudit import Law; from fairaudit.tables.engines.logs import read_log, survey_log\n"
         "for source in (['typed.parquet'], ['duckdb:typed.duckdb', 'log']):\n"
         "    named = {'table': source[1]} if source[1:] else {}\n"
         "    print(Law.from_log(read_log(source[0], ('u', 'a', 'x'), **named), decision='u', group='a', context='x').contexts)\n"

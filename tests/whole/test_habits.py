@@ -83,7 +83,7 @@ def test_the_head_of_a_run_names_what_is_absent(monkeypatch: pytest.MonkeyPatch,
         assert needs.files(need), f"no test uses {name}"
     monkeypatch.setenv("PATH", str(tmp_path))
     head = "\n".join(needs.report())
-    for name, file in {"browser": "test_report_browser.py", "Coq": "test_proofs.py", "Java": "test_engines_outside.py"}.items():
+    for name, file in {"browser": "test_browser_of_reports.py", "Coq": "test_proofs.py", "Java": "test_servers_of_engines.py"}.items():
         assert re.search(rf"without.*{name}.*{file}", head)
     environment = {**os.environ, "PATH": str(tmp_path), "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "pytest", "-n", "0", "--collect-only", str(Path(__file__).relative_to(ROOT))]

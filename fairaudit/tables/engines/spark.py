@@ -53,11 +53,11 @@ def read(sources: Sequence[str], request: Request, session: Any = None) -> Tally
         for name in request.columns:
             if log.kind == "json" and tally.levels[name] == [None]:
                 column(dict.fromkeys(_keys(log.spark, log.paths), ()), name)
-    if not len(tally):
-        raise InputError("the table has no rows")
-    if log.kind in ("csv", "json") and any(isinstance(v, str) and REPLACED in v for levels in tally.levels.values() for v in levels):
-        raise InputError(_replaced(log))
-    return apply_bins(tally, request.bins, cut)
+        if not len(tally):
+            raise InputError("the table has no rows")
+        if log.kind in ("csv", "json") and any(isinstance(v, str) and REPLACED in v for levels in tally.levels.values() for v in levels):
+            raise InputError(_replaced(log))
+        return apply_bins(tally, request.bins, cut)
 
 
 def survey(sources: Sequence[str], request: Request, session: Any = None) -> Survey:
@@ -110,11 +110,15 @@ def _opened(sources: Sequence[str], request: Request, session: Any) -> Iterator[
         raise InputError("Spark needs PySpark and Java; install fairaudit-certify[spark]") from None
     with _session(session) as spark:
         paths, kind = _files(sources, request) if sources else ([], "")
+        name = Path(sources[0]).name if sources else str(request.table or "query")
         try:
             if sources:
                 _view(spark, paths, kind, request)
-            name = Path(sources[0]).name if sources else str(request.table or "query")
             yield _Log(spark, name, VIEW if sources else database_source(request, "spark"), paths, kind)
+        except InputError as error:
+            if not sources or name in str(error):
+                raise
+            raise InputError(f"{name}: {error}") from None
         except Exception as error:
             if not isinstance(error, PySparkException) and type(error).__module__.partition(".")[0] not in ("py4j", "pyspark"):
                 raise
