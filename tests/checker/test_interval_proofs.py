@@ -213,6 +213,7 @@ def test_random_intervals(block: int) -> None:
     assert taken > 100 and refused > 300
 
 
+@pytest.mark.slow  # pays for what tests that are slow share
 def test_the_random_intervals_are_of_many_kinds() -> None:
     made = [found for seed in SEEDS for name in ("local", "global") if (found := certified(seed, name))]
     kinds = [next(iter(c["intervals"].values())) for c, _, _ in made]

@@ -107,6 +107,7 @@ def test_least_values_and_what_is_less(block: int) -> None:
     assert finite >= PER_BLOCK // 4 and tight >= finite // 2
 
 
+@pytest.mark.slow  # pays for what tests that are slow share
 def test_every_kind_occurs() -> None:
     seen = [solved_case(seed) for seed in range(BLOCKS * PER_BLOCK)]
     settled = [s for s in seen if s.tight]

@@ -335,6 +335,7 @@ def test_equal_verdicts(block: int, built: Path, tmp_path: Path) -> None:
     assert sum(count for (kind, _), count in seen.items() if kind == "tampered") >= PER_BLOCK
 
 
+@pytest.mark.slow  # pays for what tests that are slow share
 @pytest.mark.parametrize("quantity", ["local", "global"])
 @pytest.mark.parametrize(
     "keys",

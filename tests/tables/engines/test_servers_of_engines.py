@@ -51,6 +51,7 @@ def test_postgres_gives_the_certificate_of_the_rows(postgres: str) -> None:
         assert counts(found) == expected
 
 
+@pytest.mark.slow  # pays for what tests that are slow share
 def test_inspect_of_postgres(postgres: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     import psycopg
 
