@@ -12,7 +12,7 @@ from collections import defaultdict
 from pathlib import Path
 
 RECORD = Path(__file__).with_name("slow.txt")
-SLOW = 0.4
+SLOW = 0.35
 
 
 def function(name: str) -> str:
