@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 __all__ = ["FairauditError", "FalseCertificate", "Infeasible", "InputError", "ManyRowsError", "TableNeeded", "nearest", "shown"]
 
@@ -92,3 +93,14 @@ def nearest(word: str, known: Iterable[str]) -> str:
     meant = f"; did you mean {shown(close[0])}?" if close else ""
     listed = ", ".join(shown(name) for name in names[:20]) + (f", … ({len(names)} in all)" if len(names) > 20 else "")
     return f"known: {listed}{meant}"
+
+
+@contextmanager
+def naming(name: str | None) -> Iterator[None]:
+    """Begin the messages about bad input with the name of the file or database that it is in, where there is one."""
+    try:
+        yield
+    except InputError as error:
+        if name is None:
+            raise
+        raise InputError(f"{name}: {error}") from None

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from fairaudit.errors import InputError, nearest, shown
+from fairaudit.errors import InputError, naming, nearest, shown
+from fairaudit.tables.sources import source_name
 
 
 def test_what_is_quoted_is_never_long() -> None:
@@ -29,3 +30,14 @@ def test_nothing_is_guessed_where_nothing_is_near() -> None:
 
 def test_bad_input_is_a_value_error() -> None:
     assert issubclass(InputError, ValueError)
+
+
+@pytest.mark.parametrize(("name", "said"), [("log.csv", "log.csv: no rows"), (None, "no rows")])
+def test_messages_begin_with_the_name_of_the_file_where_there_is_one(name: str | None, said: str) -> None:
+    with pytest.raises(InputError) as error, naming(name):
+        raise InputError("no rows")
+    assert str(error.value) == said
+
+
+def test_no_name_repeats_a_password() -> None:
+    assert "secret" not in source_name(["postgresql://me:secret@host/db", "b.csv"]) + source_name("postgresql://me:secret@host/db")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -16,7 +15,7 @@ from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.audits.population import confidence_for
 from fairaudit.audits.reading import MOST_ROWS, Access, Reading, read_audited, uncollected, unfit_for_parts
 from fairaudit.audits.result import Result
-from fairaudit.errors import InputError, ManyRowsError
+from fairaudit.errors import InputError, ManyRowsError, naming
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.ends import Method
 from fairaudit.inference.levels import confidence_level
@@ -118,7 +117,7 @@ def audit(
     max_local_ratio, max_global_ratio, max_local_log, max_global_log
         Targets, as for `certify`.
     confidence, interval, independent, declared, burden, embed_table
-        As for `certify`. A confidence that is given, other than the one that stands here, needs counts.
+        As for `certify`. A confidence that is given needs counts; without one, a table that has none is judged as it stands.
     engine, table, query, memory
         As for `read_log`.
     in_parts : bool
@@ -170,7 +169,7 @@ def audit(
     asked = _Asked(
         targets={name: limit for name, limit in limits.items() if limit is not None},
         confidence=None if confidence is None else confidence_level(confidence),
-        default=confidence is DEFAULT_CONFIDENCE,
+        default=confidence is DEFAULT_CONFIDENCE,  # the object itself: whoever gives 0.95 asks for it
         interval=interval,
         independent=independent,
         declared=declared or {},
@@ -207,9 +206,9 @@ def audit(
             except ManyRowsError:
                 pass
             else:
-                with _named(source):
+                with naming(_name(source)):
                     return asked.certify(_behind(law, **filters), read)
-        with _named(source):
+        with naming(_name(source)):
             return asked.certify_in_parts(source, _needed(given), reading)
 
 
@@ -299,12 +298,6 @@ def _needed(utility: Utility | None) -> Utility:
     return utility
 
 
-@contextmanager
-def _named(source: object) -> Iterator[None]:
-    """Begin messages with the name of a file or database."""
-    try:
-        yield
-    except InputError as error:
-        if isinstance(source, (str, os.PathLike, list, tuple)):
-            raise InputError(f"{source_name(source)}: {error}") from None
-        raise
+def _name(source: object) -> str | None:
+    """Name of a file or database; tables in memory have none."""
+    return source_name(source) if isinstance(source, (str, os.PathLike, list, tuple)) else None

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.errors import InputError, ManyRowsError, shown
+from fairaudit.errors import InputError, ManyRowsError, naming, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
@@ -153,7 +153,7 @@ def read_law(source: Source, reading: Reading, *, report: Report | None = None) 
         If the table cannot be read, or its columns do not fit their roles.
     """
     table = _prepared(source, reading, report, None)
-    with _named(table):
+    with naming(_name(table)):
         return _law(table, reading)
 
 
@@ -181,7 +181,7 @@ def read_audited(
         If a log has more different rows than `most` and can be read in parts.
     """
     table = _prepared(source, reading, report, most)
-    with _named(table):
+    with naming(_name(table)):
         law = _law(table, reading)
         if reading.utility_column is not None:
             columns: dict[str, Any] = {"decision": reading.decision, "group": reading.group, "context": reading.context}
@@ -203,19 +203,13 @@ def _prepared(source: Source, reading: Reading, report: Report | None, most: int
     table = read_table(source, wanted, reading.bins, (*reading.numeric, *valued), reading.access, plain=plain, **options)
     if not reading.fold_labels and reading.label_map is None:
         return table
-    with _named(table):
+    with naming(_name(table)):
         return merge_labels(table, reading.labelled, fold=reading.fold_labels, label_map=reading.label_map)
 
 
-@contextmanager
-def _named(table: Any) -> Iterator[None]:
-    """Begin messages with the name of a file or database."""
-    try:
-        yield
-    except InputError as error:
-        if isinstance(table, (CsvTable, Tally)):
-            raise InputError(f"{table.name}: {error}") from None
-        raise
+def _name(table: object) -> str | None:
+    """Name of what was read from a file or database."""
+    return table.name if isinstance(table, (CsvTable, Tally)) else None
 
 
 def _law(table: Any, reading: Reading) -> Law:

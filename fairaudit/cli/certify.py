@@ -157,7 +157,7 @@ def run(arguments: argparse.Namespace) -> Answer:
 def _certify(arguments: argparse.Namespace) -> Answer:
     """Certify a table, a log or an audit file."""
     from fairaudit.audits.certify import certify
-    from fairaudit.errors import InputError, ManyRowsError
+    from fairaudit.errors import ManyRowsError, naming
 
     audit = _audit_file(arguments) if _is_audit_file(arguments) else None
     try:
@@ -169,7 +169,7 @@ def _certify(arguments: argparse.Namespace) -> Answer:
     options = population_options(arguments, subject, audit.sampling if audit else {})
     burden = arguments.burden or (audit is not None and audit.burden)
     declared = {**(audit.declared if audit else {}), **utility_range(arguments.utility_range)}
-    try:
+    with naming(source_name(arguments.table)):
         result = certify(
             subject,
             utility,
@@ -181,8 +181,6 @@ def _certify(arguments: argparse.Namespace) -> Answer:
             burden=burden,
         )
         findings = findings_beside(arguments, result, utility, options)
-    except InputError as error:
-        raise InputError(f"{source_name(arguments.table)}: {error}") from None
     return certified(arguments, result, findings)
 
 
@@ -197,7 +195,7 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
 def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
     """Certify a log of very many contexts."""
     from fairaudit.audits.in_parts import certify_in_parts
-    from fairaudit.errors import InputError
+    from fairaudit.errors import InputError, naming
     from fairaudit.model.utility import utility_values
 
     if _is_audit_file(arguments):
@@ -208,26 +206,23 @@ def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
     if unfit := _unfit_for_parts(arguments, reading):
         raise InputError(f"--in-parts does not go with {unfit}")
     check_output(arguments)
-    with progress() as told:
-        try:
-            result = certify_in_parts(
-                arguments.table,
-                utility_values(arguments.utility, "--utility"),
-                decision=reading.decision,
-                group=reading.group,
-                context=reading.context,
-                bins=reading.bins,
-                table=arguments.database_table,
-                memory=arguments.memory,
-                report=told,
-                **given_limits(arguments),
-                confidence=confidence_option(arguments.confidence),
-                top=arguments.top,
-                embed_table=False if arguments.no_table else None,
-                burden=arguments.burden,
-            )
-        except InputError as error:
-            raise InputError(f"{source_name(arguments.table)}: {error}") from None
+    with progress() as told, naming(source_name(arguments.table)):
+        result = certify_in_parts(
+            arguments.table,
+            utility_values(arguments.utility, "--utility"),
+            decision=reading.decision,
+            group=reading.group,
+            context=reading.context,
+            bins=reading.bins,
+            table=arguments.database_table,
+            memory=arguments.memory,
+            report=told,
+            **given_limits(arguments),
+            confidence=confidence_option(arguments.confidence),
+            top=arguments.top,
+            embed_table=False if arguments.no_table else None,
+            burden=arguments.burden,
+        )
     return certified(arguments, result, [])
 
 

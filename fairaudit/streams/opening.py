@@ -115,6 +115,8 @@ def monitor(
     ----------
     docs/monitoring.md; T13 of docs/theory.md.
     """
+    if not isinstance(log, (str, os.PathLike)):
+        raise InputError(f"a {type(log).__name__} is no log to watch; give the path of a file")
     limits = {
         "max_local_ratio": max_local_ratio,
         "max_global_ratio": max_global_ratio,

@@ -40,7 +40,7 @@ def source_name(source: object) -> str:
     ('postgresql://me:…@host/db', 'a.csv and 1 more')
     """
     if isinstance(source, (list, tuple)) and source:
-        return source_name(source[0]) if len(source) == 1 else f"{source[0]} and {len(source) - 1} more"
+        return source_name(source[0]) if len(source) == 1 else f"{source_name(source[0])} and {len(source) - 1} more"
     if isinstance(source, (str, os.PathLike)):
         return PASSWORD.sub(r"\1:…", os.fspath(source))
     name = getattr(source, "name", None)  # a frame may have a column of that name

@@ -83,3 +83,8 @@ def test_the_same_log_gives_the_same_certificate_whatever_the_seed_of_hashes(tmp
             assert done.returncode == 0, done.stderr
         found.add(certificate.read_bytes())
     assert len(found) == 1
+
+
+def test_what_is_no_path_is_refused_in_one_sentence() -> None:
+    with pytest.raises(fa.InputError, match="a int is no log to watch"):
+        fa.monitor(3, **ASKED)  # type: ignore[arg-type]
