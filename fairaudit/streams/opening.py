@@ -113,7 +113,7 @@ def monitor(
 
     References
     ----------
-    docs/monitoring.md; T13 of docs/theory.md.
+    docs/monitoring.md.
     """
     if not isinstance(log, (str, os.PathLike)):
         raise InputError(f"a {type(log).__name__} is no log to watch; give the path of a file")
