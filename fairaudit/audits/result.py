@@ -48,7 +48,9 @@ from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.labels import spellings
 from fairaudit.tables.preparation import Entry, said
+from fairaudit.tables.values import Label
 from fairaudit.theorems.bound import Bound
+from fairaudit.theorems.supremum import Supremum
 from fairaudit.words import approximate, brief, plain, words_for
 
 if TYPE_CHECKING:
@@ -116,8 +118,12 @@ class Result(Faces):
         Local and global g-fairness without the filters, where the policy knows every true context and group.
     bounds : tuple of Bound
         What theorems guarantee about the deployment, each with its scope and assumptions.
+    suprema : tuple of Supremum
+        The greatest ratio that any policy of a scope attains behind the filters (T13), each with its scope and assumptions.
     declared : dict of str to Fraction
         Constants that were declared instead of read off the table.
+    declared_in : dict of label to dict of str to Fraction
+        Those that were declared for one context: greatest and least utility, and floor.
     intervals : dict
         Intervals of the ratios of the population behind counts, under ``"local"`` and ``"global"`` where there is one.
     partial : Partial or None
@@ -154,7 +160,9 @@ class Result(Faces):
     deployment: Deployment | None = None
     unfiltered: tuple[Ratio | None, Ratio | None] | None = None
     bounds: tuple[Bound, ...] = ()
+    suprema: tuple[Supremum, ...] = ()
     declared: Mapping[str, Fraction] = field(default_factory=dict)
+    declared_in: Mapping[Label, Mapping[str, Fraction]] = field(default_factory=dict)
     intervals: Mapping[Quantity, Interval] = field(default_factory=dict)
     comparisons: Mapping[Quantity, Comparison] = field(default_factory=dict, repr=False)
     embed: bool | None = field(default=None, repr=False)

@@ -29,6 +29,11 @@ ANY_POLICY = "any policy behind this filter"
 
 FLOORED = "any policy behind this filter that keeps the declared floor"
 
+NEAR_POLICY = "any policy behind this filter within the declared drift of this one"
+
+ANY_UTILITY = "any policy behind this filter, any utility of the declared range"
+
+ANY_UTILITY_FLOORED = "any policy behind this filter that keeps the declared floor, any utility of the declared range"
 
 ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that releases these contexts"
 

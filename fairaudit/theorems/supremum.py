@@ -9,6 +9,7 @@ from fractions import Fraction
 from fairaudit.exact.extended import Extended
 from fairaudit.measures.limits import Quantity
 from fairaudit.tables.values import Label
+from fairaudit.theorems.bound import ANY_POLICY
 from fairaudit.words import brief
 
 
@@ -76,6 +77,10 @@ class Supremum:
     rows : tuple of tuple of Fraction
         With floors: the policy that attains it, a distribution of decisions for each released context and group that is reachable; empty
         where the value is 1 or not attained.
+    scope : str
+        Which policies it is the greatest ratio of.
+    assumptions : tuple of str
+        What the reader must accept.
     """
 
     quantity: Quantity
@@ -87,3 +92,5 @@ class Supremum:
     multipliers: tuple[Fraction, ...] = field(default=(), repr=False)
     pairs: tuple[PairProof, ...] = field(default=(), repr=False)
     rows: tuple[tuple[Fraction, ...], ...] = field(default=(), repr=False)
+    scope: str = ANY_POLICY
+    assumptions: tuple[str, ...] = field(default=(), repr=False)
