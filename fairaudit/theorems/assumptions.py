@@ -20,6 +20,17 @@ FLOOR = "every {who} is at least {tau} behind the filter (declared)"
 
 DECLARED_FLOOR = FLOOR.replace("{who}", "compared group's expected utility")
 
+DECLARED_FLOOR_IN = "in context {context}, every compared group's expected utility is at least {tau} behind the filter (declared)"
+
+DECLARED_MEAN_FLOOR = FLOOR.replace("{who}", "compared group's mean utility")
+
+DECLARED_RANGE = (
+    "every utility is between {m} and {gamma}, and for the same decision and context the utilities of two groups differ by at most "
+    "{lipschitz} (declared)"
+)
+
+DECLARED_RANGE_IN = "in context {context}, every utility is between {m} and {gamma} (declared)"
+
 POPULATION = "the contexts of each group are distributed as in the stated population"
 
 # Of a policy behind filters, too, but shown by the table and its filters: bounds name them, claims do not
