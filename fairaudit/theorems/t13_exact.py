@@ -1,0 +1,93 @@
+"""One ordered pair of groups in T13, exactly: its upper envelopes, its sum at a value, and Newton's method on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from math import inf
+
+from fairaudit.exact.extended import ONE, Extended
+from fairaudit.privacy.pairs import Column
+
+Points = tuple[Column, ...]
+"""What decisions are worth to the first and the second group: (A, B), falling in both, each best at some rate of exchange."""
+
+
+def envelope(tops: Sequence[int], lows: Sequence[int]) -> Points:
+    """Decisions (A, B) that maximise s·A − B for some s from 0 to infinity, in falling order of s.
+
+    Of decisions that are equally good at some s, two remain that are the only best ones beside it.
+
+    Examples
+    --------
+    >>> envelope([0, 2, 1, 3, 1], [1, 3, 1, 9, 2])
+    ((3, 9), (2, 3), (1, 1))
+    """
+    kept: list[Column] = []
+    for a, b in sorted(set(zip(tops, lows, strict=True)), key=lambda point: (-point[0], point[1])):
+        if kept and b >= kept[-1][1]:
+            continue
+        while len(kept) > 1 and (kept[-2][1] - kept[-1][1]) * (kept[-1][0] - a) <= (kept[-1][1] - b) * (kept[-2][0] - kept[-1][0]):
+            kept.pop()
+        kept.append((a, b))
+    return tuple(kept)
+
+
+def best_sums(columns: Sequence[Column], blocks: Iterable[Points], value: Fraction) -> Column:
+    """Σ p and Σ q of the policy that maximises Σ p − V·Σ q, and of those with the same maximum has the greatest Σ q.
+
+    Source: T13.
+
+    Parameters
+    ----------
+    columns : sequence of (int, int)
+        Released values by the likelihood ratio of the two groups, falling.
+    blocks : iterable of Points
+        For every released context what decisions are worth; p = P·A and q = Q·B.
+    value : Fraction
+        V.
+
+    Examples
+    --------
+    >>> best_sums([(2, 1), (1, 2)], [((3, 3), (1, 1))], Fraction(1))
+    (7, 5)
+    """
+    n, d = value.numerator, value.denominator
+    top = low = 0
+    for points in blocks:
+        at, (a, b) = 0, points[0]
+        taken_p = taken_q = 0
+        for p, q in columns:
+            while at + 1 < len(points) and d * p * (a - points[at + 1][0]) < n * q * (b - points[at + 1][1]):
+                top, low = top + taken_p * a, low + taken_q * b
+                taken_p = taken_q = 0
+                at += 1
+                a, b = points[at]
+            taken_p, taken_q = taken_p + p, taken_q + q
+        top, low = top + taken_p * a, low + taken_q * b
+    return top, low
+
+
+def greatest_above(columns: Sequence[Column], blocks: Sequence[Points], value: Extended) -> Extended | None:
+    """The greatest ratio of a pair of groups over all policies, by Newton's method, if it is above a value of at least 1; else None.
+
+    Source: T13.
+
+    Examples
+    --------
+    >>> greatest_above([(2, 1), (1, 2)], [((3, 3), (1, 1))], Fraction(1))
+    Fraction(7, 5)
+    """
+    found = None
+    while isinstance(value, Fraction):
+        top, low = best_sums(columns, blocks, value)
+        if top * value.denominator <= value.numerator * low:
+            break
+        found = value = Fraction(top, low) if low else inf
+    return found
+
+
+def attained(columns: Sequence[Column], blocks: Sequence[Points], value: Fraction) -> bool:
+    """Whether the greatest ratio of a pair, which is not above a value over 1, is that value."""
+    top, low = best_sums(columns, blocks, max(value, ONE))
+    return low > 0 and top * value.denominator == value.numerator * low

@@ -1,0 +1,163 @@
+"""What decisions are worth to each group in T13: the tables g(·,x,a) locally, G_a(x̃,·) globally, each different one once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from math import gcd
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.measures.limits import Quantity
+from fairaudit.model.mechanism import Factor, Mechanism
+from fairaudit.model.policy import Deployment
+from fairaudit.model.utility import UtilityTable
+from fairaudit.theorems.t13_exact import Points, envelope
+
+Block = tuple[int, ...]
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The different utility tables that are compared.
+
+    Attributes
+    ----------
+    blocks : tuple
+        For each table what every decision is worth: locally in one block, globally in one for each released context.
+    bottoms : tuple of int
+        What the entries of each table are divided by.
+    units : tuple of int
+        For each table the greatest entry of all those that it is compared with, up to a factor of `bottoms`.
+    contexts : tuple of int
+        True contexts within which groups are compared; those with the same tables as one before them, or surely with less, are left out.
+        A single 0 for group means.
+    of : ndarray of int64, shape (contexts, groups)
+        The table of every group in each of these contexts; −1 where a group is not compared.
+    """
+
+    blocks: tuple[tuple[Block, ...], ...]
+    bottoms: tuple[int, ...]
+    units: tuple[int, ...]
+    contexts: tuple[int, ...]
+    of: Ints
+
+    def envelopes(self, first: int, second: int) -> list[Points]:
+        """What decisions are worth to a pair of groups with these tables, for each block, over one denominator."""
+        common = gcd(self.bottoms[first], self.bottoms[second])
+        one, two = self.bottoms[second] // common, self.bottoms[first] // common
+        pairs = zip(self.blocks[first], self.blocks[second], strict=True)
+        return [envelope([v * one for v in top], [v * two for v in low]) for top, low in pairs]
+
+
+def utility_tables(deployment: Deployment, utility: UtilityTable, quantity: Quantity) -> Tables | None:
+    """The tables of a quantity; None where it is not compared, or where a utility that some policy would attain was not given."""
+    if utility.given is not None:
+        return None
+    return _local(deployment, utility) if quantity == "local" else _global(deployment, utility)
+
+
+def _local(deployment: Deployment, utility: UtilityTable) -> Tables:
+    """Rows g(·,x,a), divided by the greatest common divisor of their context."""
+    groups = len(deployment.groups)
+    listed: dict[tuple[Block, ...], int] = {}
+    alike: tuple[Fraction, Block, int] | None = None
+    for x, rows in enumerate(_rows_by_context(utility, groups)):
+        common = gcd(*(v for row in rows for v in row)) or 1
+        reduced = tuple(tuple(v // common for v in row) for row in rows)
+        if len(set(reduced)) > 1:
+            listed.setdefault(reduced, x)
+            continue
+        # Free of the group: two decisions are enough, and of such contexts only the first with the greatest γ/m counts.
+        ends = max(reduced[0]), min(reduced[0])
+        slope = Fraction(ends[1], ends[0]) if ends[0] else Fraction(1)
+        if alike is None or slope < alike[0]:
+            alike = slope, ends, x
+    if alike is not None:
+        listed[(alike[1],)] = alike[2]
+    ordered = sorted(listed.items(), key=lambda entry: entry[1])
+    width = max((len(row) for rows in listed for row in rows), default=2)
+    numbers: dict[tuple[int, Block], int] = {}
+    of = []
+    for key, _ in ordered:
+        unit = max(v for row in key for v in row)
+        places = [numbers.setdefault((unit, _padded(row, width)), len(numbers)) for row in key]
+        of.append(places if len(places) == groups else places * groups)
+    return Tables(
+        tuple((row,) for _, row in numbers),
+        (1,) * len(numbers),
+        tuple(unit for unit, _ in numbers),
+        tuple(x for _, x in ordered),
+        np.array(of, dtype=np.int64),
+    )
+
+
+def _rows_by_context(utility: UtilityTable, groups: int) -> Iterable[list[Block]]:
+    """Rows g(·,x,a) of every context; a single one where g is the same in all of them."""
+    if utility.by_decision:
+        yield [tuple(utility.row(0))]
+        return
+    every = [tuple(row) for row in utility.values.tolist()]
+    for start in range(0, len(every), groups):
+        yield every[start : start + groups]
+
+
+def _padded(row: Block, width: int) -> Block:
+    """The row with its last decision listed again, so that all rows have the same length."""
+    return row + row[-1:] * (width - len(row))
+
+
+def _global(deployment: Deployment, utility: UtilityTable) -> Tables | None:
+    """G_a(x̃,u) = Σ_x P(x∣a) M_X(x̃∣x) g(u,x,a) of the groups that have mass."""
+    compared = list(deployment.law.global_groups)
+    if not compared:
+        return None
+    shape = len(deployment.contexts), len(deployment.groups)
+    mass = np.array(deployment.law.cell_mass, dtype=object).reshape(shape)[:, compared]
+    g = utility.values.astype(object)
+    values = g[None, None, :] if utility.by_decision else g.reshape(*shape, -1)[:, compared]
+    released, bottom = _release(deployment.context_filter, mass[:, :, None] * values)
+    totals = [int(v) * bottom for v in mass.sum(axis=0)]
+    numbers: dict[tuple[int, tuple[Block, ...]], int] = {}
+    of = np.full(shape[1], -1, dtype=np.int64)
+    for place, group in enumerate(compared):
+        worth: list[list[int]] = released[:, place].tolist()
+        common = gcd(totals[place], *(v for row in worth for v in row))
+        table = tuple(tuple(v // common for v in row) for row in worth)
+        of[group] = numbers.setdefault((totals[place] // common, table), len(numbers))
+    blocks: tuple[tuple[Block, ...], ...] = tuple(table for _, table in numbers)
+    if len(numbers) == 1:  # all groups have the same: γ and m of every block add up
+        blocks = (((sum(map(max, blocks[0])), sum(map(min, blocks[0]))),),)
+    bottoms = tuple(total for total, _ in numbers)
+    greatest = max(Fraction(max(map(max, table)), total) for table, total in zip(blocks, bottoms, strict=True))
+    units = tuple(max(1, int(greatest * total)) for total in bottoms)
+    return Tables(blocks, bottoms, units, (0,), of[None, :])
+
+
+def _release(context_filter: Mechanism | None, tensor: NDArray[Any]) -> tuple[NDArray[Any], int]:
+    """Σ_x M_X(x̃∣x)·tensor[x, …], factor by factor, as integers over a denominator."""
+    if context_filter is None:
+        return tensor, 1
+    rest = tensor.shape[1:]
+    tensor = tensor.reshape(*(len(factor.inputs) for factor in context_filter.factors), *rest)
+    for axis, factor in enumerate(context_filter.factors):
+        tensor = _spread(factor, tensor, axis)
+    return tensor.reshape(-1, *rest), context_filter.denominator
+
+
+def _spread(factor: Factor, tensor: NDArray[Any], axis: int) -> NDArray[Any]:
+    """Σ_i rows[i][j]·tensor[…, i, …] along an axis; identity plus rank one where the factor is of that form."""
+    mixing = factor.mixing
+    if mixing is None:
+        return np.moveaxis(np.tensordot(np.array(factor.rows, dtype=object), tensor, axes=(0, axis)), 0, axis)
+    diagonal, base = mixing
+    shape = [1] * tensor.ndim
+    shape[axis] = len(base)
+    whole = tensor.sum(axis=axis, keepdims=True)
+    result: NDArray[Any] = tensor * diagonal + whole * np.array(base, dtype=object).reshape(shape)
+    return result
