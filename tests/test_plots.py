@@ -79,7 +79,7 @@ def test_labels_are_not_mathematics() -> None:
 def test_truth_kept_of_calibrations_and_designs(tmp_path: Path) -> None:
     found = [fa.calibrate(max_log=target, groups=4, tau="0.3") for target in ("0.1", "0.2")]
     axes = plot_truth_kept(found)
-    assert [label.get_text() for label in axes.get_legend().get_texts()] == ["mechanism", "the paper's rule"]
+    assert [label.get_text() for label in axes.get_legend().get_texts()] == ["exact", "the paper's rule"]
     assert axes.lines[0].get_ydata().tolist() == [float(c.keep_probabilities[0]) for c in found]
     for name in ("a.png", "a.svg", "a.pdf"):
         save_truth_kept(found, str(tmp_path / name))

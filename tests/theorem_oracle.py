@@ -318,3 +318,24 @@ def best_ratio(rows: Table, low: Fraction, high: Fraction, floor: Fraction, pair
 
 def best_over_pairs(rows: Table, low: Fraction, high: Fraction, floor: Fraction, everyone: bool = True) -> Fraction:
     return max((best_ratio(rows, low, high, floor, pair, everyone) for pair in permutations(range(len(rows)), 2)), default=F(1))
+
+
+def best_in_range(p: Row, q: Row, high: Fraction, low: Fraction, gap: Fraction, floor: Fraction) -> Any:
+    """The greatest E(a)/E(a') over utilities in [low, high] that the decision may tell apart, where E(a') is at least the floor.
+
+    Responses h and h' of the two groups to each output lie in the range and differ by at most the gap; z = 1/E(a') makes it linear.
+    """
+    n = len(p)
+    if floor == 0 and low == 0 and (gap > 0 or any(v and not w for v, w in zip(p, q, strict=True))):
+        return inf  # what the second group gets can be 0 while the first gets something
+    bounds = []
+    for j in range(n):
+        ends = []
+        for place in (j, n + j):
+            unit = [F(int(i == place)) for i in range(2 * n)]
+            ends.append(unit)
+            bounds += [[*unit, -low, 0], [*(-v for v in unit), high, 0]]
+        apart = [v - w for v, w in zip(*ends, strict=True)]
+        bounds += [[*apart, gap, 0], [*(-v for v in apart), gap, 0]]
+    second = [*([ZERO] * n), *q]
+    return maximize(2 * n + 1, [*p, *([ZERO] * (n + 1))], [[*second, 0, -1]], [*bounds, [*second, -floor, 0]])

@@ -28,7 +28,7 @@ examples:
   fairaudit calibrate --max-ratio 1.6 --bound policy audit.toml"""
 
 
-BOUNDS = ("mechanism", "sharp", "tight", "paper", "contraction", "policy")
+BOUNDS = ("exact", "sharp", "tight", "paper", "contraction", "policy")
 
 NUMBERS = ("gamma", "tau", "g_min", "delta", "lipschitz", "diameter")
 
@@ -40,7 +40,7 @@ def add(commands: Any) -> None:
     add_limit(parser, required=True, several=True)
     parser.add_argument("--global", dest="overall", action="store_true", help="the limit is on the global ratio (needs independence)")
     parser.add_argument("--groups", metavar="K", help="number of groups, or name=2,age=5,… for attributes that are filtered independently")
-    parser.add_argument("--bound", choices=BOUNDS, default=None, help="which guarantee (mechanism; policy with an audit file)")
+    parser.add_argument("--bound", type=_bound, choices=BOUNDS, default=None, help="which guarantee (exact; policy with an audit file)")
     parser.add_argument("--split", choices=("equal-epsilon", "equal-keep", "most-truth"), default="equal-epsilon")
     numbers = parser.add_argument_group("what is known about the utility and the policy (exact numbers)")
     numbers.add_argument("--gamma", metavar="G", help="greatest utility (1)")
@@ -52,6 +52,13 @@ def add(commands: Any) -> None:
     numbers.add_argument("--raw-ratio", metavar="Q", help="the policy's own worst ratio without the filter, for --bound contraction")
     parser.add_argument("--plot", metavar="FILE", help="draw keep probability, epsilon and guarantee over the targets (PNG, SVG or PDF)")
     add_format(parser)
+
+
+def _bound(text: str) -> str:
+    """The name of a guarantee; one that was renamed is told."""
+    if text == "mechanism":
+        raise argparse.ArgumentTypeError("mechanism is called exact now")
+    return text
 
 
 def run(arguments: argparse.Namespace) -> Answer:
@@ -94,7 +101,7 @@ def _solver(arguments: argparse.Namespace) -> Any:
     if groups is None:
         raise InputError("--groups is missing; give the number of groups, or name=number for every attribute")
     return lambda target: calibrate(
-        **target, groups=groups, bound=arguments.bound or "mechanism", split=arguments.split, raw_ratio=raw, **options
+        **target, groups=groups, bound=arguments.bound or "exact", split=arguments.split, raw_ratio=raw, **options
     )
 
 

@@ -1,7 +1,9 @@
 """Which ε, and which keep probability, for a target: the least privacy whose guarantee is at or under it.
 
-A rule for every policy has a guarantee that grows with the keep probability of a randomized response. The answer is the greatest
-keep probability on a grid of 10⁻¹² whose guarantee, computed exactly at the filter that is returned, does not exceed the target.
+A rule for every policy has a guarantee that grows with the keep probability of a randomized response: with a smaller one, from one
+over the number of values on, the release is that of the greater one, released once more at random, so that a policy behind it is also
+one behind the greater. The answer is the greatest keep probability on a grid of 10⁻¹² whose guarantee, computed exactly at the filter
+that is returned, does not exceed the target; or the greatest at all, where that is a short fraction.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from fairaudit.errors import Infeasible, InputError, nearest, shown
 from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.exact.rationals import Number, at_least
 from fairaudit.filters.groups import Groups, read_attributes
-from fairaudit.filters.responses import SEARCH_STEPS, SPLITS, ResponseLine, Split, identity_filter, response_factor
+from fairaudit.filters.responses import GRID, SEARCH_STEPS, SPLITS, ResponseLine, Split, identity_filter, response_factor, rounded_keep
 from fairaudit.filters.targets import calibration_target, ratio_and_log
 from fairaudit.measures.limits import ALONE, Quantity, without_bare_limits
 from fairaudit.model.mechanism import Mechanism
@@ -26,15 +28,15 @@ from fairaudit.theorems.assumptions import INDEPENDENT, POPULATION
 from fairaudit.theorems.bound import ANY_POLICY, Bound
 from fairaudit.theorems.t01 import floor_cap, t1_paper, t1_tight
 from fairaudit.theorems.t02 import t2
-from fairaudit.theorems.t03 import t3_approx, t3_general, t3_mechanism
-from fairaudit.theorems.t04 import t4
+from fairaudit.theorems.t03 import t3_approx
 from fairaudit.theorems.t12 import t12
+from fairaudit.theorems.t13_range import UtilityRange, in_each_range, read_utility_range, t13_range
 from fairaudit.words import brief
 
-Rule = Literal["paper", "tight", "sharp", "mechanism", "contraction"]
+Rule = Literal["exact", "sharp", "tight", "paper", "contraction"]
 
 
-RULES: tuple[Rule, ...] = ("paper", "tight", "sharp", "mechanism", "contraction")
+RULES: tuple[Rule, ...] = ("exact", "sharp", "tight", "paper", "contraction")
 
 MAX_VALUES = 10_000
 """Values of one attribute: the filter is a square table over them, of which a product of filters is computed with."""
@@ -126,6 +128,7 @@ class _Setting:
     delta: Fraction
     gap: Fraction
     raw: Extended | None
+    declared: UtilityRange
 
 
 @without_bare_limits(ALONE)
@@ -135,7 +138,7 @@ def calibrate(
     max_log: Number | None = None,
     quantity: Quantity = "local",
     groups: Groups,
-    bound: Rule = "mechanism",
+    bound: Rule = "exact",
     gamma: Number = 1,
     tau: Number = 0,
     g_min: Number = 0,
@@ -157,18 +160,19 @@ def calibrate(
         What the target is for: R and L, or R̄ and L̄, whose target is met through L and needs context and group to be independent (T5).
     groups : int, sequence, or mapping of name to int or sequence
         Number (or labels) of the values of the attribute, or of each of several attributes that are filtered independently.
-    bound : {"mechanism", "sharp", "tight", "paper", "contraction"}
-        Which guarantee: T3 for the very filter; T3 or T1 for its ε and `delta`, in their sharp, additive or the paper's form; T12 from
-        `raw_ratio`, or from γ/g_min, which bounds the ratio of every policy.
+    bound : {"exact", "sharp", "tight", "paper", "contraction"}
+        Which guarantee: the exact one for the very filter (T13: every policy, every utility of this range); T3 or T1 for its ε and `delta`,
+        in their sharp, additive or the paper's form; T12 from `raw_ratio`, or from γ/g_min, which bounds the ratio of every policy.
     gamma, g_min : number or str
-        Greatest and least utility. A least utility above 0 is a floor that every policy keeps (T4).
+        Greatest and least utility. A least utility above 0 is a floor that every policy keeps.
     tau : number or str
         A floor of every group's expected utility behind the filter, to be declared; 0 for none.
     delta : number or str
         δ of the (ε,δ)-privacy that is asked for, where the rule knows the filter by ε and δ alone: "sharp", "tight", "paper". The
         randomized response that is returned has δ = 0.
     lipschitz, diameter : number or str
-        L_A and diam of the utility; their product is the greatest difference between groups.
+        L_A and diam of the utility; their product is the greatest difference of utility between two groups for the same decision and
+        context.
     raw_ratio : number or str, optional
         The policy's own worst ratio over released values, for "contraction".
     split : {"equal-epsilon", "equal-keep", "most-truth"}
@@ -192,6 +196,8 @@ def calibrate(
     """
     target = calibration_target(max_ratio, max_log, quantity)
     attributes = read_attributes(groups, MAX_VALUES)
+    if str(bound) == "mechanism":
+        raise InputError('bound="mechanism" is called "exact" now')
     if bound not in RULES:
         raise InputError(f"bound={shown(bound)} is not accepted; {nearest(str(bound), RULES)}")
     if split not in SPLITS:
@@ -214,13 +220,17 @@ def _search(target: Fraction, rule: Rule, setting: _Setting, attributes: Mapping
     guarantee = _guarantee(rule, setting)
     bare = identity_filter(attributes)
     if setting.tau > 0 and target * setting.tau >= setting.gamma and rule != "contraction":
-        cap = _for_every_policy(floor_cap(setting.gamma, setting.tau, floor="declared"), setting)
+        cap = guarantee(bare) if rule == "exact" else _for_every_policy(floor_cap(setting.gamma, setting.tau, floor="declared"), setting)
         return _result(target, rule, bare, cap, "the floor alone keeps the ratio under the target; no privacy is needed")
 
-    def climb(line: ResponseLine) -> Calibration:
-        return _climb(target, rule, line, lambda mechanism: guarantee(mechanism).value, lambda: guarantee(bare).value)
+    def value(mechanism: Mechanism) -> Extended:
+        return guarantee(mechanism).value
 
-    found = best_tilt(climb, attributes, split)
+    def on_line(line: ResponseLine) -> Calibration:
+        known = greatest_keep(target, line, setting.declared) if rule == "exact" else None
+        return climb(target, rule, line, value, known)
+
+    found = best_tilt(on_line, attributes, split)
     if found.mechanism is None:
         hidden = guarantee(ResponseLine(attributes, split).on_grid(0))
         return replace(found, reason=_why(rule, setting, hidden.value), scope=hidden.scope)
@@ -228,13 +238,31 @@ def _search(target: Fraction, rule: Rule, setting: _Setting, attributes: Mapping
     return replace(found, scope=proof.scope, assumptions=_judge(proof))
 
 
-def _climb(
-    target: Fraction, rule: str, line: ResponseLine, value: Callable[[Mechanism], Extended], bare: Callable[[], Extended]
+def greatest_keep(target: Fraction, line: ResponseLine, declared: UtilityRange) -> Fraction | None:
+    """The greatest keep probability of one attribute without a floor, in closed form; None where there is no such form.
+
+    For V = R* ≥ 1 only the first column of the pairs counts in H_V = max(0, p − V·q) with q = (1 − p)/(k − 1).
+
+    Source: T13.
+    """
+    if len(line.attributes) > 1 or declared.tau or not declared.span:
+        return None
+    (size,) = (len(values) for values in line.attributes.values())
+    room = (declared.m * (target - 1) - declared.gap) / declared.span
+    return ((size - 1) * room + target) / (size - 1 + target) if room >= 0 else None
+
+
+def climb(
+    target: Fraction, rule: str, line: ResponseLine, value: Callable[[Mechanism], Extended], known: Fraction | None = None
 ) -> Calibration:
-    """The greatest step of a line of filters whose value, which grows along it, is at most the target."""
-    without = bare()
+    """The greatest filter of a line whose value, which grows along it, is at most the target; `known` is its keep probability."""
+    bare = identity_filter(line.attributes)
+    without = value(bare)
     if without <= target:
-        return calibrated(target, rule, identity_filter(line.attributes), without, UNNEEDED)
+        return calibrated(target, rule, bare, without, UNNEEDED)
+    if known is not None:
+        mechanism = line.filters([known if known.denominator <= GRID else rounded_keep(known)])
+        return _rechecked(target, rule, mechanism, value)
     if value(line.on_grid(0)) > target:
         return Calibration("local", target, rule, False, None, (), inf, None, "", ())
     low, high = 0, SEARCH_STEPS
@@ -244,7 +272,10 @@ def _climb(
             low = middle
         else:
             high = middle
-    mechanism = line.on_grid(low)
+    return _rechecked(target, rule, line.on_grid(low), value)
+
+
+def _rechecked(target: Fraction, rule: str, mechanism: Mechanism, value: Callable[[Mechanism], Extended]) -> Calibration:
     achieved = value(mechanism)
     if achieved > target:
         raise InputError("the guarantee of the filter that was found exceeds the target; this is a fault of the program, please report it")
@@ -267,6 +298,8 @@ def _judge(proof: Bound) -> tuple[str, ...]:
 
 def _guarantee(rule: Rule, s: _Setting) -> Callable[[Mechanism], Bound]:
     """The bound of a rule as a function of the filter."""
+    if rule == "exact":
+        return lambda mechanism: _exact(mechanism, s.declared)
 
     def guarantee(mechanism: Mechanism) -> Bound:
         factor = response_factor(mechanism)
@@ -280,15 +313,16 @@ def _guarantee(rule: Rule, s: _Setting) -> Callable[[Mechanism], Bound]:
             return t1_paper(factor, s.delta, s.gamma, s.tau, s.gap, floor="declared")
         if rule == "tight":
             return t1_tight(factor, s.delta, s.gamma, s.tau, s.gap, floor="declared")
-        if rule == "sharp":
-            return t3_approx(factor, s.delta, s.tau / s.gamma, floor="declared")
-        if s.gap == 0 and s.g_min > 0:
-            return t4(mechanism, s.gamma, s.g_min, s.tau, floor="declared")
-        if s.gap == 0:
-            return t3_mechanism(mechanism, s.tau / s.gamma, floor="declared")
-        return t3_general(mechanism, s.gamma, s.tau, s.gap, floor="declared")
+        return t3_approx(factor, s.delta, s.tau / s.gamma, floor="declared")
 
     return lambda mechanism: _for_every_policy(guarantee(mechanism), s)
+
+
+def _exact(mechanism: Mechanism, declared: UtilityRange) -> Bound:
+    """T13 for every policy and every utility of the range; T2 says it of every utility that ignores the group, whatever its range."""
+    if declared.tau == declared.m == declared.gap == 0:
+        return t2(response_factor(mechanism))
+    return t13_range(in_each_range(mechanism, [declared]), floored=declared.tau > 0)
 
 
 def _for_every_policy(proof: Bound, s: _Setting) -> Bound:
@@ -335,20 +369,19 @@ def _setting(named: Mapping[str, Any], raw_ratio: Any, rule: Rule) -> _Setting:
     for name, value in (("tau", low), ("g_min", least)):
         if value > top:
             raise InputError(f"{name} is {given[name]}, above gamma, which is {given['gamma']}; no utility can be above the greatest")
-    if rule == "mechanism" and exact["delta"]:
+    if rule == "exact" and exact["delta"]:
         raise InputError(
-            f'delta is {given["delta"]}, but bound="mechanism" looks at the very filter, whose delta is 0; leave it out, or use "tight"'
+            f'delta is {given["delta"]}, but bound="exact" looks at the very filter, whose delta is 0; leave it out, or use "tight"'
         )
     if rule == "contraction" and low:
         raise InputError(f"tau is {given['tau']}, but the contraction needs no floor; leave it out, or use another bound")
+    declared = read_utility_range(top, least, gap, low if low > least else 0)
     # The least utility is itself a floor.
     low = max(low, least)
     raw = _raw_ratio(raw_ratio, rule, gap, exact["delta"], least)
     if rule == "sharp" and gap:
-        raise InputError(
-            'bound="sharp" is for a utility that does not depend on the group; use "mechanism" or "tight" with lipschitz above 0'
-        )
-    return _Setting(top, low, least, exact["delta"], gap, raw)
+        raise InputError('bound="sharp" is for a utility that does not depend on the group; use "exact" or "tight" with lipschitz above 0')
+    return _Setting(top, low, least, exact["delta"], gap, raw, declared)
 
 
 def _raw_ratio(raw_ratio: Any, rule: Rule, gap: Fraction, delta: Fraction, least: Fraction) -> Extended | None:
@@ -374,7 +407,8 @@ def _why(rule: Rule, s: _Setting, hidden: Extended) -> str:
     if hidden == inf:
         return (
             "without a floor no filter helps: a group may get nothing where another gets something, since the utility depends on the "
-            "group or delta is positive; declare a floor tau above 0, or use a utility that does not depend on the group with delta = 0"
+            "group or delta is positive; declare a floor tau or a least utility g_min above 0, or use a utility that does not depend on "
+            "the group with delta = 0"
         )
     causes = []
     if s.gap:
@@ -386,5 +420,5 @@ def _why(rule: Rule, s: _Setting, hidden: Extended) -> str:
     return (
         f"even a filter that hides everything guarantees only a ratio of {ratio} by this rule, because {said}; "
         f"a higher floor tau, or a target of at least {ratio} (log {logarithm}), is feasible"
-        + ("" if rule in ("mechanism", "contraction") else '; so may be bound="mechanism"')
+        + ("" if rule in ("exact", "contraction") else '; so may be bound="exact"')
     )

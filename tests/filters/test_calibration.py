@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 import random
+from collections.abc import Sequence
 from fractions import Fraction
 from itertools import product
-from math import inf
+from math import inf, prod
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from theorem_oracle import best_in_range
 
 import fairaudit as fa
 from fairaudit import InputError
@@ -22,13 +24,13 @@ from fairaudit.filters.calibration import calibrate
 from fairaudit.filters.calibration_with_policy import calibrate_policy
 from fairaudit.filters.responses import SPLITS
 from fairaudit.privacy.pairs import pair_laws, power
-from fairaudit.theorems.assumptions import INDEPENDENT
-from fairaudit.theorems.bound import ANY_POLICY, FLOORED
+from fairaudit.theorems.assumptions import DECLARED_RANGE, INDEPENDENT
+from fairaudit.theorems.bound import ANY_POLICY, ANY_UTILITY, ANY_UTILITY_FLOORED
 from fairaudit.theorems.t03 import t3_approx
 
 F = Fraction
-SETTINGS = int(os.environ.get("FAIRAUDIT_SETTINGS", "600"))
-"""Random settings per rule; the full suite runs 10,000: FAIRAUDIT_SETTINGS=10000 pytest tests/filters/test_calibration.py"""
+SETTINGS = 10_000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 400
+"""Random settings per rule."""
 
 
 def response_factor(keep: Fraction, k: int) -> Any:
@@ -58,7 +60,7 @@ def test_the_lever_of_the_paper_and_ours(k: int, keep: float, paper: float) -> N
     assert compare_log((realised.numerator, realised.denominator), (199, 1000)) > 0
 
 
-@pytest.mark.parametrize("rule", ["paper", "tight", "sharp", "mechanism", "contraction"])
+@pytest.mark.parametrize("rule", ["paper", "tight", "sharp", "exact", "contraction"])
 def test_random_settings(rule: Any) -> None:
     """The formulas of the theory, solved for e^ε, against the search."""
     rng = random.Random(rule)
@@ -66,8 +68,8 @@ def test_random_settings(rule: Any) -> None:
         k = rng.choice([2, 3, 5, 16, 64])
         gamma = F(rng.randint(1, 20), rng.randint(1, 4))
         tau = gamma * F(rng.randint(1, 99), 100)
-        delta = F(0) if rule in ("mechanism", "contraction") else rng.choice([F(0), F(rng.randint(1, 30), 100)])
-        gap = F(0) if rule in ("sharp", "contraction", "mechanism") else rng.choice([F(0), gamma * F(rng.randint(1, 20), 100)])
+        delta = F(0) if rule in ("exact", "contraction") else rng.choice([F(0), F(rng.randint(1, 30), 100)])
+        gap = F(0) if rule in ("sharp", "contraction", "exact") else rng.choice([F(0), gamma * F(rng.randint(1, 20), 100)])
         target = 1 + F(rng.randint(1, 300), 100) ** rng.choice([1, 3]) / rng.choice([1, 10])
         raw = 1 + F(rng.randint(1, 900), 100)
         options = {"raw_ratio": raw} if rule == "contraction" else {"tau": tau, "delta": delta, "lipschitz": gap}
@@ -103,7 +105,7 @@ def test_random_settings(rule: Any) -> None:
         if keep + F(1, 10**6) < 1:
             following = response_factor(keep + F(1, 10**6), k)
             broken: Any
-            if rule == "mechanism":
+            if rule == "exact":
                 broken = worst_ratio(keep + F(1, 10**6), k, t)
             elif rule == "contraction":
                 broken = (1 + raw * following) / (raw + following)
@@ -112,6 +114,79 @@ def test_random_settings(rule: Any) -> None:
             else:
                 broken = min(gamma / tau, following * (1 + excess) if rule == "paper" else following + excess)
             assert broken > target
+
+
+@pytest.mark.parametrize(
+    ("k", "least", "target", "keep"), [(16, F(1, 10), F(5, 4), F(4, 39)), (64, F(3, 10), F(6, 5), F(11, 107)), (2, 0, 2, F(2, 3))]
+)
+def test_the_closed_form(k: int, least: Any, target: Any, keep: Fraction) -> None:
+    """((k − 1)c + R*)/(k − 1 + R*), c = m(R* − 1)/(γ − m): a short fraction is given as it is, and attains the target."""
+    c = least * (target - 1) / (1 - F(least))
+    assert keep == ((k - 1) * c + target) / (k - 1 + target)
+    found = calibrate(max_ratio=target, groups=k, g_min=least)
+    assert found.keep_probabilities == (keep,)
+    assert found.achieved == target == (least + (1 - least) * keep) / (least + (1 - least) * (1 - keep) / (k - 1))
+    long = calibrate(max_log="0.2", groups=k, g_min=least)
+    exact = ((k - 1) * least * (long.target - 1) / (1 - F(least)) + long.target) / (k - 1 + long.target)
+    assert long.keep_probabilities[0].denominator <= 10**12
+    assert exact - F(1, 10**12) < long.keep_probabilities[0] <= exact
+
+
+def response_pair(k: int, keep: Fraction) -> tuple[list[Fraction], list[Fraction]]:
+    """Two rows of randomized response; outputs that neither of them is the truth for are one."""
+    lie = (1 - keep) / (k - 1)
+    rest = [(k - 2) * lie] if k > 2 else []
+    return [keep, lie, *rest], [lie, keep, *rest]
+
+
+def worst_in_range(keeps: Sequence[tuple[int, Fraction]], numbers: Sequence[Fraction]) -> Any:
+    """The greatest ratio over all pairs of tuples, by exact linear programs: attributes are equal or differ."""
+    equal, worst = ([F(1)], [F(1)]), F(1)
+    for differ in product([False, True], repeat=len(keeps)):
+        parts = [response_pair(k, keep) if d else equal for d, (k, keep) in zip(differ, keeps, strict=True)]
+        rows = [[prod(entries) for entries in product(*(part[side] for part in parts))] for side in (0, 1)]
+        if any(differ):
+            worst = max(worst, best_in_range(rows[0], rows[1], *numbers))
+    return worst
+
+
+def test_the_exact_rule_never_exceeds_a_target_and_the_next_step_breaks_it() -> None:
+    """Greatest and least utility, a gap between groups, a floor, one or two attributes; linear programs say what is attained."""
+    rng = random.Random("exact")
+    feasible = infeasible = 0
+    for _ in range(SETTINGS):
+        sizes = [rng.choice([2, 3, 5, 16, 64])] if rng.random() < 0.8 else [rng.choice([2, 3, 4]) for _ in range(2)]
+        gamma = F(rng.randint(1, 20), rng.randint(1, 4))
+        least = gamma * rng.choice([F(0), F(rng.randint(1, 60), 100)])
+        gap = (gamma - least) * rng.choice([F(0), F(0), F(rng.randint(1, 30), 100), F(rng.randint(1, 100), 100)])
+        tau = rng.choice([F(0), least + (gamma - least) * F(rng.randint(1, 99), 100)])
+        target = 1 + F(rng.randint(1, 300), 100) ** rng.choice([1, 3]) / rng.choice([1, 10])
+        split = rng.choice(SPLITS[:2])
+        found = calibrate(
+            max_ratio=target,
+            groups={f"a{i}": k for i, k in enumerate(sizes)},
+            gamma=gamma,
+            g_min=least,
+            lipschitz=gap,
+            tau=tau,
+            split=split,
+        )
+        numbers = (gamma, least, gap, tau)
+        setting = (sizes, target, split, numbers)
+        if not found.feasible:
+            infeasible += 1
+            assert found.settled
+            assert worst_in_range([(k, F(1, k)) for k in sizes], numbers) > target, setting
+            continue
+        feasible += 1
+        keeps = list(zip(sizes, found.keep_probabilities, strict=True))
+        attained = worst_in_range(keeps, numbers)
+        assert attained == found.achieved <= target, setting
+        if max(found.keep_probabilities) + F(1, 10**6) < 1:
+            assert worst_in_range([(k, keep + F(1, 10**6)) for k, keep in keeps], numbers) > target, setting
+        else:
+            assert found.keep_probabilities == (1,) * len(sizes) or len(sizes) > 1, setting
+    assert min(feasible, infeasible) > SETTINGS // 20
 
 
 @pytest.mark.parametrize("split", SPLITS)
@@ -268,16 +343,21 @@ def test_several_attributes_are_searched_along_their_line(rates: list[int], wort
 
 def test_a_least_utility_is_a_floor_for_every_policy() -> None:
     """T4 with the least utility as the floor: no floor is declared, and every policy is covered."""
-    for bound in ("mechanism", "tight", "sharp", "paper"):
+    for bound in ("exact", "tight", "sharp", "paper"):
         found = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1, bound=bound)  # type: ignore[arg-type]
+        if bound == "exact":
+            assert found.scope == ANY_UTILITY
+            assert DECLARED_RANGE.format(m=1, gamma=4, lipschitz=0) in found.assumptions
+            continue
         assert found.scope == ANY_POLICY
         assert not any("declared" in text for text in found.assumptions)
-        assert "no utility is below 1" in found.assumptions or bound == "mechanism"
+        assert "no utility is below 1" in found.assumptions
     exact = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1)
     # (1 + 3p)/(1 + 3(1 − p)) = 3/2 at p = 2/3; some policy that never pays less than 1 attains it.
-    assert F(2, 3) - F(2, 10**12) < exact.keep_probabilities[0] <= F(2, 3)
+    assert exact.keep_probabilities[0] == F(2, 3)
+    assert exact.achieved == F(3, 2)
     declared = calibrate(max_ratio="3/2", groups=2, gamma=4, g_min=1, tau=2)
-    assert declared.scope == FLOORED
+    assert declared.scope == ANY_UTILITY_FLOORED
     assert any("declared" in text for text in declared.assumptions)
 
 
@@ -314,6 +394,7 @@ def test_a_least_utility_serves_every_policy() -> None:
         ({"max_log": 1, "groups": 2, "tau": "0.1", "delta": "0.01"}, "the very filter, whose delta is 0"),
         ({"max_log": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "tau": "0.1"}, "needs no floor"),
         ({"max_log": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "g_min": "0.1"}, "both given"),
+        ({"max_log": 1, "groups": 2, "bound": "mechanism"}, 'is called "exact" now'),
         ({"max_log": 1, "groups": 2, "bound": "sharpe"}, "did you mean 'sharp'"),
         ({"max_log": 1, "groups": 2, "split": "equal"}, "split"),
         ({"max_log": 1, "groups": 2, "bound": "sharp", "lipschitz": 1}, "does not depend"),
@@ -342,6 +423,8 @@ def test_refusals(options: dict[str, Any], word: str) -> None:
         (["--max-log", "0.1", "--groups", "2", "nothing.toml"], 2, "no such file|goes without"),
         (["--max-log", "0.1", "--groups", "2", "--tau", "2"], 2, "above gamma"),
         (["--groups", "2"], 2, "--max-log"),
+        (["--max-log", "0.1", "--groups", "2", "--bound", "mechanism"], 2, "mechanism is called exact now"),
+        (["--max-ratio", "5/4", "--groups", "16", "--g-min", "0.1"], 0, "0.102564"),
     ],
 )
 def test_the_command(capsys: pytest.CaptureFixture[str], options: list[str], code: int, word: str) -> None:

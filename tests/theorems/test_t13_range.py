@@ -8,7 +8,7 @@ from random import Random
 from typing import Any
 
 import pytest
-from theorem_oracle import F, Row, deployments, kron, maximize, pure, random_filter, random_row, stick, table_filter
+from theorem_oracle import F, Row, best_in_range, deployments, kron, pure, random_filter, random_row, stick, table_filter
 
 from fairaudit.errors import InputError
 from fairaudit.model.mechanism import Constant, RandomizedResponse
@@ -27,26 +27,7 @@ from fairaudit.theorems.t13_range import (
 
 
 def attained(p: Row, q: Row, declared: UtilityRange, floor: F) -> Any:
-    """The greatest E(a)/E(a') over utilities of the range that the decision may tell apart, by an exact linear program.
-
-    Responses h and h' of the two groups to each released value lie in [m, γ] and differ by at most K; z = 1/E(a') makes it linear.
-    """
-    n = len(p)
-    if floor == 0 and declared.m == 0 and (declared.gap > 0 or any(v and not w for v, w in zip(p, q, strict=True))):
-        return inf  # what the second group gets can be 0 while the first gets something
-    zero = [F(0)] * (2 * n + 2)
-
-    def row(**at: F) -> list[F]:
-        return [at.get(f"v{i}", F(0)) for i in range(2 * n + 2)]
-
-    bounds = []
-    for j in range(n):
-        one, two = f"v{j}", f"v{n + j}"
-        for v in (one, two):
-            bounds += [row(**{v: F(1), f"v{2 * n}": -declared.m}), row(**{v: F(-1), f"v{2 * n}": declared.gamma})]
-        bounds += [row(**{one: F(1), two: F(-1), f"v{2 * n}": declared.gap}), row(**{one: F(-1), two: F(1), f"v{2 * n}": declared.gap})]
-    floors = [[*(F(0) for _ in p), *q, -floor, F(0)]]
-    return maximize(2 * n + 1, [*p, *zero[n:-1]], [[*(F(0) for _ in p), *q, F(0), F(-1)]], bounds + floors)
+    return best_in_range(p, q, declared.gamma, declared.m, declared.gap, floor)
 
 
 def random_range(rng: Random) -> UtilityRange:
