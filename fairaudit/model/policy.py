@@ -16,6 +16,7 @@ from fairaudit.exact.dense import Numbers
 from fairaudit.exact.rationals import Number, common_denominator, option_value, rational
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Factor, Mechanism
+from fairaudit.model.releases import check_releases
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sources import Table
@@ -136,7 +137,9 @@ class Policy:
         counts = sample_policy(asked, trials=trials)
         return Policy.from_counts(counts, decision="decision", group="group", context="context", count="count")
 
-    def behind(self, *, group: Mechanism, context: Mechanism | None = None, population: Population | None = None) -> Deployment:
+    def behind(
+        self, *, group: Mechanism, context: Mechanism | None = None, population: Population | None = None, releases: int = 1
+    ) -> Deployment:
         """Put the policy behind filters.
 
         Parameters
@@ -148,6 +151,9 @@ class Policy:
         population : array_like, mapping or Law, optional
             P(x,a) up to a common factor: an array [context, group] in the order of the filters' inputs, a mapping from
             (context, group) labels, or a law whose counts or masses are taken. Without one, contexts weigh equally.
+        releases : int
+            How many releases of the same true group, each drawn afresh, one memory may see, 1 to 10,000. The policy at hand is shown one;
+            what holds for every policy holds for those that see all of them. A sticky release, drawn once and replayed, counts once.
 
         Returns
         -------
@@ -157,9 +163,9 @@ class Policy:
         Raises
         ------
         InputError
-            If the filters' alphabets do not fit the policy's, or a released pair has no law.
+            If the filters' alphabets do not fit the policy's, a released pair has no law, or `releases` is not accepted.
         """
-        return _deploy(self, group, context, population)
+        return _deploy(self, group, context, population, check_releases(releases))
 
 
 @brief
@@ -177,6 +183,8 @@ class Deployment:
         M_X; None is the identity.
     mass : tuple of int or None
         P(x,a) up to a common factor, contexts first, or None.
+    releases : int
+        How many releases of the same true group, each drawn afresh, one memory may see.
 
     Examples
     --------
@@ -191,6 +199,7 @@ class Deployment:
     group_filter: Mechanism
     context_filter: Mechanism | None
     mass: tuple[int, ...] | None
+    releases: int = 1
 
     @property
     def groups(self) -> tuple[Label, ...]:
@@ -453,7 +462,7 @@ def policy_source(name: str) -> Any:
     return loaded() if isinstance(loaded, type) else loaded
 
 
-def _deploy(policy: Policy, group: Mechanism, context: Mechanism | None, population: Any) -> Deployment:
+def _deploy(policy: Policy, group: Mechanism, context: Mechanism | None, population: Any, releases: int) -> Deployment:
     law = policy.law
     for what, mechanism, columns in (("group", group, law.columns.group), ("context", context, law.columns.context)):
         if mechanism is None:
@@ -464,7 +473,7 @@ def _deploy(policy: Policy, group: Mechanism, context: Mechanism | None, populat
             raise InputError(f"the {what} filter is for the columns {', '.join(mechanism.columns)}; the policy has {', '.join(columns)}")
     if len(group.inputs) < 2:
         raise InputError("the group filter has only one input; fairness compares at least two groups")
-    deployment = Deployment(policy, group, context, None)
+    deployment = Deployment(policy, group, context, None, releases)
     mass = None if population is None else _mass(population, deployment)
     deployment = replace(deployment, mass=mass)
     _ = deployment.law

@@ -10,12 +10,13 @@ from fractions import Fraction
 from itertools import pairwise
 from math import inf, lcm
 
-from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number, at_least
 from fairaudit.model.mechanism import Mechanism
+from fairaudit.model.releases import check_releases
+from fairaudit.privacy.columns import Budget, Column, TooManyColumns, merged_columns, powered_columns
 from fairaudit.privacy.currencies import Enclosure
 from fairaudit.privacy.epsilon_delta import epsilon_enclosure, exp_epsilon, exp_epsilon_below
-from fairaudit.privacy.pairs import Column, PairLaw, hockey_stick, joined_columns, merged_columns, pair_laws
+from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_laws
 from fairaudit.privacy.trade_offs import TradeOff, interpolated, lower_hull, pair_trade_off
 from fairaudit.words import brief
 
@@ -121,8 +122,7 @@ def compose(mechanism: Mechanism, releases: int, *, exact: bool | None = None) -
     >>> twice.exact, twice.exp_epsilon, twice.delta(1), twice.delta("7/3")
     (True, Fraction(49, 9), Fraction(2, 5), Fraction(7, 25))
     """
-    if isinstance(releases, bool) or not isinstance(releases, int) or not 1 <= releases <= 100_000:
-        raise InputError(f"the number of releases is {shown(releases)}; a whole number from 1 to 100000 is accepted")
+    check_releases(releases, 100_000)
     once = exp_epsilon(mechanism)
     together = once**releases if isinstance(once, Fraction) else inf
     epsilon = epsilon_enclosure(_ratio(together))
@@ -168,21 +168,13 @@ def _dominating(curve: TradeOff) -> PairLaw:
 
 
 def _exact_powers(laws: Sequence[PairLaw], times: int, budget: float) -> tuple[PairLaw, ...] | None:
-    """Each pair's n-fold power, or None if that takes more than the budget: products of columns times bits."""
-    found = []
-    for law in laws:
-        bits = law.denominator.bit_length()
-        # With two different ratios, t releases have at least t + 1 columns.
-        if len(law.columns) > 1 and times**3 * bits * len(law.columns) > 3 * budget:
-            return None
-        columns: tuple[Column, ...] = law.columns
-        for step in range(2, times + 1):
-            budget -= len(columns) * len(law.columns) * (step * bits + 64)
-            if budget < 0:
-                return None
-            columns = joined_columns(columns, law.columns)
-        found.append(PairLaw(columns, sum(p for p, _ in columns), law.first, law.second))
-    return tuple(found)
+    """Each pair's n-fold power, or None if that takes more than the budget."""
+    left = Budget(budget)
+    try:
+        powers = [(law, powered_columns(law.columns, times, left)) for law in laws]
+    except TooManyColumns:
+        return None
+    return tuple(PairLaw(columns, sum(p for p, _ in columns), law.first, law.second) for law, columns in powers)
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,10 @@ from fractions import Fraction
 from fairaudit.exact.enclosures import exp_below, log_enclosure
 from fairaudit.exact.rationals import Number, at_least, fraction
 from fairaudit.model.mechanism import Factor, Mechanism
+from fairaudit.privacy.columns import Column
 from fairaudit.privacy.currencies import ApproxDP, AttributeDP, Enclosure, PureDP
 from fairaudit.privacy.multiplied_out import hockey_sticks_of_rows, whole_table, worth_multiplying_out
-from fairaudit.privacy.pairs import Column, any_pair, hockey_stick, pair_laws
+from fairaudit.privacy.pairs import any_pair, hockey_stick, pair_laws
 from fairaudit.tables.values import Label
 
 EXP_BITS = 64

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.privacy.pairs import Column, pairs_alike
+from fairaudit.privacy.columns import Column
+from fairaudit.privacy.pairs import pairs_alike
 
 MAX_TABLE = 2**28
 """Products of entries over all ordered pairs of rows, up to which the table is multiplied out."""

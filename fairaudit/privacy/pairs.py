@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import gcd
 from typing import Any
 
 import numpy as np
@@ -13,9 +12,9 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
 from fairaudit.model.mechanism import Factor, Mechanism
+from fairaudit.model.releases import check_releases
+from fairaudit.privacy.columns import Budget, Column, joined_columns, merged_columns, powered_columns
 from fairaudit.tables.values import Label
-
-Column = tuple[int, int]
 
 Pair = tuple[Label, Label]
 
@@ -23,6 +22,9 @@ Positions = tuple[int, ...]
 
 MAX_KINDS = 1_000_000
 """Kinds are held in memory, each with its columns."""
+
+MAX_RELEASE_WORK = 2_000_000_000
+"""Products of columns, times the bits of their numbers, that are formed for several releases: some ten seconds."""
 
 
 @dataclass(frozen=True)
@@ -47,20 +49,35 @@ class PairLaw:
     second: Label
 
 
-def pair_laws(mechanism: Mechanism) -> tuple[PairLaw, ...]:
+def pair_laws(mechanism: Mechanism, releases: int = 1) -> tuple[PairLaw, ...]:
     """List the distinct ordered pairs of rows over all pairs of different inputs.
 
     A product of three randomized responses has seven, however many inputs it has.
 
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The filter.
+    releases : int
+        How often it releases the same value, each time with fresh randomness: the rows are then those of all releases together.
+
+    Raises
+    ------
+    InputError
+        If the releases have too many different likelihood ratios to be counted exactly.
+
     Examples
     --------
     >>> from fairaudit.model.mechanism import RandomizedResponse
-    >>> pair_laws(RandomizedResponse(["a", "b", "c"], keep_probability="0.5"))[0].columns
+    >>> coin = RandomizedResponse(["a", "b", "c"], keep_probability="0.5")
+    >>> pair_laws(coin)[0].columns
     ((2, 1), (1, 1), (1, 2))
+    >>> pair_laws(coin, releases=2)[0].columns
+    ((4, 1), (4, 2), (5, 5), (2, 4), (1, 4))
     """
     return tuple(
         PairLaw(columns, sum(p for p, _ in columns), _input(mechanism, first), _input(mechanism, second))
-        for columns, (first, second) in kinds_of_pairs(mechanism).examples.items()
+        for columns, (first, second) in kinds_of_pairs(mechanism, releases).examples.items()
         if first != second
     )
 
@@ -132,13 +149,13 @@ def power(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
     return Fraction(1), Fraction(0)
 
 
-def pair_law(mechanism: Mechanism, first: Any, second: Any) -> PairLaw:
-    """Reduce one ordered pair of inputs to its likelihood ratios.
+def pair_law(mechanism: Mechanism, first: Any, second: Any, releases: int = 1) -> PairLaw:
+    """Reduce one ordered pair of inputs to its likelihood ratios, over one release or several together.
 
     Raises
     ------
     InputError
-        If the filter does not know one of them.
+        If the filter does not know one of them, and as `pair_laws`.
 
     Examples
     --------
@@ -148,10 +165,16 @@ def pair_law(mechanism: Mechanism, first: Any, second: Any) -> PairLaw:
     """
     places = zip(mechanism.factors, mechanism.locate(first), mechanism.locate(second), strict=True)
     columns: tuple[Column, ...] = ((1, 1),)
+    budget = _budget(releases)
     for factor, i, j in places:
-        columns = joined_columns(columns, merged_columns(zip(factor.rows[i], factor.rows[j], strict=True)))
+        more = powered_columns(merged_columns(zip(factor.rows[i], factor.rows[j], strict=True)), releases, budget)
+        columns = joined_columns(columns, more, budget)
     ends = [_input(mechanism, mechanism.locate(value)) for value in (first, second)]
     return PairLaw(columns, sum(p for p, _ in columns), ends[0], ends[1])
+
+
+def _budget(releases: int) -> Budget | None:
+    return None if check_releases(releases) == 1 else Budget(MAX_RELEASE_WORK)
 
 
 @dataclass(frozen=True)
@@ -171,12 +194,14 @@ class _Kinds:
     steps: list[tuple[NDArray[np.int64] | None, NDArray[np.int64]]]
 
 
-def kinds_of_pairs(mechanism: Mechanism) -> _Kinds:
-    """The kinds of ordered pairs of inputs, factor by factor; the product is never multiplied out."""
+def kinds_of_pairs(mechanism: Mechanism, releases: int = 1) -> _Kinds:
+    """The kinds of ordered pairs of inputs over one release or several, factor by factor; the product is never multiplied out."""
+    budget = _budget(releases)
     found: dict[tuple[Column, ...], tuple[Positions, Positions]] = {((1, 1),): ((), ())}
     steps = []
     for factor in mechanism.factors:
-        classes, of_pair = _factor_kinds(factor)
+        once, of_pair = _factor_kinds(factor)
+        classes = {powered_columns(columns, releases, budget): pair for columns, pair in once.items()}
         if len(found) * len(classes) > MAX_KINDS:
             raise InputError(f"the filter has more than {MAX_KINDS} kinds of ordered pairs; use fewer or simpler factors")
         numbers: dict[tuple[Column, ...], int] = {}
@@ -184,7 +209,7 @@ def kinds_of_pairs(mechanism: Mechanism) -> _Kinds:
         steps.append((of_pair, np.zeros((len(found), len(classes)), dtype=np.int64)))
         for old, (columns, (first, second)) in enumerate(found.items()):
             for new, (more, (i, j)) in enumerate(classes.items()):
-                both = joined_columns(columns, more)
+                both = joined_columns(columns, more, budget)
                 pair = ((*first, i), (*second, j))
                 known = joint.setdefault(both, pair)
                 if known[0] == known[1] and pair[0] != pair[1]:
@@ -229,28 +254,6 @@ def _factor_kinds(factor: Factor) -> tuple[dict[tuple[Column, ...], tuple[int, i
 def pairs_alike(factor: Factor) -> bool:
     """Whether all ordered pairs of different rows have the same form, as in randomized response."""
     return len(factor.inputs) > 1 and factor.mixing is not None and len(set(factor.mixing[1])) == 1
-
-
-def merged_columns(entries: Iterable[Column]) -> tuple[Column, ...]:
-    """Join the columns of equal likelihood ratio, in falling order of the ratio, over the least common denominator."""
-    sums: dict[Column, int] = {}
-    for p, q in entries:
-        common = gcd(p, q)
-        if common:
-            ratio = (p // common, q // common)
-            sums[ratio] = sums.get(ratio, 0) + common
-    # Two ratios with denominators below 2^b differ by more than 2^-2b, so their first 2b binary places differ.
-    places = 2 * max(q for _, q in sums).bit_length()
-    listed = sorted(sums, key=lambda ratio: (ratio[1] > 0, -((ratio[0] << places) // ratio[1]) if ratio[1] else 0))
-    common = gcd(*sums.values())
-    return tuple((p * (sums[p, q] // common), q * (sums[p, q] // common)) for p, q in listed)
-
-
-def joined_columns(columns: tuple[Column, ...], more: tuple[Column, ...]) -> tuple[Column, ...]:
-    """Columns of two independent pairs together."""
-    if len(more) == 1:
-        return columns
-    return more if len(columns) == 1 else merged_columns((p * r, q * s) for p, q in columns for r, s in more)
 
 
 def _input(mechanism: Mechanism, places: Sequence[int]) -> Label:

@@ -14,8 +14,9 @@ from statistics import NormalDist
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number, at_least, option_value
 from fairaudit.model.mechanism import Mechanism
+from fairaudit.privacy.columns import Column
 from fairaudit.privacy.currencies import GDP
-from fairaudit.privacy.pairs import Column, PairLaw, pair_laws
+from fairaudit.privacy.pairs import PairLaw, pair_laws
 from fairaudit.words import brief
 
 
