@@ -33,6 +33,8 @@ DECLARED_RANGE_IN = "in context {context}, every utility is between {m} and {gam
 
 POPULATION = "the contexts of each group are distributed as in the stated population"
 
+RELEASES = "one memory sees at most {releases} releases of a group, each drawn afresh (declared)"
+
 # Of a policy behind filters, too, but shown by the table and its filters: bounds name them, claims do not
 
 GROUP_FREE = "the utility does not depend on the group"

@@ -22,7 +22,8 @@ from fairaudit.exact.extended import ZERO, Extended
 from fairaudit.exact.rationals import at_least
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.privacy.pairs import PairLaw, hockey_stick, joined_columns, kinds_of_pairs, kinds_of_row, merged_columns, pair_laws, power
+from fairaudit.privacy.columns import joined_columns, merged_columns
+from fairaudit.privacy.pairs import PairLaw, hockey_stick, kinds_of_pairs, kinds_of_row, pair_laws, power
 from fairaudit.theorems.assumptions import DECLARED_FLOOR, DECLARED_RANGE, FRESH, POPULATION
 from fairaudit.theorems.bound import ANY_UTILITY, ANY_UTILITY_FLOORED, Bound
 from fairaudit.theorems.constants import read_range
@@ -219,13 +220,13 @@ def range_sentences(declared: UtilityRange, *, floored: bool) -> tuple[str, ...]
     return (said, *((DECLARED_FLOOR.format(tau=declared.tau),) if floored else ()))
 
 
-def in_each_range(mechanism: Mechanism, ranges: Iterable[UtilityRange]) -> Iterator[Ranged]:
-    """The pairs of rows of a filter with each of the different ranges, one for each kind of context."""
+def in_each_range(mechanism: Mechanism, ranges: Iterable[UtilityRange], releases: int = 1) -> Iterator[Ranged]:
+    """The pairs of rows of a filter, or of several releases of it, with each of the different ranges, one for each kind of context."""
     different = list(dict.fromkeys(ranges))
-    return ((pair, declared) for pair in pair_laws(mechanism) for declared in different)
+    return ((pair, declared) for pair in pair_laws(mechanism, releases) for declared in different)
 
 
-def in_population(mechanism: Mechanism, mass: Sequence[int], ranges: Sequence[UtilityRange]) -> Iterator[Ranged]:
+def in_population(mechanism: Mechanism, mass: Sequence[int], ranges: Sequence[UtilityRange], releases: int = 1) -> Iterator[Ranged]:
     """The pairs of rows P(x|a)·M_A(ã|a) of groups with mass; each second group has its own range, with the floor of its mean.
 
     A context filter gives nothing here, since the utility may depend on the context.
@@ -238,6 +239,8 @@ def in_population(mechanism: Mechanism, mass: Sequence[int], ranges: Sequence[Ut
         P(x,a) up to a factor, contexts first, or the groups in each context.
     ranges : sequence of UtilityRange
         One for each true group.
+    releases : int
+        How many releases of the group one memory sees.
 
     Examples
     --------
@@ -249,7 +252,7 @@ def in_population(mechanism: Mechanism, mass: Sequence[int], ranges: Sequence[Ut
     count = len(ranges)
     rows = [tuple(mass[a::count]) for a in range(count)]
     present = [a for a in range(count) if any(rows[a])]
-    kinds = kinds_of_pairs(mechanism)
+    kinds = kinds_of_pairs(mechanism, releases)
     columns = list(kinds.examples)
     labels = mechanism.inputs
     shares = list(dict.fromkeys(rows[a] for a in present))

@@ -316,3 +316,18 @@ def test_refusals_of_an_audit_file(folder: Path, capsys: pytest.CaptureFixture[s
     assert "audit.toml" in err
     assert re.search(word, err), err
     assert not (folder / "c.json").exists()
+
+
+def test_a_deployment_says_how_many_releases_one_memory_sees() -> None:
+    policy = Policy.from_array([["0.9", "0.1"], ["0.2", "0.8"]], decisions=["hire", "pass"], groups=["f", "m"])
+    coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
+    once, often = policy.behind(group=coin), policy.behind(group=coin, releases=20)
+    assert (once.releases, often.releases) == (1, 20)
+    assert once.law.weights.tolist() == often.law.weights.tolist()
+
+
+@pytest.mark.parametrize("releases", [0, 10_001, True, 2.0, "2", None])
+def test_releases_that_are_no_number_are_refused(releases: Any) -> None:
+    policy = Policy.from_array([["0.9", "0.1"], ["0.2", "0.8"]], decisions=["hire", "pass"], groups=["f", "m"])
+    with pytest.raises(InputError, match="a whole number from 1 to 10000 is accepted"):
+        policy.behind(group=fa.RandomizedResponse(["f", "m"], keep_probability="0.75"), releases=releases)
