@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -110,21 +109,8 @@ def hockey_stick(pair: PairLaw, k: Fraction) -> Fraction:
     >>> hockey_stick(pair_laws(RandomizedResponse(["a", "b"], keep_probability="0.7"))[0], Fraction(1))
     Fraction(2, 5)
     """
-    above = pair.columns[: likelier(pair, k.numerator, k.denominator)]
-    gained, spent = sum(p for p, _ in above), sum(q for _, q in above)
-    return Fraction(gained * k.denominator - k.numerator * spent, k.denominator * pair.denominator)
-
-
-def likelier(pair: PairLaw, top: int, bottom: int) -> int:
-    """How many columns have a likelihood ratio above top/bottom: they are the first.
-
-    Examples
-    --------
-    >>> from fairaudit.model.mechanism import RandomizedResponse
-    >>> likelier(pair_laws(RandomizedResponse(["a", "b"], keep_probability="0.7"))[0], 2, 1)
-    1
-    """
-    return bisect_left(pair.columns, True, key=lambda column: column[0] * bottom <= top * column[1])
+    top, bottom = k.numerator, k.denominator
+    return Fraction(sum(max(0, p * bottom - top * q) for p, q in pair.columns), bottom * pair.denominator)
 
 
 def power(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
@@ -155,7 +141,7 @@ def power(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
     spent, gained = 0, 0
     target = level * pair.denominator
     for p, q in pair.columns:
-        if q and (spent + q) * target.denominator >= target.numerator:
+        if q and spent + q >= target:
             ratio = Fraction(p, q)
             return (gained + ratio * (target - spent)) / pair.denominator, ratio
         spent += q
@@ -192,7 +178,7 @@ def _budget(releases: int) -> Budget | None:
 
 
 @dataclass(frozen=True)
-class _Kinds:
+class PairKinds:
     """The kinds of ordered pairs of inputs, pairs of equal inputs included.
 
     Attributes
@@ -208,7 +194,7 @@ class _Kinds:
     steps: list[tuple[NDArray[np.int64] | None, NDArray[np.int64]]]
 
 
-def kinds_of_pairs(mechanism: Mechanism, releases: int = 1) -> _Kinds:
+def kinds_of_pairs(mechanism: Mechanism, releases: int = 1) -> PairKinds:
     """The kinds of ordered pairs of inputs over one release or several, factor by factor; the product is never multiplied out."""
     budget = _budget(releases)
     found: dict[tuple[Column, ...], tuple[Positions, Positions]] = {((1, 1),): ((), ())}
@@ -230,10 +216,10 @@ def kinds_of_pairs(mechanism: Mechanism, releases: int = 1) -> _Kinds:
                     joint[both] = pair
                 steps[-1][1][old, new] = numbers.setdefault(both, len(numbers))
         found = joint
-    return _Kinds(found, steps)
+    return PairKinds(found, steps)
 
 
-def kinds_of_row(mechanism: Mechanism, kinds: _Kinds, row: int) -> list[int]:
+def kinds_of_row(mechanism: Mechanism, kinds: PairKinds, row: int) -> list[int]:
     """Kinds of the pairs of one input with every input."""
     sizes = [len(f.inputs) for f in mechanism.factors]
     result = np.zeros(1, dtype=np.int64)
