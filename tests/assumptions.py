@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import re
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -33,9 +35,42 @@ def needed(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
     if claim["by"] in ("T5", "T5-decision") and claim["scope"] == "any policy behind this filter":
         names.append("stated-population")
     found = [said[name] for name in names]
+    if claim["by"] == "T13":
+        return found + list(_over_policies(claim, document["subject"]))
     if claim["scope"].endswith("that keeps the declared floor") and "tau" in document["subject"].get("declared", {}):
         found.append(said["declared-floor"].replace("{τ_d}", document["subject"]["declared"]["tau"]))
     return found
+
+
+def _over_policies(claim: dict[str, Any], subject: dict[str, Any]) -> Iterator[str]:
+    """What T13 rests on: what was declared of the policies or utilities that it speaks of."""
+
+    def filled(name: str, **numbers: str) -> str:
+        return said[name].replace("{τ_d}", "{tau}").format(**numbers)
+
+    said, declared, local = sentences(), subject["declared"], claim["quantity"].startswith("local")
+    single = {json.dumps(entry["context"], ensure_ascii=False): entry for entry in declared.get("by_context", [])}
+    if not local:
+        yield said["stated-population"]
+    if "keeps the declared floor" in claim["scope"]:
+        if declared.get("tau", "0") != "0":
+            yield filled("declared-floor", tau=declared["tau"])
+        for context, entry in single.items():
+            if entry.get("tau", "0") != "0":
+                yield filled("declared-floor-in", context=context, tau=entry["tau"])
+        if declared.get("global_tau", "0") != "0":
+            yield filled("declared-mean-floor", tau=declared["global_tau"])
+    if "any utility" in claim["scope"]:
+        lipschitz = declared.get("lipschitz", subject["utility"]["lipschitz"])
+        yield filled("declared-range", m=declared["m"], gamma=declared["gamma"], lipschitz=lipschitz)
+        for context, entry in single.items():
+            if local and {"gamma", "m"} & set(entry):
+                own = {key: entry.get(key, declared[key]) for key in ("m", "gamma")}
+                yield filled("declared-range-in", context=context, **own)
+    if "declared drift" in claim["scope"]:
+        yield filled("drift", drift=declared["max_drift"])
+    if "releases" in subject["table"]["header"]["filters"]:
+        yield filled("releases", releases=str(subject["table"]["header"]["filters"]["releases"]))
 
 
 def _of_interval(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:

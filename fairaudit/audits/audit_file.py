@@ -13,6 +13,7 @@ from fairaudit.inference.ends import Method
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
 from fairaudit.model.policy import Deployment, Policy
+from fairaudit.model.releases import check_releases
 from fairaudit.model.utility import Utility
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.csv import CsvTable, read_csv
@@ -141,9 +142,11 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
         check_keys(filters, ("group", "context"), "[filter]")
         if "group" not in filters:
             raise InputError('a policy needs a section [filter.group]; kind = "identity" if there is no filter')
-        group = _filter(filters["group"], "filter.group", law.columns.group, law.groups, folder)
+        section, releases = _releases(filters["group"])
+        group = _filter(section, "filter.group", law.columns.group, law.groups, folder)
         context = _filter(filters["context"], "filter.context", law.columns.context, law.contexts, folder) if "context" in filters else None
-        subject = Policy(law).behind(group=group, context=context, population=_population(sections["population"], law, folder))
+        population = _population(sections["population"], law, folder)
+        subject = Policy(law).behind(group=group, context=context, population=population, releases=releases)
     else:
         for name in ("filter", "population"):
             if sections[name]:
@@ -268,6 +271,17 @@ def _filter(section: Any, where: str, columns: tuple[str, ...], labels: tuple[La
         return _simple_filter(kind, section, where, values, folder)
     except InputError as error:
         raise InputError(f"[{where}]: {error}") from None
+
+
+def _releases(section: Any) -> tuple[Any, int]:
+    """The section of a group filter without the key that says how many releases one memory sees, and their number."""
+    if not isinstance(section, dict) or isinstance(section.get("releases", {}), dict):  # a column may have that name
+        return section, 1
+    rest = {name: value for name, value in section.items() if name != "releases"}
+    try:
+        return rest, check_releases(section["releases"])
+    except InputError as error:
+        raise InputError(f"[filter.group]: {error}") from None
 
 
 def _values(value: Any, where: str) -> list[Label]:

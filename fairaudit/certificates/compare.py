@@ -27,7 +27,7 @@ GIVEN_TRUTH = ("equal_opportunity", "equalized_odds_true_label", "equal_opportun
 
 METRICS = ("local", "global", "equalized_odds", "demographic_parity", "local_supremum", "global_supremum")
 
-CONSTANTS = ("gamma", "m", "tau", "lipschitz")
+CONSTANTS = ("gamma", "m", "tau", "lipschitz", "global_tau", "max_drift", "by_context")
 
 
 @brief
@@ -405,11 +405,11 @@ def _intervals(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Chang
 
 
 def _bounds(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:
-    """Bounds on a quantity, matched by relation, theorem and scope; those of a population stand with the intervals."""
+    """What policies can do at most, matched by quantity, theorem and scope; ends of a population stand with the intervals."""
 
     def listed(document: Mapping[str, Any]) -> dict[tuple[str, str, str], str]:
-        claims = (c for c in document["claims"] if c["relation"] == "<=" and not c["scope"].startswith("population"))
-        return {(c["quantity"], c["by"], c["scope"]): c["value"] for c in claims}
+        claims = (c for c in document["claims"] if c["relation"] == "<=" or c["by"] == "T13")
+        return {(c["quantity"], c["by"], c["scope"]): c["value"] for c in claims if not c["scope"].startswith("population")}
 
     before, after = listed(old), listed(new)
     for key in dict.fromkeys([*before, *after]):

@@ -24,6 +24,7 @@ from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns, Truth, Units
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.model.policy import Deployment, Policy
+from fairaudit.model.releases import check_releases
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import INT64
 
@@ -166,7 +167,7 @@ def _policy(header: Mapping[str, Any], rows: list[dict[str, Any]]) -> Subject:
     mass = None
     if header["population"] == "weights":
         mass = tuple(common_denominator([_pair(row["mass"]) for row in true])[0])
-    deployment = Deployment(Policy(law), group, context, mass)
+    deployment = Deployment(Policy(law), group, context, mass, check_releases(header["filters"].get("releases", 1)))
     return Subject(deployment.law, _utility(header, deployment.law, true), deployment)
 
 

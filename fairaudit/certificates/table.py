@@ -71,6 +71,8 @@ class Table:
         if deployment:
             context = deployment.context_filter
             head["filters"] = {"group": _factors(deployment.group_filter), "context": _factors(context) if context else None}
+            if deployment.releases > 1:
+                head["filters"]["releases"] = deployment.releases
         if law.truth is not None:
             head["truths"] = list(law.truth.labels)
         if self.salt is not None:

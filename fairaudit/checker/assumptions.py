@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from .certificate import Certificate
-from .claims import FLOORED, RULES, Claim, is_about_population
+from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, NEAR, RULES, Claim, is_about_population
 from .intervals import Interval, StreamEvidence
+from .json_values import Labels
 from .rates import DIFFERENCES, OVERALL
 from .rationals import ZERO, as_pair, written
 from .sentences import (
@@ -17,7 +18,12 @@ from .sentences import (
     CHOSEN,
     CHOSEN_LABELS,
     DECLARED_FLOOR,
+    DECLARED_FLOOR_IN,
+    DECLARED_MEAN_FLOOR,
+    DECLARED_RANGE,
+    DECLARED_RANGE_IN,
     DRAWS,
+    DRIFT,
     FRESH,
     GIVEN_LABELS,
     LEFT_OUT,
@@ -29,6 +35,7 @@ from .sentences import (
     PAST,
     POOLED,
     RANGE,
+    RELEASES,
     STATED_POPULATION,
     UNITS,
     WINDOWS,
@@ -51,10 +58,41 @@ def _sentences(claim: Claim, stated: Certificate, table: Table) -> Sentences:
         own = Sentences((GIVEN_LABELS, *((POOLED,) if claim.key[0].endswith(OVERALL) else ()), CHOSEN_LABELS))
     elif is_about_population(claim.key):
         own = _assumed_by_interval(stated.intervals[claim.key[0].removesuffix("_ratio")], table)
+    elif claim.key[2] == "T13":
+        own = Sentences((*RULES[claim.key].assumes, *_assumed_over_policies(claim, stated, table)))
     else:
         floor = (DECLARED_FLOOR.format(written(stated.declared["tau"])),) if claim.key[3] == FLOORED else ()
         own = Sentences((*RULES[claim.key].assumes, *floor))
     return own if table.policy is None else replace(own, needed=(FRESH, *own.needed))
+
+
+def _assumed_over_policies(claim: Claim, stated: Certificate, table: Table) -> Iterator[str]:
+    """List what a claim by T13 rests on besides: what was declared of the policies, or of the utilities, that it speaks of."""
+    quantity, _, _, scope = claim.key
+    declared = stated.declared
+    if scope in (FLOORED, ANY_UTILITY_FLOORED):
+        if declared.get("tau", ZERO) != ZERO:
+            yield DECLARED_FLOOR.format(written(declared["tau"]))
+        for entry in stated.declared_in:
+            if entry.values.get("tau", ZERO) != ZERO:
+                yield DECLARED_FLOOR_IN.format(_json(entry.context), written(entry.values["tau"]))
+        if declared.get("global_tau", ZERO) != ZERO:
+            yield DECLARED_MEAN_FLOOR.format(written(declared["global_tau"]))
+    if scope in (ANY_UTILITY, ANY_UTILITY_FLOORED):
+        lipschitz = declared.get("lipschitz", table.figures.spread)
+        yield DECLARED_RANGE.format(*(written(value) for value in (declared["m"], declared["gamma"], lipschitz)))
+        for entry in stated.declared_in if quantity.startswith("local") else ():
+            if entry.values.keys() & {"gamma", "m"}:
+                m, gamma = (entry.values.get(key, declared[key]) for key in ("m", "gamma"))
+                yield DECLARED_RANGE_IN.format(_json(entry.context), written(m), written(gamma))
+    if scope == NEAR:
+        yield DRIFT.format(written(declared["max_drift"]))
+    if table.policy is not None and table.policy.releases > 1:
+        yield RELEASES.format(table.policy.releases)
+
+
+def _json(labels: Labels) -> str:
+    return json.dumps(list(labels), ensure_ascii=False)
 
 
 def _assumed_by_interval(interval: Interval, table: Table) -> Sentences:

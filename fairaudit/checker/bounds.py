@@ -1,96 +1,14 @@
-"""Claims that bound a ratio by a theorem about a policy behind filters, and what the theorems need of both."""
+"""Claims that bound a ratio by a theorem about one release of a policy behind filters."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 
-from .claims import FLOORED, GROUP_FILTERS, LAW, Claim, Rule
-from .filters import map_of, map_through, mixed_laws
-from .laws import expectation
-from .rationals import (
-    Rational,
-    as_pair,
-    at_most,
-    bits_of,
-    extreme_positions,
-    maximum,
-    over_common_denominator,
-    product_of,
-    reduced,
-    widest_ratio,
-)
-from .table import Policy, Table, constants
+from .claims import GROUP_FILTERS, Claim, Rule
+from .policy_facts import PolicyFacts
+from .rationals import Rational, as_pair, at_most, bits_of, product_of, reduced
 from .text import shown
 from .work import spend
-
-
-@dataclass(frozen=True)
-class PolicyFacts:
-    """What the theorems need of a policy and its filters, each computed when a claim needs it."""
-
-    table: Table  # of the law that they induce
-    policy: Policy
-    declared: Mapping[str, Rational]
-
-    @cached_property
-    def constants(self) -> dict[str, Fraction]:
-        """The effective constants of g, those that are declared first; tau is that of the table."""
-        own = constants(self.table)
-        finite = {key: Fraction(*value) for key, value in own.items() if isinstance(value, tuple)}
-        return finite | {key: Fraction(*value) for key, value in self.declared.items() if key != "tau"}
-
-    def _utilities(self) -> list[Sequence[Rational | None]]:
-        """For each true context its g(u,x), which must not depend on the group."""
-        return [cells[0].utility for cells in self.table.by_context()]
-
-    def floor(self, scope: str) -> Fraction | None:
-        """The tau of a claim: what all expectations are at least, in the scope of the claim."""
-        if scope == LAW:
-            return self.constants.get("tau")
-        if scope == FLOORED:
-            return Fraction(*self.declared["tau"]) if "tau" in self.declared else None
-        return Fraction(*self._policy_floor)
-
-    @cached_property
-    def _policy_floor(self) -> Rational:
-        """The least expectation over what each true context can release and all reachable groups, for g(u,x)."""
-        contexts = range(len(self.table.header.contexts))
-        releases = self.policy.context.releases() if self.policy.context else [[x] for x in contexts]
-        seen: dict[Sequence[Rational | None], set[int]] = {}
-        for utility, released in zip(self._utilities(), releases, strict=True):
-            seen.setdefault(utility, set()).update(released)
-        values = [expectation(law, g) for g, released in seen.items() for x in released for law in self.policy.rows[x]]
-        return values[extreme_positions(values)[1]]
-
-    @cached_property
-    def raw_ratio(self) -> Rational:
-        """The greatest ratio of two expectations of one true context over the reachable groups, for g(u,x)."""
-        pairs = zip(self._utilities(), self.policy.by_context, strict=True)
-        ratios = [widest_ratio([expectation(law, utility) for law in laws])[0] for utility, laws in pairs]
-        return maximum(ratios)
-
-    @cached_property
-    def context_ratio(self) -> Rational:
-        """The local ratio of the law over reachable contexts and true groups, for g(u)."""
-        utility = self.table.header.utility or ()
-        laws = (mixed_laws(row, self.policy.group.maps) for row in self.policy.rows)
-        ratios = [widest_ratio([expectation(law, utility) for law in row])[0] for row in laws]
-        return maximum(ratios)
-
-    @cached_property
-    def composition(self) -> Rational:
-        """The greatest P(x|a)/P(x|a') over released contexts x and pairs of groups of positive mass."""
-        masses, _ = over_common_denominator([cell.mass for cell in self.table.cells])
-        factors = self.policy.context.factors if self.policy.context else ()
-        released = map_through(masses, [map_of([*zip(*factor.matrix, strict=True)], factor.total) for factor in factors])
-        n = len(self.table.header.groups)
-        rows = [released[i : i + n] for i in range(0, len(released), n)]
-        totals = [sum(column) for column in zip(*rows, strict=True)]
-        ratios = [widest_ratio([(p, total) for p, total in zip(row, totals, strict=True) if total])[0] for row in rows]
-        return maximum(ratios)
 
 
 def fault_of_bound(claim: Claim, rule: Rule, facts: PolicyFacts) -> str:

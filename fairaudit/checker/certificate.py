@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from .claims import OVER_UNITS, POPULATION, RULES, UTILITIES, Claim, is_about_population
+from .declared import DeclaredIn, read_declared
 from .header import Positive, Subject, has_truth, is_about_policy, read_positive, read_subject
 from .intervals import Change, DifferenceInterval, Interval, read_change, read_confidence, read_intervals
 from .json_values import (
@@ -23,6 +24,7 @@ from .json_values import (
     read_strings,
 )
 from .metrics import METRICS, Metrics, Rates, read_metric, read_not_compared, read_rates, read_unfiltered
+from .policy_evidence import read_attained
 from .preparation import Step, read_preparation, read_spellings
 from .rates import DIFFERENCES, stated_given_truth
 from .rationals import ONE, Rational, at_most, read_extended, read_rational, read_rationals
@@ -57,6 +59,7 @@ class Certificate:
     utilities: UtilityClass | None
     privacy: dict[str, dict[str, object] | None] | None  # this, the next and the unfiltered metrics are those of a policy
     declared: dict[str, Rational]
+    declared_in: tuple[DeclaredIn, ...]
     metrics: Metrics
     unfiltered: Metrics | None
     not_compared: list[dict[str, object]]
@@ -105,11 +108,6 @@ def _read_privacy(value: object, where: str) -> dict[str, dict[str, object] | No
     return read
 
 
-def _read_declared(value: object, where: str) -> dict[str, Rational]:
-    members = read_object(value, where, (), optional=("gamma", "m", "tau", "lipschitz"))
-    return {key: read_rational(item, f"{where}.{key}", nonnegative=True) for key, item in members.items()}
-
-
 def _read_claim(value: object, where: str, parameters: int | None) -> Claim:
     keys = ("quantity", "relation", "value", "scope", "by", "assumptions", "evidence")
     members = read_object(value, where, keys)
@@ -131,9 +129,11 @@ def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], pa
         return read_object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
     if rule.evidence == "pairs":
         return read_dual(value, where, key[0] == "local_ratio", parameters)
-    members = read_object(value, where, (rule.evidence,) if rule.evidence else ())
+    members = read_object(value, where, (rule.evidence, *rule.beside) if rule.evidence else ())
     if not rule.evidence:
         return None
+    if rule.evidence == "attained":
+        return read_attained(members["attained"], f"{where}.attained")
     item, place = members[rule.evidence], f"{where}.{rule.evidence}"
     if rule.evidence == "table":
         return read_digest(item, place)
@@ -212,7 +212,7 @@ def read_certificate(raw: bytes) -> Certificate:
         _read_constants(about["utility"], "subject.utility"),
         utilities,
         _read_privacy(about["privacy"], "subject.privacy") if of_policy else None,
-        _read_declared(about["declared"], "subject.declared") if of_policy else {},
+        *(read_declared(about["declared"], "subject.declared") if of_policy else ({}, ())),
         {name: read_metric(metrics[name], f"metrics.{name}", name, subject.columns) for name in [*METRICS, *differences]},
         read_unfiltered(metrics["unfiltered"], "metrics.unfiltered", subject.columns) if of_policy else None,
         [

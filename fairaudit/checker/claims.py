@@ -18,6 +18,9 @@ OVER_UNITS = "mean over units"  # what an interval with units is about; without 
 LAW = "this law"
 POLICIES = "any policy behind this filter"
 FLOORED = "any policy behind this filter that keeps the declared floor"
+NEAR = "any policy behind this filter within the declared drift of this one"
+ANY_UTILITY = "any policy behind this filter, any utility of the declared range"
+ANY_UTILITY_FLOORED = "any policy behind this filter that keeps the declared floor, any utility of the declared range"
 GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values"
 CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts"
 UTILITIES = "every utility of the class"
@@ -46,6 +49,7 @@ class Rule:
     needs: tuple[str, ...] = ()
     source: str = ""  # the metric that the value is or follows from; claims about a policy or a class of utilities have none
     assumes: tuple[str, ...] = ()  # what the theorem needs and no table shows, besides what all claims about a policy assume
+    beside: tuple[str, ...] = ()  # further keys of the evidence
 
 
 RULES: dict[tuple[str, str, str, str], Rule] = {
@@ -59,21 +63,41 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ("demographic_parity", "<=", "T7", LAW): Rule("demographic_parity", "supremum", source="global_supremum"),
     ("global_ratio", "<=", "T5", LAW): Rule("global", "table", ("independent",), source="local"),
     **{(name, "=", "enumeration", LAW): Rule(name, "table", source=name) for name in DIFFERENCES},
-    ("local_ratio", "<=", "T2", POLICIES): Rule("local", "", ("a-free", "finite")),
+    ("local_ratio", "<=", "T2", POLICIES): Rule("local", "", ("one release", "a-free", "finite")),
     ("local_ratio", "<=", "T1-paper", LAW): Rule("local", "", ("finite",)),
-    ("local_ratio", "<=", "T1-paper", FLOORED): Rule("local", "", ("finite",)),
+    ("local_ratio", "<=", "T1-paper", FLOORED): Rule(
+        "local",
+        "",
+        (
+            "one release",
+            "finite",
+        ),
+    ),
     ("local_ratio", "<=", "T1", LAW): Rule("local", "multipliers"),
-    ("local_ratio", "<=", "T1", FLOORED): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T1", FLOORED): Rule("local", "multipliers", ("one release",)),
     ("local_ratio", "<=", "T3", LAW): Rule("local", "multipliers"),
-    ("local_ratio", "<=", "T3", FLOORED): Rule("local", "multipliers"),
+    ("local_ratio", "<=", "T3", FLOORED): Rule("local", "multipliers", ("one release",)),
     ("local_ratio", "<=", "T3", GROUP_FILTERS): Rule("local", "multipliers", ("a-free",)),
-    ("local_ratio", "<=", "T4", POLICIES): Rule("local", "multipliers", ("a-free",)),
+    ("local_ratio", "<=", "T4", POLICIES): Rule(
+        "local",
+        "multipliers",
+        (
+            "one release",
+            "a-free",
+        ),
+    ),
     ("local_ratio", "<=", "floor", LAW): Rule("local", ""),
-    ("local_ratio", "<=", "floor", FLOORED): Rule("local", ""),
+    ("local_ratio", "<=", "floor", FLOORED): Rule("local", "", ("one release",)),
     ("local_ratio", "<=", "T12", GROUP_FILTERS): Rule("local", "raw_ratio", ("a-free",)),
     ("local_ratio", "<=", "T8", CONTEXT_FILTERS): Rule("local", "", ("g(u)", "context filter")),
-    ("global_ratio", "<=", "T5", POLICIES): Rule("global", "", ("a-free", "independent", "finite"), assumes=(STATED_POPULATION,)),
-    ("global_ratio", "<=", "T5-decision", POLICIES): Rule("global", "composition", ("g(u)", "finite"), assumes=(STATED_POPULATION,)),
+    ("global_ratio", "<=", "T5", POLICIES): Rule(
+        "global", "", ("one release", "a-free", "independent", "finite"), assumes=(STATED_POPULATION,)
+    ),
+    ("global_ratio", "<=", "T5-decision", POLICIES): Rule(
+        "global", "composition", ("one release", "g(u)", "finite"), assumes=(STATED_POPULATION,)
+    ),
+    ("local_ratio_supremum", "=", "T13", POLICIES): Rule("local", "attained"),
+    ("global_ratio_supremum", "=", "T13", POLICIES): Rule("global", "attained", assumes=(STATED_POPULATION,)),
     ("local_ratio", "<=", "T3", UTILITIES): Rule("local", "multipliers"),
     ("global_ratio", "<=", "T3", UTILITIES): Rule("global", "multipliers"),
     ("local_ratio", "<=", "lp-dual", UTILITIES): Rule("local", "pairs"),

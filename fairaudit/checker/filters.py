@@ -11,7 +11,7 @@ from math import gcd, prod
 from operator import mul
 
 from .header import Header
-from .json_values import Labels, read_label_lists, read_list, read_object, read_strings
+from .json_values import Labels, read_integer, read_label_lists, read_list, read_object, read_strings
 from .laws import Law, reduced_law
 from .rationals import (
     ONE,
@@ -29,12 +29,18 @@ from .text import TooMuch, malformed
 from .work import keep, spend, working_on
 
 PAIR_ENTRIES = 500_000  # of the joint likelihood ratios of pairs of rows of a product of filters
+MAX_RELEASES = 10_000
 
 
-def read_filters(header: Header, value: object, where: str) -> tuple[Filter, Filter | None]:
-    """Read the filters of a policy, for its groups and perhaps for its contexts, from the first line of its table."""
+def read_filters(header: Header, value: object, where: str) -> tuple[Filter, Filter | None, int]:
+    """Read the filters of a policy, for its groups and perhaps for its contexts, and how often a group is released."""
     columns, decisions = header.subject.columns, len(header.decisions)
-    filters = read_object(value, where, ("group", "context"))
+    filters = read_object(value, where, ("group", "context"), optional=("releases",))
+    releases = 1
+    if "releases" in filters:
+        releases = read_integer(filters["releases"], f"{where}.releases", MAX_RELEASES + 1)
+        if releases < 2:
+            raise malformed(f"{where}.releases", "must be at least 2 where it is given")
     group = _read_filter(filters["group"], f"{where}.group", len(columns.group))
     context = None
     if filters["context"] is not None:
@@ -45,7 +51,7 @@ def read_filters(header: Header, value: object, where: str) -> tuple[Filter, Fil
     working_on("the law that the filters induce")
     spend(true_contexts * (group.size * (100 + 10 * decisions) + 3 * group.released * decisions))
     keep(true_contexts * (12 * group.size + max(group.size, group.released) * decisions))
-    return group, context
+    return group, context, releases
 
 
 def _read_filter(value: object, where: str, columns: int) -> Filter:
@@ -159,12 +165,11 @@ def mixed_laws(laws: Sequence[Law], maps: Sequence[_Map]) -> list[Law]:
 Distribution = tuple[tuple[int, int], ...]  # pairs (p, q), sorted: what two rows give to the outputs, by likelihood ratio p/q
 
 
-def _by_likelihood_ratio(pairs: Iterable[tuple[int, int]]) -> Distribution:
-    """Add up the pairs of equal p/q; those with p = 0 add nothing to any H_k."""
+def by_likelihood_ratio(pairs: Iterable[tuple[int, int]]) -> Distribution:
+    """Add up the pairs of equal p/q; outputs that neither row gives anything to are left out."""
     sums: Counter[tuple[int, int]] = Counter()
     for p, q in pairs:
-        if p:
-            divisor = gcd(p, q)
+        if divisor := gcd(p, q):
             sums[p // divisor, q // divisor] += divisor
     return tuple(sorted((p * n, q * n) for (p, q), n in sums.items()))
 
@@ -190,24 +195,37 @@ class Factor:
         ratios = [widest_ratio(column)[0] for column in columns] if len(self.inputs) > 1 else [ONE]
         return maximum(ratios)
 
-    def pairs(self) -> set[Distribution]:
-        """List the different distributions of p/q over the ordered pairs of rows of different inputs."""
+    @cached_property
+    def kinds(self) -> tuple[list[Distribution], list[list[int]]]:
+        """The different distributions of p/q over the ordered pairs of rows, and by pair which of them it has.
+
+        The first one is that of a row with itself, which is also that of equal rows of different inputs.
+        """
         rows, bits = len(self.matrix), self.total.bit_length()
         spend(rows * (rows - 1) * (len(self.outputs) + 4), bits, bits)
-        alike: set[frozenset[tuple[tuple[int, int], int]]] = set()
-        found: set[Distribution] = set()
+        keep(rows * rows // 4)
+        found: dict[Distribution, int] = {((self.total, self.total),): 0}
+        alike: dict[frozenset[tuple[tuple[int, int], int]], int] = {}
+        which = [[0] * rows for _ in range(rows)]
         entries = 0
-        for one, other in permutations(self.matrix, 2):
-            counts = frozenset(Counter(zip(one, other, strict=True)).items())
-            if counts not in alike:
+        for i, j in permutations(range(rows), 2):
+            counts = frozenset(Counter(zip(self.matrix[i], self.matrix[j], strict=True)).items())
+            number = alike.get(counts)
+            if number is None:
                 keep(4 * len(counts), bits)
-                alike.add(counts)
-                distribution = _by_likelihood_ratio((p * n, q * n) for (p, q), n in counts)
-                if distribution not in found:
-                    found.add(distribution)
-                    entries += len(distribution)
-                    _check_entries(entries, bits)
-        return found
+                distribution = by_likelihood_ratio((p * n, q * n) for (p, q), n in counts)
+                number = alike[counts] = found.setdefault(distribution, len(found))
+                if number == len(found) - 1 > 0:
+                    entries += sum(p > 0 for p, _ in distribution)
+                    check_entries(entries, bits)
+            which[i][j] = number
+        return list(found), which
+
+    def pairs(self) -> set[Distribution]:
+        """List the different distributions of p/q over the ordered pairs of rows of different inputs; p = 0 adds nothing to any H_k."""
+        distributions, which = self.kinds
+        numbers = {number for i, row in enumerate(which) for j, number in enumerate(row) if i != j}
+        return {tuple((p, q) for p, q in distributions[number] if p) for number in numbers}
 
 
 @dataclass(frozen=True)
@@ -281,7 +299,7 @@ class Filter:
             before = differing
             entries = (1 + sum(map(len, before))) * (1 + sum(map(len, own)))
             bits = unit.bit_length() + factor.total.bit_length()
-            _check_entries(entries, bits)
+            check_entries(entries, bits)
             spend(20 * entries, bits, bits)
             keep(2 * entries, 2 * bits)
             differing = {_joint(pair, other) for pair in before for other in {*own, agree}}
@@ -290,10 +308,11 @@ class Filter:
         return differing, unit
 
 
-def _check_entries(entries: int, bits: int) -> None:
+def check_entries(entries: int, bits: int) -> None:
+    """Refuse pairs of rows that have too many joint likelihood ratios, of so many bits."""
     if entries * (1 + (bits >> 8)) ** 2 > PAIR_ENTRIES:
         raise TooMuch(f"the pairs of rows of the group filter have more than {PAIR_ENTRIES} joint likelihood ratios")
 
 
 def _joint(one: Distribution, other: Distribution) -> Distribution:
-    return _by_likelihood_ratio((p * r, q * s) for p, q in one for r, s in other)
+    return by_likelihood_ratio((p * r, q * s) for p, q in one for r, s in other)

@@ -6,13 +6,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from .bounds import PolicyFacts, fault_of_bound
-from .claims import LAW, RULES, UTILITIES, Claim, Rule, is_about_population
+from .bounds import fault_of_bound
+from .claims import LAW, POLICIES, RULES, UTILITIES, Claim, Rule, is_about_population
+from .declared import DeclaredIn
 from .figures import Maximum
 from .intervals import Proven
+from .policy_facts import PolicyFacts
 from .program import Program
 from .rates import DIFFERENCES
 from .rationals import INFINITY, ONE, ZERO, Rational, at_most, reduced
+from .suprema import fault_of_policies
 from .table import Table
 from .text import Finding, finding_of, shown
 from .work import working_on
@@ -28,13 +31,14 @@ class Facts:
     declared: Mapping[str, Rational]
     program: Program | None
     proven: Mapping[str, Proven]  # the intervals that hold
+    declared_in: Sequence[DeclaredIn] = ()
 
     @cached_property
     def of_policy(self) -> PolicyFacts:
         """The policy and its filters; the rules that need them are not applied to other subjects."""
         if self.table.policy is None:
             raise AssertionError
-        return PolicyFacts(self.table, self.table.policy, self.declared)
+        return PolicyFacts(self.table, self.table.policy, self.declared, self.declared_in)
 
 
 # What rules need, by the name in ``needs``: how it is decided, and what is said where it is not so.
@@ -46,7 +50,17 @@ CONDITIONS: dict[str, tuple[Callable[[Facts], bool], str]] = {
     ),
     "g(u)": (lambda facts: facts.table.header.utility is not None, "the utility does not depend on the decision alone"),
     "finite": (lambda facts: facts.of_policy.policy.group.exp_epsilon != INFINITY, "epsilon is infinite"),
+    "one release": (
+        lambda facts: facts.of_policy.policy.releases == 1,
+        "one memory sees several releases of a group, and the theorem is about one",
+    ),
     "context filter": (lambda facts: facts.of_policy.policy.context is not None, "there is no context filter"),
+}
+
+
+# The rules of T13, by what a claim is about.
+OVER_POLICIES: dict[str, Callable[[Claim, PolicyFacts], str]] = {
+    POLICIES: fault_of_policies,
 }
 
 
@@ -93,8 +107,12 @@ def _fault(claim: Claim, facts: Facts) -> str:
             return otherwise
     if claim.key[3] == UTILITIES and facts.program is not None:
         fault = fault_of_worst_case(claim, rule, facts.program)
+    elif rule.source:
+        fault = _fault_of_figure(claim, rule, facts, source.value)
+    elif claim.key[2] == "T13":
+        fault = OVER_POLICIES[claim.key[3]](claim, facts.of_policy)
     else:
-        fault = _fault_of_figure(claim, rule, facts, source.value) if rule.source else fault_of_bound(claim, rule, facts.of_policy)
+        fault = fault_of_bound(claim, rule, facts.of_policy)
     if not fault and not at_most(quantity.value, claim.value):
         fault = f"the table gives the greater quantity {shown(quantity.value)}"
     return fault

@@ -163,9 +163,9 @@ def lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]
 class _PolicyRows(_Rows):
     """The lines of a policy's table: the rows of the policy, then the true cells if masses or utilities are given."""
 
-    def __init__(self, header: Header, group: Filter, context: Filter | None) -> None:
+    def __init__(self, header: Header, group: Filter, context: Filter | None, releases: int) -> None:
         super().__init__(header)
-        self.group, self.context = group, context
+        self.group, self.context, self.releases = group, context, releases
         self.true = replace(header, groups=tuple(self.group.inputs))
         if self.context is not None:
             self.true = replace(self.true, contexts=tuple(self.context.inputs))
@@ -236,9 +236,8 @@ class _PolicyRows(_Rows):
         raw = self._rows_of(self.true.contexts, self.true.groups)  # in the order of the true cells
         unfiltered = self._table((self.laws[place] for place in raw.values()), given, "", None) if len(raw) == n else None
         drawn = sum(self.draws.values())
-        return self._table(
-            induced, given, digest, Policy(self.group, self.context, rows, by_context, unfiltered, draws, self.header, drawn)
-        )
+        policy = Policy(self.group, self.context, rows, by_context, unfiltered, draws, self.header, drawn, self.releases)
+        return self._table(induced, given, digest, policy)
 
     def _table(
         self, laws: Iterable[Law], given: Sequence[tuple[Rational, Sequence[Rational | None]]], digest: str, policy: Policy | None

@@ -12,6 +12,17 @@ FRESH = (
 )
 
 DECLARED_FLOOR = "every compared group's expected utility is at least {} behind the filter (declared)"
+DECLARED_FLOOR_IN = "in context {}, every compared group's expected utility is at least {} behind the filter (declared)"
+DECLARED_MEAN_FLOOR = "every compared group's mean utility is at least {} behind the filter (declared)"
+
+DECLARED_RANGE = (
+    "every utility is between {} and {}, and for the same decision and context the utilities of two groups differ by at most {} (declared)"
+)
+
+DECLARED_RANGE_IN = "in context {}, every utility is between {} and {} (declared)"
+
+DRIFT = "for everything that the filters release, the law of the decision is within total variation {} of the law of this policy (declared)"
+RELEASES = "one memory sees at most {} releases of a group, each drawn afresh (declared)"
 
 DRAWS = (
     "the draws within a cell are independent, each with the law of the cell, and how many there are does not depend on how they came out"

@@ -69,6 +69,7 @@ class Policy:
     draws: list[list[int]]
     header: Header  # with the labels of the policy's own rows
     drawn: int  # all draws together, also for what is never released
+    releases: int = 1  # of a group, drawn afresh, that one memory sees
 
 
 def _lacks_population(table: Table) -> bool:

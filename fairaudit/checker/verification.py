@@ -8,18 +8,18 @@ from itertools import chain
 
 from .assumptions import check_assumptions
 from .certificate import Certificate, read_certificate
+from .declared import check_declared
 from .interval_proofs import check_change, check_differences, check_intervals
 from .intervals import Proven
 from .judgement import Facts, check_claims, faults_of_claims
 from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
 from .preparation import check_preparation, check_spellings
 from .program import Program
-from .rationals import at_most
 from .rows import lines_of_file, read_table
 from .table import Table, constants, measure
 from .tails import tail_rarity
 from .targets import check_targets
-from .text import Finding, Report, TableNeeded, compared, finding_of, shown
+from .text import Finding, Report, TableNeeded, compared
 from .work import CURRENT_WORK, Work, grant_bytes, working_on
 from .worst_case import check_class
 
@@ -82,7 +82,7 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
         findings += check_unfiltered(stated.unfiltered, table.policy)
     findings.append(check_not_compared(stated.not_compared, table))
     proven, window = _check_intervals(stated, table, findings)
-    facts = Facts(table, metrics, stated.declared, program, proven)
+    facts = Facts(table, metrics, stated.declared, program, proven, stated.declared_in)
     faults = faults_of_claims(stated.claims, facts)
     findings += check_claims(stated.claims, faults)
     findings += check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault], window)
@@ -144,8 +144,4 @@ def _check_subject(stated: Certificate, table: Table) -> Iterator[Finding]:
             yield compared(f"subject.privacy.{name}.exp_epsilon", figures["exp_epsilon"], used.exp_epsilon)
             attributes = [factor.exp_epsilon for factor in used.factors]
             yield compared(f"subject.privacy.{name}.attributes", figures["attributes"], attributes)
-    for key, value in stated.declared.items():
-        own = actual[key]
-        pair = (own, value) if key in ("gamma", "lipschitz") else (value, own)
-        true = isinstance(own, tuple) and at_most(*pair)
-        yield finding_of(f"subject.declared.{key} is {shown(value)}", true, "" if true else f"the table gives {shown(own)}")
+    yield from check_declared(stated.declared, stated.declared_in, table)

@@ -545,10 +545,76 @@
     return worst;
   }
 
+  // The worst policy behind the filters (T13): what each decision under each release adds to the expected utility of a group.
+  function contributions(f, local) {
+    const { law } = f, { policy } = law, rows = policy.context && policy.context.rows();
+    const lists = local ? policy.contexts.map((_, x) => [x, policy.groups.map((_, a) => [a, [policy.g(x, a)]])]) : [[null, law.global.map(([a, list]) => {
+      const all = total(list.map((c) => c.mass)), share = list.map((c) => [c.x, over(c.mass, all)]);
+      return [a, policy.released.map((_, k) => [...Array(policy.decisions).keys()].map((u) => total(share.map(([x, s]) => {
+        const seen = rows ? [rows[x][k], policy.context.d] : x === k ? ONE : ZERO;
+        return seen[0] === 0n ? ZERO : times(times(s, seen), policy.g(x, a)[u]);
+      }))))];
+    })]];
+    return lists.map(([x, groups]) => {
+      const [flat] = whole(groups.flatMap(([, g]) => g.flat()));
+      let at_ = 0;
+      return { x, groups: groups.map(([a, g]) => {
+        const worth = g.map((row) => row.map(() => flat[at_++]));
+        return [a, policy.all[a].flatMap((chance) => worth.map((row) => row.map((v) => chance * v)))];
+      }) };
+    });
+  }
+  async function worstPolicies(claim, value, f) {  // no policy exceeds the value, and the worst one for the pair that is named has it
+    const { policy } = f.law, local = claim.quantity === "local_ratio_supremum", where = claim.evidence.attained;
+    const size = policy.contexts.length * policy.groups.length ** 2 * policy.all[0].length * policy.decisions;
+    if (f.doc.subject.table.header.filters.releases || size > WORK) return undefined;
+    const blocks = contributions(f, local), infinite = value[1] === 0n, [n, d] = value;
+    for (const { groups } of infinite ? [] : blocks) for (const [a, p] of groups) for (const [b, q] of groups) {
+      if (a === b) continue;
+      let sum_ = 0n;
+      p.forEach((row, o) => { let best = null; row.forEach((v, u) => { const c = d * v - n * q[o][u]; if (best === null || c > best) best = c; }); sum_ += best; });
+      if (sum_ > 0n) return false;
+      if (late()) await turn();
+    }
+    if (compare(value, ONE) === 0) return where === null;
+    if (!where) return false;
+    const same_ = (list, label) => list.findIndex((l) => key(l) === key(label));
+    const block = blocks.find((b) => b.x === (local ? same_(policy.contexts, where.context) : null)), group = (label) => block && block.groups.find(([a]) => a === same_(policy.groups, label));
+    const high = group(where.higher), low = group(where.lower);
+    if (!high || !low || high === low || local !== (where.context !== null)) return false;
+    let gap = 0n, bottom = 0n;
+    for (const [o, row] of high[1].entries()) {
+      let best = null;
+      row.forEach((v, u) => {
+        const q = low[1][o][u], c = infinite ? [-q, v] : [d * v - n * q, q];
+        if (best === null || c[0] > best[0] || (c[0] === best[0] && c[1] > best[1])) best = c;
+      });
+      gap += best[0]; bottom += best[1];
+    }
+    return gap === 0n && bottom > 0n;
+  }
+  async function anyUtility(claim, value, f) {  // no policy exceeds the value, whatever the utility of the declared range is
+    const { law, declared } = f, { policy } = law, { gamma, m } = declared, local = claim.quantity === "local_ratio";
+    if (!gamma || !m || value[1] === 0n) return false;
+    if (f.doc.subject.declared.by_context || f.doc.subject.table.header.filters.releases) return undefined;
+    const width = minus(gamma, m), gap = least(f.effective.gap, width), right = times(m, minus(value, ONE));
+    const holds = (_, h) => compare(add(gap, times(minus(width, gap), h)), right) <= 0;
+    if (local) return everyPair(policy.all, policy.group.d, [value], holds);
+    if (policy.contexts.length * policy.all[0].length * law.global.length ** 2 > WORK) return undefined;
+    const joint = law.global.map(([a, list]) => {
+      const all = total(list.map((c) => c.mass)), shares = new Map(list.map((c) => [c.x, over(c.mass, all)]));
+      return policy.contexts.flatMap((_, x) => policy.all[a].map((chance) => times(shares.get(x) || ZERO, [chance, policy.group.d])));
+    });
+    const [flat, scale] = whole(joint.flat()), width_ = joint[0].length;
+    return everyPair(joint.map((_, i) => flat.slice(i * width_, (i + 1) * width_)), scale, [value], holds);
+  }
+
   // Which claims there are: relation, source, quantities, scopes, and what the certificate has to be about.
   const LAW = "this law", POLICIES = "any policy behind this filter", FLOORED = POLICIES + " that keeps the declared floor";
   const GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values";
   const CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts";
+  const NEAR = POLICIES + " within the declared drift of this one", RANGE = POLICIES + ", any utility of the declared range";
+  const RANGE_FLOORED = FLOORED + ", any utility of the declared range";
   const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ";
   const QUANTITIES = [...RATIOS, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
   const KNOWN = [
@@ -590,7 +656,7 @@
   // Each rule says true, false, or undefined when it is not recomputed here.
   async function judgeClaim(claim, f) {
     if (!listed(claim, f)) return false;
-    const value = rational(claim.value), by = claim.by, metric = f.metric(claim.quantity);
+    const value = rational(claim.value), by = claim.by, metric = f.metric(by === "T13" ? claim.quantity.replace("_supremum", "") : claim.quantity);
     if (metric === undefined) return undefined;
     if (metric === null) return false;
     if (claim.scope.startsWith(POPULATION)) {
@@ -598,6 +664,7 @@
       const fits = claim.relation === "<=" ? compare(value, hi) >= 0 : compare(value, interval.ratio ? ONE : ZERO) >= 0 && compare(value, lo) <= 0;
       return fits ? undefined : false;
     }
+    if (by === "T13") return compare(metric, value) > 0 ? false : claim.scope === POLICIES ? worstPolicies(claim, value, f) : claim.scope === RANGE ? anyUtility(claim, value, f) : undefined;
     if (claim.relation === "=") return compare(value, metric) === 0;
     if (compare(metric, value) > 0) return false;
     if (by === "T7") {
@@ -721,8 +788,9 @@
       const needs = { T2: [], T5: [], "T5-decision": [], T4: ["gamma", "m"] }[claim.by];
       const floored = claim.scope === FLOORED && "gamma" in declared;
       const any = claim.scope === POLICIES && needs && needs.every((n) => n in declared);
+      const range = claim.by === "T13" && "gamma" in declared && "m" in declared;
       open = open || (own && claim.scope === POLICIES && !needs);
-      if (own && (any || floored)) high = least(high, rational(claim.value));
+      if (own && (any || floored || range)) high = least(high, rational(claim.value));
     }
     return target.verdict === (!atMost(low) ? "exceeds" : atMost(high) ? "within" : "inconclusive") || open ? undefined : false;
   }
@@ -783,7 +851,7 @@
       say("privacy of the filters", same(law.privacy, about.privacy));
     }
     say("what was not compared", same(notCompared(law).concat(given ? given.left : []), doc.not_compared));
-    const declared = Object.fromEntries(Object.entries(about.declared || {}).map(([k, v]) => [k, rational(v)]));
+    const declared = Object.fromEntries(Object.entries(about.declared || {}).flatMap(([k, v]) => (typeof v === "string" ? [[k, rational(v)]] : [])));
     const value = (m) => (m === undefined ? undefined : m === null ? null : rational("ratio" in m ? m.ratio : m.value));
     const of = { local_ratio: "local", global_ratio: "global", local_ratio_supremum: "local_supremum", global_ratio_supremum: "global_supremum" };
     const { gamma, m, lipschitz, tau } = declared;

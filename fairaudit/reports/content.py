@@ -35,7 +35,7 @@ from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.reports.expectations import Expectations, Matrix, Panel
 from fairaudit.reports.ladder import Calibrated, Rung, calibration, ladder
 from fairaudit.reports.verdicts import judged_targets
-from fairaudit.reports.words import QUANTITIES, Value, claimed, clip, how, named, scope
+from fairaudit.reports.words import Value, claimed, clip, how, named, quantity, scope
 from fairaudit.tables.preparation import said
 from fairaudit.words import THE_INTERVAL, THIS_TABLE, Words, approximate, percent, place, plain, words_for
 
@@ -476,7 +476,7 @@ class Content:
         relations = {"=": "=", "<=": "≤", ">=": "≥"}
         return [
             {
-                "quantity": QUANTITIES.get(claim["quantity"], plain(claim["quantity"])),
+                "quantity": quantity(claim),
                 "relation": relations[claim["relation"]],
                 "value": claimed(claim),
                 "scope": scope(claim["scope"]),
@@ -501,7 +501,12 @@ class Content:
         for key, name in names.items():
             text = about["utility"][key]
             listed.append((name, None if text is None else Value(number(text))))
-        return listed + [(f"declared {names[key]}", Value(number(text))) for key, text in about.get("declared", {}).items()]
+        names |= {"global_tau": f"least mean {what} of a group", "max_drift": "greatest drift of the policy, in total variation"}
+        declared = dict(about.get("declared", {}))
+        for entry in declared.pop("by_context", []):
+            where = named(dict(zip(about["columns"]["context"], entry["context"], strict=True)))
+            declared |= {f"{names[key]} in {where}": text for key, text in entry.items() if key != "context"}
+        return listed + [(f"declared {names.get(key, key)}", Value(number(text))) for key, text in declared.items()]
 
 
 def describe(document: Mapping[str, Any], found: Subject | None = None) -> Content:

@@ -14,7 +14,7 @@ from fairaudit.exact.enclosures import exp_enclosure
 from fairaudit.filters.calibration import calibrate
 from fairaudit.measures.limits import limit_text
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.reports.words import Value, claimed, how, scope
+from fairaudit.reports.words import REACH, Value, claimed, how, scope
 from fairaudit.theorems.bound import ANY_POLICY, FLOORED
 from fairaudit.theorems.registry import is_sampled
 from fairaudit.words import approximate
@@ -60,6 +60,8 @@ def ladder(document: Mapping[str, Any], name: Literal["local", "global"]) -> lis
     if over_units is not None:
         rungs.append(Rung("measured", f"measured: {kind}, mean over units", "this law", Value(over_units.ratio)))
     for claim in document["claims"]:
+        if _over_policies(claim, name):
+            rungs.append(_supremum(claim))
         if claim["quantity"] != f"{name}_ratio" or claim["relation"] == "=":
             continue
         bounded: Literal["bound", "least"] = "bound" if claim["relation"] == "<=" else "least"
@@ -76,6 +78,17 @@ def ladder(document: Mapping[str, Any], name: Literal["local", "global"]) -> lis
         of = f", {target['estimand']}" if "estimand" in target else ""
         rungs.append(Rung("target", f"target: {said}", scope(target["judged"]) + of, shown))
     return sorted(rungs, key=lambda rung: (float(rung.value), rung.kind != "measured"))
+
+
+def _over_policies(claim: Mapping[str, Any], name: str) -> bool:
+    """Whether a claim says what policies behind the filters can do to a ratio at most."""
+    return bool(claim["by"] == "T13" and claim["quantity"] == f"{name}_ratio_supremum")
+
+
+def _supremum(claim: Mapping[str, Any]) -> Rung:
+    """The greatest ratio of the policies of a scope, which some policy has, or an upper bound of it."""
+    attained = "the worst that it can be" if claim["relation"] == "=" else "at most"
+    return Rung("bound", f"{REACH.get(claim['scope'], 'any policy')}: {attained} (T13)", scope(claim["scope"]), claimed(claim))
 
 
 def calibration(document: Mapping[str, Any], subject: Subject | None) -> Calibrated | None:
@@ -137,7 +150,11 @@ def _standing(document: Mapping[str, Any], mechanism: Mechanism, *, declared: bo
     if any(factor.inputs != factor.outputs for factor in mechanism.factors):
         return None
     scopes = {ANY_POLICY, *((FLOORED,) if declared else ())}
-    values = [number(c["value"]) for c in document["claims"] if c["scope"] in scopes and c["quantity"] == "local_ratio"]
+    values = [
+        number(c["value"])
+        for c in document["claims"]
+        if c["scope"] in scopes and (c["quantity"] == "local_ratio" or _over_policies(c, "local"))
+    ]
     best = min(values, default=inf)
     kept = prod(min(Fraction(row[i], f.denominator) for i, row in enumerate(f.rows)) for f in mechanism.factors)
     return None if best == inf else (log(best), float(kept))

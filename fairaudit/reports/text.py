@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
 from math import inf
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.audits.sentences import pair_text, size_text
 from fairaudit.certificates.entries import change_assumptions
 from fairaudit.errors import shown
+from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import rational_text
 from fairaudit.measures.expectations import cell_expectation
 from fairaudit.measures.limits import limit_text
@@ -18,6 +20,7 @@ from fairaudit.measures.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.epsilon_delta import exp_epsilon
+from fairaudit.reports.words import REACH
 from fairaudit.tables.preparation import said
 from fairaudit.theorems.applicable import to_judge
 from fairaudit.theorems.registry import BY_KEY
@@ -31,7 +34,7 @@ if TYPE_CHECKING:
     from fairaudit.inference.rates import GivenTruth
     from fairaudit.model.law import Law
     from fairaudit.tables.preparation import Entry
-    from fairaudit.theorems.bound import Bound
+    from fairaudit.theorems.supremum import Supremum
 
 __all__ = ["intervals", "prepared_text", "spelling_text", "summary", "verdict"]
 
@@ -58,7 +61,7 @@ def summary(result: Result, top: int, written: Sequence[str], findings: Sequence
         "\n".join(findings),
         _filters(result),
         _before_and_after(result),
-        _bounds(result),
+        _guaranteed(result),
         _assumed(result),
         _pairs(result, top),
         _constants(result),
@@ -308,21 +311,20 @@ def _before_and_after(result: Result) -> str:
     return "\n".join(lines)
 
 
-def _bounds(result: Result) -> str:
-    """What theorems guarantee, by scope, the smallest bound of each scope first and marked."""
+def _guaranteed(result: Result) -> str:
+    """What is guaranteed behind the filters, from this policy to any: a line for each scope, and more where more was asked for."""
     lines = []
-    scopes: dict[tuple[str, str], list[Bound]] = {}
-    for bound in result.bounds:
-        scopes.setdefault((bound.quantity, bound.scope), []).append(bound)
-    for (quantity, scope), bounds in scopes.items():
-        lines.append(f"Guaranteed for {quantity.replace('_', ' ')}, {scope}")
-        for i, bound in enumerate(sorted(bounds, key=lambda b: (b.value, b.theorem))):
-            log = "infinite" if bound.value == inf else f"{float(Ratio(bound.value, NOWHERE).log[1]):.4f}"
-            mark = "  <- the smallest" if i == 0 else ""
-            how = BY_KEY[quantity, "<=", bound.theorem, scope].how
-            lines.append(f"  {bound.theorem:<12}{approximate(bound.value):>8}  log {log:<9} {how}{mark}")
+    for quantity, measured in (("local", result.local), ("global", result.global_)):
+        found = sorted(_guarantees(result, quantity), key=lambda line: (line.reach, line.value, line.why))
+        if measured is None or not found:
+            continue
+        where = "within contexts" if quantity == "local" and result.columns.context else "overall" if quantity == "global" else ""
+        lines.append(" ".join(["Guaranteed", *([where] if where else []), "behind these filters, ratio R (log R)"]))
+        known = [_Guarantee(0, measured.ratio, "the figure itself"), *found]
+        lines += [f"  {approximate(at.value):>8}  {_logarithm(at.value):>10}  {REACHES[at.reach]}: {at.why}" for at in known]
     if lines:
-        judge = dict.fromkeys(text for bound in result.bounds for text in to_judge(bound))
+        suprema = [text for found in result.suprema for text in found.assumptions]
+        judge = dict.fromkeys([*(text for bound in result.bounds for text in to_judge(bound)), *suprema])
         confirmed = dict.fromkeys(text for bound in result.bounds for text in bound.assumptions if text not in judge)
         for title, texts in (("Confirmed by the table and the filters", confirmed), ("For you to judge", judge)):
             if texts:
@@ -330,11 +332,54 @@ def _bounds(result: Result) -> str:
     return "\n".join(lines)
 
 
+@dataclass(frozen=True)
+class _Guarantee:
+    """A line: how far it reaches, the ratio, and why."""
+
+    reach: int
+    value: Extended
+    why: str
+
+
+REACHES = tuple(REACH.values())
+
+
+def _guarantees(result: Result, quantity: str) -> Iterator[_Guarantee]:
+    """What is known of a ratio behind filters besides the figure itself."""
+    places = {scope: i for i, scope in enumerate(REACH)}
+    for bound in result.bounds:
+        if bound.quantity == f"{quantity}_ratio":
+            how = BY_KEY[bound.quantity, "<=", bound.theorem, bound.scope].how
+            yield _Guarantee(places[bound.scope], bound.value, f"{how} ({bound.theorem})")
+    for found in result.suprema:
+        if found.quantity == quantity:
+            yield _Guarantee(places[found.scope], found.value, f"{_attained(found, result)} (T13)")
+
+
+def _attained(found: Supremum, result: Result) -> str:
+    """Where the greatest ratio of the policies of a scope is attained."""
+    if not found.exact:
+        return "at most, and no more than 10⁻⁹ too much"
+    if found.higher is None or found.lower is None:
+        return "none of them treats groups unequally"
+    columns = result.columns
+    where = "" if found.context is None or not columns.context else f"{_place(dict(zip(columns.context, found.context, strict=True)))}: "
+    high, low = (_place(dict(zip(columns.group, label, strict=True))) for label in (found.higher, found.lower))
+    if found.value == inf:
+        gets = "bears" if result.burden else "gets"
+        return f"{where}one of them leaves {low} with nothing where {high} {gets} something"
+    return f"exactly the worst of them, {where}{high} over {low}"
+
+
+def _logarithm(value: Extended) -> str:
+    return "infinite" if value == inf else f"{float(Ratio(value, NOWHERE).log[1]):.4f}"
+
+
 def _assumed(result: Result) -> str:
     """What claims rest on besides what stands beside intervals and bounds."""
-    intervals = result.given_truth.intervals if result.given_truth else {}
-    listed = [found.assumptions for found in result.intervals.values()] + [bound.assumptions for bound in result.bounds]
-    said = {text for texts in (*listed, *(found.assumptions for found in intervals.values())) for text in texts}
+    intervals: tuple[Any, ...] = (*result.intervals.values(), *(result.given_truth.intervals.values() if result.given_truth else ()))
+    listed = (*intervals, *result.bounds, *result.suprema)
+    said = {text for found in listed for text in found.assumptions}
     needed = [*(claim.assumptions for claim in result.claims), change_assumptions(result.changed) if result.changed else ()]
     rest = dict.fromkeys(text for texts in needed for text in texts if text not in said)
     return "\n".join(["For you to judge", *(f"  - {plain(text)}" for text in rest)]) if rest else ""

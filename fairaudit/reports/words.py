@@ -13,10 +13,20 @@ from fairaudit.certificates.reader import number
 from fairaudit.exact.enclosures import log_enclosure
 from fairaudit.measures.distances import PARITY_WITHIN
 from fairaudit.measures.rates import NAMES
+from fairaudit.theorems.bound import (
+    ANY_CONTEXT_FILTER,
+    ANY_POLICY,
+    ANY_UTILITY,
+    ANY_UTILITY_FLOORED,
+    FLOORED,
+    NEAR_POLICY,
+    THIS_LAW,
+    THIS_POLICY,
+)
 from fairaudit.theorems.registry import is_sampled, kind_of
 from fairaudit.words import approximate, percent, place, plain
 
-__all__ = ["QUANTITIES", "Value", "claimed", "clip", "how", "named", "percent", "quotient", "scope"]
+__all__ = ["QUANTITIES", "REACH", "Value", "claimed", "clip", "how", "named", "percent", "quantity", "quotient", "scope"]
 
 
 SHOW_EXACT = 60  # characters of an exact number that still fit a line
@@ -33,6 +43,23 @@ QUANTITIES = {
     "demographic_parity": "demographic parity",
     **NAMES,
 }
+
+OVER_POLICIES = {
+    "local_ratio_supremum": "greatest local ratio R of such policies",
+    "global_ratio_supremum": "greatest global ratio of such policies",
+}
+
+REACH = {
+    THIS_LAW: "this policy behind these filters",
+    THIS_POLICY: "this policy behind any group filter of at most this ε",
+    ANY_CONTEXT_FILTER: "this policy behind this group filter and any context filter",
+    NEAR_POLICY: "any policy within the declared drift of this one",
+    FLOORED: "any policy that keeps the declared floor",
+    ANY_POLICY: "any policy",
+    ANY_UTILITY_FLOORED: "any policy that keeps the declared floor, any utility of the declared range",
+    ANY_UTILITY: "any policy, any utility of the declared range",
+}
+"""How far a guarantee reaches, from the narrowest scope to the widest, in words for a line."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +133,12 @@ def claimed(claim: Mapping[str, Any]) -> Value:
     """The value of a claim; an end of an interval is rounded outwards, what is known exactly to the nearest decimals."""
     outwards: dict[str, Literal["down", "up"]] = {"<=": "up", ">=": "down"}
     return Value(number(claim["value"]), outwards[claim["relation"]] if is_sampled(claim["scope"]) else "nearest")
+
+
+def quantity(claim: Mapping[str, Any]) -> str:
+    """What a claim is a statement of, in words."""
+    own = claim["quantity"]
+    return (OVER_POLICIES if claim["by"] == "T13" else QUANTITIES).get(own) or QUANTITIES.get(own, plain(own))
 
 
 def how(claim: Mapping[str, Any]) -> str:

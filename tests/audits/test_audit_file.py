@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from fairaudit.audits.audit_file import read_audit
 from fairaudit.cli import main
+from fairaudit.errors import InputError
+from fairaudit.model.policy import Deployment
 
 LAW = '[law]\ntable = "log.csv"\ndecision = "u"\ngroup = "g"\n{more}\n[utility]\nvalues = {{ yes = 1 }}\n'
 POLICY = (
@@ -55,3 +58,43 @@ def test_missing_labels_are_refused_unless_the_file_says_otherwise(folder: Path,
     (folder / "audit.toml").write_text(text.format(more=""))
     assert main(["certify", str(folder / "audit.toml"), "--missing", "drop"]) == 2
     assert "the audit file has missing in [law] or [policy]" in capsys.readouterr().err
+
+
+FILTERED = (
+    '[policy]\ntable = "policy.csv"\ndecision = "u"\ngroup = "g"\ncount = "n"\nmissing = "drop"\n[filter.group]\n{filter}\n'
+    "[utility]\nvalues = {{ yes = 1 }}\n"
+)
+RESPONSE = 'kind = "randomized-response"\nkeep_probability = "3/4"\n'
+PRODUCT = f'kind = "product"\n{{more}}\n[filter.group.g]\n{RESPONSE}'
+
+
+@pytest.mark.parametrize("filters", [RESPONSE + "{more}", PRODUCT])
+@pytest.mark.parametrize(("more", "releases"), [("", 1), ("releases = 1", 1), ("releases = 20", 20), ("releases = 10000", 10_000)])
+def test_how_many_releases_one_memory_sees(folder: Path, filters: str, more: str, releases: int) -> None:
+    (folder / "audit.toml").write_text(FILTERED.format(filter=filters.format(more=more)))
+    subject = read_audit(str(folder / "audit.toml")).subject
+    assert isinstance(subject, Deployment) and subject.releases == releases
+
+
+@pytest.mark.parametrize("value", ["0", "-3", "10001", "2.0", '"20"', "true", "[2]"])
+def test_a_number_of_releases_that_is_none_is_refused(folder: Path, value: str) -> None:
+    (folder / "audit.toml").write_text(FILTERED.format(filter=f"{RESPONSE}releases = {value}"))
+    with pytest.raises(
+        InputError, match=r"audit.toml: \[filter.group\]: the number of releases is .*; a whole number from 1 to 10000 is acc"
+    ):
+        read_audit(str(folder / "audit.toml"))
+
+
+def test_releases_of_the_context_are_not_counted(folder: Path) -> None:
+    context = '[filter.context]\nkind = "identity"\nreleases = 2\n'
+    (folder / "audit.toml").write_text(FILTERED.format(filter=RESPONSE) + context)
+    with pytest.raises(InputError, match=r"\[filter.context\]"):
+        read_audit(str(folder / "audit.toml"))
+
+
+def test_a_column_may_be_named_like_the_key(folder: Path) -> None:
+    (folder / "policy.csv").write_text("u,releases,n\nyes,f,3\nno,f,1\nyes,m,2\nno,m,2\n")
+    text = FILTERED.replace('"g"', '"releases"').format(filter=PRODUCT.format(more="").replace("group.g", "group.releases"))
+    (folder / "audit.toml").write_text(text)
+    subject = read_audit(str(folder / "audit.toml")).subject
+    assert isinstance(subject, Deployment) and subject.releases == 1 and subject.groups == (("f",), ("m",))

@@ -70,8 +70,8 @@ def test_the_random_certificates_are_of_many_kinds() -> None:
             counts[(least is None) + 2 * (least == INF)] += 1
     rules = checker.claims.RULES.items()
     assert set(seen) == {
-        key[2:] for key, rule in rules if not rule.source and key[3] != checker.claims.UTILITIES
-    }  # all that judge policies
+        key[2:] for key, rule in rules if not rule.source and key[3] != checker.claims.UTILITIES and key[2] != "T13"
+    }  # all that judge this policy by a theorem about one release
     for key, (true, none, infinite) in seen.items():
         assert true >= 40 and none + infinite >= 40, key
 

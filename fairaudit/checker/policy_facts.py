@@ -1,0 +1,126 @@
+"""What the rules about a policy behind filters need of it, each computed when a claim needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+from .claims import FLOORED, LAW
+from .declared import DeclaredIn
+from .filters import map_of, map_through, mixed_laws
+from .laws import expectation
+from .likelihoods import Likelihoods
+from .policy_evidence import Attained
+from .rationals import Rational, extreme_positions, maximum, over_common_denominator, widest_ratio
+from .sides import Sides, global_sides, local_sides
+from .table import Policy, Table, constants
+from .text import shown
+
+
+@dataclass(frozen=True)
+class PolicyFacts:
+    """What the theorems need of a policy and its filters, each computed when a claim needs it."""
+
+    table: Table  # of the law that they induce
+    policy: Policy
+    declared: Mapping[str, Rational]
+    by_context: Sequence[DeclaredIn] = ()
+
+    @cached_property
+    def constants(self) -> dict[str, Fraction]:
+        """The effective constants of g, those that are declared first; tau is that of the table."""
+        own = constants(self.table)
+        finite = {key: Fraction(*value) for key, value in own.items() if isinstance(value, tuple)}
+        return finite | {key: Fraction(*value) for key, value in self.declared.items() if key in ("gamma", "m", "lipschitz")}
+
+    def _utilities(self) -> list[Sequence[Rational | None]]:
+        """For each true context its g(u,x), which must not depend on the group."""
+        return [cells[0].utility for cells in self.table.by_context()]
+
+    def floor(self, scope: str) -> Fraction | None:
+        """The tau of a claim: what all expectations are at least, in the scope of the claim."""
+        if scope == LAW:
+            return self.constants.get("tau")
+        if scope == FLOORED:
+            return Fraction(*self.declared["tau"]) if "tau" in self.declared else None
+        return Fraction(*self._policy_floor)
+
+    @cached_property
+    def _policy_floor(self) -> Rational:
+        """The least expectation over what each true context can release and all reachable groups, for g(u,x)."""
+        contexts = range(len(self.table.header.contexts))
+        releases = self.policy.context.releases() if self.policy.context else [[x] for x in contexts]
+        seen: dict[Sequence[Rational | None], set[int]] = {}
+        for utility, released in zip(self._utilities(), releases, strict=True):
+            seen.setdefault(utility, set()).update(released)
+        values = [expectation(law, g) for g, released in seen.items() for x in released for law in self.policy.rows[x]]
+        return values[extreme_positions(values)[1]]
+
+    @cached_property
+    def raw_ratio(self) -> Rational:
+        """The greatest ratio of two expectations of one true context over the reachable groups, for g(u,x)."""
+        pairs = zip(self._utilities(), self.policy.by_context, strict=True)
+        ratios = [widest_ratio([expectation(law, utility) for law in laws])[0] for utility, laws in pairs]
+        return maximum(ratios)
+
+    @cached_property
+    def context_ratio(self) -> Rational:
+        """The local ratio of the law over reachable contexts and true groups, for g(u)."""
+        utility = self.table.header.utility or ()
+        laws = (mixed_laws(row, self.policy.group.maps) for row in self.policy.rows)
+        ratios = [widest_ratio([expectation(law, utility) for law in row])[0] for row in laws]
+        return maximum(ratios)
+
+    @cached_property
+    def composition(self) -> Rational:
+        """The greatest P(x|a)/P(x|a') over released contexts x and pairs of groups of positive mass."""
+        masses, _ = over_common_denominator([cell.mass for cell in self.table.cells])
+        factors = self.policy.context.factors if self.policy.context else ()
+        released = map_through(masses, [map_of([*zip(*factor.matrix, strict=True)], factor.total) for factor in factors])
+        n = len(self.table.header.groups)
+        rows = [released[i : i + n] for i in range(0, len(released), n)]
+        totals = [sum(column) for column in zip(*rows, strict=True)]
+        ratios = [widest_ratio([(p, total) for p, total in zip(row, totals, strict=True) if total])[0] for row in rows]
+        return maximum(ratios)
+
+    @cached_property
+    def likelihoods(self) -> Likelihoods:
+        """The laws of the likelihood ratios of all pairs of groups, for as many releases as one memory sees."""
+        return Likelihoods(self.policy.group, self.policy.releases)
+
+    @cached_property
+    def _sides(self) -> dict[bool, Sides]:
+        return {}
+
+    def sides(self, local: bool) -> Sides:
+        """What each decision is worth to each group, for the local or for the global ratio."""
+        if local not in self._sides:
+            self._sides[local] = local_sides(self.table) if local else global_sides(self.table, self.policy)
+        return self._sides[local]
+
+    def place(self, attained: Attained, local: bool) -> tuple[int | None, int, int] | str:
+        """Find the context and the groups that are named, or say why they are not those of an ordered pair that is compared."""
+        header = self.table.header
+        if (attained.context is None) == local:
+            return "the context must be named of a local ratio, and of no other"
+        if attained.higher == attained.lower:
+            return "a group is not compared with itself"
+        context = None
+        if attained.context is not None:
+            if attained.context not in header.contexts:
+                return f"{shown(list(attained.context))} is no true context"
+            context = header.contexts.index(attained.context)
+        pair: list[int] = []
+        for label in (attained.higher, attained.lower):
+            if label not in header.groups or header.groups.index(label) not in self.sides(local).groups:
+                return f"{shown(list(label))} is no group that is compared"
+            pair.append(header.groups.index(label))
+        return context, pair[0], pair[1]
+
+    def named(self, context: int | None, higher: int, lower: int) -> str:
+        """Name an ordered pair of groups, and the context in which it is compared."""
+        header = self.table.header
+        place = "" if context is None else f" in context {shown(list(header.contexts[context]))}"
+        return f"for the groups {shown(list(header.groups[higher]))} and {shown(list(header.groups[lower]))}{place}"
