@@ -266,6 +266,21 @@ class Deployment:
         ]
 
     @cached_property
+    def released_rows(self) -> tuple[NDArray[Any], int]:
+        """T(u|x̃,ã) over the contexts and groups that can be released, in the order of the filters' outputs: integers, and what rows sum to.
+
+        Examples
+        --------
+        >>> from fairaudit.model.mechanism import RandomizedResponse
+        >>> policy = Policy.from_array([["0.9", "0.1"], ["0.4", "0.6"]], decisions=["hire", "pass"], groups=["f", "m"])
+        >>> rows, total = policy.behind(group=RandomizedResponse(["f", "m"], keep_probability="0.7")).released_rows
+        >>> rows.tolist(), total
+        ([[[9, 1], [4, 6]]], 10)
+        """
+        tensor = self._tensor[:, self._reachable(self.group_filter)]
+        return tensor if self.context_filter is None else tensor[self._reachable(self.context_filter)], self._rows[1]
+
+    @cached_property
     def _cells(self) -> dict[tuple[int, int], int]:
         law = self.policy.law
         return {(x, a): i for i, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True))}

@@ -114,7 +114,7 @@ def _power_of_finite(finite: Sequence[Column], times: int, budget: Budget) -> li
     size, bits = len(finite), sum(p for p, _ in finite).bit_length()
     exponents = _progression([Fraction(p, q) for p, q in finite])
     if exponents is not None and exponents[0] * times < comb(times + size - 1, size - 1):
-        budget.spend(exponents[0] * times * size, times * bits // 64)  # each step only multiplies by a small number
+        budget.spend(exponents[0] * times * size, times * bits // 4)  # each step only multiplies by a small number
         tops = _coefficients([p for p, _ in finite], exponents, times)
         bottoms = _coefficients([q for _, q in finite], exponents, times)
         return [(p, q) for p, q in zip(reversed(tops), reversed(bottoms), strict=True) if p]

@@ -205,7 +205,8 @@ def _bounded_power(law: PairLaw, times: int) -> PairLaw:
     inverse = (1 << bits) * pow(ratio, first) >> (shift * first)
     tail = []
     for i in range(first, last):
-        tail.append((result.masses[i - result.start] << bits, result.masses[i - result.start] * inverse))
+        if mass := result.masses[i - result.start]:
+            tail.append((mass << bits, mass * inverse))
         inverse = inverse * ratio >> shift
     columns += reversed(tail)
     return PairLaw(tuple(columns), 1 << (MASS_BITS + bits), law.first, law.second)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -109,8 +110,21 @@ def hockey_stick(pair: PairLaw, k: Fraction) -> Fraction:
     >>> hockey_stick(pair_laws(RandomizedResponse(["a", "b"], keep_probability="0.7"))[0], Fraction(1))
     Fraction(2, 5)
     """
-    top, bottom = k.numerator, k.denominator
-    return Fraction(sum(max(0, p * bottom - top * q) for p, q in pair.columns), bottom * pair.denominator)
+    above = pair.columns[: likelier(pair, k.numerator, k.denominator)]
+    gained, spent = sum(p for p, _ in above), sum(q for _, q in above)
+    return Fraction(gained * k.denominator - k.numerator * spent, k.denominator * pair.denominator)
+
+
+def likelier(pair: PairLaw, top: int, bottom: int) -> int:
+    """How many columns have a likelihood ratio above top/bottom: they are the first.
+
+    Examples
+    --------
+    >>> from fairaudit.model.mechanism import RandomizedResponse
+    >>> likelier(pair_laws(RandomizedResponse(["a", "b"], keep_probability="0.7"))[0], 2, 1)
+    1
+    """
+    return bisect_left(pair.columns, True, key=lambda column: column[0] * bottom <= top * column[1])
 
 
 def power(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
@@ -141,7 +155,7 @@ def power(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
     spent, gained = 0, 0
     target = level * pair.denominator
     for p, q in pair.columns:
-        if q and spent + q >= target:
+        if q and (spent + q) * target.denominator >= target.numerator:
             ratio = Fraction(p, q)
             return (gained + ratio * (target - spent)) / pair.denominator, ratio
         spent += q

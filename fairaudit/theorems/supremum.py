@@ -75,8 +75,8 @@ class Supremum:
     pairs : tuple of PairProof
         With floors: proofs of single ordered pairs.
     rows : tuple of tuple of Fraction
-        With floors: the policy that attains it, a distribution of decisions for each released context and group that is reachable; empty
-        where the value is 1 or not attained.
+        With floors, and near a policy: the policy that attains it, a distribution of decisions for each released context and group that is
+        reachable; empty where the value is 1 or not attained.
     scope : str
         Which policies it is the greatest ratio of.
     assumptions : tuple of str

@@ -23,7 +23,7 @@ from fairaudit.exact.rationals import at_least
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.columns import joined_columns, merged_columns
-from fairaudit.privacy.pairs import PairLaw, hockey_stick, kinds_of_pairs, kinds_of_row, pair_laws, power
+from fairaudit.privacy.pairs import PairLaw, hockey_stick, kinds_of_pairs, kinds_of_row, likelier, pair_laws, power
 from fairaudit.theorems.assumptions import DECLARED_FLOOR, DECLARED_RANGE, FRESH, POPULATION
 from fairaudit.theorems.bound import ANY_UTILITY, ANY_UTILITY_FLOORED, Bound
 from fairaudit.theorems.constants import read_range
@@ -117,17 +117,14 @@ def least_ratio(pair: PairLaw, declared: UtilityRange) -> Extended:
     scale = lcm(declared.gamma.denominator, declared.m.denominator, declared.gap.denominator)
     span, rest = int(declared.span * scale), pair.denominator
     least, gap = int(declared.m * scale) * rest, int(declared.gap * scale) * rest
-    if least == 0 < gap:
-        return inf
-    best, under = (gap + least, least) if least else (1, 1)
-    gained = spent = 0
-    for p, q in pair.columns:
-        gained, spent = gained + p, spent + q
-        above, below = gap + least + span * gained, least + span * spent
-        if below == 0:
-            return inf
-        if above * under > best * below:
-            best, under = above, below
+    if least == 0:
+        p, q = pair.columns[0]
+        return Fraction(p, q) if q and not gap else inf
+    best, under, taken = gap + least, least, -1
+    # The outputs likelier than V have a greater ratio than V unless V is the greatest.
+    while (count := likelier(pair, best, under)) != taken:
+        chosen, taken = pair.columns[:count], count
+        best, under = gap + least + span * sum(p for p, _ in chosen), least + span * sum(q for _, q in chosen)
     return Fraction(best, under)
 
 
