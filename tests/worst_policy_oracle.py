@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import permutations, product
-from math import inf, lcm
+from math import inf, lcm, prod
 from random import Random
 from typing import Any
 
@@ -154,11 +154,6 @@ def by_linear_program(sums: Sums) -> Any:
     return max(F(1), F(int(value.numerator), int(value.denominator)))
 
 
-def least_certain(sums: Sums) -> int:
-    """How many deterministic policies there are."""
-    return len(sums[0][0]) ** len(sums[0])
-
-
 # Random settings
 
 
@@ -174,33 +169,38 @@ def random_factor(rng: Random, size: int, outputs: int) -> tuple[Table, bool]:
     return [random_row(rng, outputs, zeros=kind == "zeros") for _ in range(size)], False
 
 
-def random_setting(rng: Random, *, uses: str, most_groups: int = 8, releases: int = 1) -> Setting:
-    """Filters, a utility that depends on the decision, the context or the group too (`uses`), and a population."""
-    sizes = rng.choice([[2], [2], [3], [3], [4], [5], [8], [2, 2], [2, 3], [2, 2, 2]])
-    while _product(sizes) > most_groups:
-        sizes = sizes[:-1] if len(sizes) > 1 else [most_groups]
-    factors, flags = zip(*(random_factor(rng, size, rng.randint(1, 4 if len(sizes) == 1 else 2)) for size in sizes), strict=True)
-    groups, contexts, decisions = _product(sizes), rng.randint(1, 3), rng.randint(1, 3)
+def random_setting(rng: Random, *, uses: str, most_groups: int = 8, releases: int = 1, most_outputs: int = 48) -> Setting:
+    """Filters, a utility that depends on the decision, the context or the group too (`uses`), and a population.
+
+    A policy has at most `most_outputs` cells.
+    """
+    sizes = [n for n in [[2], [2], [3], [3], [4], [5], [6], [7], [8], [2, 2], [2, 3], [2, 2, 2]] if prod(n) <= most_groups]
+    while True:
+        chosen = rng.choice(sizes)
+        factors, flags = zip(*(random_factor(rng, size, rng.randint(1, 4 if len(chosen) == 1 else 2)) for size in chosen), strict=True)
+        released = rng.randint(1, 3)
+        if prod(len(factor[0]) for factor in factors) ** releases * released <= most_outputs:
+            break
+    groups, decisions = prod(chosen), rng.randint(1, 3)
+    rows_x = None if rng.random() < 0.4 else [random_row(rng, released) for _ in range(rng.randint(1, 3))]
+    contexts = released if rows_x is None else len(rows_x)
+    population = None if rng.random() < 0.2 else [[F(rng.choice([0, 1, 1, 2, 5])) for _ in range(groups)] for _ in range(contexts)]
+    if population is not None and not any(v for row in population for v in row):
+        population[0][0] = F(1)
+    utility = random_utility(rng, uses, contexts, groups, decisions)
+    return Setting(list(factors), utility, rows_x, population, releases, tuple(flags))
+
+
+def random_utility(rng: Random, uses: str, contexts: int, groups: int, decisions: int) -> list[list[Row]]:
+    """g(u), g(u,x) or g(u,x,a), often with a 0 or with equal values."""
     least = rng.choice([F(0), F(0), F(1, 10), F(1)])
     values = [least, least, least + 1, least + 2, least + F(1, 3), least + 7]
     base = [rng.choice(values) for _ in range(decisions)]
     by_context = [base if uses == "decision" else [rng.choice(values) for _ in base] for _ in range(contexts)]
     utility = [[list(row) for _ in range(groups)] for row in by_context]
-    if uses == "group":
-        chance = rng.choice([0.2, 0.5, 1])
-        for block in utility:
-            for a, row in enumerate(block):
-                if rng.random() < chance:
-                    block[a] = [rng.choice([v, v, rng.choice(values), v + F(1, 4)]) for v in row]
-    rows_x = None if rng.random() < 0.4 else [random_row(rng, rng_outputs) for rng_outputs in [rng.randint(1, 3)] for _ in range(contexts)]
-    population = None if rng.random() < 0.2 else [[F(rng.choice([0, 1, 1, 2, 5])) for _ in range(groups)] for _ in range(contexts)]
-    if population is not None and not any(v for row in population for v in row):
-        population[0][0] = F(1)
-    return Setting(list(factors), utility, rows_x, population, releases, tuple(flags))
-
-
-def _product(sizes: list[int]) -> int:
-    result = 1
-    for size in sizes:
-        result *= size
-    return result
+    chance = rng.choice([0.2, 0.5, 1]) if uses == "group" else 0
+    for block in utility:
+        for a, row in enumerate(block):
+            if rng.random() < chance:
+                block[a] = [rng.choice([v, v, rng.choice(values), v + F(1, 4)]) for v in row]
+    return utility

@@ -192,7 +192,7 @@ def _budget(releases: int) -> Budget | None:
 
 
 @dataclass(frozen=True)
-class _Kinds:
+class PairKinds:
     """The kinds of ordered pairs of inputs, pairs of equal inputs included.
 
     Attributes
@@ -208,7 +208,7 @@ class _Kinds:
     steps: list[tuple[NDArray[np.int64] | None, NDArray[np.int64]]]
 
 
-def kinds_of_pairs(mechanism: Mechanism, releases: int = 1) -> _Kinds:
+def kinds_of_pairs(mechanism: Mechanism, releases: int = 1) -> PairKinds:
     """The kinds of ordered pairs of inputs over one release or several, factor by factor; the product is never multiplied out."""
     budget = _budget(releases)
     found: dict[tuple[Column, ...], tuple[Positions, Positions]] = {((1, 1),): ((), ())}
@@ -230,10 +230,10 @@ def kinds_of_pairs(mechanism: Mechanism, releases: int = 1) -> _Kinds:
                     joint[both] = pair
                 steps[-1][1][old, new] = numbers.setdefault(both, len(numbers))
         found = joint
-    return _Kinds(found, steps)
+    return PairKinds(found, steps)
 
 
-def kinds_of_row(mechanism: Mechanism, kinds: _Kinds, row: int) -> list[int]:
+def kinds_of_row(mechanism: Mechanism, kinds: PairKinds, row: int) -> list[int]:
     """Kinds of the pairs of one input with every input."""
     sizes = [len(f.inputs) for f in mechanism.factors]
     result = np.zeros(1, dtype=np.int64)

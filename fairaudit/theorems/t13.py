@@ -7,8 +7,7 @@ factors: released groups of equal likelihood ratio are one, and so are pairs of 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from fractions import Fraction
 from math import inf
 
 import numpy as np
@@ -17,10 +16,11 @@ from fairaudit.exact.extended import ONE, Extended
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
-from fairaudit.privacy.pairs import Column, kinds_of_pairs, kinds_of_row
 from fairaudit.theorems.supremum import Supremum
-from fairaudit.theorems.t13_exact import greatest_above
-from fairaudit.theorems.t13_tables import Tables, utility_tables
+from fairaudit.theorems.t13_exact import Points, attained, greatest_above
+from fairaudit.theorems.t13_problems import Problems, different_pairs
+from fairaudit.theorems.t13_search import Search
+from fairaudit.theorems.t13_tables import Ints, Tables, utility_tables
 
 
 def greatest_ratio(deployment: Deployment, utility_table: UtilityTable, quantity: Quantity) -> Supremum | None:
@@ -54,48 +54,53 @@ def greatest_ratio(deployment: Deployment, utility_table: UtilityTable, quantity
     tables = utility_tables(deployment, utility_table, quantity)
     if tables is None:
         return None
-    columns, problems = _problems(deployment, tables)
-    value: Extended = ONE
-    where = None
-    for problem in problems:
-        envelopes = tables.envelopes(problem.higher_table, problem.lower_table)
-        greater = greatest_above(columns[problem.kind], envelopes, value)
-        if greater is not None:
-            value, where = greater, problem
-            if value == inf:
-                break
-    if where is None:
+    problems = different_pairs(deployment.group_filter, deployment.releases, tables)
+    value, at = _greatest(problems, tables)
+    if at is None:
         return Supremum(quantity, ONE)
-    context = deployment.contexts[where.context] if quantity == "local" else None
-    return Supremum(quantity, value, True, context, deployment.groups[where.higher], deployment.groups[where.lower])
+    x, higher, lower = problems.place(at)
+    context = deployment.contexts[x] if quantity == "local" else None
+    return Supremum(quantity, value, True, context, deployment.groups[higher], deployment.groups[lower])
 
 
-@dataclass(frozen=True)
-class _Problem:
-    """An ordered pair of groups, the first of its kind: likelihood ratios and utility tables."""
+def _greatest(problems: Problems, tables: Tables) -> tuple[Extended, int | None]:
+    """The greatest ratio of all pairs, and the first that attains it; None where it is 1."""
+    search = Search(problems, tables)
+    infinite = search.infinite()
+    if infinite is not None:
+        return inf, infinite
+    value, left = ONE, np.arange(len(problems))
+    for level in search.levels:
+        while True:
+            left, sums = search.possible(left, value, level)
+            promising = search.promising(left, sums, value)
+            greater = None if promising is None else _greater(problems, tables, promising, value)
+            if greater is None:
+                break
+            value = greater
+    return _first(problems, tables, left, value)
 
-    context: int
-    higher: int
-    lower: int
-    kind: int
-    higher_table: int
-    lower_table: int
+
+def _greater(problems: Problems, tables: Tables, at: int, value: Fraction) -> Fraction | None:
+    """The greatest ratio of a pair if it is above a value; finite."""
+    envelopes = tables.envelopes(int(problems.higher[at]), int(problems.lower[at]))
+    found = greatest_above(problems.laws.columns[problems.kind[at]], envelopes, value)
+    return found if isinstance(found, Fraction) else None
 
 
-def _problems(deployment: Deployment, tables: Tables) -> tuple[list[tuple[Column, ...]], Iterator[_Problem]]:
-    """Likelihood ratios of pairs by kind, and the first ordered pair of each kind in input order."""
-    mechanism = deployment.group_filter
-    kinds = kinds_of_pairs(mechanism)
-    rows = [np.array(kinds_of_row(mechanism, kinds, a)) for a in range(len(deployment.groups))]
-
-    def listed() -> Iterator[_Problem]:
-        seen: set[tuple[int, int, int]] = set()
-        for x, of in zip(tables.contexts, tables.of.tolist(), strict=True):
-            for a, row in enumerate(rows):
-                for b, kind in enumerate(row.tolist()):
-                    key = kind, of[a], of[b]
-                    if a != b and min(key) >= 0 and key not in seen:
-                        seen.add(key)
-                        yield _Problem(x, a, b, *key)
-
-    return list(kinds.examples), listed()
+def _first(problems: Problems, tables: Tables, left: Ints, value: Fraction) -> tuple[Fraction, int | None]:
+    """The greatest ratio of the pairs that are left, and the first that attains it, exactly; pairs that are alike are looked at once."""
+    first = None
+    seen: set[tuple[int, tuple[Points, ...]]] = set()
+    for at in left.tolist():
+        envelopes = tuple(sorted(tables.envelopes(int(problems.higher[at]), int(problems.lower[at]))))
+        kind = int(problems.kind[at])
+        if (kind, envelopes) in seen:
+            continue
+        seen.add((kind, envelopes))
+        greater = greatest_above(problems.laws.columns[kind], envelopes, value)
+        if isinstance(greater, Fraction):
+            value, first = greater, at
+        elif first is None and value > 1 and attained(problems.laws.columns[kind], envelopes, value):
+            first = at
+    return value, first

@@ -7,7 +7,7 @@ from fractions import Fraction
 from math import inf
 
 from fairaudit.exact.extended import ONE, Extended
-from fairaudit.privacy.pairs import Column
+from fairaudit.privacy.columns import Column
 
 Points = tuple[Column, ...]
 """What decisions are worth to the first and the second group: (A, B), falling in both, each best at some rate of exchange."""

@@ -32,8 +32,8 @@ class Tables:
         For each table what every decision is worth: locally in one block, globally in one for each released context.
     bottoms : tuple of int
         What the entries of each table are divided by.
-    units : tuple of int
-        For each table the greatest entry of all those that it is compared with, up to a factor of `bottoms`.
+    scales : tuple of Fraction
+        For each table what its entries are multiplied by so that of all tables that it is compared with the greatest entry is 1.
     contexts : tuple of int
         True contexts within which groups are compared; those with the same tables as one before them, or surely with less, are left out.
         A single 0 for group means.
@@ -43,7 +43,7 @@ class Tables:
 
     blocks: tuple[tuple[Block, ...], ...]
     bottoms: tuple[int, ...]
-    units: tuple[int, ...]
+    scales: tuple[Fraction, ...]
     contexts: tuple[int, ...]
     of: Ints
 
@@ -91,7 +91,7 @@ def _local(deployment: Deployment, utility: UtilityTable) -> Tables:
     return Tables(
         tuple((row,) for _, row in numbers),
         (1,) * len(numbers),
-        tuple(unit for unit, _ in numbers),
+        tuple(Fraction(1, max(unit, 1)) for unit, _ in numbers),
         tuple(x for _, x in ordered),
         np.array(of, dtype=np.int64),
     )
@@ -113,30 +113,46 @@ def _padded(row: Block, width: int) -> Block:
 
 
 def _global(deployment: Deployment, utility: UtilityTable) -> Tables | None:
-    """G_a(x̃,u) = Σ_x P(x∣a) M_X(x̃∣x) g(u,x,a) of the groups that have mass."""
+    """G_a(x̃,·) of the groups that have mass; released contexts in which these are proportional are one block."""
     compared = list(deployment.law.global_groups)
     if not compared:
         return None
-    shape = len(deployment.contexts), len(deployment.groups)
-    mass = np.array(deployment.law.cell_mass, dtype=object).reshape(shape)[:, compared]
-    g = utility.values.astype(object)
-    values = g[None, None, :] if utility.by_decision else g.reshape(*shape, -1)[:, compared]
-    released, bottom = _release(deployment.context_filter, mass[:, :, None] * values)
-    totals = [int(v) * bottom for v in mass.sum(axis=0)]
+    worth, totals = means_by_release(deployment, utility, compared)
+    width = worth.shape[2]
+    merged: dict[Block, int] = {}
+    for row in worth.reshape(len(worth), -1).tolist():
+        common = gcd(*row)
+        if common:
+            key = tuple(v // common for v in row)
+            merged[key] = merged.get(key, 0) + common
+    flat = [[times * v for v in key] for key, times in merged.items()] or [[0] * (width * len(compared))]
     numbers: dict[tuple[int, tuple[Block, ...]], int] = {}
-    of = np.full(shape[1], -1, dtype=np.int64)
+    of = np.full(len(deployment.groups), -1, dtype=np.int64)
     for place, group in enumerate(compared):
-        worth: list[list[int]] = released[:, place].tolist()
-        common = gcd(totals[place], *(v for row in worth for v in row))
-        table = tuple(tuple(v // common for v in row) for row in worth)
+        own = [row[place * width : (place + 1) * width] for row in flat]
+        common = gcd(totals[place], *(v for row in own for v in row))
+        table = tuple(tuple(v // common for v in row) for row in own)
         of[group] = numbers.setdefault((totals[place] // common, table), len(numbers))
     blocks: tuple[tuple[Block, ...], ...] = tuple(table for _, table in numbers)
     if len(numbers) == 1:  # all groups have the same: γ and m of every block add up
         blocks = (((sum(map(max, blocks[0])), sum(map(min, blocks[0]))),),)
     bottoms = tuple(total for total, _ in numbers)
     greatest = max(Fraction(max(map(max, table)), total) for table, total in zip(blocks, bottoms, strict=True))
-    units = tuple(max(1, int(greatest * total)) for total in bottoms)
-    return Tables(blocks, bottoms, units, (0,), of[None, :])
+    scales = tuple(1 / (total * (greatest or Fraction(1))) for total in bottoms)
+    return Tables(blocks, bottoms, scales, (0,), of[None, :])
+
+
+def means_by_release(deployment: Deployment, utility: UtilityTable, groups: list[int]) -> tuple[NDArray[Any], list[int]]:
+    """G_a(x̃,u) = Σ_x P(x∣a) M_X(x̃∣x) g(u,x,a), by released context, group and decision, and what the numbers of each group are over.
+
+    They are integers; the denominator of g is left out.
+    """
+    shape = len(deployment.contexts), len(deployment.groups)
+    mass = np.array(deployment.law.cell_mass, dtype=object).reshape(shape)[:, groups]
+    g = utility.values.astype(object)
+    values = g[None, None, :] if utility.by_decision else g.reshape(*shape, -1)[:, groups]
+    released, bottom = _release(deployment.context_filter, mass[:, :, None] * values)
+    return released, [int(v) * bottom for v in mass.sum(axis=0)]
 
 
 def _release(context_filter: Mechanism | None, tensor: NDArray[Any]) -> tuple[NDArray[Any], int]:
