@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
+from fairaudit.cli.repeated_releases import add_utility, guarantee_sentence, guarantee_text, guaranteed, read_wanted
 
 if TYPE_CHECKING:
     from fairaudit.model.mechanism import Mechanism
@@ -23,11 +24,12 @@ privacy). The CSV file has one row per input and output (columns input…, outpu
 column and the outputs in its first row."""
 
 EPILOG = """\
-exit codes: 0 done; 2 bad input
+exit codes: 0 done; 1 the releases break a target; 2 bad input
 
 examples:
   fairaudit privacy filter.csv
   fairaudit privacy filter.csv --delta-at 0.5,1 --releases 10
+  fairaudit privacy filter.csv --releases 20 --tau 0.3 --max-ratio 3/2,2
   fairaudit privacy filter.csv --input name,age --output name_shown,age_shown --probability p --exp-epsilon 7/3"""
 
 ORDERS = (2, 4, 16)
@@ -51,6 +53,7 @@ def add(commands: Any) -> None:
     )
     where.add_argument("--exp-epsilon", metavar="Q", action="append", help="report δ at these e^ε, such as 7/3 (δ is exact)")
     rest.add_argument("--releases", metavar="N", help="also report N releases of the same value with fresh randomness")
+    add_utility(parser)
     add_format(rest)
 
 
@@ -60,7 +63,7 @@ def run(arguments: argparse.Namespace) -> Answer:
     from fairaudit.model.mechanism_file import read_mechanism_with_notes
 
     releases = _releases(arguments.releases)
-    asked = _asked(arguments)
+    asked, wanted = _asked(arguments), read_wanted(arguments, releases)
     mechanism, notes = read_mechanism_with_notes(
         arguments.mechanism,
         input=column_list(arguments.input) or None,
@@ -68,7 +71,20 @@ def run(arguments: argparse.Namespace) -> Answer:
         probability=arguments.probability,
     )
     found = _measured(mechanism, asked, releases)
-    return Answer("privacy", sentence=_about_filter(found), notes=notes, result=lambda: _stored(found), text=lambda: _text(found))
+    verdict = "none"
+    if wanted is not None:
+        found["fairness"] = guaranteed(mechanism, wanted)
+        verdicts = [target["verdict"] for target in found["fairness"]["targets"]]
+        verdict = "exceeds" if "exceeds" in verdicts else "within" if verdicts else "none"
+    return Answer(
+        "privacy",
+        verdict=verdict,
+        sentence=" ".join([_about_filter(found), *([guarantee_sentence(found["fairness"])] if "fairness" in found else [])]),
+        notes=notes,
+        result=lambda: _stored(found),
+        text=lambda: _text(found),
+        code=int(verdict == "exceeds"),
+    )
 
 
 def _releases(text: str | None) -> int | None:
@@ -205,9 +221,12 @@ def _text(found: dict[str, Any]) -> str:
     ]
     if "releases" in found:
         blocks.append(_together(found["releases"]))
+    if "fairness" in found:
+        blocks.append(guarantee_text(found["fairness"]))
+    several = "Where no number of releases is named, the" if len(blocks) > 3 else "The"
     blocks += [_others(found), _curve(found["trade_off"]), _worst(found["pairs"])]
     blocks.append(
-        "What this does not say\n  The figures hold for one fresh release for each value, by a filter that draws with exactly these "
+        f"What this does not say\n  {several} figures hold for one fresh release for each value, by a filter that draws with exactly these "
         "probabilities.\n  When two people's values are both randomized, both count: ε doubles."
     )
     return "\n\n".join(blocks)

@@ -7,6 +7,7 @@ included. Values do not decrease in n, since a policy may forget a release; so w
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
@@ -63,6 +64,18 @@ def t17(mechanism: Mechanism, releases: int, *, gamma: Any = 1, m: Any = 0, gap:
     return replace(bound, theorem="T17", assumptions=(*bound.assumptions, *said))
 
 
+def t17_without_end(mechanism: Mechanism, *, gamma: Any = 1, m: Any = 0, gap: Any = 0, tau: Any = 0) -> Extended:
+    """The least bound on the ratio that holds for any number of releases. Parameters and errors as in `t17`.
+
+    Examples
+    --------
+    >>> from fairaudit.model.mechanism import RandomizedResponse
+    >>> t17_without_end(RandomizedResponse(["a", "b"], keep_probability="11/20"), tau="3/10")
+    Fraction(10, 3)
+    """
+    return _without_end(mechanism, read_utility_range(gamma, m, gap, tau))
+
+
 @dataclass(frozen=True)
 class LastRelease:
     """Up to how many releases a target holds.
@@ -109,7 +122,7 @@ def last_release(
     """
     declared, target = read_utility_range(gamma, m, gap, tau), read_ratio("max_ratio", max_ratio)
     check_releases(most)
-    if _greatest(tuple(map(_forever, pair_laws(mechanism))), declared) <= target:
+    if _without_end(mechanism, declared) <= target:
         return LastRelease(inf, True)
     holds, breaks = 0, most + 1
     try:
@@ -124,13 +137,14 @@ def last_release(
     return LastRelease(holds, breaks <= most)
 
 
-def _forever(pair: PairLaw) -> PairLaw:
-    """What the releases of a pair approach: rows that differ are told apart in the end."""
-    return pair if len(pair.columns) == 1 else PairLaw(((1, 0), (0, 1)), 1, pair.first, pair.second)
+def _without_end(mechanism: Mechanism, declared: UtilityRange) -> Extended:
+    """What ever more releases approach: rows that differ are told apart in the end."""
+    apart = ((1, 0), (0, 1))
+    pairs = (pair if len(pair.columns) == 1 else PairLaw(apart, 1, pair.first, pair.second) for pair in pair_laws(mechanism))
+    return _greatest(pairs, declared)
 
 
-def _greatest(pairs: tuple[PairLaw, ...], declared: UtilityRange) -> Extended:
+def _greatest(pairs: Iterable[PairLaw], declared: UtilityRange) -> Extended:
     """The greatest ratio over pairs of rows, behind the floor if there is one."""
-    if declared.tau > declared.m:
-        return max(least_ratio_above(pair, declared)[0] for pair in pairs)
-    return max(least_ratio(pair, declared) for pair in pairs)
+    above = declared.tau > declared.m
+    return max(least_ratio_above(pair, declared)[0] if above else least_ratio(pair, declared) for pair in pairs)
