@@ -21,6 +21,7 @@ import theorem_oracle
 from theorem_oracle import F, Row, random_deployment, random_row, ratio, response_rows
 
 from fairaudit.errors import InputError
+from fairaudit.exact.enclosures import exp_enclosure
 from fairaudit.model.mechanism import Mechanism, RandomizedResponse
 from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.utility import Utility, UtilityTable
@@ -349,6 +350,29 @@ def test_a_limit_on_the_logarithm_is_rounded_inward() -> None:
         assert not found.exact or found.always
         seen.add((found.verdict, found.always))
     assert {verdict for verdict, _ in seen} == {"within", "exceeds"}
+
+
+@pytest.mark.parametrize("above", [0, 1])
+def test_a_limit_as_close_as_60_digits_to_the_greatest_ratio_is_told_from_it(above: int) -> None:
+    """Groups are seen, one decision is worth 1 and one √e, rounded down or up: every policy is within √e, or not."""
+    worth = Fraction(exp_enclosure((1, 2), 200)[above], 1 << 200)
+    policy = Policy.from_array([["1/2", "1/2"], ["1/2", "1/2"]], decisions=["yes", "no"], groups=["f", "m"])
+    deployment = policy.behind(group=RandomizedResponse(["f", "m"], keep_probability="1"))
+    found = drift_radius(deployment, Utility({"yes": worth, "no": 1}).on(deployment.law), "local", "1/2", "log")
+    assert (found.verdict, found.always) == ("within", not above)
+    assert (found.radius == 1, found.exact) == (not above, not above)
+
+
+def test_parity_of_nothing_is_not_infinite_without_drift() -> None:
+    """Both groups get nothing, and some other decision gives one of them something: 0/0 is 1, and infinite as soon as anything moves."""
+    policy = Policy.from_array([["1", "0"], ["1", "0"]], decisions=["no", "yes"], groups=["f", "m"])
+    deployment = policy.behind(group=RandomizedResponse(["f", "m"], keep_probability="3/4"))
+    utility = Utility.from_function(lambda u, x, a: int(u == "yes" and a == ("f",)), deployment.law).on(deployment.law)
+    found = [greatest_ratio_near(deployment, utility, "local", drift) for drift in (0, "1/1000")]
+    assert [each and each.value for each in found] == [1, inf]
+    assert found[1] is not None
+    assert (found[1].higher, found[1].lower) == (("f",), ("m",))
+    assert drift_radius(deployment, utility, "local", 10**9, "ratio") == DriftRadius("within", F(0), always=False)
 
 
 def test_a_limit_of_parity_and_one_beyond_all_numbers() -> None:
