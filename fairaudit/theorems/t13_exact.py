@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from itertools import accumulate
 from math import inf
 
 from fairaudit.exact.extended import ONE, Extended
 from fairaudit.privacy.columns import Column
+
+MANY = 200
+"""Columns beyond which comparing each of them takes longer than adding all of them up first."""
 
 Points = tuple[Column, ...]
 """What decisions are worth to the first and the second group: (A, B), falling in both, each best at some rate of exchange."""
@@ -52,6 +57,8 @@ def best_sums(columns: Sequence[Column], blocks: Iterable[Points], value: Fracti
     >>> best_sums([(2, 1), (1, 2)], [((3, 3), (1, 1))], Fraction(1))
     (7, 5)
     """
+    if len(columns) > MANY:
+        return _best_sums_of_many(columns, blocks, value)
     n, d = value.numerator, value.denominator
     top = low = 0
     for points in blocks:
@@ -66,6 +73,25 @@ def best_sums(columns: Sequence[Column], blocks: Iterable[Points], value: Fracti
             taken_p, taken_q = taken_p + p, taken_q + q
         top, low = top + taken_p * a, low + taken_q * b
     return top, low
+
+
+def _best_sums_of_many(columns: Sequence[Column], blocks: Iterable[Points], value: Fraction) -> Column:
+    """The same for many columns: where the best decision changes is looked for by bisection, since comparing long numbers takes long."""
+    n, d = value.numerator, value.denominator
+    sums = [(0, 0), *zip(accumulate(p for p, _ in columns), accumulate(q for _, q in columns), strict=True)]
+    top = low = 0
+    for points in blocks:
+        start = 0
+        for (a, b), (a2, b2) in zip(points, [*points[1:], (0, 0)], strict=True):
+            end = len(columns) if (a, b) == points[-1] else _first_below(columns, n * (b - b2), d * (a - a2), start)
+            top, low = top + (sums[end][0] - sums[start][0]) * a, low + (sums[end][1] - sums[start][1]) * b
+            start = end
+    return top, low
+
+
+def _first_below(columns: Sequence[Column], top: int, bottom: int, start: int) -> int:
+    """The first column, from a place on, whose ratio is below top/bottom."""
+    return bisect_left(columns, True, lo=start, key=lambda column: bool(column[0] * bottom < top * column[1]))
 
 
 def greatest_above(columns: Sequence[Column], blocks: Sequence[Points], value: Extended) -> Extended | None:

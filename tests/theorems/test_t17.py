@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 from math import inf, prod
 from random import Random
 
+import numpy as np
 import pytest
-from theorem_oracle import F, best_over_pairs, random_filter, table_filter
+from theorem_oracle import F, best_over_pairs, random_filter, random_row, table_filter
 
 from fairaudit.errors import InputError
-from fairaudit.model.mechanism import Constant, Identity, RandomizedResponse
+from fairaudit.model.mechanism import Constant, Identity, Mechanism, RandomizedResponse
+from fairaudit.model.policy import Deployment, Policy
+from fairaudit.model.utility import Utility
+from fairaudit.privacy.columns import merged_columns
 from fairaudit.privacy.pairs import hockey_stick, pair_laws
+from fairaudit.theorems.t13 import greatest_ratio
+from fairaudit.theorems.t13_exact import best_sums, envelope
 from fairaudit.theorems.t17 import LastRelease, last_release, t17
 
 COIN = RandomizedResponse(["a", "b"], keep_probability="11/20")
@@ -54,6 +61,76 @@ def test_the_rows_of_several_releases_are_those_of_the_product() -> None:
         counted = {pair.columns for pair in pair_laws(mechanism, times)}
         written_out = table_filter(dense(rows, times))
         assert counted == {pair.columns for pair in pair_laws(written_out)}
+
+
+def deployment(rng: Random, mechanism: Mechanism, groups: Sequence[str], releases: int, odds: Sequence[Sequence[F]]) -> Deployment:
+    """A policy behind a filter of the groups and one of two contexts; what the policy does has no part in what is asked."""
+    contexts = ["x", "y"]
+    shown = [f"s{i}" for i in range(len(odds[0]))]
+    masses = [rng.randint(0, 3) for _ in range(2 * len(groups) - 1)] + [1]
+    policy = Policy.from_array(
+        np.full((len(shown), len(mechanism.outputs), 3), F(1, 3)),
+        decisions=list("uvw"),
+        groups=[",".join(label) for label in mechanism.outputs],
+        contexts=shown,
+    )
+    behind = Mechanism.from_array(np.array(odds, dtype=object), contexts, shown)
+    return policy.behind(group=mechanism, context=behind, population=np.reshape(masses, (2, -1)), releases=releases)
+
+
+def test_the_greatest_ratio_over_policies_is_that_of_the_product_written_out() -> None:
+    compared = 0
+    for seed in range(60):
+        rng = Random(f"policies {seed}")
+        rows, _ = random_filter(rng)
+        if len(rows[0]) < 2:
+            continue
+        groups, times = [str(a) for a in range(len(rows))], 2 if len(rows[0]) > 3 else 3
+        odds = [random_row(rng, rng.choice([1, 2]))] * 2 if seed % 3 else [random_row(rng, 2), random_row(rng, 2)]
+        several, once = (
+            deployment(Random(seed), Mechanism.from_array(np.array(table, dtype=object), groups, range(len(table[0]))), groups, n, odds)
+            for table, n in ((rows, times), (dense(rows, times), 1))
+        )
+        drawn = {(u, x, a): F(rng.randint(0, 4), rng.randint(1, 3)) for u in "uvw" for x in "xy" for a in groups}
+        worth = {(u, (x,), (a,)): drawn[u, x, a if seed % 2 else groups[0]].as_integer_ratio() for u in "uvw" for x in "xy" for a in groups}
+        utility = Utility({}, worth)
+        for quantity in ("local", "global"):
+            found, expected = (greatest_ratio(d, utility.on(d.law), quantity) for d in (several, once))
+            assert (found is None) == (expected is None)
+            if found is not None and expected is not None:
+                compared += 1
+                assert (found.value, found.context, found.higher, found.lower) == (
+                    expected.value,
+                    expected.context,
+                    expected.higher,
+                    expected.lower,
+                )
+    assert compared > 80
+
+
+@pytest.mark.parametrize(("groups", "keep", "releases"), [(2, "11/20", 20), (4, "3/10", 60), (3, "1/2", 300)])
+def test_for_a_free_utilities_it_is_that_of_their_range(groups: int, keep: str, releases: int) -> None:
+    names = [str(a) for a in range(groups)]
+    filtered = RandomizedResponse(names, keep_probability=keep)
+    policy = Policy.from_array([[F(1, 2), F(1, 2)]] * groups, decisions=["yes", "no"], groups=names)
+    behind = policy.behind(group=filtered, releases=releases)
+    found = greatest_ratio(behind, Utility({"yes": "3", "no": "1/2"}).on(behind.law), "local")
+    assert found is not None and found.value == t17(filtered, releases, gamma=3, m="1/2").value
+
+
+@pytest.mark.parametrize("most", [5, 60])
+def test_sums_over_few_and_many_ratios_are_those_of_the_best_decisions(most: int) -> None:
+    rng = Random("many ratios")
+    for _ in range(30):
+        columns = merged_columns([(rng.randint(0, most), rng.randint(0, most)) for _ in range(most * most // 4)] + [(1, 1)])
+        worth = [[(rng.randint(0, 5), rng.randint(0, 5)) for _ in range(4)] for _ in range(rng.randint(1, 3))]
+        value = F(rng.randint(4, 12), 4)
+        top = low = F(0)
+        for p, q in columns:
+            for decisions in worth:
+                _, taken, at = max((p * a - value * q * b, q * b, p * a) for a, b in decisions)
+                top, low = top + at, low + taken
+        assert best_sums(columns, [envelope(*zip(*decisions, strict=True)) for decisions in worth], value) == (top, low)
 
 
 def test_without_a_floor_or_a_least_utility_only_epsilon_is_left() -> None:
