@@ -33,6 +33,7 @@ _NAMES = {
         "calibrate",
     ),
     "fairaudit.filters.calibration_with_policy": ("calibrate_policy",),
+    "fairaudit.filters.calibration_with_utility": ("calibrate_utility",),
     "fairaudit.filters.design_result": ("Design",),
     "fairaudit.filters.frontiers": (
         "Frontier",
@@ -156,6 +157,7 @@ if TYPE_CHECKING:
     from fairaudit.filters.calibration import Calibration as Calibration
     from fairaudit.filters.calibration import calibrate as calibrate
     from fairaudit.filters.calibration_with_policy import calibrate_policy as calibrate_policy
+    from fairaudit.filters.calibration_with_utility import calibrate_utility as calibrate_utility
     from fairaudit.filters.design_result import Design as Design
     from fairaudit.filters.frontiers import Frontier as Frontier
     from fairaudit.filters.frontiers import frontier as frontier

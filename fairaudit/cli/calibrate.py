@@ -15,16 +15,25 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Find the randomized response that tells the truth as often as possible and still guarantees a fairness target: for every policy
-behind it that keeps a floor, for a policy whose own ratio is known, or for the known policy of an audit file."""
+behind it, and every utility of a range (--groups) or the utility of an audit file; or for the policy of that file alone
+(--bound policy). The answer names its scope."""
 
 
 EPILOG = """\
 exit codes: 0 found; 1 infeasible (the reason says what would be feasible); 2 bad input; 3 none was found, but none was ruled out
 
+--bound says what is guaranteed, and to whom:
+  exact           the greatest ratio behind the very filter (T13), of any policy: with AUDIT.toml for its utility, whatever it depends on,
+                  else for every utility of the range that --gamma, --g-min and --lipschitz name; with --tau of any policy that keeps it
+  policy          the ratio of this policy, that of AUDIT.toml, behind the filter; another policy may do worse
+  sharp, tight, paper, contraction
+                  for a filter of which epsilon and delta alone are known, and for comparison with the paper
+
 examples:
   fairaudit calibrate --max-ratio 0.8 --groups 16 --tau 0.3
   fairaudit calibrate --max-ratio 5/4 --groups name=2,age=2,race=2 --tau 0.3 --split most-truth
   fairaudit calibrate --max-log 0.05,0.1,0.2,0.5 --groups 16 --tau 0.3 --plot calibration.png
+  fairaudit calibrate --max-ratio 1.6 audit.toml
   fairaudit calibrate --max-ratio 1.6 --bound policy audit.toml"""
 
 
@@ -36,11 +45,18 @@ NUMBERS = ("gamma", "tau", "g_min", "delta", "lipschitz", "diameter")
 def add(commands: Any) -> None:
     """Declare the options."""
     parser = add_command(commands, "calibrate", run, "find the privacy filter for a fairness target", DESCRIPTION, EPILOG)
-    parser.add_argument("audit", metavar="AUDIT.toml", nargs="?", help="the policy, for --bound policy, or its own ratio, for contraction")
+    parser.add_argument(
+        "audit",
+        metavar="AUDIT.toml",
+        nargs="?",
+        help="groups, utility and population; its policy counts for --bound policy and contraction",
+    )
     add_limit(parser, required=True, several=True)
-    parser.add_argument("--global", dest="overall", action="store_true", help="the limit is on the global ratio (needs independence)")
+    parser.add_argument(
+        "--global", dest="overall", action="store_true", help="the limit is on the global ratio (needs independence, but for an audit file)"
+    )
     parser.add_argument("--groups", metavar="K", help="number of groups, or name=2,age=5,… for attributes that are filtered independently")
-    parser.add_argument("--bound", type=_bound, choices=BOUNDS, default=None, help="which guarantee (exact; policy with an audit file)")
+    parser.add_argument("--bound", type=_bound, choices=BOUNDS, default=None, help="which guarantee, for whom (exact: any policy)")
     parser.add_argument("--split", choices=("equal-epsilon", "equal-keep", "most-truth"), default="equal-epsilon")
     numbers = parser.add_argument_group("what is known about the utility and the policy (exact numbers)")
     numbers.add_argument("--gamma", metavar="G", help="greatest utility (1)")
@@ -65,7 +81,8 @@ def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     from fairaudit.errors import InputError
 
-    solve = _policy_solver(arguments) if (arguments.bound or ("policy" if arguments.audit else "")) == "policy" else _solver(arguments)
+    of_file = arguments.bound == "policy" or (arguments.audit is not None and arguments.bound in (None, "exact"))
+    solve = _audit_solver(arguments) if of_file else _solver(arguments)
     try:
         found = [solve({"quantity": "global" if arguments.overall else "local", **limit}) for limit in given_limit(arguments)]
     except InputError as error:
@@ -80,7 +97,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         "calibrate",
         sentence=" ".join(f"{_headline(c)}." for c in found),
         result=lambda: {"found": [_entry(c) for c in found]},
-        text=lambda: _table(found) if len(found) > 1 else _text(found[0]),
+        text=lambda: _table(found) if len(found) > 1 else _text(found[0], compared=not of_file),
         code=(1 if any(c.settled for c in missed) else 3) if missed else 0,
     )
 
@@ -95,7 +112,7 @@ def _solver(arguments: argparse.Namespace) -> Any:
     raw = arguments.raw_ratio
     if arguments.audit is not None:
         if arguments.bound != "contraction":
-            raise InputError(f"an audit file goes with --bound policy or contraction, not {arguments.bound}")
+            raise InputError(f"an audit file goes with --bound exact, policy or contraction, not {arguments.bound}")
         policy, utility, _ = _policy(arguments.audit)
         raw, groups = raw or _own_ratio(policy, utility), groups or alphabets(policy)
     if groups is None:
@@ -105,9 +122,11 @@ def _solver(arguments: argparse.Namespace) -> Any:
     )
 
 
-def _policy_solver(arguments: argparse.Namespace) -> Any:
+def _audit_solver(arguments: argparse.Namespace) -> Any:
+    """For the utility of an audit file: every policy, or its own."""
     from fairaudit.errors import InputError
     from fairaudit.filters.calibration_with_policy import calibrate_policy
+    from fairaudit.filters.calibration_with_utility import calibrate_utility
 
     if arguments.audit is None:
         raise InputError("--bound policy needs an audit file with [policy] and [utility]")
@@ -116,10 +135,12 @@ def _policy_solver(arguments: argparse.Namespace) -> Any:
     for name in (*NUMBERS, "raw_ratio"):
         if getattr(arguments, name) is not None:
             raise InputError(
-                f"--{name.replace('_', '-')} does not go with --bound policy, which measures the policy of the audit file itself"
+                f"--{name.replace('_', '-')} does not go with --bound exact or policy for an audit file, which read the utility "
+                "itself; give --groups and constants without the file for every utility of a range"
             )
     policy, utility, population = _policy(arguments.audit)
-    return lambda target: calibrate_policy(policy, utility, **target, population=population, split=arguments.split)
+    calibrated = calibrate_policy if arguments.bound == "policy" else calibrate_utility
+    return lambda target: calibrated(policy, utility, **target, population=population, split=arguments.split)
 
 
 def _policy(path: str) -> tuple[Any, Any, Any]:
@@ -155,7 +176,7 @@ def _headline(found: Calibration, width: int = 0) -> str:
     return f"{headline.ljust(width) if width else headline + ':'} {goal}, by the rule {found.rule}"
 
 
-def _text(found: Calibration) -> str:
+def _text(found: Calibration, *, compared: bool) -> str:
     from fairaudit.words import approximate, plain
 
     headline = _headline(found, 12)
@@ -172,7 +193,7 @@ def _text(found: Calibration) -> str:
     if found.achieved is not None:
         lines.append(f"Guaranteed, exactly computed      R at most {approximate(found.achieved)}")
     lines.append(f"Scope                             {found.scope}")
-    if found.rule not in ("paper", "policy") and not found.reason:
+    if compared and found.rule != "paper" and not found.reason:
         paper = ", ".join(f"{float(p):.6g}" for p in found.paper_keep_probabilities) or "finds no filter"
         lines.append(f"The paper's rule would keep       {paper}")
     if found.assumptions:

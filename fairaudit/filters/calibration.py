@@ -41,6 +41,9 @@ RULES: tuple[Rule, ...] = ("exact", "sharp", "tight", "paper", "contraction")
 MAX_VALUES = 10_000
 """Values of one attribute: the filter is a square table over them, of which a product of filters is computed with."""
 
+SHORT = 1_000_000
+"""A fraction with a denominator of at most so much, less than half a step of the grid beyond what was found, is tried too."""
+
 UNNEEDED = "the target holds without any filter; no privacy is needed"
 
 
@@ -272,7 +275,18 @@ def climb(
             low = middle
         else:
             high = middle
-    return _rechecked(target, rule, line.on_grid(low), value)
+    last = line.on_grid(low)
+    if len(last.factors) == 1:
+        short = (_keep(last, 0) + Fraction(1, 2 * GRID)).limit_denominator(SHORT)
+        if short > _keep(last, 0) and value(line.filters([short])) <= target:
+            last = line.filters([short])
+    return _rechecked(target, rule, last, value)
+
+
+def _keep(mechanism: Mechanism, attribute: int) -> Fraction:
+    """The probability that an attribute is released as it is."""
+    factor = mechanism.factors[attribute]
+    return Fraction(factor.rows[0][0], factor.denominator)
 
 
 def _rechecked(target: Fraction, rule: str, mechanism: Mechanism, value: Callable[[Mechanism], Extended]) -> Calibration:
@@ -284,7 +298,7 @@ def _rechecked(target: Fraction, rule: str, mechanism: Mechanism, value: Callabl
 
 def calibrated(target: Fraction, rule: str, mechanism: Mechanism, achieved: Extended, reason: str) -> Calibration:
     """A calibration that found a filter; what it covers is filled in by the caller."""
-    keeps = tuple(Fraction(f.rows[0][0], f.denominator) for f in mechanism.factors)
+    keeps = tuple(_keep(mechanism, i) for i in range(len(mechanism.factors)))
     return Calibration("local", target, rule, True, mechanism, keeps, response_factor(mechanism), achieved, "", (), reason=reason)
 
 

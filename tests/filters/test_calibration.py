@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from envelopes import result_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from theorem_oracle import best_in_range
+from theorem_oracle import best_in_range, response_rows
+from worst_policy_oracle import Setting, by_linear_program, random_utility
 
 import fairaudit as fa
 from fairaudit import InputError
@@ -22,10 +24,11 @@ from fairaudit.cli import main
 from fairaudit.exact.enclosures import compare_log
 from fairaudit.filters.calibration import calibrate
 from fairaudit.filters.calibration_with_policy import calibrate_policy
+from fairaudit.filters.calibration_with_utility import calibrate_utility
 from fairaudit.filters.responses import SPLITS
 from fairaudit.privacy.pairs import pair_laws, power
 from fairaudit.theorems.assumptions import DECLARED_RANGE, INDEPENDENT
-from fairaudit.theorems.bound import ANY_POLICY, ANY_UTILITY, ANY_UTILITY_FLOORED
+from fairaudit.theorems.bound import ANY_POLICY, ANY_UTILITY, ANY_UTILITY_FLOORED, THIS_LAW
 from fairaudit.theorems.t03 import t3_approx
 
 F = Fraction
@@ -220,6 +223,85 @@ def test_most_truth_keeps_at_least_as_much_as_the_other_splits() -> None:
         found = calibrate(max_log="0.5", groups={"a": 2, "b": 5, "c": 9}, tau="0.3", split=split)
         kept[split] = found.keep_probabilities[0] * found.keep_probabilities[1] * found.keep_probabilities[2]
     assert kept["most-truth"] >= max(kept.values())
+
+
+def some_groups(sizes: Sequence[int], contexts: int, decisions: Sequence[str]) -> fa.Policy:
+    """A policy of groups that are tuples, whatever it decides."""
+    columns = [f"a{i}" for i in range(len(sizes))]
+    rows = [(f"x{x}", *label, u) for x in range(contexts) for label in product(*(map(str, range(k)) for k in sizes)) for u in decisions]
+    table: dict[str, list[Any]] = dict(zip(["x", *columns, "u"], map(list, zip(*rows, strict=True)), strict=True))
+    table["p"] = [int(row[-1] == decisions[0]) for row in rows]
+    return fa.Policy.from_probabilities(table, decision="u", group=columns, context="x", probability="p")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("uses", ["decision", "context", "group"])
+@pytest.mark.parametrize("quantity", ["local", "global"])
+def test_a_known_utility_never_exceeds_a_target_and_the_next_step_breaks_it(uses: str, quantity: Any) -> None:
+    """Against the exact linear program of the worst policy, for one and two attributes, with contexts that are spread differently."""
+    rng = random.Random(f"{uses} {quantity}")
+    counts = {"kept": 0, "hidden": 0, "whole": 0}
+    for _ in range(SETTINGS // 10):
+        sizes = rng.choice([[2], [3], [4], [2, 2]])
+        contexts, groups = rng.choice([1, 2]), prod(sizes)
+        utility = random_utility(rng, uses, contexts, groups, rng.choice([2, 3]))
+        population = rng.choice([None, [[F(rng.randint(1, 3)) for _ in range(groups)] for _ in range(contexts)]])
+        policy = some_groups(sizes, contexts, names := [f"u{i}" for i in range(len(utility[0][0]))])
+        place = {label: a for a, label in enumerate(product(*(map(str, range(k)) for k in sizes)))}
+        worth = fa.Utility.from_function(
+            lambda u, x, a, utility=utility, place=place, names=names: utility[int(x[0][1:])][place[a]][names.index(u)], policy.law
+        )
+        target, split = 1 + F(rng.randint(1, 60), 20), rng.choice(SPLITS[:2])
+        found = calibrate_utility(policy, worth, max_ratio=target, quantity=quantity, population=population, split=split)
+
+        def worst(keeps: Sequence[Fraction], sizes: Any = sizes, utility: Any = utility, population: Any = population) -> Any:
+            factors = [response_rows(k, max(F(1, k), min(F(1), keep))) for k, keep in zip(sizes, keeps, strict=True)]
+            return max(by_linear_program(sums) for *_, sums in Setting(factors, utility, None, population).sums(quantity))
+
+        if not found.feasible:
+            counts["hidden"] += 1
+            assert found.settled and found.reason
+            assert worst([F(0)] * len(sizes)) > target
+            continue
+        assert worst(found.keep_probabilities) == found.achieved <= target
+        if max(found.keep_probabilities) == 1:
+            counts["whole"] += 1
+            continue
+        counts["kept"] += 1
+        assert worst([keep + F(1, 10**6) for keep in found.keep_probabilities]) > target
+    assert counts["kept"] >= SETTINGS // 80
+    assert counts["hidden"] or uses == "decision" or (uses, quantity) == ("context", "local")
+
+
+def test_a_known_utility_in_short_fractions() -> None:
+    """A utility of no group is the closed form; of one that depends on it the fraction is found as well."""
+    policy = some_groups([16], 1, ["go", "stay"])
+    found = calibrate_utility(policy, {"go": 10, "stay": 1}, max_ratio="5/4")
+    assert (found.keep_probabilities, found.achieved, found.scope) == ((F(4, 39),), F(5, 4), ANY_POLICY)
+    pair = some_groups([2], 1, ["go", "stay"])
+    worth = fa.Utility.from_function(lambda u, _, a: 3 + (a == ("1",)) if u == "go" else 1, pair.law)
+    # The worst policy goes at what group 1 releases more often: (4p + 1 − p)/(3(1 − p) + p) = 2 at p = 5/7.
+    found = calibrate_utility(pair, worth, max_ratio=2)
+    assert (found.keep_probabilities, found.achieved) == ((F(5, 7),), 2)
+
+
+def test_what_no_policy_should_decide_for_a_known_utility() -> None:
+    """A utility that is not known everywhere, or that one group alone can get, is told as such."""
+    pair = some_groups([2], 1, ["go", "stay"])
+    only = fa.Utility.from_function(lambda u, _, a: int(u == "go" and a == ("0",)), pair.law)
+    found = calibrate_utility(pair, only, max_ratio=2)
+    assert not found.feasible and found.settled and "one group nothing and another something" in found.reason
+    differs = fa.Utility.from_function(lambda u, _, a: 2 + (a == ("0",)), pair.law)
+    assert "at least 1.5 " in calibrate_utility(pair, differs, max_ratio="5/4").reason
+    assert calibrate_utility(pair, differs, max_ratio="3/2").keep_probabilities == (1,)
+    partial = fa.Policy.from_probabilities(
+        {"u": ["a", "b", "a", "a"], "x": ["1", "1", "2", "2"], "g": ["f", "m", "f", "m"], "p": [1, 1, 1, 1]},
+        decision="u", group="g", context="x", probability="p",
+    )  # fmt: skip
+    entries = {"u": [*"ababaa"], "x": [*"111122"], "g": [*"ffmmfm"], "w": [1, 2, 1, 2, 3, 3]}
+    known = fa.Utility.from_table(entries, utility="w", decision="u", context="x", group="g")
+    with pytest.raises(InputError, match="other policies may take it there"):
+        calibrate_utility(partial, known, max_ratio=2)
 
 
 def test_a_known_policy_is_calibrated_on_its_own_ratio() -> None:
@@ -420,7 +502,10 @@ def test_refusals(options: dict[str, Any], word: str) -> None:
         (["--max-log", "0.1"], 2, "--groups is missing"),
         (["--max-log", "0.1", "--bound", "policy"], 2, "needs an audit file"),
         (["--max-log", "0.1", "--groups", "2", "--tau", "0.2", "--delta", "0.01"], 2, "whose delta is 0"),
-        (["--max-log", "0.1", "--groups", "2", "nothing.toml"], 2, "no such file|goes without"),
+        (["--max-log", "0.1", "--groups", "2", "nothing.toml"], 2, "goes without"),
+        (["--max-log", "0.1", "nothing.toml"], 2, "no such file"),
+        (["--max-log", "0.1", "--tau", "0.1", "nothing.toml"], 2, "--tau does not go with --bound exact or policy"),
+        (["--max-log", "0.1", "--bound", "sharp", "nothing.toml"], 2, "--bound exact, policy or contraction"),
         (["--max-log", "0.1", "--groups", "2", "--tau", "2"], 2, "above gamma"),
         (["--groups", "2"], 2, "--max-log"),
         (["--max-log", "0.1", "--groups", "2", "--bound", "mechanism"], 2, "mechanism is called exact now"),
@@ -440,6 +525,23 @@ def test_the_command(capsys: pytest.CaptureFixture[str], options: list[str], cod
     if code == 2:
         assert out == ""
         assert err.count("\n") == 1
+
+
+def test_the_command_names_whom_an_audit_file_guards(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Every policy by default, the policy of the file by --bound policy."""
+    (tmp_path / "policy.csv").write_text("choice,sex,p\nhire,f,0.9\npass,f,0.1\nhire,m,0.2\npass,m,0.8\n")
+    audit = tmp_path / "audit.toml"
+    audit.write_text(
+        '[policy]\ntable = "policy.csv"\ndecision = "choice"\ngroup = "sex"\nprobability = "p"\n[utility]\nvalues = {hire = 1}\n'
+    )
+    for options, rule, keep, scope in (([], "exact", "2/3", ANY_POLICY), (["--bound", "policy"], "policy", "16/21", THIS_LAW)):
+        for measure in ([], ["--global"]):
+            assert main(["calibrate", str(audit), "--max-ratio", "2", *options, *measure]) == 0
+            said = capsys.readouterr().out
+            assert f"by the rule {rule}" in said and scope in said and "paper" not in said
+            assert main(["calibrate", str(audit), "--max-ratio", "2", *options, *measure, "--format", "json"]) == 0
+            (found,) = result_of(capsys.readouterr().out)["found"]
+            assert (found["feasible"], found["rule"], found["keep_probabilities"], found["scope"]) == (True, rule, [keep], scope)
 
 
 def test_the_command_draws_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -147,6 +147,7 @@ OPTIONS: dict[str, Callable[[Any], Any]] = {
     "population": lambda v: POLICY.behind(group=fa.Identity(["f", "m"]), population={(PLACE, "f"): v, (PLACE, "m"): 1}).mass,
     "calibrate": lambda v: calibrate(max_log=v, groups=2, tau=v),
     "calibrate_policy": lambda v: calibrate_policy(POLICY, {"hire": 1}, max_log=v),
+    "calibrate_utility": lambda v: fa.calibrate_utility(POLICY, {"hire": 1}, max_log=v),
     "design": lambda v: fa.design_model_free(2, max_log=v, tau=v),
     "cap": lambda v: fa.design(POLICY, {"hire": 1}, max_epsilon=v),
     "plan": lambda v: plan([v, v], max_log=v).draws,

@@ -132,6 +132,7 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         "audit": lambda: fa.audit(folder / "log.csv", decision="hired", group="sex", utility="yes"),
         "calibrate": lambda: fa.calibrate(max_log="0.2", groups=2, tau="0.5"),
         "calibrate_policy": lambda: fa.calibrate_policy(policy(), {"hire": 1}, max_ratio=2),
+        "calibrate_utility": lambda: fa.calibrate_utility(policy(), {"hire": 1}, max_ratio=2),
         "certify": lambda: fa.certify(law(), {"yes": 1}),
         "certify_worst_case": lambda: fa.certify_worst_case(worst()),
         "compare": lambda: fa.compare(made, fa.audit({**TABLE, "n": [300, 100, 200, 300]}, **ASKED, max_local_ratio="5/4")),
