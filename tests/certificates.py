@@ -129,8 +129,14 @@ def policy(pick: Pick) -> Certificate:
     if population is not None and pick.random() < 0.5:
         population[0, 0] += 1
     deployment = Policy(law).behind(group=group, context=context, population=population)
-    declared = {name: value for name, value in {"tau": "1/100", "gamma": 4, "lipschitz": "1/50", "m": 0}.items() if pick.random() < 0.4}
-    return fa.certify(deployment, _utility(pick), declared=declared, **_limits(pick)).certificate
+    constants = {"tau": "1/100", "gamma": 4, "lipschitz": "1/50", "m": 0, "global_tau": "1/99"}
+    declared = {name: value for name, value in constants.items() if pick.random() < 0.4}
+    further: dict[str, Any] = {"all_bounds": pick.random() < 0.5}
+    if pick.random() < 0.3:
+        further["declared_in"] = {pick.choice("pq"): {"tau": "1/50", **({"gamma": 5} if pick.random() < 0.5 else {})}}
+    if pick.random() < 0.3:
+        further["max_drift"] = pick.choice(["0", "1/20", "1"])
+    return fa.certify(deployment, _utility(pick), declared=declared, **further, **_limits(pick)).certificate
 
 
 def stream(pick: Pick) -> Certificate:

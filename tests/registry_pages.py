@@ -12,7 +12,16 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from fairaudit.theorems.bound import ANY_CONTEXT_FILTER, ANY_POLICY, FLOORED, THIS_LAW, THIS_POLICY
+from fairaudit.theorems.bound import (
+    ANY_CONTEXT_FILTER,
+    ANY_POLICY,
+    ANY_UTILITY,
+    ANY_UTILITY_FLOORED,
+    FLOORED,
+    NEAR_POLICY,
+    THIS_LAW,
+    THIS_POLICY,
+)
 from fairaudit.theorems.registry import DIFFERENCES, EVERY_UTILITY, KINDS, RATIOS, SAMPLED, Kind
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -24,7 +33,10 @@ WIDTH = 140
 SCOPES = {
     THIS_LAW: ("law", "LAW"),
     ANY_POLICY: ("policies", "POLICIES"),
+    NEAR_POLICY: ("near", "NEAR"),
     FLOORED: ("floored", "FLOORED"),
+    ANY_UTILITY: ("range", "RANGE"),
+    ANY_UTILITY_FLOORED: ("floored range", "RANGE_FLOORED"),
     THIS_POLICY: ("group filters", "GROUP_FILTERS"),
     ANY_CONTEXT_FILTER: ("context filters", "CONTEXT_FILTERS"),
     EVERY_UTILITY: ("class", "CLASS"),
@@ -40,7 +52,9 @@ RULES = {
 SHAPES: dict[str, Any] = {
     "table": {"$ref": "#/$defs/digest"},
     "multipliers": {"type": "array", "items": {"$ref": "#/$defs/nonnegative"}},
-    "pairs": {"type": "array", "items": {"$ref": "#/$defs/dual"}},
+    "pairs": {"type": "array"},
+    "attained": {"oneOf": [{"type": "null"}, {"$ref": "#/$defs/attained"}]},
+    "policy": {"oneOf": [{"type": "null"}, {"$ref": "#/$defs/attaining_policy"}]},
     "interval": {"enum": ["local", "global", *DIFFERENCES]},
 }
 """What the evidence is, by its key; any other key holds a number."""
@@ -80,14 +94,21 @@ def kinds_table() -> str:
     for kind in KINDS:
         relations = ", ".join(f"`{relation}`" for relation in kind.relations)
         scopes = ", ".join(SCOPES[scope][0] for scope in kind.scopes)
-        always = unique(name for scope in kind.scopes for name in kind.listed(scope))
-        floor = [f"`{name}` (floored)" if name == "declared-floor" else f"`{name}`" for name in always]
+        always = unique(name for scope in kind.scopes for quantity in kind.quantities for name in kind.listed(scope, quantity))
+        only = {"declared-floor": " (floored)", **(dict.fromkeys(kind.overall, " (global)") if len(kind.quantities) > 1 else {})}
+        floor = [f"`{name}`{only.get(name, '')}" for name in always]
         may = [f"perhaps {listed(kind.may_assume)}"] if kind.may_assume else []
-        evidence = f"`{kind.evidence}`" if kind.evidence else ""
+        evidence = listed(filter(None, (kind.evidence, *kind.beside)))
         pages = f"[rule]({RULES[kind.subject]}), [why]({kind.anchor})"
-        cells = (f"`{kind.id}`", f"`{kind.by}`", kind.says, listed(kind.quantities), relations, scopes, ", ".join(kind.needs))
+        cells = (f"`{kind.id}`", f"`{kind.by}`", kind.says, listed(kind.quantities), relations, scopes, _needed(kind))
         lines.append(f"| {' | '.join((*cells, '; '.join([', '.join(floor), *may]).strip('; '), evidence, pages))} |")
     return "\n".join(lines)
+
+
+def _needed(kind: Kind) -> str:
+    """What has to hold, with the scopes where that is more."""
+    more = {need: [SCOPES[scope][0] for scope in kind.scopes if need in kind.asks(scope)] for s in kind.scopes for need in kind.asks(s)}
+    return ", ".join(need + ("" if len(where) == len(kind.scopes) else f" ({', '.join(where)})") for need, where in more.items())
 
 
 def scopes_table() -> str:
@@ -140,7 +161,8 @@ def schema_text() -> str:
     """The definitions of a claim, of one about a class, and of one about a population, as the schema file spells them."""
     population = {"$ref": "#/$defs/population_at_confidence"}
     scopes = [scope for scope in SCOPES if scope != SAMPLED]
-    shapes = {key: SHAPES.get(key, {"$ref": "#/$defs/extended"}) for key in unique(kind.evidence for kind in KINDS if kind.evidence)}
+    keys = unique(key for kind in KINDS for key in (kind.evidence, *kind.beside) if key)
+    shapes = {key: SHAPES.get(key, {"$ref": "#/$defs/extended"}) for key in keys}
     shapes["theta"] = {"$ref": "#/$defs/vector"}
     claim = {
         "description": (
@@ -170,13 +192,10 @@ def schema_text() -> str:
                 "items": {"type": "string"},
             },
             "evidence": {
-                "description": "What the value follows from, at most one of these; only parameters stand beside pairs.",
+                "description": "What the value follows from.",
                 "type": "object",
                 "required": [],
                 "additionalProperties": False,
-                "if": {"required": ["theta"]},
-                "then": {"required": ["pairs"], "maxProperties": 2},
-                "else": {"maxProperties": 1},
                 "properties": shapes,
             },
         },
@@ -212,13 +231,19 @@ def _sampled() -> Iterable[dict[str, Any]]:
 
 def _stated(kind: Kind) -> Iterable[dict[str, Any]]:
     """The entries of a kind; one for each quantity where its evidence differs between them."""
-    evidence: dict[str, Any] = {"required": [kind.evidence]} if kind.evidence else {"maxProperties": 0}
-    if kind.evidence == "multipliers" and kind.subject == "policy":
-        evidence["properties"] = {"multipliers": {"minItems": 1}}
-    for quantities in [(quantity,) for quantity in kind.quantities] if kind.evidence == "pairs" else [kind.quantities]:
-        if kind.evidence == "pairs":
-            items = {"required": ["context"]} if quantities == ("local_ratio",) else {"properties": {"context": False}}
-            evidence = {**evidence, "properties": {"pairs": {"items": items}}}
+    keys = [key for key in (kind.evidence, *kind.beside) if key]
+    shape: dict[str, Any] = {**({"required": keys} if keys else {}), "maxProperties": len(keys)}
+    if keys == ["multipliers"] and kind.subject == "policy":
+        shape["properties"] = {"multipliers": {"minItems": 1}}
+    shapes: list[tuple[tuple[str, ...], dict[str, Any]]] = [(kind.quantities, shape)]
+    if keys == ["pairs"]:  # parameters may stand beside them
+        dual, shape["maxProperties"] = {"$ref": "#/$defs/dual"}, 2
+        context = {"local_ratio": {"required": ["context"]}, "global_ratio": {"properties": {"context": False}}}
+        items = {quantity: {"allOf": [dual, context[quantity]]} for quantity in kind.quantities}
+        shapes = [((quantity,), {**shape, "properties": {"pairs": {"items": item}}}) for quantity, item in items.items()]
+    elif "pairs" in keys:
+        shape["properties"] = {"pairs": {"items": {"$ref": "#/$defs/pair_proof"}}}
+    for quantities, evidence in shapes:
         yield {
             "properties": {
                 "by": {"const": kind.by},
@@ -258,8 +283,8 @@ def script_text() -> str:
         if SAMPLED not in kind.scopes:
             quantities = names.get(kind.quantities) or json.dumps(list(kind.quantities))
             scopes = ", ".join(SCOPES[scope][1] for scope in kind.scopes)
-            (relation,) = kind.relations
-            lines.append(f'    ["{relation}", "{kind.by}", {quantities}, [{scopes}], "{kind.subject}"],\n')
+            rest = f'"{kind.by}", {quantities}, [{scopes}], "{kind.subject}"],\n'
+            lines += [f'    ["{relation}", {rest}' for relation in kind.relations]
     return "".join(lines)
 
 

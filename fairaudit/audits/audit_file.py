@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast, get_args
 
@@ -32,7 +32,8 @@ LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 METHODS: tuple[Method, ...] = get_args(Method)
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
-UTILITY_KEYS = ("values", "column", "table", "gamma", "m", "tau", "lipschitz", "burden")
+DECLARED = ("gamma", "m", "tau", "global_tau", "lipschitz")
+UTILITY_KEYS = ("values", "column", "table", *DECLARED, "by_context", "burden")
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class Audit:
     sampling: dict[str, Any]
     positive: str | None = None
     burden: bool = False
+    declared_in: dict[Label, dict[str, Any]] = field(default_factory=dict)
+    max_drift: Any = None
 
 
 SAID_THERE = (
@@ -117,7 +120,7 @@ def read_policy(path: str) -> tuple[Policy, Utility, Any]:
         if "policy" not in document:
             raise InputError("a section [policy] is needed")
         source = read_section(document, "policy")
-        check_keys(source, TABLE_KEYS, "[policy]")
+        check_keys(source, (*TABLE_KEYS, "max_drift"), "[policy]")
         table = _table(source, "policy", folder)
         law = _law(source, "policy", table)
         utility = _utility(read_section(document, "utility"), table, law, folder, _missing(source, "policy"))
@@ -133,7 +136,7 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
         raise InputError("exactly one of the sections [law] and [policy] is needed")
     about = "law" if "law" in document else "policy"
     source = sections[about]
-    check_keys(source, LAW_KEYS if about == "law" else TABLE_KEYS, f"[{about}]")
+    check_keys(source, LAW_KEYS if about == "law" else (*TABLE_KEYS, "max_drift"), f"[{about}]")
     table = _table(source, about, folder, _columns(sections["utility"], "column", "utility"))
     law = _law(source, about, table)
     subject: Law | Deployment = law
@@ -154,13 +157,37 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
     wanted = sections["utility"]
     check_keys(wanted, UTILITY_KEYS, "[utility]")
     utility = _utility(wanted, table, law, folder, _missing(source, about))
-    declared: dict[str, Any] = {name: wanted[name] for name in ("gamma", "m", "tau", "lipschitz") if name in wanted}
+    declared = {name: wanted[name] for name in DECLARED if name in wanted}
     targets = sections["targets"]
     check_targets(targets)
     positive = _text(source, "positive", about) if "positive" in source else None
     return Audit(
-        subject, utility, declared, dict(targets), _sampling(sections["confidence"]), positive, _truth(wanted, "burden", "utility")
+        subject,
+        utility,
+        declared,
+        dict(targets),
+        _sampling(sections["confidence"]),
+        positive,
+        _truth(wanted, "burden", "utility"),
+        _declared_in(wanted.get("by_context", [])),
+        source.get("max_drift"),
     )
+
+
+def _declared_in(entries: Any) -> dict[Label, dict[str, Any]]:
+    """Constants of single contexts: sections [[utility.by_context]]."""
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise InputError(f"[utility] by_context is {shown(entries)}; sections [[utility.by_context]] with context, and gamma, m or tau")
+    found: dict[Label, dict[str, Any]] = {}
+    for entry in entries:
+        check_keys(entry, ("context", "gamma", "m", "tau"), "[[utility.by_context]]")
+        label = _columns(entry, "context", "[utility.by_context]")
+        if not label:
+            raise InputError('[[utility.by_context]] needs context = "…", or a list where there are several columns')
+        if label in found:
+            raise InputError(f"[[utility.by_context]] has the context {shown(', '.join(label))} twice")
+        found[label] = {name: value for name, value in entry.items() if name != "context"}
+    return found
 
 
 def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:

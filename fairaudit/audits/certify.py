@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
+from fairaudit.audits.declared import ByContext, read_declared
 from fairaudit.audits.population import decisions_given_truth, intervals_of_stream, possible_comparisons, two_means_note
 from fairaudit.audits.result import Result, not_compared
 from fairaudit.audits.targets import judged, judged_by_window
-from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.rationals import Number, option_value
+from fairaudit.errors import InputError
+from fairaudit.exact.rationals import Number
 from fairaudit.inference.anytime import Arrivals
 from fairaudit.inference.changes import Window, change_of
 from fairaudit.inference.comparisons import Comparison
@@ -27,9 +27,10 @@ from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.utility import Utility, UtilityTable, Values
 from fairaudit.tables.values import LabelLike
-from fairaudit.theorems.applicable import applicable_bounds
+from fairaudit.theorems.applicable import Guarantees, guarantees
+from fairaudit.theorems.bound import NEAR_POLICY
 from fairaudit.theorems.case import TOO_WIDE, Case
-from fairaudit.words import approximate
+from fairaudit.theorems.t13_cases import TOO_NEAR
 
 __all__ = ["certify"]
 
@@ -47,6 +48,9 @@ def certify(
     interval: Method = "hoeffding-kl",
     independent: bool = False,
     declared: Mapping[str, Number] | None = None,
+    declared_in: ByContext | None = None,
+    max_drift: Number | None = None,
+    all_bounds: bool = False,
     embed_table: bool | None = None,
     arrivals: Arrivals | None = None,
     changed: tuple[Quantity, Window] | None = None,
@@ -75,8 +79,16 @@ def certify(
         certificate. Decisions on the same profiles with only the group exchanged are not.
     declared : mapping, optional
         Constants that hold whatever the table says: ``gamma`` and ``m``, the greatest and least value of g over everything that could be
-        drawn; for a policy behind filters also ``tau``, a floor of every group's expected utility behind the filter, and ``lipschitz``, a
-        bound of the difference of g between groups. Bounds for every policy that keeps a floor need a declared ``tau``.
+        drawn; for a policy behind filters also ``tau``, a floor of every group's expected utility behind the filter, ``global_tau``, a
+        floor of every group's mean, and ``lipschitz``, a bound of the difference of g between groups. What is said of every policy that
+        keeps a floor needs a declared floor, and what is said of any utility needs ``gamma`` and ``m``.
+    declared_in : mapping of label to mapping, optional
+        ``gamma``, ``m`` and ``tau`` of single contexts of a policy behind filters.
+    max_drift : number or str, optional
+        Of a policy behind filters: how far, in total variation, the law of the decision may be from that of this policy, for everything
+        that the filters release. The certificate then has the greatest ratio of all policies as near as that.
+    all_bounds : bool
+        Whether to state bounds that the greatest ratio over policies makes superfluous, too.
     embed_table : bool, optional
         Whether the certificate holds the table; by default if it has at most 100,000 entries. False leaves only a salted digest, and
         needs confidence None, because the ends of intervals disclose the counts.
@@ -141,10 +153,10 @@ def certify(
         raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
     tau = least_expectation(law, table)
-    constants = _constants(table, tau, declared or {}, deployment)
+    constants, constants_in = read_declared(table, tau, declared or {}, declared_in or {}, max_drift, deployment)
     given, said = decisions_given_truth(subject, table, positive, None if arrivals else level, embed_table)
-    case = None if deployment is None else Case(deployment, law, table, constants)
-    found = () if case is None else tuple(applicable_bounds(case, tau))
+    case = None if deployment is None else Case(deployment, law, table, constants, declared_in=constants_in)
+    found = Guarantees() if case is None else guarantees(case, tau, all_bounds=all_bounds)
     named = {quantity for quantity, _, _ in limits}
     comparisons: dict[Quantity, Comparison] = {}
     notes: tuple[str, ...] = ()
@@ -166,7 +178,7 @@ def certify(
             raise InputError("a window contradicts the interval of a stream; there is none without arrivals and a confidence")
         change = change_of(intervals[changed[0]], changed[1], changed[0], (constants["m"], constants["gamma"]))
         intervals = {quantity: own for quantity, own in intervals.items() if quantity not in change.withdrawn}
-    targets, verdict = judged(measured, limits, sampled, intervals, found, constants)
+    targets, verdict = judged(measured, limits, sampled, intervals, found.bounds, constants)
     if change is not None:
         targets, verdict = judged_by_window(targets, verdict, change)
     without = deployment.unfiltered if deployment else None
@@ -183,11 +195,13 @@ def certify(
         not_compared=(*not_compared(law), *(given.not_compared if given else ())),
         targets=targets,
         verdict=verdict,
-        notes=(*law.notes, *notes, *said, *((TOO_WIDE,) if case and not case.narrow else ())),
+        notes=(*law.notes, *notes, *said, *((TOO_WIDE,) if case and not case.narrow else ()), *_too_near(found, constants, measured)),
         deployment=deployment,
         unfiltered=None if without is None else _both(without, replace(table, law=without)),
-        bounds=found,
+        bounds=found.bounds,
+        suprema=found.suprema,
         declared=constants,
+        declared_in=constants_in,
         intervals=intervals,
         comparisons=comparisons,
         embed=embed_table,
@@ -197,31 +211,11 @@ def certify(
     )
 
 
-def _constants(
-    table: UtilityTable, tau: Fraction | None, declared: Mapping[str, Any], deployment: Deployment | None
-) -> dict[str, Fraction]:
-    """Declared constants as exact rationals, none of which contradicts the table."""
-    measured = {"gamma": table.gamma, "m": table.m, "tau": tau, "lipschitz": table.lipschitz()}
-    if deployment is None and declared.keys() & {"tau", "lipschitz"}:
-        raise InputError("tau and lipschitz are declared for a policy behind filters; a plain table has its own")
-    constants: dict[str, Fraction] = {}
-    for name, value in declared.items():
-        if name not in measured:
-            raise InputError(f"{shown(name)} cannot be declared; {nearest(name, measured)}")
-        try:
-            constants[name] = Fraction(*option_value(value))
-        except InputError as error:
-            raise InputError(f"the declared {name}: {error}") from None
-        found = measured[name]
-        if constants[name] < 0:
-            raise InputError(f"the declared {name} is {shown(value)}; it must be at least 0")
-        if found is None:
-            continue
-        if name in ("gamma", "lipschitz") and constants[name] < found:
-            raise InputError(f"the declared {name} is {shown(value)}, but the table has {approximate(found)}; declare at least that")
-        if name in ("m", "tau") and constants[name] > found:
-            raise InputError(f"the declared {name} is {shown(value)}, but the table has only {approximate(found)}; declare at most that")
-    return constants
+def _too_near(found: Guarantees, declared: Mapping[str, Fraction], measured: Mapping[Quantity, Ratio | None]) -> tuple[str, ...]:
+    """Whether a claim about policies near this one that was asked for is left out."""
+    near = {one.quantity for one in found.suprema if one.scope == NEAR_POLICY}
+    wanted = {quantity for quantity, ratio in measured.items() if ratio is not None} if "max_drift" in declared else set()
+    return (TOO_NEAR,) if wanted - near else ()
 
 
 def _both(law: Law, table: UtilityTable) -> tuple[Ratio | None, Ratio | None]:

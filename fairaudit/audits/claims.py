@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.certificates.numbers import number
 from fairaudit.inference.differences import DifferenceInterval
 from fairaudit.inference.interval import Interval
+from fairaudit.tables.values import Label
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.registry import BY_ID, BY_KEY, SAMPLED, Kind, Relation
+from fairaudit.theorems.supremum import Supremum
 from fairaudit.theorems.t05 import t5_independent
 from fairaudit.theorems.t07 import t7
 from fairaudit.words import brief
@@ -89,6 +91,8 @@ def claims_of(result: Result) -> Iterator[Claim]:
     for quantity, interval in result.intervals.items():
         by = next((method for method in interval.methods if method != "binomial"), "binomial")
         yield from _ends(BY_ID[f"{by}-interval"], f"{quantity}_ratio", quantity, interval)
+    for supremum in result.suprema:
+        yield _over_policies(supremum, law.assumptions)
     for bound in result.bounds:
         if bound.certified:
             yield _by_theorem(bound, law.assumptions)
@@ -138,14 +142,29 @@ def _by_theorem(bound: Bound, about: tuple[str, ...]) -> Claim:
         evidence = {kind.evidence: [number(k) for k in bound.multipliers]}
     elif kind.evidence:
         evidence = {kind.evidence: number(bound.constants.get(kind.evidence, inf))}
-    listed = kind.sentences(bound.scope, bound.constants)
+    listed = bound.assumptions if kind.by == "T13" else kind.sentences(bound.scope, bound.quantity, bound.constants)
     return Claim(bound.quantity, "<=", bound.value, kind.by, evidence, bound.scope, (*listed, *about))
+
+
+def _over_policies(found: Supremum, about: tuple[str, ...]) -> Claim:
+    """The greatest ratio of the policies of a scope, with where it is attained."""
+    relation: Relation = "=" if found.exact else "<="
+    attained = (
+        None if found.value == 1 else {"context": _labels(found.context), "higher": _labels(found.higher), "lower": _labels(found.lower)}
+    )
+    return Claim(
+        f"{found.quantity}_ratio_supremum", relation, found.value, "T13", {"attained": attained}, found.scope, (*found.assumptions, *about)
+    )
+
+
+def _labels(label: Label | None) -> list[str] | None:
+    return None if label is None else list(label)
 
 
 def _claim(kind: Kind, quantity: str, value: Fraction | float, about: tuple[str, ...], evidence: Mapping[str, Any]) -> Claim:
     """A claim of a kind that has one relation and one scope."""
     (relation,), (scope,) = kind.relations, kind.scopes
-    return Claim(quantity, relation, value, kind.by, evidence, scope, (*kind.sentences(scope, {}), *about))
+    return Claim(quantity, relation, value, kind.by, evidence, scope, (*kind.sentences(scope, quantity, {}), *about))
 
 
 def population_at(confidence: Fraction) -> str:

@@ -103,7 +103,12 @@ def _add_filters(made: dict[str, Any], result: Result, deployment: Deployment) -
         "group": privacy_entry(deployment.group_filter),
         "context": privacy_entry(context) if context else None,
     }
-    made["subject"]["declared"] = {name: number(value) for name, value in result.declared.items()}
+    declared: dict[str, Any] = {name: number(value) for name, value in result.declared.items()}
+    if result.declared_in:
+        declared["by_context"] = [
+            {"context": list(label), **{name: number(value) for name, value in own.items()}} for label, own in result.declared_in.items()
+        ]
+    made["subject"]["declared"] = declared
     made["metrics"]["unfiltered"] = (
         None if result.unfiltered is None else dict(zip(("local", "global"), map(ratio_entry, result.unfiltered), strict=True))
     )

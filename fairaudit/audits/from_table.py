@@ -11,6 +11,7 @@ from typing import Any
 
 from fairaudit.audits.audit_file import Audit, read_audit, refuse_beside
 from fairaudit.audits.certify import certify
+from fairaudit.audits.declared import ByContext
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.audits.population import confidence_for
 from fairaudit.audits.reading import MOST_ROWS, Access, Reading, read_audited, uncollected, unfit_for_parts
@@ -29,7 +30,7 @@ from fairaudit.tables.columns import Missing
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.labels import LabelMap, read_label_map
 from fairaudit.tables.sources import Source, source_name
-from fairaudit.tables.values import LabelLike, names
+from fairaudit.tables.values import Label, LabelLike, names
 from fairaudit.words import approximate
 
 __all__ = ["audit"]
@@ -62,6 +63,7 @@ def audit(
     group_filter: Mechanism | None = None,
     context_filter: Mechanism | None = None,
     population: Population | None = None,
+    releases: int = 1,
     max_local_ratio: Number | None = None,
     max_global_ratio: Number | None = None,
     max_local_log: Number | None = None,
@@ -70,6 +72,9 @@ def audit(
     interval: Method = DEFAULT_METHOD,
     independent: bool = False,
     declared: Mapping[str, Number] | None = None,
+    declared_in: ByContext | None = None,
+    max_drift: Number | None = None,
+    all_bounds: bool = False,
     burden: bool = False,
     embed_table: bool | None = None,
     engine: Engine = "auto",
@@ -114,9 +119,11 @@ def audit(
         The table is a policy behind these filters (`Policy.behind`): what decides sees what they release.
     population : array_like, mapping or Law, optional
         With `group_filter`: P(context, group).
+    releases : int
+        With `group_filter`: how many fresh releases of a group one memory sees.
     max_local_ratio, max_global_ratio, max_local_log, max_global_log
         Targets, as for `certify`.
-    confidence, interval, independent, declared, burden, embed_table
+    confidence, interval, independent, declared, declared_in, max_drift, all_bounds, burden, embed_table
         As for `certify`. A confidence that is given needs counts; without one, a table that has none is judged as it stands.
     engine, table, query, memory
         As for `read_log`.
@@ -164,7 +171,12 @@ def audit(
         "fold_labels": fold_labels,
         "label_map": read_label_map(Path(label_map)) if isinstance(label_map, (str, os.PathLike)) else label_map,
     }
-    filters: dict[str, Any] = {"group_filter": group_filter, "context_filter": context_filter, "population": population}
+    filters: dict[str, Any] = {
+        "group_filter": group_filter,
+        "context_filter": context_filter,
+        "population": population,
+        "releases": releases,
+    }
     given = Utility(utility_values(utility)) if isinstance(utility, str) else Utility(utility) if isinstance(utility, Mapping) else utility
     asked = _Asked(
         targets={name: limit for name, limit in limits.items() if limit is not None},
@@ -173,6 +185,9 @@ def audit(
         interval=interval,
         independent=independent,
         declared=declared or {},
+        declared_in={names(label): constants for label, constants in (declared_in or {}).items()},
+        max_drift=max_drift,
+        all_bounds=all_bounds,
         positive=positive,
         burden=burden,
         embed_table=embed_table,
@@ -184,7 +199,7 @@ def audit(
                 raise InputError(f"{name} goes with a table; a {type(source).__name__} has been read already")
         return asked.certify(_behind(source, **filters), _needed(given))
     if isinstance(source, (str, os.PathLike)) and os.fspath(source).endswith(".toml"):
-        refuse_beside(os.fspath(source), {**beside, **filters, "utility": utility, "positive": positive})
+        refuse_beside(os.fspath(source), {**beside, **filters, "releases": releases != 1, "utility": utility, "positive": positive})
         return _from_audit_file(read_audit(os.fspath(source)), asked)
     if decision is None and utility_column is None:
         raise InputError("no decision column was named; give decision, the name of the column")
@@ -194,7 +209,8 @@ def audit(
     reading = Reading(**roles, missing=missing, access=Access(engine, table, query, memory))
     if utility_column is None:
         _needed(given)
-    unfit = unfit_for_parts(reading, {"positive": positive, "declared": declared, **filters})
+    of_policies = {"declared_in": declared_in, "max_drift": max_drift, "all_bounds": all_bounds, **filters, "releases": releases != 1}
+    unfit = unfit_for_parts(reading, {"positive": positive, "declared": declared, **of_policies})
     if not isinstance(source, (str, os.PathLike, list, tuple)):
         unfit = "a table in memory"
     if in_parts and unfit:
@@ -222,6 +238,9 @@ class _Asked:
     interval: Method
     independent: bool
     declared: Mapping[str, Number]
+    declared_in: Mapping[Label, Mapping[str, Number]]
+    max_drift: Number | None
+    all_bounds: bool
     positive: LabelLike | None
     burden: bool
     embed_table: bool | None
@@ -239,6 +258,9 @@ class _Asked:
             interval=self.interval,
             independent=self.independent,
             declared=self.declared,
+            declared_in=self.declared_in,
+            max_drift=self.max_drift,
+            all_bounds=self.all_bounds,
             positive=self.positive,
             burden=self.burden,
             embed_table=self.embed_table,
@@ -273,6 +295,8 @@ def _from_audit_file(audit: Audit, asked: _Asked) -> Result:
         "interval": sampling.get("interval", DEFAULT_METHOD) if asked.interval == DEFAULT_METHOD else asked.interval,
         "independent": asked.independent or sampling.get("independent", False),
         "declared": {**audit.declared, **asked.declared},
+        "declared_in": {**audit.declared_in, **asked.declared_in},
+        "max_drift": audit.max_drift if asked.max_drift is None else asked.max_drift,
         "positive": audit.positive,
         "burden": asked.burden or audit.burden,
     }
@@ -280,16 +304,20 @@ def _from_audit_file(audit: Audit, asked: _Asked) -> Result:
 
 
 def _behind(
-    subject: Law | Deployment, group_filter: Mechanism | None, context_filter: Mechanism | None, population: Population | None
+    subject: Law | Deployment,
+    group_filter: Mechanism | None,
+    context_filter: Mechanism | None,
+    population: Population | None,
+    releases: int,
 ) -> Law | Deployment:
     """Put a law behind filters, as the policy that it is."""
     if group_filter is None:
-        if context_filter is not None or population is not None:
-            raise InputError("context_filter and population go with group_filter; give an Identity if groups are not filtered")
+        if context_filter is not None or population is not None or releases != 1:
+            raise InputError("context_filter, population and releases go with group_filter; give an Identity if groups are not filtered")
         return subject
     if isinstance(subject, Deployment):
         raise InputError("group_filter goes with a table or a law; a Deployment has its filters")
-    return Policy(subject).behind(group=group_filter, context=context_filter, population=population)
+    return Policy(subject).behind(group=group_filter, context=context_filter, population=population, releases=releases)
 
 
 def _needed(utility: Utility | None) -> Utility:

@@ -51,6 +51,8 @@ from fairaudit.tables.preparation import Entry, said
 from fairaudit.tables.values import Label
 from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.supremum import Supremum
+from fairaudit.theorems.t13_cases import NEAR_STEPS
+from fairaudit.theorems.t13_near import DriftRadius, drift_radius, near_steps
 from fairaudit.words import approximate, brief, plain, words_for
 
 if TYPE_CHECKING:
@@ -213,6 +215,21 @@ class Result(Faces):
             lower = None if interval is None else interval.lower
             found.append(decide(target, measured, lower, self.drivers.get(target.quantity, (None, None))))
         return tuple(found)
+
+    @cached_property
+    def drift_radii(self) -> tuple[DriftRadius | None, ...]:
+        """For each target how far policies may be from this one, in total variation, while the verdict on it stands (T13).
+
+        None for targets about a population, without filters, where one memory sees several releases, and where a claim about the policies
+        near this one would take a reader too long.
+        """
+        return tuple(map(self._drift_radius, self.targets))
+
+    def _drift_radius(self, target: Target) -> DriftRadius | None:
+        at, table = self.deployment, self.utility
+        if at is None or at.releases > 1 or target.confidence is not None or near_steps(at, table, target.quantity) > NEAR_STEPS:
+            return None
+        return drift_radius(at, table, target.quantity, target.limit, target.unit)
 
     @cached_property
     def drivers(self) -> Mapping[Quantity, Drivers]:

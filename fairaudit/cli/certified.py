@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fairaudit.cli.population import Finding
     from fairaudit.measures.distances import Distance
     from fairaudit.measures.ratios import Ratio
+    from fairaudit.theorems.t13_near import DriftRadius
 
 __all__ = ["certified", "target_entries"]
 
@@ -62,6 +63,7 @@ def _details(result: Result, top: int, findings: list[Finding]) -> dict[str, Any
 
     return {
         "targets": target_entries(result),
+        "drift_radii": [None if radius is None else _radius(radius) for radius in result.drift_radii],
         "decided_by": [None if deciding is None else _decided(deciding, result) for deciding in result.deciding],
         "most_unequal": {
             name: [measure_entry(m) | _sizes(m, result) for m in measures] for name, measures in result.most_unequal(top).items()
@@ -80,6 +82,11 @@ def _details(result: Result, top: int, findings: list[Finding]) -> dict[str, Any
             for target, planned in result.further_draws
         ],
     }
+
+
+def _radius(found: DriftRadius) -> dict[str, Any]:
+    """How far policies may be from this one while a verdict stands."""
+    return {"radius": found.radius, "always": found.always, "exact": found.exact}
 
 
 def _decided(deciding: Deciding, result: Result) -> dict[str, Any]:

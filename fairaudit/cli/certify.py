@@ -57,6 +57,7 @@ def add(commands: Any) -> None:
     _add_utility(parser)
     add_limits(parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)"))
     add_population(parser)
+    _add_guarantees(parser)
     _add_input_and_output(parser)
 
 
@@ -92,6 +93,18 @@ def _add_utility(parser: argparse.ArgumentParser) -> None:
     )
     worth.add_argument(
         "--burden", action="store_true", help="the utility counts a burden: the group with more of it is disadvantaged, not favoured"
+    )
+
+
+def _add_guarantees(parser: argparse.ArgumentParser) -> None:
+    further = parser.add_argument_group("what is guaranteed behind filters (of an audit file with [policy])")
+    further.add_argument(
+        "--max-drift",
+        metavar="D",
+        help="state the greatest ratio of all policies within this total variation of the audited one, from 0 to 1",
+    )
+    further.add_argument(
+        "--all-bounds", action="store_true", help="state bounds that the greatest ratio over all policies makes superfluous, too"
     )
 
 
@@ -157,7 +170,7 @@ def run(arguments: argparse.Namespace) -> Answer:
 def _certify(arguments: argparse.Namespace) -> Answer:
     """Certify a table, a log or an audit file."""
     from fairaudit.audits.certify import certify
-    from fairaudit.errors import ManyRowsError, naming
+    from fairaudit.errors import InputError, ManyRowsError, naming
 
     audit = _audit_file(arguments) if _is_audit_file(arguments) else None
     try:
@@ -167,6 +180,11 @@ def _certify(arguments: argparse.Namespace) -> Answer:
     targets = given_limits(arguments)
     check_output(arguments)
     options = population_options(arguments, subject, audit.sampling if audit else {})
+    from fairaudit.model.policy import Deployment
+
+    for name in ("max_drift", "all_bounds"):
+        if getattr(arguments, name) and not isinstance(subject, Deployment):
+            raise InputError(f"{option(name)} is about a policy behind filters; name an audit file with [policy] and [filter.group]")
     burden = arguments.burden or (audit is not None and audit.burden)
     declared = {**(audit.declared if audit else {}), **utility_range(arguments.utility_range)}
     with naming(source_name(arguments.table)):
@@ -176,6 +194,9 @@ def _certify(arguments: argparse.Namespace) -> Answer:
             **{**(audit.targets if audit else {}), **targets},
             **options,
             declared=declared,
+            declared_in=audit.declared_in if audit else None,
+            max_drift=audit.max_drift if audit and arguments.max_drift is None else arguments.max_drift,
+            all_bounds=arguments.all_bounds,
             embed_table=False if arguments.no_table else None,
             positive=audit.positive if audit else arguments.positive,
             burden=burden,
@@ -188,7 +209,7 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
     """Name an option that does not go with contexts that are read in parts; empty if there is none."""
     from fairaudit.audits.reading import unfit_for_parts
 
-    others = ("positive", "report", "placebo", "claimed_exp_epsilon", "utility_range")
+    others = ("positive", "report", "placebo", "claimed_exp_epsilon", "utility_range", "max_drift", "all_bounds")
     return unfit_for_parts(reading, {name: getattr(arguments, name) for name in others})
 
 

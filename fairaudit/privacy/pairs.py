@@ -83,8 +83,20 @@ def pair_laws(mechanism: Mechanism, releases: int = 1) -> tuple[PairLaw, ...]:
     )
 
 
-def joint_ratios(mechanism: Mechanism) -> int:
-    """Bound the likelihood ratios of the different pairs of rows, which bounds with multipliers go through; long numbers count more.
+def joint_ratios(mechanism: Mechanism, releases: int = 1) -> int:
+    """Bound the likelihood ratios of the different pairs of rows, which claims about any policy go through; long numbers count more.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The filter.
+    releases : int
+        How often it releases the same value.
+
+    Raises
+    ------
+    InputError
+        If the releases have too many different likelihood ratios to be counted exactly.
 
     Examples
     --------
@@ -94,8 +106,8 @@ def joint_ratios(mechanism: Mechanism) -> int:
     """
     count, bits = 1, 0
     for factor in mechanism.factors:
-        count *= 1 + sum(len(pair.columns) for pair in pair_laws(Mechanism((factor,))))
-        bits += factor.denominator.bit_length()
+        count *= 1 + sum(len(pair.columns) for pair in pair_laws(Mechanism((factor,)), releases))
+        bits += releases * factor.denominator.bit_length()
     return count * (1 + (bits >> 8)) ** 2
 
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from fairaudit.model.law import Law
     from fairaudit.tables.preparation import Entry
     from fairaudit.theorems.supremum import Supremum
+from fairaudit.theorems.t13_near import DriftRadius
 
 __all__ = ["intervals", "prepared_text", "spelling_text", "summary", "verdict"]
 
@@ -94,11 +95,13 @@ def verdict(result: Result) -> str:
     if not result.targets:
         return "NO TARGET was set; these are the exact figures of the table."
     lines = []
-    for target, deciding in zip(result.targets, result.deciding, strict=True):
+    for target, deciding, radius in zip(result.targets, result.deciding, result.drift_radii, strict=True):
         measured = result.local if target.quantity == "local" else result.global_
         lines.append(f"{target.verdict.upper():<13}{_target(target, measured, result)}")
         if deciding is not None:
             lines.append(f"{'':<13}{_decided(deciding, result)}")
+        if radius is not None and measured is not None:
+            lines += [f"{'':<13}{said}" for said in [drift_text(radius)] if said]
     return "\n".join(lines)
 
 
@@ -147,6 +150,28 @@ def _decided(deciding: Deciding, result: Result) -> str:
     if deciding.by in (THE_INTERVAL, THIS_TABLE):
         return "no pair of groups is apart" if deciding.value == 1 else "no interval is claimed"
     return f"every pair of groups, by {deciding.by}"
+
+
+def drift_text(found: DriftRadius) -> str:
+    """How far from this policy a verdict on it stands.
+
+    Examples
+    --------
+    >>> drift_text(DriftRadius("within", Fraction(3, 35), always=False))
+    'so is every policy within total variation 0.08571 (3/35) of this one, for each value that the filters release'
+    """
+    if found.always:
+        return "so is every policy behind these filters" if found.verdict == "within" else "so does every policy behind these filters"
+    if found.radius == 0:
+        return (
+            f"some policies as near to this one as one likes {'are not' if found.verdict == 'within' else 'do not'}" if found.exact else ""
+        )
+    exactly = f" ({found.radius})" if found.exact and found.radius.denominator < 10**6 else ""
+    much = f"total variation {approximate(found.radius, 'down')}{exactly}"
+    where = "for each value that the filters release"
+    if found.verdict == "within":
+        return f"so is every policy within {much} of this one, {where}"
+    return f"so does every policy nearer to this one than {much}, {where}"
 
 
 def _end(value: Fraction | float, unit: str, *, up: bool) -> str:

@@ -33,6 +33,11 @@ DECLARED_RANGE_IN = "in context {context}, every utility is between {m} and {gam
 
 POPULATION = "the contexts of each group are distributed as in the stated population"
 
+DRIFT = (
+    "for everything that the filters release, the law of the decision is within total variation {drift} of the law of this "
+    "policy (declared)"
+)
+
 RELEASES = "one memory sees at most {releases} releases of a group, each drawn afresh (declared)"
 
 # Of a policy behind filters, too, but shown by the table and its filters: bounds name them, claims do not
@@ -92,6 +97,12 @@ WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows
 SENTENCES: dict[str, str] = {
     "fresh": FRESH,
     "declared-floor": DECLARED_FLOOR,
+    "declared-floor-in": DECLARED_FLOOR_IN,
+    "declared-mean-floor": DECLARED_MEAN_FLOOR,
+    "declared-range": DECLARED_RANGE,
+    "declared-range-in": DECLARED_RANGE_IN,
+    "drift": DRIFT,
+    "releases": RELEASES,
     "stated-population": POPULATION,
     "draws": DRAWS,
     "units": UNITS,

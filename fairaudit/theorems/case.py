@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from math import inf
@@ -15,15 +15,17 @@ from fairaudit.exact.extended import Extended
 from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
+from fairaudit.privacy.columns import TooManyColumns
 from fairaudit.privacy.epsilon_delta import exp_epsilon
 from fairaudit.privacy.pairs import joint_ratios
+from fairaudit.tables.values import Label
 
 PAIR_RATIOS = 500_000
 """As many joint likelihood ratios as docs/certificate.md lets a claim ask a reader to go through."""
 
 TOO_WIDE = (
-    f"the bounds by T1, T3 and T4 for this filter are left out: its pairs of rows have more than {PAIR_RATIOS} joint likelihood ratios, "
-    "which no certificate may ask a reader to go through"
+    f"what T13, T1, T3 and T4 guarantee behind this filter is left out: its pairs of rows have more than {PAIR_RATIOS} joint likelihood "
+    "ratios, which no certificate may ask a reader to go through"
 )
 
 
@@ -40,7 +42,10 @@ class Case:
     utility : UtilityTable
         The utility on that law.
     declared : mapping of str to Fraction
-        Constants that take the place of those of the table: ``gamma``, ``m``, ``lipschitz``; ``tau`` stands beside that of the table.
+        Constants that take the place of those of the table: ``gamma``, ``m``, ``lipschitz``; ``tau`` stands beside that of the table,
+        ``global_tau`` is a floor of group means, and ``max_drift`` says how far other policies are from this one.
+    declared_in : mapping of label to mapping of str to Fraction
+        ``gamma``, ``m`` and ``tau`` of single contexts, in the order of the contexts.
     tau : Fraction
         The floor in question, 0 where there is none.
     floor : {"table", "declared"}
@@ -53,6 +58,7 @@ class Case:
     declared: Mapping[str, Fraction]
     tau: Fraction = Fraction(0)
     floor: Literal["table", "declared"] = "table"
+    declared_in: Mapping[Label, Mapping[str, Fraction]] = field(default_factory=dict)
 
     def above(self, tau: Fraction | None) -> Iterator[Case]:
         """The same for each floor above 0: that of the table, which is given, and the one that was declared."""
@@ -84,7 +90,10 @@ class Case:
     @cached_property
     def narrow(self) -> bool:
         """Whether a reader may be asked to go through the pairs of rows of the group filter."""
-        return joint_ratios(self.deployment.group_filter) <= PAIR_RATIOS
+        try:
+            return joint_ratios(self.deployment.group_filter, self.deployment.releases) <= PAIR_RATIOS
+        except TooManyColumns:
+            return False
 
     @property
     def cap(self) -> Fraction:
@@ -105,5 +114,6 @@ NEEDS: dict[str, Callable[[Case], bool]] = {
     "finite": lambda case: case.exp_epsilon < inf,
     "context filter": lambda case: case.deployment.context_filter is not None,
     "independent": lambda case: case.law.independent,
+    "one release": lambda case: case.deployment.releases == 1,
 }
 """What a kind of claim can need of a case, by the names of the registry."""

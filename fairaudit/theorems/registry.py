@@ -14,9 +14,21 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from fairaudit.exact.extended import extended_text
+from fairaudit.measures.limits import Quantity
 from fairaudit.theorems.assumptions import SENTENCES
-from fairaudit.theorems.bound import ANY_CONTEXT_FILTER, ANY_POLICY, FLOORED, THIS_LAW, THIS_POLICY, Bound
+from fairaudit.theorems.bound import (
+    ANY_CONTEXT_FILTER,
+    ANY_POLICY,
+    ANY_UTILITY,
+    ANY_UTILITY_FLOORED,
+    FLOORED,
+    NEAR_POLICY,
+    THIS_LAW,
+    THIS_POLICY,
+    Bound,
+)
 from fairaudit.theorems.case import Case
+from fairaudit.theorems.supremum import Supremum
 from fairaudit.theorems.t01 import floor_in, t1_in, t1_paper_in
 from fairaudit.theorems.t02 import t2_in
 from fairaudit.theorems.t03 import t3_any_filter_in, t3_in
@@ -24,6 +36,7 @@ from fairaudit.theorems.t04 import t4_in
 from fairaudit.theorems.t05 import t5_decision_in, t5_in
 from fairaudit.theorems.t08 import t8_in
 from fairaudit.theorems.t12 import t12_in
+from fairaudit.theorems.t13_cases import t13_any_policy_in, t13_near_in, t13_range_floored_in, t13_range_in
 
 Relation = Literal["=", "<=", ">="]
 
@@ -39,6 +52,9 @@ DISTANCES = ("demographic_parity", "equalized_odds")
 SUPREMA = ("local_ratio_supremum", "global_ratio_supremum")
 
 DIFFERENCES = ("equal_opportunity", "equalized_odds_true_label", "equal_opportunity_overall", "equalized_odds_true_label_overall")
+
+OF_FLOORS = ("declared-floor", "declared-floor-in", "declared-mean-floor")
+"""What claims about policies that keep floors list, as they were declared."""
 
 OF_DRAWS = ("draws", "units", "one-row", "pooled", "stated-population", "range", "own-range", "cells")
 """What claims about draws can list besides, as their interval asks for."""
@@ -64,6 +80,8 @@ class Kind:
         What a certificate has to be about: anything, a policy behind filters, a class of utilities, draws, decisions with true labels.
     evidence : str
         The one key of the evidence, or "" where there is none.
+    beside : tuple of str
+        Further keys of the evidence.
     code : tuple of str
         The functions that find the value.
     anchor : str
@@ -73,15 +91,19 @@ class Kind:
     reason : str
         What there is instead, where nothing is machine-checked.
     needs : tuple of str
-        What has to hold, of `case.NEEDS`; the checker decides the same by itself.
+        What has to hold, of `case.NEEDS`; the checker decides the same by itself. `asks` has what a scope adds.
     declares : tuple of str
         Constants that have to be declared, besides what the scope says, for a claim about any policy to hold of one that was sampled.
     assumes : tuple of str
         Sentences of `SENTENCES` that each claim lists, besides those that its subject and its scope ask for.
+    overall : tuple of str
+        Sentences that each claim about a global quantity lists besides.
     may_assume : tuple of str
-        Sentences that some claims of the kind list besides, as their interval asks for.
+        Sentences that some claims of the kind list besides, as their interval asks for, or what was declared.
     applies : callable or None
         Of a theorem about a policy behind filters: what it guarantees in a case that has what it needs.
+    reaches : callable or None
+        Of one of the scopes of T13: the greatest ratio in a case, or what bounds it; None where there is nothing to say.
     """
 
     id: str
@@ -95,31 +117,39 @@ class Kind:
     evidence: str
     code: tuple[str, ...]
     anchor: str
+    beside: tuple[str, ...] = ()
     coq: tuple[str, ...] = ()
     reason: str = ""
     needs: tuple[str, ...] = ()
     declares: tuple[str, ...] = ()
     assumes: tuple[str, ...] = ()
+    overall: tuple[str, ...] = ()
     may_assume: tuple[str, ...] = ()
     applies: Callable[[Case], Bound | None] | None = None
+    reaches: Callable[[Case, Quantity], Supremum | Bound | None] | None = None
 
     @property
     def floored(self) -> bool:
-        """Whether the theorem rests on a floor, that of the table or the one that was declared."""
-        return FLOORED in self.scopes
+        """Whether the theorem rests on one floor, that of the table or the one that was declared."""
+        return self.applies is not None and FLOORED in self.scopes
 
-    def listed(self, scope: str) -> tuple[str, ...]:
+    def asks(self, scope: str) -> tuple[str, ...]:
+        """What has to hold for a claim of a scope: theorems other than T13 know nothing of policies that see several releases."""
+        return (*self.needs, *(("one release",) if self.applies is not None and scope in (ANY_POLICY, FLOORED) else ()))
+
+    def listed(self, scope: str, quantity: str) -> tuple[str, ...]:
         """The names of the sentences that every claim of the kind lists in a scope."""
         return (
             *(("fresh",) if self.subject == "policy" else ()),
             *self.assumes,
-            *(("declared-floor",) if scope == FLOORED else ()),
+            *(self.overall if quantity.startswith("global") else ()),
+            *(("declared-floor",) if self.floored and scope == FLOORED else ()),
         )
 
-    def sentences(self, scope: str, constants: Mapping[str, Fraction]) -> tuple[str, ...]:
+    def sentences(self, scope: str, quantity: str, constants: Mapping[str, Fraction]) -> tuple[str, ...]:
         """The sentences that every claim of the kind lists in a scope, with the numbers that they speak of."""
         numbers = {name: extended_text(value) for name, value in constants.items()}
-        return tuple(SENTENCES[name].format_map(numbers) for name in self.listed(scope))
+        return tuple(SENTENCES[name].format_map(numbers) for name in self.listed(scope, quantity))
 
 
 _COVERAGE = "property tests, and simulated coverage"
@@ -149,6 +179,20 @@ def _interval(by: str, says: str, how: str) -> Kind:
 def _bound(by: str, *, own: str = "", scopes: tuple[str, ...] = (ANY_POLICY,), quantity: str = "local_ratio", **entry: Any) -> Kind:
     """A theorem that bounds a ratio of a policy behind filters; `own` is its id where several kinds share what they cite."""
     return Kind(id=own or by, by=by, quantities=(quantity,), relations=("<=",), scopes=scopes, subject="policy", **entry)
+
+
+def _over_policies(own: str, scope: str, quantities: tuple[str, ...], **entry: Any) -> Kind:
+    """T13 for one of its scopes."""
+    return Kind(
+        id=f"T13-{own}",
+        by="T13",
+        quantities=quantities,
+        scopes=(scope,),
+        subject="policy",
+        anchor="theory.md#t13",
+        overall=("stated-population",),
+        **entry,
+    )
 
 
 KINDS: tuple[Kind, ...] = (
@@ -361,6 +405,69 @@ KINDS: tuple[Kind, ...] = (
         needs=("g(u)", "context filter"),
         applies=t8_in,
     ),
+    # The greatest ratio over policies
+    _over_policies(
+        "any-policy",
+        ANY_POLICY,
+        SUPREMA,
+        says="Behind known filters no policy has a greater ratio for this utility, and one has it.",
+        how="the worst that any policy can do",
+        relations=("=",),
+        evidence="attained",
+        code=("fairaudit.theorems.t13.greatest_ratio",),
+        coq=(
+            *("T13_any_policy", "T13_deterministic", "T13_supremum", "T13_infinite"),
+            *("T13_local_ratio", "T13_local_supremum", "T13_local_infinite"),
+            *("T13_global_ratio", "T13_global_supremum", "T13_global_infinite"),
+            *("T13_merge_surplus", "T17_releases", "T17_releases_global"),
+        ),
+        may_assume=("releases",),
+        reaches=t13_any_policy_in,
+    ),
+    _over_policies(
+        "near",
+        NEAR_POLICY,
+        SUPREMA,
+        says="So is the greatest ratio of the policies within a total variation of this one.",
+        how="the worst that a policy near this one can do",
+        relations=("=",),
+        evidence="attained",
+        code=("fairaudit.theorems.t13_near.greatest_ratio_near",),
+        coq=("T13_near", "T13_near_exists", "T13_near_local", "T13_near_global", "T13_near_attained", "T13_near_attained_global"),
+        needs=("one release",),
+        assumes=("drift",),
+        reaches=t13_near_in,
+    ),
+    _over_policies(
+        "range-floored",
+        ANY_UTILITY_FLOORED,
+        RATIOS,
+        says="With a floor the ratio of every policy that keeps it, for every utility of a range, is bounded by one k for each pair.",
+        how="the floor, for any utility of the range",
+        relations=("<=",),
+        evidence="multipliers",
+        code=("fairaudit.theorems.t13_range.t13_range",),
+        coq=("T13_range_floor", "T13_range_floor_global", "T13_range_cap", "T13_range_cap_global"),
+        declares=("gamma", "m"),
+        assumes=("declared-range",),
+        may_assume=(*OF_FLOORS, "declared-range-in", "releases"),
+        reaches=t13_range_floored_in,
+    ),
+    _over_policies(
+        "range",
+        ANY_UTILITY,
+        RATIOS,
+        says="The ratio of every policy, for every utility of a range, is at most V if K + (γ − K − m)·H_V ≤ m·(V − 1).",
+        how="any utility of the range",
+        relations=("<=",),
+        evidence="",
+        code=("fairaudit.theorems.t13_range.t13_range",),
+        coq=("T13_range", "T13_range_global", "T13_range_sharp"),
+        declares=("gamma", "m"),
+        assumes=("declared-range",),
+        may_assume=("declared-range-in", "releases"),
+        reaches=t13_range_in,
+    ),
     # A class of utilities
     Kind(
         id="T3-class",
@@ -462,4 +569,5 @@ def is_sampled(scope: str) -> bool:
 
 def for_any_sampled(kind: Kind | None, scope: str, declared: Mapping[str, Any]) -> bool:
     """Whether a bound holds for whatever policy was sampled, and rests on declared constants only."""
-    return kind is not None and scope in (ANY_POLICY, FLOORED) and all(name in declared for name in kind.declares)
+    any_sampled = scope in (ANY_POLICY, FLOORED, ANY_UTILITY, ANY_UTILITY_FLOORED)
+    return kind is not None and any_sampled and all(name in declared for name in kind.declares)

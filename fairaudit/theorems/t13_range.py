@@ -160,7 +160,7 @@ def t13_range(
 ) -> Bound:
     """T13 for every policy and every utility of a declared range, from pairs of rows with the ranges by which they are compared.
 
-    Source: T13; for K = 0 Coq `T4_one_k`, `T4_any_policy`, for m = 0 Coq `T3_K_one_k`.
+    Source: T13; Coq `T13_range`, `T13_range_floor`, `T13_range_cap`, `T13_range_sharp`.
 
     Parameters
     ----------

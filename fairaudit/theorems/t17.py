@@ -26,7 +26,7 @@ from fairaudit.theorems.t13_range import UtilityRange, least_ratio, least_ratio_
 def t17(mechanism: Mechanism, releases: int, *, gamma: Any = 1, m: Any = 0, gap: Any = 0, tau: Any = 0) -> Bound:
     """T17: the ratio of every policy that sees n fresh releases of the group, for every utility of a range; attained.
 
-    Source: T17.
+    Source: T17; Coq `T17_releases`, `T17_merged`, `T17_krr_classes`.
 
     Parameters
     ----------
@@ -66,6 +66,8 @@ def t17(mechanism: Mechanism, releases: int, *, gamma: Any = 1, m: Any = 0, gap:
 
 def t17_without_end(mechanism: Mechanism, *, gamma: Any = 1, m: Any = 0, gap: Any = 0, tau: Any = 0) -> Extended:
     """The least bound on the ratio that holds for any number of releases. Parameters and errors as in `t17`.
+
+    Source: T17; Coq `T17_monotone`, `T17_monotone_hockey_stick`.
 
     Examples
     --------

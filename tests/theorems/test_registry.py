@@ -49,13 +49,13 @@ def test_an_entry_is_complete(kind: Kind) -> None:
     assert kind.says.endswith(".") and kind.how and not kind.how.endswith(".")
     assert set(kind.scopes) <= set(SCOPES)
     assert set(kind.needs) <= set(NEEDS)
-    assert {*kind.assumes, *kind.may_assume} <= set(SENTENCES)
+    assert {*kind.assumes, *kind.overall, *kind.may_assume} <= set(SENTENCES)
     assert set(kind.coq) <= set(sources())
     assert bool(kind.coq) != (len(kind.reason) > 40)
     for path in kind.code:
         module, _, name = path.rpartition(".")
         assert callable(getattr(import_module(module), name)), path
-    assert (kind.applies is None) != (kind.subject == "policy")
+    assert (kind.applies is None and kind.reaches is None) != (kind.subject == "policy")
 
 
 @pytest.mark.parametrize("anchor", sorted({kind.anchor for kind in KINDS}))
@@ -98,10 +98,11 @@ def test_the_checker_has_a_rule_for_each_claim_and_no_other() -> None:
 @pytest.mark.parametrize("key", sorted(STATED), ids=" ".join)
 def test_the_rule_of_the_checker_asks_for_what_the_kind_says(key: tuple[str, str, str, str]) -> None:
     rule, kind = RULES[key], STATED[key]
-    assert rule.evidence == kind.evidence
-    assert sorted(rule.needs) == sorted(kind.needs)
+    assert (rule.evidence, rule.beside) == (kind.evidence, kind.beside)
+    assert sorted(rule.needs) == sorted(kind.asks(key[3]))
     assert bool(rule.source) == (kind.subject == "any")
-    assert set(rule.assumes) == {SENTENCES[name] for name in kind.assumes}
+    if kind.reaches is None:  # what was declared is listed as it was declared
+        assert set(rule.assumes) == {SENTENCES[name] for name in kind.assumes}
 
 
 def test_the_checker_decides_the_same_conditions() -> None:
@@ -136,8 +137,8 @@ def test_every_claim_that_is_written_is_of_a_kind_and_lists_what_the_kind_says(s
     for claim in written["claims"]:
         kind = kind_of(claim)
         assert kind is not None, claim
-        assert set(claim["evidence"]) - {"theta"} == ({kind.evidence} if kind.evidence else set())
-        needed = {*kind.listed(claim["scope"]), *(("fresh",) if policy else ())}
+        assert set(claim["evidence"]) - {"theta"} == {*filter(None, (kind.evidence, *kind.beside))}
+        needed = {*kind.listed(claim["scope"], claim["quantity"]), *(("fresh",) if policy else ())}
         allowed = needed | set(kind.may_assume)
         for name in needed:
             assert any(matches(name, text) for text in claim["assumptions"]), (kind.id, name)
