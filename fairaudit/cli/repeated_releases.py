@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 NUMBERS = {"gamma": "gamma", "m": "g_min", "tau": "tau"}
 """Constants of the utility, and what their options are called."""
 
+OPTIONS = tuple(f"--{option.replace('_', '-')}" for option in NUMBERS.values())
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -107,11 +109,12 @@ def _ratio(value: Extended) -> dict[str, Any]:
 
 
 def _as_options(message: str) -> str:
-    """Begin a message about a constant with the option that gives it."""
+    """Call constants in a message what the options that give them are called."""
     for name, option in NUMBERS.items():
         if message.startswith((f"{name} ", f"{name}:")):
-            return f"--{option.replace('_', '-')}{message.removeprefix(name)}"
-    return message.replace("the number of releases is", "--releases is")
+            return f"--{option.replace('_', '-')}{message.removeprefix(name)}".replace(", above gamma,", ", above --gamma,")
+    counted = f"with {', '.join(OPTIONS)} or a target a whole number"
+    return message.replace("the number of releases is", "--releases is").replace("a whole number", counted)
 
 
 def guarantee_text(found: dict[str, Any]) -> str:
@@ -172,7 +175,8 @@ def _beside(found: dict[str, Any]) -> str:
 
     ours, rule = found["guarantee"]["ratio"], found["by_epsilon"]["ratio"]
     if ours == rule:
-        return "" if found["g_min"] or found["tau"] else "   (less with a floor, --tau, or a least utility, --g-min)"
+        open_still = rule > 1 and not found["g_min"] and not found["tau"]
+        return f"   ({'one' if rule == inf else 'less'} with a floor, --tau, or a least utility, --g-min)" if open_still else ""
     return "" if rule == inf else f"   {approximate(rule / ours)} times too large"
 
 

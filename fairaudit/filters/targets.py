@@ -26,7 +26,7 @@ def read_target(max_ratio: Any, max_log: Any) -> Fraction | None:
     if max_ratio is None and max_log is None:
         return None
     unit, limit = one_limit(max_ratio, max_log)
-    return limit if unit == "ratio" else _exp_of("max_log", limit)
+    return limit if unit == "ratio" else _exp_of("max_log", max_log)
 
 
 def read_cap(epsilon: Any, factor: Any) -> Fraction | None:
@@ -58,7 +58,7 @@ def calibration_target(max_ratio: Any, max_log: Any, quantity: str) -> Fraction:
         return limit
     if limit == 0:
         raise InputError(f"max_log is {shown(max_log)}; a logarithm above 0 is accepted (0 needs a filter that hides everything)")
-    return _exp_of("max_log", limit)
+    return _exp_of("max_log", max_log)
 
 
 def _exp_of(name: str, value: Any) -> Fraction:

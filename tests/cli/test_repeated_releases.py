@@ -96,7 +96,15 @@ def test_a_filter_that_hides_nothing(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert {found[key]["ratio"] for key in ("guarantee", "sticky", "without_end")} == {"4"}
     assert found["by_epsilon"]["ratio"] == "inf"
     assert main(["privacy", str(tmp_path / "open.csv"), "--g-min", "0"]) == 0
-    assert "no bound" in capsys.readouterr().out
+    assert "no bound   (one with a floor, --tau, or a least utility, --g-min)" in capsys.readouterr().out
+
+
+def test_a_filter_that_hides_everything(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "shut.csv").write_text("input,a,b\na,0.5,0.5\nb,0.5,0.5\n")
+    assert main(["privacy", str(tmp_path / "shut.csv"), "--releases", "9", "--max-ratio", "1"]) == 0
+    out, _ = capsys.readouterr()
+    assert out.count("R at most 1   exactly 1") == 3 and "less with" not in out
+    assert "Target: R at most 1 holds however many releases there are." in out
 
 
 def test_without_any_of_the_options_nothing_is_said_of_fairness(coin: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -108,13 +116,17 @@ def test_without_any_of_the_options_nothing_is_said_of_fairness(coin: str, capsy
     ("options", "said"),
     [
         (["--gamma", "0"], "--gamma is 0"),
-        (["--gamma", "2", "--tau", "3"], "--tau is '3', above gamma"),
-        (["--g-min", "2"], "--g-min is '2', above gamma"),
+        (["--gamma", "2", "--tau", "3"], "--tau is '3', above --gamma, which is '2'"),
+        (["--g-min", "2"], "--g-min is '2', above --gamma, which is 1"),
         (["--g-min=-1"], "--g-min is '-1'; a number of at least 0"),
         (["--tau", "x"], "--tau: 'x' is not a number"),
         (["--max-ratio", "x"], "--max-ratio: 'x' is not a number"),
         (["--max-ratio", "2", "--max-log", "1"], "not allowed with"),
-        (["--tau", "0.3", "--releases", "20000"], "--releases is 20000; a whole number from 1 to 10000"),
+        (["--max-log", "1e9"], "--max-log is '1e9'; a number from 0 to 10,000"),
+        (
+            ["--tau", "0.3", "--releases", "20000"],
+            "--releases is 20000; with --gamma, --g-min, --tau or a target a whole number from 1 to 10000 is",
+        ),
     ],
 )
 def test_bad_options(coin: str, capsys: pytest.CaptureFixture[str], options: list[str], said: str) -> None:

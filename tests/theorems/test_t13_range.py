@@ -1,7 +1,11 @@
-"""T13 for an unknown utility in a declared range: equal to exact linear programs, T4 and T2 inside it, and no deployment beyond it."""
+"""T13 for an unknown utility in a declared range: equal to exact linear programs, T4 and T2 inside it, and no deployment beyond it.
+
+3,000 random filters and ranges: FAIRAUDIT_FULL=1 pytest -n0 tests/theorems/test_t13_range.py
+"""
 
 from __future__ import annotations
 
+import os
 from itertools import permutations
 from math import inf, lcm
 from random import Random
@@ -25,6 +29,8 @@ from fairaudit.theorems.t13_range import (
     t13_range,
 )
 
+TIMES = 20 if os.environ.get("FAIRAUDIT_FULL") == "1" else 1
+
 
 def attained(p: Row, q: Row, declared: UtilityRange, floor: F) -> Any:
     return best_in_range(p, q, declared.gamma, declared.m, declared.gap, floor)
@@ -40,7 +46,7 @@ def random_range(rng: Random) -> UtilityRange:
 
 def test_the_values_are_those_of_exact_linear_programs() -> None:
     rng = Random("range")
-    for _ in range(150):
+    for _ in range(150 * TIMES):
         rows, mechanism = random_filter(rng, groups=2)
         declared = random_range(rng)
         both = list(permutations(rows, 2))
@@ -64,7 +70,7 @@ def holds(p: Row, q: Row, declared: UtilityRange, v: F) -> bool:
 
 def test_the_least_value_that_holds_and_nothing_below() -> None:
     rng = Random("least")
-    for _ in range(300):
+    for _ in range(300 * TIMES):
         rows, mechanism = random_filter(rng)
         declared = random_range(rng)
         value = range_value(pair_laws(mechanism), declared.gamma, declared.m, declared.gap)
@@ -81,7 +87,7 @@ def test_the_least_value_that_holds_and_nothing_below() -> None:
 def test_what_it_contains() -> None:
     """K = 0 is T4; m = 0 is T2 without a floor, and T3 with one; m = 0 < K is nothing."""
     rng = Random("contains")
-    for _ in range(150):
+    for _ in range(150 * TIMES):
         rows, mechanism = random_filter(rng)
         declared = random_range(rng)
         gamma, m, gap, tau = declared.gamma, declared.m, declared.gap, declared.tau
@@ -100,7 +106,7 @@ def test_what_it_contains() -> None:
 
 @pytest.mark.parametrize("least", [F(0), F(1, 4), F(3)])
 def test_no_deployment_exceeds_it(least: F) -> None:
-    for _, d in deployments(120, uses="group", least=least, masses=True):
+    for _, d in deployments(120 * TIMES, uses="group", least=least, masses=True):
         declared = read_utility_range(d.gamma, d.least, d.gap)
         local = t13_range(in_each_range(d.mechanism, [declared]))
         assert d.local <= local.value
@@ -121,7 +127,7 @@ def test_no_deployment_exceeds_it(least: F) -> None:
 
 def test_the_population_is_that_of_the_joint_rows() -> None:
     rng = Random("joint")
-    for _ in range(80):
+    for _ in range(80 * TIMES):
         rows, mechanism = random_filter(rng)
         count, contexts = len(rows), rng.randint(1, 3)
         shares = [random_row(rng, contexts) for _ in rows]

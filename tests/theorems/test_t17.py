@@ -1,7 +1,11 @@
-"""T17: several fresh releases of the same group."""
+"""T17: several fresh releases of the same group.
+
+2,000 random filters: FAIRAUDIT_FULL=1 pytest -n0 tests/theorems/test_t17.py
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from itertools import product
 from math import inf, prod
@@ -21,6 +25,8 @@ from fairaudit.tables.values import Label
 from fairaudit.theorems.t13 import greatest_ratio
 from fairaudit.theorems.t13_exact import best_sums, envelope
 from fairaudit.theorems.t17 import LastRelease, last_release, t17
+
+TIMES = 50 if os.environ.get("FAIRAUDIT_FULL") == "1" else 1
 
 COIN = RandomizedResponse(["a", "b"], keep_probability="11/20")
 
@@ -44,7 +50,7 @@ def test_where_the_targets_of_the_page_break(target: object, releases: int) -> N
 
 def test_the_value_is_the_supremum_on_the_product_written_out() -> None:
     rng = Random("t17")
-    for _ in range(40):
+    for _ in range(40 * TIMES):
         rows, mechanism = random_filter(rng)
         times = 2 if len(rows[0]) > 3 else 3
         m = F(rng.randint(1, 4), 4)
@@ -56,7 +62,7 @@ def test_the_value_is_the_supremum_on_the_product_written_out() -> None:
 
 def test_the_rows_of_several_releases_are_those_of_the_product() -> None:
     rng = Random("rows of T17")
-    for _ in range(60):
+    for _ in range(60 * TIMES):
         rows, mechanism = random_filter(rng)
         times = rng.randint(1, 2 if len(rows[0]) > 3 else 4)
         counted = {pair.columns for pair in pair_laws(mechanism, times)}
@@ -81,7 +87,7 @@ def deployment(rng: Random, mechanism: Mechanism, groups: Sequence[str], release
 
 def test_the_greatest_ratio_over_policies_is_that_of_the_product_written_out() -> None:
     compared = 0
-    for seed in range(60):
+    for seed in range(60 * TIMES):
         rng = Random(f"policies {seed}")
         rows, _ = random_filter(rng)
         if len(rows[0]) < 2:
@@ -108,7 +114,7 @@ def test_the_greatest_ratio_over_policies_is_that_of_the_product_written_out() -
                     expected.higher,
                     expected.lower,
                 )
-    assert compared > 80
+    assert compared > 80 * TIMES
 
 
 @pytest.mark.parametrize(("groups", "keep", "releases"), [(2, "11/20", 20), (4, "3/10", 60), (3, "1/2", 300)])
@@ -146,7 +152,7 @@ def test_without_a_floor_or_a_least_utility_only_epsilon_is_left() -> None:
 
 def test_values_do_not_decrease_in_the_number_of_releases() -> None:
     rng = Random("monotone T17")
-    for _ in range(25):
+    for _ in range(25 * TIMES):
         _, mechanism = random_filter(rng)
         constants = {"gamma": 3, "m": F(rng.randint(1, 4), 4), "tau": rng.choice([0, F(3, 2), 2]), "gap": rng.choice([0, F(1, 3)])}
         values = [t17(mechanism, n, **constants).value for n in range(1, 6)]
