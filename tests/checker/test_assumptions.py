@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 from typing import Any
 
 import pytest
@@ -25,9 +26,7 @@ def document(seed: int) -> Any:
 def test_the_sentences_of_the_pages_are_those_of_the_checker() -> None:
     known = {text for name, text in vars(checker.sentences).items() if name.isupper() and isinstance(text, str)}
     for name, text in sentences().items():
-        for place in ("{τ_d}", "{low}", "{high}"):
-            text = text.replace(place, "{}")
-        assert text in known, name
+        assert re.sub(r"\{[^{}]*\}", "{}", text) in {re.sub(r"\{[^{}]*\}", "{}", one) for one in known}, name
 
 
 @pytest.mark.parametrize("seed", SEEDS)
