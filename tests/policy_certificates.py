@@ -189,6 +189,7 @@ class Policy:
         )
         self.own = {"gamma": max(given), "m": min(given), "tau": self.tau, "lipschitz": spread}
         self.declared: dict[str, Fraction] = {}
+        self.declared_in: dict[int, dict[str, Fraction]] = {}
         for key, up in (("gamma", True), ("lipschitz", True), ("m", False), ("tau", False)):
             if pick.random() < (0.5 if key == "tau" else 0.2):
                 change = pick.choice([Fraction(0), Fraction(1, 3)]) * (1 if up else -self.own[key])
@@ -363,7 +364,8 @@ def write(p: Policy) -> dict[str, Any]:
     subject |= {"kind": "policy", "columns": p.columns}
     subject["table"] |= {"cells": len(p.T) * p.n, "header": header, "rows": rows}
     subject["privacy"] = {"group": p.group.privacy(), "context": p.context.privacy() if p.context else None}
-    subject["declared"] = {key: str(value) for key, value in p.declared.items()}
+    in_contexts = [{"context": p.true_x[x]} | {key: str(v) for key, v in own.items()} for x, own in p.declared_in.items()]
+    subject["declared"] = {key: str(value) for key, value in p.declared.items()} | ({"by_context": in_contexts} if in_contexts else {})
     certificate["claims"] += [claim | {"value": text(least)} for claim, least in bounds(p) if least is not None]
     return digested(complete(certificate))
 
@@ -371,19 +373,41 @@ def write(p: Policy) -> dict[str, Any]:
 SEEDS = range(400)
 
 
-def by_hand() -> dict[str, Any]:
-    """Two groups, released as they are with probability 2/3; they are hired with probability 1/2 and 1/4."""
+def stated(
+    group: Filter,
+    rows: list[list[list[Any]]],
+    given: Any,
+    *,
+    context: Filter | None = None,
+    contexts: Any = (["A"],),
+    mass: Any = None,
+    releases: int = 1,
+) -> Policy:
+    """A policy written out: its laws by released context and group, g(u) or g by true cell, and perhaps the mass of each true cell."""
     p = Policy.__new__(Policy)
-    p.group = Filter([([["f"], ["m"]], [["f"], ["m"]], randomized(2, Fraction(2, 3)))])
-    p.context = None
-    p.true_x = p.released_x = p.contexts = [["A"]]
-    p.true_a = p.released_a = p.groups = [["f"], ["m"]]
-    p.X, p.A, p.reach_x, p.reach_a = [[Fraction(1)]], p.group.dense, [0], [0, 1]
-    p.n = 2
-    p.T = {(0, 0): [Fraction(1, 2)] * 2, (0, 1): [Fraction(1, 4), Fraction(3, 4)]}
-    p.given, p.g, p.mass = ["1", "0"], {(0, 0): [Fraction(1), Fraction(0)], (0, 1): [Fraction(1), Fraction(0)]}, None
+    p.group, p.context, p.releases = group, context, releases
+    p.true_x, p.released_x = (context.inputs, context.outputs) if context else ([*contexts], [*contexts])
+    p.contexts, p.true_a, p.released_a, p.groups = p.released_x, group.inputs, group.outputs, group.outputs
+    p.A, p.X = group.dense, context.dense if context else [[Fraction(i == j) for j in range(len(contexts))] for i in range(len(contexts))]
+    p.reach_x, p.reach_a = context.reachable if context else [*range(len(contexts))], group.reachable
+    p.T = {(i, j): [Fraction(v) for v in law] for i, of_groups in enumerate(rows) for j, law in enumerate(of_groups)}
+    p.n = len(rows[0][0])
+    p.given = given
+    p.g = {cell: [Fraction(v) for v in (given if isinstance(given, list) else given[cell])] for cell in p.cells()}
+    p.mass = None if mass is None else {cell: Fraction(v) for cell, v in mass.items()}
     p.columns = {"decision": "D", "group": ["G"], "context": ["X"]}
     p.declare(random.Random(0))
-    p.releases = 1
+    p.declared, p.declared_in = {}, {}
+    return p
+
+
+def coin(keep: Any, first: str = "f", second: str = "m") -> Filter:
+    """Two groups, each released as it is with some probability."""
+    return Filter([([[first], [second]], [[first], [second]], randomized(2, Fraction(keep)))])
+
+
+def by_hand() -> dict[str, Any]:
+    """Two groups, released as they are with probability 2/3; they are hired with probability 1/2 and 1/4."""
+    p = stated(coin("2/3"), [[["1/2", "1/2"], ["1/4", "3/4"]]], ["1", "0"])
     p.declared = {"tau": Fraction(1, 4)}
     return write(p)

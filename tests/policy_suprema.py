@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import random
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from itertools import permutations, product
+from itertools import pairwise, permutations, product
 from math import prod
 from typing import Any
 
 from plain_certificates import INF, ratio
-from policy_certificates import Policy
+from policy_certificates import Policy, hockey_stick
 
 ZERO = Fraction(0)
 Worth = list[list[Fraction]]  # by output and decision
@@ -80,3 +81,98 @@ def by_steps(case: Compared) -> Any:
         if not below:
             return INF
         value = sum(p for _, _, p in best) / below
+
+
+# What is declared
+
+
+def declare(p: Policy, seed: int) -> None:
+    """Declare a range of the utility, perhaps also of single contexts, perhaps floors."""
+    pick = random.Random(f"declared {seed}")
+
+    def above(value: Fraction) -> Fraction:
+        return value + pick.choice([0, 0, Fraction(1, 3), 1])
+
+    def below(value: Fraction) -> Fraction:
+        return value * pick.choice([0, Fraction(1, 2), 1, 1, 1])
+
+    p.declared = {"gamma": above(p.own["gamma"]), "m": below(p.own["m"])}
+    if pick.random() < 0.5:
+        p.declared["lipschitz"] = above(p.own["lipschitz"])
+    groups = range(len(p.true_a))
+    means = [sum(p.weight(x, a) * p.mean(x, a) for x in range(len(p.true_x))) / p.of_group(a) for a in groups if p.of_group(a)]
+    if pick.random() < 0.6:
+        p.declared["tau"] = below(p.tau)
+    if pick.random() < 0.4:
+        p.declared["global_tau"] = below(min(means))
+    p.declared_in = {}
+    for x in range(len(p.true_x)):
+        given = [e for a in groups for e in p.g[x, a]]
+        own = {"gamma": above(max(given)), "m": below(min(given)), "tau": below(min(p.mean(x, a) for a in groups))}
+        own = {key: value for key, value in own.items() if pick.random() < 0.4}
+        if own and pick.random() < 0.6:
+            p.declared_in[x] = own
+
+
+def floor_in(p: Policy, x: int) -> Fraction:
+    """The declared floor of a true context."""
+    return max(p.declared.get("tau", ZERO), p.declared_in.get(x, {}).get("tau", ZERO))
+
+
+def mean_floor(p: Policy, a: int) -> Fraction:
+    """What the declared floors leave for the mean of a group."""
+    return max(p.declared.get("global_tau", ZERO), sum((w * floor_in(p, x) for x, w in shares(p, a).items()), ZERO))
+
+
+# Any utility of the declared range
+
+
+@dataclass(frozen=True)
+class Ranged:
+    """Two rows, and the range of the utility by which they are compared, with the floor of what the second group gets."""
+
+    rows: tuple[list[Fraction], list[Fraction]]
+    gamma: Fraction
+    m: Fraction
+    gap: Fraction
+    tau: Fraction
+
+    def excess(self, k: Fraction) -> Fraction:
+        """K + (γ − K − m)·H_k − (k − 1)·m."""
+        return self.gap + (self.gamma - self.gap - self.m) * hockey_stick(self.rows, k) - (k - 1) * self.m
+
+    def proved(self, k: Fraction) -> Any:
+        """What one multiplier proves of policies that keep the floor."""
+        return k + max(ZERO, self.excess(k)) / self.tau
+
+    def turns(self) -> list[Fraction]:
+        """Where the excess is not linear in k ≥ 0."""
+        return sorted({ZERO, *(p / q for p, q in zip(*self.rows, strict=True) if q)})
+
+    def least(self) -> Any:
+        """The least V ≥ 1 at which the excess is not positive; it falls, and is linear between the turns."""
+        turns = [Fraction(1), *(k for k in self.turns() if k > 1)]
+        if self.excess(turns[0]) <= 0:
+            return turns[0]
+        for low, high in pairwise([*turns, turns[-1] + 1]):
+            rest, fall = self.excess(low), self.excess(low) - self.excess(high)
+            root = low + rest * (high - low) / fall if fall else INF
+            if root <= high or (high > turns[-1]):
+                return root
+        raise AssertionError
+
+
+def ranged(p: Policy, local: bool) -> list[Ranged]:
+    """All pairs of rows with their ranges."""
+    rows = [releases_of(p, a) for a in range(len(p.true_a))]
+
+    def of(own: dict[str, Fraction], one: list[Fraction], other: list[Fraction], tau: Fraction) -> Ranged:
+        gamma, m = (own.get(key, p.declared[key]) for key in ("gamma", "m"))
+        return Ranged((one, other), gamma, m, min(p.declared.get("lipschitz", p.own["lipschitz"]), gamma - m), tau)
+
+    if local:
+        return [
+            of(p.declared_in.get(x, {}), one, other, floor_in(p, x)) for x in range(len(p.true_x)) for one, other in permutations(rows, 2)
+        ]
+    mixed = {a: [w * m for w in shares(p, a).values() for m in rows[a]] for a in range(len(rows)) if p.of_group(a)}
+    return [of({}, mixed[a], mixed[b], mean_floor(p, b)) for a, b in permutations(mixed, 2)]

@@ -6,17 +6,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from operator import mul
 
 from .claims import FLOORED, LAW
 from .declared import DeclaredIn
 from .filters import map_of, map_through, mixed_laws
+from .json_values import Labels
 from .laws import expectation
 from .likelihoods import Likelihoods
 from .policy_evidence import Attained
-from .rationals import Rational, extreme_positions, maximum, over_common_denominator, widest_ratio
-from .sides import Sides, global_sides, local_sides
-from .table import Policy, Table, constants
+from .rationals import ZERO, Rational, as_pair, extreme_positions, maximum, over_common_denominator, widest_ratio
+from .sides import Range, Sides, global_sides, local_sides
+from .table import Policy, Table, constants, globally_compared
 from .text import shown
+from .work import spend
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,48 @@ class PolicyFacts:
         totals = [sum(column) for column in zip(*rows, strict=True)]
         ratios = [widest_ratio([(p, total) for p, total in zip(row, totals, strict=True) if total])[0] for row in rows]
         return maximum(ratios)
+
+    @cached_property
+    def _declared_in(self) -> dict[Labels, dict[str, Fraction]]:
+        """What was declared of single contexts."""
+        return {entry.context: {key: Fraction(*value) for key, value in entry.values.items()} for entry in self.by_context}
+
+    @cached_property
+    def floors(self) -> list[Fraction]:
+        """The declared floor of each true context, 0 where there is none."""
+        of_all = self.declared_number("tau")
+        return [max(of_all, self._declared_in.get(label, {}).get("tau", of_all)) for label in self.table.header.contexts]
+
+    @cached_property
+    def mean_floors(self) -> dict[int, Fraction]:
+        """What the declared floors leave for the mean of each group of positive mass."""
+        masses, _ = over_common_denominator([cell.mass for cell in self.table.cells])
+        floors, unit = over_common_denominator([as_pair(floor) for floor in self.floors])
+        spend(len(masses), max(masses).bit_length(), max(floors).bit_length())
+        groups, of_all = len(self.table.header.groups), self.declared_number("global_tau")
+        found: dict[int, Fraction] = {}
+        for a in globally_compared(self.table):
+            own = masses[a::groups]
+            found[a] = max(of_all, Fraction(sum(map(mul, own, floors)), sum(own) * unit))
+        return found
+
+    @cached_property
+    def range(self) -> Range:
+        """The declared range of the utility; gamma and m must be declared."""
+        return self._range({})
+
+    @cached_property
+    def ranges(self) -> list[Range]:
+        """The declared range of the utility in each true context."""
+        return [self._range(self._declared_in.get(label, {})) for label in self.table.header.contexts]
+
+    def _range(self, own: Mapping[str, Fraction]) -> Range:
+        gamma, m = (own.get(key, self.declared_number(key)) for key in ("gamma", "m"))
+        return Range(gamma, m, min(self.constants["lipschitz"], gamma - m))
+
+    def declared_number(self, key: str) -> Fraction:
+        """A declared constant, 0 where there is none."""
+        return Fraction(*self.declared.get(key, ZERO))
 
     @cached_property
     def likelihoods(self) -> Likelihoods:

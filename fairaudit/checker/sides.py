@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from math import gcd
 
 from .filters import map_of, map_through
-from .rationals import over_common_denominator
+from .rationals import as_pair, over_common_denominator
 from .table import Policy, Table, globally_compared
 from .work import keep, spend
 
@@ -21,26 +22,36 @@ class Site:
     contexts: tuple[tuple[int, int], ...]  # true contexts that are compared here, each with the factor by which its numbers are greater
 
 
+Side = tuple[tuple[int, ...], int]  # numbers site after site, over the unit of all sides times the second
+
+
 @dataclass(frozen=True)
 class Sides:
     """What each decision is worth to each group, wherever something is released besides the group.
 
     For the local ratio the sites are the true contexts, each compared by itself, and the numbers g(u,x,a).  For the global ratio they are
     the released contexts, whose sums are compared, and the numbers those of G_a(x~,u), the sum over x of P(x|a) M_X(x~|x) g(u,x,a).
+
+    Where any utility of a range will do, there are two decisions, which are worth most and least of it, and with regard to either a group
+    can get more as the higher one of a pair than as the lower one.
     """
 
     local: bool
     decisions: int
-    groups: tuple[int, ...]  # that are compared
     sites: tuple[Site, ...]
-    vectors: dict[int, tuple[int, ...]]  # by group, site after site
-    scales: dict[int, int]  # by group: its numbers are those of the vector over unit * scale
+    higher: dict[int, Side]  # by group that is compared; equal sides are one object
+    lower: dict[int, Side]
     unit: int
+
+    @property
+    def groups(self) -> tuple[int, ...]:
+        """The groups that are compared."""
+        return tuple(self.higher)
 
     @cached_property
     def bits(self) -> int:
         """The length of the longest number."""
-        return max((abs(entry).bit_length() for vector in self.vectors.values() for entry in vector), default=0)
+        return max((abs(entry).bit_length() for vector, _ in {*self.higher.values(), *self.lower.values()} for entry in vector), default=0)
 
 
 def _sites(flat: Sequence[Sequence[int]], merged: bool) -> tuple[list[tuple[int, ...]], list[tuple[tuple[int, int], ...]]]:
@@ -71,7 +82,8 @@ def local_sides(table: Table) -> Sides:
     gains, unit = _gains(table)
     groups, decisions = len(table.header.groups), len(table.header.decisions)
     rows = [[entry for cell in gains[i : i + groups] for entry in cell] for i in range(0, len(gains), groups)]
-    return _laid_out(rows, True, dict.fromkeys(range(groups), 1), unit, decisions)
+    sites, sides = _laid_out(rows, True, dict.fromkeys(range(groups), 1), decisions)
+    return Sides(True, decisions, sites, sides, sides, unit)
 
 
 def global_sides(table: Table, policy: Policy) -> Sides:
@@ -89,19 +101,57 @@ def global_sides(table: Table, policy: Policy) -> Sides:
     values = map_through(values, maps)
     rows = [values[i : i + width] for i in range(0, len(values), width)]
     scales = {a: sum(masses[a::groups]) for a in globally_compared(table)}
-    return _laid_out(rows, False, scales, unit, decisions)
+    sites, sides = _laid_out(rows, False, scales, decisions)
+    return Sides(False, decisions, sites, sides, sides, unit)
 
 
-def _laid_out(rows: list[list[int]], local: bool, scales: dict[int, int], unit: int, decisions: int) -> Sides:
+@dataclass(frozen=True)
+class Range:
+    """The utilities from m to gamma, of two groups at most ``gap`` apart, which is no more than gamma - m."""
+
+    gamma: Fraction
+    m: Fraction
+    gap: Fraction
+
+    @property
+    def worth(self) -> tuple[Fraction, ...]:
+        """What the best and the worst decision are worth to the higher group, and then to the lower one, at the most and at the least."""
+        return self.gamma, self.m + self.gap, self.gamma - self.gap, self.m
+
+
+def local_range_sides(ranges: Sequence[Range], groups: int) -> Sides:
+    """Lay out the ranges of the true contexts."""
+    rows, unit = over_common_denominator([as_pair(value) for each in ranges for value in each.worth])
+    sites, sides = _laid_out([rows[i : i + 4] for i in range(0, len(rows), 4)], True, {0: 1, 1: 1}, 2)
+    return Sides(True, 2, sites, dict.fromkeys(range(groups), sides[0]), dict.fromkeys(range(groups), sides[1]), unit)
+
+
+def global_range_sides(table: Table, of_all: Range) -> Sides:
+    """Multiply the range with the masses of the true contexts."""
+    worth, unit = over_common_denominator([as_pair(value) for value in of_all.worth])
+    masses, _ = over_common_denominator([cell.mass for cell in table.cells])
+    bits = max(masses).bit_length(), max(worth).bit_length()
+    spend(5 * len(masses), *bits)
+    keep(4 * len(masses), sum(bits))
+    groups = len(table.header.groups)
+    at = [masses[i : i + groups] for i in range(0, len(masses), groups)]
+    rows = [[mass * value for pair in (worth[:2], worth[2:]) for mass in row for value in pair] for row in at]
+    compared = globally_compared(table)
+    scales = {a + role: sum(masses[a::groups]) for role in (0, groups) for a in compared}
+    sites, sides = _laid_out(rows, False, scales, 2)
+    return Sides(False, 2, sites, {a: sides[a] for a in compared}, {a: sides[a + groups] for a in compared}, unit)
+
+
+def _laid_out(rows: list[list[int]], local: bool, scales: dict[int, int], decisions: int) -> tuple[tuple[Site, ...], dict[int, Side]]:
+    """Make sites of rows, each of which has the numbers of all sides; the scales say which sides are needed."""
     keys, places = _sites(rows, not local)
     spend(4 * sum(map(len, rows)))
     sites = tuple(Site(i * decisions, contexts) for i, contexts in enumerate(places))
-    vectors: dict[int, tuple[int, ...]] = {}
-    known: dict[tuple[int, ...], tuple[int, ...]] = {}
+    sides: dict[int, Side] = {}
+    known: dict[Side, Side] = {}
     for a, scale in scales.items():
         vector = tuple(entry for key in keys for entry in key[a * decisions : (a + 1) * decisions])
         divisor = gcd(scale, *vector)
-        vector = tuple(entry // divisor for entry in vector)
-        vectors[a] = known.setdefault(vector, vector)  # equal vectors are one object
-        scales[a] = scale // divisor
-    return Sides(local, decisions, tuple(scales), sites, vectors, scales, unit)
+        side = tuple(entry // divisor for entry in vector), scale // divisor
+        sides[a] = known.setdefault(side, side)
+    return sites, sides

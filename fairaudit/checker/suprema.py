@@ -7,7 +7,7 @@ exactly if S(V) <= 0 for every ordered pair of groups.  With a floor tau of the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import permutations
 
@@ -30,9 +30,9 @@ class Pair:
 
     def __init__(self, sides: Sides, law: PairLaw, higher: int, lower: int) -> None:
         self.sides, self.law = sides, law
-        self.above, self.below = sides.vectors[higher], sides.vectors[lower]
-        self.scale_above, self.scale_below = sides.scales[lower], sides.scales[higher]  # crosswise: each over the product of both
-        self.bits = law.bits + max(sides.scales.values()).bit_length()
+        self.above, self.scale_below = sides.higher[higher]  # crosswise: each over the product of both
+        self.below, self.scale_above = sides.lower[lower]
+        self.bits = law.bits + max(self.scale_above, self.scale_below).bit_length()
         self._hulls: dict[int, list[Vertex]] = {}
 
     def worth(self, sites: Sequence[Site]) -> Iterator[list[tuple[int, int]]]:
@@ -101,11 +101,11 @@ def _is_inside(first: Vertex, middle: Vertex, last: Vertex) -> bool:
 
 
 class Prover:
-    """Proofs, each by one of some multipliers k, that no policy exceeds a value V >= 1."""
+    """Proofs, each by one of some multipliers k, that no policy exceeds a value V >= 1; V must be one of them where there is no floor."""
 
-    def __init__(self, value: Fraction, multipliers: Sequence[Fraction] = ()) -> None:
+    def __init__(self, value: Fraction, multipliers: Iterable[Fraction]) -> None:
         self.value = value
-        self.multipliers = sorted({k for k in multipliers if k <= value} | {value})
+        self.multipliers = sorted({k for k in multipliers if k <= value})
         self.hint = len(self.multipliers) - 1  # which of them proved something last
 
     def leaves(self, pair: Pair, floors: Sequence[Fraction]) -> list[int]:
@@ -151,22 +151,33 @@ def unproven(
     The floors are by lower group, and equal ones one object.
     """
     found: dict[object, list[int]] = {}
-    like = {a: (id(sides.vectors[a]), sides.scales[a], id(floors[a])) for a in sides.groups}
+    above = {a: id(side) for a, side in sides.higher.items()}
+    below = {a: (id(side), id(floors[a])) for a, side in sides.lower.items()}
 
     def leaves(law: PairLaw, higher: int, lower: int) -> list[int]:
-        key = law, like[higher], like[lower]
+        key = law, above[higher], below[lower]
         if key not in found:
             keep(4)
             found[key] = prover.leaves(Pair(sides, law, higher, lower), floors[lower])
         return found[key]
 
     first, second, *_ = sides.groups
-    if len({*like.values()}) == 1 and not any(leaves(law, first, second) for law in likelihoods.every()):
+    if len({*above.values()}) == len({*below.values()}) == 1 and not any(leaves(law, first, second) for law in likelihoods.every()):
         return
     spend(10 * len(sides.groups) ** 2)
     for higher, lower in permutations(sides.groups, 2):
         for site in leaves(likelihoods.of(higher, lower), higher, lower):
             yield higher, lower, site
+
+
+def no_floors(sides: Sides) -> dict[int, Sequence[Fraction]]:
+    """Say of no site and group that policies keep a floor."""
+    return dict.fromkeys(sides.groups, [Fraction(0)] * (len(sides.sites) if sides.local else 1))
+
+
+def named(facts: PolicyFacts, sides: Sides, higher: int, lower: int, site: int) -> str:
+    """Name an ordered pair of groups, and a context of a site where it is compared by itself."""
+    return facts.named(sides.sites[site].contexts[0][0] if sides.local else None, higher, lower)
 
 
 def fault_of_policies(claim: Claim, facts: PolicyFacts) -> str:
@@ -179,10 +190,9 @@ def fault_of_policies(claim: Claim, facts: PolicyFacts) -> str:
     local = claim.key[0].startswith("local")
     sides, likelihoods = facts.sides(local), facts.likelihoods
     if claim.value != INFINITY:
-        none = dict.fromkeys(sides.groups, [Fraction(0)] * (len(sides.sites) if local else 1))
-        for higher, lower, site in unproven(Prover(Fraction(*claim.value)), sides, likelihoods, none):
-            context = sides.sites[site].contexts[0][0] if local else None
-            return f"some policy exceeds it {facts.named(context, higher, lower)}"
+        value = Fraction(*claim.value)
+        for exceeding in unproven(Prover(value, [value]), sides, likelihoods, no_floors(sides)):
+            return f"some policy exceeds it {named(facts, sides, *exceeding)}"
     if attained is None:
         return ""
     place = facts.place(attained, local)

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from .certificate import Certificate, Target
-from .claims import FLOORED, POLICIES, Claim
+from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, POLICIES, Claim
 from .intervals import Proven
 from .judgement import Facts
 from .logarithms import log_at_most
-from .rationals import INFINITY, ONE, Rational, as_pair, at_most
+from .rationals import INFINITY, ONE, ZERO, Rational, as_pair, at_most
 from .text import Finding, compared, finding_of, shown
 from .work import working_on
 
@@ -23,15 +23,22 @@ def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
     return "within" if decide(ends[1], target.limit) else "inconclusive"
 
 
+def _holds_of_any_sampled(claim: Claim, facts: Facts) -> bool:
+    """Whether a claim holds of whatever policy was sampled, by declared constants alone."""
+    _, _, by, scope = claim.key
+    declared = facts.declared.keys()
+    if scope == POLICIES:
+        return by != "T4" or declared >= {"gamma", "m"}
+    if scope in (ANY_UTILITY, ANY_UTILITY_FLOORED):
+        return declared >= {"gamma", "m"} and ("lipschitz" in declared or facts.table.figures.spread == ZERO)
+    return scope == FLOORED and "gamma" in declared
+
+
 def ends_of_population(quantity: str, facts: Facts, true_claims: Iterable[Claim]) -> tuple[Rational, Rational]:
     """Find the ends of a ratio of the population: those of the interval, and bounds that hold whatever was sampled."""
     low, high = facts.proven[quantity].ratio if quantity in facts.proven else (ONE, INFINITY)
-    declared = facts.declared.keys()
     for claim in true_claims:
-        _, _, by, scope = claim.key
-        needed = {POLICIES: {"gamma", "m"} if by == "T4" else set(), FLOORED: {"gamma"}}.get(scope)
-        holds = needed is not None and needed <= declared
-        if holds and claim.key[0] == f"{quantity}_ratio" and at_most(claim.value, high):
+        if claim.key[0] == f"{quantity}_ratio" and _holds_of_any_sampled(claim, facts) and at_most(claim.value, high):
             high = claim.value
     return low, high
 

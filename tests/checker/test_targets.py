@@ -7,8 +7,11 @@ import pytest
 from interval_certificates import COUNTS, TINY, F, accepted, both_intervals, claims, rejected, rows_of
 from mpmath import mp
 from plain_certificates import checker, false_statements, make, raw
-from policy_certificates import FLOORED, POLICIES, SCHEMA, Policy, digested, write
+from policy_certificates import FLOORED, POLICIES, SCHEMA, Policy, coin, digested, write
 from policy_certificates import by_hand as policy_by_hand
+from policy_certificates import stated as policy_stated
+
+ANY_UTILITY, ANY_UTILITY_FLOORED = checker.claims.ANY_UTILITY, checker.claims.ANY_UTILITY_FLOORED
 
 
 @pytest.fixture
@@ -172,6 +175,56 @@ def test_t4_counts_with_declared_constants_only() -> None:
     stated["claims"].append({"quantity": "local_ratio", "relation": "<=", "value": value, "scope": POLICIES, "by": "T4", "assumptions": []})
     stated["claims"][-1]["evidence"] = {"multipliers": ["1000000"]}  # proves less
     assert rejected(stated)
+
+
+@pytest.mark.parametrize(
+    ("by_group", "gap", "floor", "value", "counts"),
+    [
+        (False, None, None, "7/5", True),
+        (False, "1/2", None, "5/3", True),
+        (True, "1/2", None, "5/3", True),
+        (True, None, None, "5/3", False),  # that groups differ by so much is known of this table only
+        (False, None, "2", "5/4", True),
+        (True, None, "7/4", "3/2", False),
+        (True, "1/2", "7/4", "3/2", True),
+    ],
+)
+def test_ranges_count_with_declared_constants_only(by_group: bool, gap: Any, floor: Any, value: str, counts: bool) -> None:
+    """The coin (2/3, 1/3), g from 1 to 3 and perhaps 1/2 apart; with a floor of 2, 7/6 + k/6 is proved by k from 1/2, else 3/2 - k/2."""
+    given = {(0, 0): ["3", "1"], (0, 1): ["5/2", "1"]} if by_group else ["3", "1"]
+    p = policy_stated(coin("2/3"), [[["1/2", "1/2"], ["1/2", "1/2"]]], given)
+    p.declared = {"gamma": F(3), "m": F(1)} | ({"lipschitz": F(gap)} if gap else {}) | ({"tau": F(floor)} if floor else {})
+    certificate = write(p)
+    scope, evidence = (ANY_UTILITY_FLOORED, {"multipliers": ["1/2"]}) if floor else (ANY_UTILITY, {})
+    claim = {
+        "quantity": "local_ratio",
+        "relation": "<=",
+        "value": value,
+        "scope": scope,
+        "by": "T13",
+        "assumptions": [],
+        "evidence": evidence,
+    }
+    certificate["claims"] = [claim]
+
+    def holds(*stated: Any) -> bool:
+        return not false_statements(judged(certificate, target(*stated)))
+
+    assert holds("local", "ratio", value, "within") is counts
+    assert holds("local", "ratio", value, "inconclusive") is not counts
+    assert holds("local", "ratio", F(value) - TINY, "inconclusive")
+    assert holds("global", "ratio", 10**6, "inconclusive")
+
+
+def test_the_greatest_ratio_over_policies_is_not_about_the_population() -> None:
+    """It rests on the utility of the table, of which nothing was declared."""
+    p = policy_stated(coin("2/3"), [[["1/2", "1/2"], ["1/2", "1/2"]]], ["3", "1"])
+    certificate = write(p)
+    claim = {"quantity": "local_ratio_supremum", "relation": "=", "value": "7/5", "scope": POLICIES, "by": "T13"}
+    place = {"context": ["A"], "higher": ["f"], "lower": ["m"]}
+    certificate["claims"] = [claim | {"evidence": {"attained": place}}]
+    assert not false_statements(judged(certificate, target("local", "ratio", 10**6, "inconclusive")))
+    assert false_statements(judged(certificate, target("local", "ratio", 10**6, "within")))
 
 
 def test_t5_of_a_table_is_not_about_the_population() -> None:
