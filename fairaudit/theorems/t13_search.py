@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import UNIT
-from fairaudit.theorems.t13_laws import RatioLaw
 from fairaudit.theorems.t13_problems import Problems
 from fairaudit.theorems.t13_tables import Ints, Tables
 
@@ -70,7 +69,7 @@ class Search:
         """Those of the given pairs that may attain at least a value, as seen at a level, and S of each at the value, off upwards."""
         if value > MAX_VALUE:
             return at, np.zeros(len(at))
-        sums, slack = self._sums(at, self._laws[level], _below(value))
+        sums, slack = self.sums(at, value, level)
         kept = sums >= -slack
         return at[kept], sums[kept]
 
@@ -96,11 +95,12 @@ class Search:
             found, v = int(tried[best]), float(ratios[best])
         return found
 
-    def _sums(self, at: Ints, law: RatioLaw, v: float) -> tuple[Floats, Floats]:
-        """Σ max_u [P·A_u − v·Q·B_u], and a bound on its error.
+    def sums(self, at: Ints, value: Fraction, level: int) -> tuple[Floats, Floats]:
+        """Σ max_u [P·A_u − v·Q·B_u] of pairs at a value, off upwards, and a bound on its error.
 
         Each of the n terms is off by less than 8 units of its two parts, all of which are at most γ_a + v·γ_a'; adding them is by n more.
         """
+        law, v = self._laws[level], below(value)
         kind, higher, lower = self._problems.kind[at], self._problems.higher[at], self._problems.lower[at]
         decisions, _, blocks = self._values.shape
         result = np.empty(len(at))
@@ -137,7 +137,7 @@ class Search:
         return ratios
 
 
-def _below(value: Fraction) -> float:
+def below(value: Fraction) -> float:
     """A float that is not above a value."""
     near = float(value)
     return near if Fraction(near) <= value else nextafter(near, -inf)

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.exact.extended import ZERO
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
+from fairaudit.theorems.supremum import Floors
 from fairaudit.theorems.t13_exact import Points, envelope
 
 Block = tuple[int, ...]
@@ -39,6 +41,11 @@ class Tables:
         A single 0 for group means.
     of : ndarray of int64, shape (contexts, groups)
         The table of every group in each of these contexts; −1 where a group is not compared.
+    floors : tuple of Fraction
+        Where there are floors, that of a group with each table when it is the lower one, in the unit of entries over `bottoms`. Contexts
+        are then left out only if they have the same tables and the same floor as one before them.
+    standing : tuple of int
+        Where there are floors, for each true context the place in `contexts` of that which stands for it.
     """
 
     blocks: tuple[tuple[Block, ...], ...]
@@ -46,6 +53,8 @@ class Tables:
     scales: tuple[Fraction, ...]
     contexts: tuple[int, ...]
     of: Ints
+    floors: tuple[Fraction, ...] = ()
+    standing: tuple[int, ...] = ()
 
     def envelopes(self, first: int, second: int) -> list[Points]:
         """What decisions are worth to a pair of groups with these tables, for each block, over one denominator."""
@@ -55,52 +64,62 @@ class Tables:
         return [envelope([v * one for v in top], [v * two for v in low]) for top, low in pairs]
 
 
-def utility_tables(deployment: Deployment, utility: UtilityTable, quantity: Quantity) -> Tables | None:
+def utility_tables(deployment: Deployment, utility: UtilityTable, quantity: Quantity, floors: Floors | None = None) -> Tables | None:
     """The tables of a quantity; None where it is not compared, or where a utility that some policy would attain was not given."""
     if utility.given is not None:
         return None
-    return _local(deployment, utility) if quantity == "local" else _global(deployment, utility)
+    return _local(deployment, utility, floors) if quantity == "local" else _global(deployment, utility, floors)
 
 
-def _local(deployment: Deployment, utility: UtilityTable) -> Tables:
+def _local(deployment: Deployment, utility: UtilityTable, floors: Floors | None) -> Tables:
     """Rows g(·,x,a), divided by the greatest common divisor of their context."""
     groups = len(deployment.groups)
-    listed: dict[tuple[Block, ...], int] = {}
+    listed: dict[tuple[tuple[Block, ...], Fraction], int] = {}
+    standing = []
     alike: tuple[Fraction, Block, int] | None = None
-    for x, rows in enumerate(_rows_by_context(utility, groups)):
+    for x, rows in enumerate(_rows_by_context(utility, groups, len(deployment.contexts) if floors is not None else 1)):
         common = gcd(*(v for row in rows for v in row)) or 1
         reduced = tuple(tuple(v // common for v in row) for row in rows)
-        if len(set(reduced)) > 1:
-            listed.setdefault(reduced, x)
-            continue
-        # Free of the group: two decisions are enough, and of such contexts only the first with the greatest γ/m counts.
+        free = len(set(reduced)) == 1
         ends = max(reduced[0]), min(reduced[0])
-        slope = Fraction(ends[1], ends[0]) if ends[0] else Fraction(1)
-        if alike is None or slope < alike[0]:
-            alike = slope, ends, x
+        if floors is not None:
+            # Free of the group: two decisions are enough.
+            key = (ends,) if free else reduced, floors.cells[x] * utility.scale / common
+            standing.append(listed.setdefault(key, x))
+        elif not free:
+            listed.setdefault((reduced, ZERO), x)
+        else:
+            # Moreover, of such contexts only the first with the greatest γ/m counts.
+            slope = Fraction(ends[1], ends[0]) if ends[0] else Fraction(1)
+            if alike is None or slope < alike[0]:
+                alike = slope, ends, x
     if alike is not None:
-        listed[(alike[1],)] = alike[2]
+        listed[(alike[1],), ZERO] = alike[2]
     ordered = sorted(listed.items(), key=lambda entry: entry[1])
-    width = max((len(row) for rows in listed for row in rows), default=2)
-    numbers: dict[tuple[int, Block], int] = {}
+    width = max((len(row) for rows, _ in listed for row in rows), default=2)
+    numbers: dict[tuple[int, Block, Fraction], int] = {}
     of = []
-    for key, _ in ordered:
-        unit = max(v for row in key for v in row)
-        places = [numbers.setdefault((unit, _padded(row, width)), len(numbers)) for row in key]
+    for (different, floor), _ in ordered:
+        unit = max(v for row in different for v in row)
+        places = [numbers.setdefault((unit, _padded(row, width), floor), len(numbers)) for row in different]
         of.append(places if len(places) == groups else places * groups)
+    contexts = tuple(x for _, x in ordered)
+    place = {x: i for i, x in enumerate(contexts)}
     return Tables(
-        tuple((row,) for _, row in numbers),
+        tuple((row,) for _, row, _ in numbers),
         (1,) * len(numbers),
-        tuple(Fraction(1, max(unit, 1)) for unit, _ in numbers),
-        tuple(x for _, x in ordered),
+        tuple(Fraction(1, max(unit, 1)) for unit, _, _ in numbers),
+        contexts,
         np.array(of, dtype=np.int64),
+        tuple(floor for _, _, floor in numbers) if floors is not None else (),
+        tuple(place[x] for x in standing),
     )
 
 
-def _rows_by_context(utility: UtilityTable, groups: int) -> Iterable[list[Block]]:
-    """Rows g(·,x,a) of every context; a single one where g is the same in all of them."""
+def _rows_by_context(utility: UtilityTable, groups: int, contexts: int) -> Iterable[list[Block]]:
+    """Rows g(·,x,a) of every context; a single one, so many times, where g is the same in all of them."""
     if utility.by_decision:
-        yield [tuple(utility.row(0))]
+        yield from [[tuple(utility.row(0))]] * contexts
         return
     every = [tuple(row) for row in utility.values.tolist()]
     for start in range(0, len(every), groups):
@@ -112,7 +131,7 @@ def _padded(row: Block, width: int) -> Block:
     return row + row[-1:] * (width - len(row))
 
 
-def _global(deployment: Deployment, utility: UtilityTable) -> Tables | None:
+def _global(deployment: Deployment, utility: UtilityTable, floors: Floors | None) -> Tables | None:
     """G_a(x̃,·) of the groups that have mass; released contexts in which these are proportional are one block."""
     compared = list(deployment.law.global_groups)
     if not compared:
@@ -126,20 +145,31 @@ def _global(deployment: Deployment, utility: UtilityTable) -> Tables | None:
             key = tuple(v // common for v in row)
             merged[key] = merged.get(key, 0) + common
     flat = [[times * v for v in key] for key, times in merged.items()] or [[0] * (width * len(compared))]
-    numbers: dict[tuple[int, tuple[Block, ...]], int] = {}
+    least = _mean_floors(deployment, floors) if floors is not None else [ZERO] * len(deployment.groups)
+    numbers: dict[tuple[int, tuple[Block, ...], Fraction], int] = {}
     of = np.full(len(deployment.groups), -1, dtype=np.int64)
     for place, group in enumerate(compared):
         own = [row[place * width : (place + 1) * width] for row in flat]
         common = gcd(totals[place], *(v for row in own for v in row))
         table = tuple(tuple(v // common for v in row) for row in own)
-        of[group] = numbers.setdefault((totals[place] // common, table), len(numbers))
-    blocks: tuple[tuple[Block, ...], ...] = tuple(table for _, table in numbers)
-    if len(numbers) == 1:  # all groups have the same: γ and m of every block add up
-        blocks = (((sum(map(max, blocks[0])), sum(map(min, blocks[0]))),),)
-    bottoms = tuple(total for total, _ in numbers)
+        key = totals[place] // common, table, least[group] * utility.scale
+        of[group] = numbers.setdefault(key, len(numbers))
+    blocks: tuple[tuple[Block, ...], ...] = tuple(table for _, table, _ in numbers)
+    bottoms = tuple(total for total, _, _ in numbers)
+    if len(set(zip(blocks, bottoms, strict=True))) == 1:  # all groups have the same: γ and m of every block add up
+        blocks = (((sum(map(max, blocks[0])), sum(map(min, blocks[0]))),),) * len(numbers)
     greatest = max(Fraction(max(map(max, table)), total) for table, total in zip(blocks, bottoms, strict=True))
     scales = tuple(1 / (total * (greatest or Fraction(1))) for total in bottoms)
-    return Tables(blocks, bottoms, scales, (0,), of[None, :])
+    kept = tuple(floor for _, _, floor in numbers) if floors is not None else ()
+    return Tables(blocks, bottoms, scales, (0,), of[None, :], kept)
+
+
+def _mean_floors(deployment: Deployment, floors: Floors) -> list[Fraction]:
+    """What the floors say about the mean of every group: that of the means, or the mean of those of its contexts if that is more."""
+    mass = np.array(deployment.law.cell_mass, dtype=object).reshape(len(deployment.contexts), -1)
+    sums = np.array(floors.cells, dtype=object) @ mass
+    means = [Fraction(above) / int(total) if total else ZERO for above, total in zip(sums, mass.sum(axis=0), strict=True)]
+    return [max(floors.overall, mean) for mean in means]
 
 
 def means_by_release(deployment: Deployment, utility: UtilityTable, groups: list[int]) -> tuple[NDArray[Any], list[int]]:
