@@ -178,7 +178,7 @@ def certify(
             raise InputError("a window contradicts the interval of a stream; there is none without arrivals and a confidence")
         change = change_of(intervals[changed[0]], changed[1], changed[0], (constants["m"], constants["gamma"]))
         intervals = {quantity: own for quantity, own in intervals.items() if quantity not in change.withdrawn}
-    targets, verdict = judged(measured, limits, sampled, intervals, found.bounds, constants)
+    targets, verdict = judged(measured, limits, sampled, intervals, found.bounds, constants, group_free=not table.depends_on_group)
     if change is not None:
         targets, verdict = judged_by_window(targets, verdict, change)
     without = deployment.unfiltered if deployment else None

@@ -82,12 +82,20 @@ def judged(
     intervals: Mapping[Quantity, Interval],
     found: tuple[Bound, ...] = (),
     declared: Mapping[str, Fraction] | None = None,
+    *,
+    group_free: bool = True,
 ) -> tuple[tuple[Target, ...], Verdict]:
     """Judge limits: of the table itself exactly, or, at a confidence, of the population by its intervals and bounds."""
+    usable = [
+        bound
+        for bound in found
+        if bound.certified
+        and for_any_sampled(BY_KEY[bound.quantity, "<=", bound.theorem, bound.scope], bound.scope, declared or {}, group_free=group_free)
+    ]
     targets = tuple(
         Target(quantity, limit, unit, _judge(measured[quantity], limit, unit))
         if confidence is None
-        else _judge_population(quantity, limit, unit, confidence, intervals.get(quantity), found, declared or {})
+        else _judge_population(quantity, limit, unit, confidence, intervals.get(quantity), usable)
         for quantity, unit, limit in limits
     )
     return targets, foremost_verdict(target.verdict for target in targets)
@@ -107,20 +115,13 @@ def _judge_population(
     unit: Unit,
     confidence: Fraction,
     interval: Interval | None,
-    found: tuple[Bound, ...],
-    declared: Mapping[str, Fraction],
+    usable: Sequence[Bound],
 ) -> Target:
     """Judge a target for whatever law or policy was sampled: by its interval, and by theorems that rest on declared constants only."""
     ends: list[tuple[Fraction | float, str]] = []
     if interval is not None:
         ends.append((interval.upper, THE_INTERVAL))
-    ends += [
-        (bound.value, bound.theorem)
-        for bound in found
-        if bound.certified
-        and bound.quantity == f"{quantity}_ratio"
-        and for_any_sampled(BY_KEY[bound.quantity, "<=", bound.theorem, bound.scope], bound.scope, declared)
-    ]
+    ends += [(bound.value, bound.theorem) for bound in usable if bound.quantity == f"{quantity}_ratio"]
     upper = min(ends, key=lambda end: end[0], default=None)
     lower = interval.lower if interval is not None else Fraction(1)
     verdict = interval_verdict((lower, max(lower, upper[0] if upper else inf)), **{f"max_{unit}": limit})

@@ -792,7 +792,7 @@
       const needs = { T2: [], T5: [], "T5-decision": [], T4: ["gamma", "m"] }[claim.by];
       const floored = claim.scope === FLOORED && "gamma" in declared;
       const any = claim.scope === POLICIES && needs && needs.every((n) => n in declared);
-      const range = claim.by === "T13" && "gamma" in declared && "m" in declared;
+      const range = claim.by === "T13" && "gamma" in declared && "m" in declared && ("lipschitz" in declared || !f.doc.subject.utility.depends_on_group);
       open = open || (own && claim.scope === POLICIES && !needs);
       if (own && (any || floored || range)) high = least(high, rational(claim.value));
     }

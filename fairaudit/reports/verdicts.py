@@ -28,12 +28,13 @@ def judged_targets(document: Mapping[str, Any]) -> Iterator[tuple[Target, Fracti
 def _upper(document: Mapping[str, Any], quantity: str) -> tuple[Fraction | float, str] | None:
     """The smallest sound upper end for the population, and the theorem or interval that gave it."""
     interval, declared = document.get("intervals", {}).get(quantity), document["subject"].get("declared", {})
+    group_free = not document["subject"]["utility"]["depends_on_group"]
     ends = [] if interval is None else [(number(interval["ratio"][1]), THE_INTERVAL)]
     ends += [
         (number(claim["value"]), claim["by"])
         for claim in document["claims"]
         if claim["quantity"] == f"{quantity}_ratio"
         and claim["relation"] == "<="
-        and for_any_sampled(kind_of(claim), claim["scope"], declared)
+        and for_any_sampled(kind_of(claim), claim["scope"], declared, group_free=group_free)
     ]
     return min(ends, key=lambda end: end[0], default=None)

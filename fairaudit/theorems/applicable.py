@@ -91,8 +91,10 @@ def _superfluous(kind: Kind, case: Case, reached: frozenset[tuple[str, str]]) ->
     if scope == THIS_POLICY:  # T12 is attained
         return kind.by == "T3"
     wider = {ANY_POLICY: ANY_UTILITY, FLOORED: ANY_UTILITY_FLOORED}
-    sampled = case.deployment.policy.law.kind == "counts"
-    return scope in wider and (kind.quantities[0], wider[scope] if sampled else scope) in reached
+    if case.deployment.policy.law.kind != "counts":
+        return (kind.quantities[0], scope) in reached
+    decides = case.gap == 0 or "lipschitz" in case.declared
+    return decides and (kind.quantities[0], wider.get(scope, "")) in reached
 
 
 def to_judge(bound: Bound) -> tuple[str, ...]:

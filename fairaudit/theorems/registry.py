@@ -567,7 +567,12 @@ def is_sampled(scope: str) -> bool:
     return scope.startswith(SAMPLED)
 
 
-def for_any_sampled(kind: Kind | None, scope: str, declared: Mapping[str, Any]) -> bool:
-    """Whether a bound holds for whatever policy was sampled, and rests on declared constants only."""
-    any_sampled = scope in (ANY_POLICY, FLOORED, ANY_UTILITY, ANY_UTILITY_FLOORED)
-    return kind is not None and any_sampled and all(name in declared for name in kind.declares)
+def for_any_sampled(kind: Kind | None, scope: str, declared: Mapping[str, Any], *, group_free: bool) -> bool:
+    """Whether a bound holds for whatever policy was sampled, and rests on declared constants only.
+
+    `group_free`: whether the utility of the table does not depend on the group. Where it does, how far the utilities of two groups may
+    differ for decisions that were never drawn has to be declared.
+    """
+    if kind is None or not all(name in declared for name in kind.declares):
+        return False
+    return scope in (ANY_POLICY, FLOORED) or (scope in (ANY_UTILITY, ANY_UTILITY_FLOORED) and (group_free or "lipschitz" in declared))

@@ -10,8 +10,9 @@ import json
 import os
 import re
 from importlib import import_module
-from itertools import chain, combinations
+from itertools import chain, combinations, product
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -121,10 +122,12 @@ def test_the_checker_lets_the_same_bounds_decide_about_a_sampled_policy(key: tup
     quantity, relation, _, scope = key
     claim = checker.claims.Claim(key, (2, 1), (), None)
     constants = ("gamma", "m", "tau", "lipschitz")
-    for declared in chain.from_iterable(combinations(constants, n) for n in range(5)):
-        facts = checker.judgement.Facts(None, {}, dict.fromkeys(declared, (1, 1)), None, {})
+    for declared, spread in product(chain.from_iterable(combinations(constants, n) for n in range(5)), (0, 1)):
+        table: Any = SimpleNamespace(figures=SimpleNamespace(spread=(spread, 1)))
+        facts = checker.judgement.Facts(table, {}, dict.fromkeys(declared, (1, 1)), None, {})
         _, high = checker.targets.ends_of_population(quantity.removesuffix("_ratio"), facts, [claim])
-        assert (high == (2, 1)) == (relation == "<=" and for_any_sampled(STATED[key], scope, dict.fromkeys(declared))), declared
+        usable = for_any_sampled(STATED[key], scope, dict.fromkeys(declared), group_free=not spread)
+        assert (high == (2, 1)) == (relation == "<=" and usable), (declared, spread)
 
 
 # Claims as they are written
