@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from itertools import accumulate, product
 from math import prod
 
 from .filters import Distribution, Filter, by_likelihood_ratio, check_entries
 from .work import keep, spend
+
+Classes = tuple[list[tuple[int, int]], int]  # pairs (p, q), and what they are over
+
+PARTS = 3  # of the likelihood ratios of two rows, for quick proofs
+FINER = 24  # bits of their masses beyond those of the rows
 
 
 class PairLaw:
@@ -30,16 +36,32 @@ class PairLaw:
         """Add up the p and the q of the outputs with p/q > n/d, that is p d > q n."""
         return self._sums[bisect_left(self.classes, True, key=lambda c: c[0] * d > c[1] * n)]
 
-    def outer(self) -> PairLaw:
+    @cached_property
+    def outer(self) -> Classes:
         """Give the mass of each output to the two extreme ratios, so that the sums of p and of q are kept.
 
-        Whatever is convex in (p, q), and homogeneous, only grows by that: these rows tell more.  They are over another unit.
+        Whatever is convex in (p, q), and homogeneous, only grows by that: these rows tell more.
         """
         (p, q), (r, s) = self.classes[0], self.classes[-1]
         if len(self.classes) < 3:
-            return self
+            return self.classes, self.unit
         low, high = r - s, q - p  # low (p, q) + high (r, s) is a multiple of (1, 1)
-        return PairLaw([(low * p, low * q), (high * r, high * s)])
+        return [(low * p, low * q), (high * r, high * s)], low * p + high * r
+
+    @cached_property
+    def finer(self) -> Classes:
+        """The same for each of some parts of the ratios; p rounded up and q down, which serves what grows in p and falls in q."""
+        count = len(self.classes)
+        if count <= 2 * PARTS:
+            return self.classes, self.unit
+        found: list[tuple[int, int]] = []
+        for i in range(PARTS):
+            start, end = i * count // PARTS, (i + 1) * count // PARTS
+            (p, q), (r, s) = self.classes[start], self.classes[end - 1]
+            total_p, total_q = (self._sums[start][side] - self._sums[end][side] for side in (0, 1))
+            low, high, over = total_q * r - total_p * s, total_p * q - total_q * p, q * r - p * s
+            found += [(-((-factor * n << FINER) // over), (factor * d << FINER) // over) for factor, n, d in ((low, p, q), (high, r, s))]
+        return found, self.unit << FINER
 
 
 class Likelihoods:

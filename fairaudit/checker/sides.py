@@ -82,8 +82,7 @@ def local_sides(table: Table) -> Sides:
     gains, unit = _gains(table)
     groups, decisions = len(table.header.groups), len(table.header.decisions)
     rows = [[entry for cell in gains[i : i + groups] for entry in cell] for i in range(0, len(gains), groups)]
-    sites, sides = _laid_out(rows, True, dict.fromkeys(range(groups), 1), decisions)
-    return Sides(True, decisions, sites, sides, sides, unit)
+    return _of_utility(rows, True, dict.fromkeys(range(groups), 1), decisions, unit)
 
 
 def global_sides(table: Table, policy: Policy) -> Sides:
@@ -101,8 +100,31 @@ def global_sides(table: Table, policy: Policy) -> Sides:
     values = map_through(values, maps)
     rows = [values[i : i + width] for i in range(0, len(values), width)]
     scales = {a: sum(masses[a::groups]) for a in globally_compared(table)}
-    sites, sides = _laid_out(rows, False, scales, decisions)
-    return Sides(False, decisions, sites, sides, sides, unit)
+    return _of_utility(rows, False, scales, decisions, unit)
+
+
+def _of_utility(rows: list[list[int]], local: bool, scales: dict[int, int], decisions: int, unit: int) -> Sides:
+    """Lay out rows; only two decisions are needed where what they are worth to different groups is proportional."""
+    spend(sum(map(len, rows)))
+    extremes = [_extremes(row, decisions) for row in rows]
+    if decisions > 2 and all(extremes):
+        rows = [[row[i + u] for i in range(0, len(row), decisions) for u in both] for row, both in zip(rows, extremes, strict=True)]
+        decisions = 2
+    sites, sides = _laid_out(rows, local, scales, decisions)
+    return Sides(local, decisions, sites, sides, sides, unit)
+
+
+def _extremes(row: Sequence[int], decisions: int) -> tuple[int, ...]:
+    """Find the decisions that are worth most and least to all groups, if what they are worth to one is a multiple of that to another."""
+    found: tuple[int, ...] = (0,) * decisions
+    for i in range(0, len(row), decisions):
+        own = row[i : i + decisions]
+        divisor = gcd(*own)
+        direction = tuple(entry // divisor for entry in own) if divisor else found
+        if any(found) and direction != found:
+            return ()
+        found = direction
+    return found.index(max(found)), found.index(min(found))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from fractions import Fraction
 from itertools import permutations
 
 from .claims import Claim
-from .likelihoods import Likelihoods, PairLaw
+from .likelihoods import Classes, Likelihoods, PairLaw
 from .policy_evidence import Attained
 from .policy_facts import PolicyFacts
 from .rationals import INFINITY, ONE, at_most
@@ -43,20 +43,21 @@ class Pair:
             window = slice(site.start, site.start + n)
             yield list(zip(self.above[window], self.below[window], strict=True))
 
-    def unit(self, law: PairLaw, k: Fraction) -> int:
+    def unit(self, of_law: int, k: Fraction) -> int:
         """What sums are over."""
-        return self.sides.unit * law.unit * self.scale_above * self.scale_below * k.denominator
+        return self.sides.unit * of_law * self.scale_above * self.scale_below * k.denominator
 
-    def coarse(self, k: Fraction) -> tuple[list[int], int]:
+    def coarse(self, outer: Classes, k: Fraction) -> tuple[list[int], int]:
         """Bound the sums of the greatest p - k q at each site from above, and say what they are over."""
-        outer, n = self.law.outer(), self.sides.decisions
-        spend(len(self.above) * len(outer.classes), 2 * self.bits + k.numerator.bit_length(), self.sides.bits)
+        classes, over = outer
+        n = self.sides.decisions
+        spend(len(self.above) * len(classes), 2 * self.bits + k.numerator.bit_length(), self.sides.bits)
         totals = [0] * len(self.sides.sites)
-        for p, q in outer.classes:
+        for p, q in classes:
             c, d = p * self.scale_above * k.denominator, q * self.scale_below * k.numerator
             excess = [c * x - d * y for x, y in zip(self.above, self.below, strict=True)]
             totals = [total + max(excess[i : i + n]) for total, i in zip(totals, range(0, len(excess), n), strict=True)]
-        return totals, self.unit(outer, k)
+        return totals, self.unit(over, k)
 
     def exact(self, k: Fraction, site: Site) -> tuple[int, int]:
         """Compute the sum of the greatest p - k q at a site, and the q that it takes (over the same, but for the denominator of k).
@@ -113,15 +114,16 @@ class Prover:
 
         The floors are those of the denominator, by site or of the sum.
         """
-        k = self.multipliers[self.hint]
-        totals, over = pair.coarse(k)
-        if not pair.sides.local:
-            totals = [sum(totals)]
-        room = (self.value - k) * over
-        unproven = [i for i, total in enumerate(totals) if total > 0 and (not floors[i] or total > room * floors[i])]
-        return [
-            i for i in unproven if not self._proves(pair, pair.sides.sites[i : i + 1] if pair.sides.local else pair.sides.sites, floors[i])
-        ]
+        k, sides = self.multipliers[self.hint], pair.sides
+        unproven: list[int] = []
+        for outer in [pair.law.outer] if sides.local else [pair.law.outer, pair.law.finer]:
+            totals, over = pair.coarse(outer, k)
+            room = (self.value - k) * over
+            sums = totals if sides.local else [sum(totals)]
+            unproven = [i for i, total in enumerate(sums) if total > 0 and (not floors[i] or total > room * floors[i])]
+            if not unproven:
+                return []
+        return [i for i in unproven if not self._proves(pair, sides.sites[i : i + 1] if sides.local else sides.sites, floors[i])]
 
     def _proves(self, pair: Pair, sites: Sequence[Site], floor: Fraction) -> bool:
         """Look for a multiplier; what has to be at most 0 is convex in k."""
@@ -131,7 +133,7 @@ class Prover:
         while low < high:
             k = self.multipliers[at]
             sums = [pair.exact(k, site) for site in sites]
-            over = pair.unit(pair.law, k)
+            over = pair.unit(pair.law.unit, k)
             if sum(total for total, _ in sums) <= (self.value - k) * floor * over:
                 self.hint = at
                 return True

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import pytest
 from assumptions import complete
+from hypothesis import given
+from hypothesis import strategies as st
 from plain_certificates import INF, checker, raw, text
 from policy_certificates import POLICIES, TINY, Policy, write
 from policy_suprema import Compared, by_enumeration, by_steps, compared
@@ -50,3 +53,22 @@ def test_the_greatest_ratio_and_where_it_is_attained(block: int) -> None:
                 if attains and greatest != INF:
                     assert not true(greatest + TINY, place(p, case)) and not true(greatest - TINY, place(p, case))
                 assert value == greatest or not true(value, place(p, case))
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 99), st.integers(0, 99)), min_size=1, max_size=40),
+    st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), min_size=1, max_size=4),
+    st.fractions(0, 9),
+)
+def test_quick_bounds_are_not_below_what_they_bound(pairs: Any, worth: Any, k: Any) -> None:
+    """They take the place of a law of likelihood ratios, and give no less of the greatest p - k q."""
+    rest = sum(p for p, _ in pairs) - sum(q for _, q in pairs)
+    pairs = [*pairs, (max(0, -rest) + 1, max(0, rest) + 1)]
+
+    def total(classes: Any) -> Fraction:
+        return sum((max(p * x - k * q * y for x, y in worth) for p, q in classes), Fraction(0))
+
+    law = checker.likelihoods.PairLaw(checker.filters.by_likelihood_ratio(pairs))
+    for classes, unit in (law.outer, law.finer):
+        assert total(classes) / unit >= total(pairs) / law.unit
+        assert all(p >= 0 and q >= 0 for p, q in classes)
