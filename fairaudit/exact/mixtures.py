@@ -14,8 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.exact.linear_programs import ask_solver, distribution_sums
+
 MORE = 4
 """Floors that are taken note of at a time."""
+
+WORTH_ASKING = 1_000
+"""Decisions at outputs, times floors, from which on a solver is asked first."""
+
+NEARLY = 1e-7
+"""What solvers reach as a rule."""
 
 Whole = NDArray[Any]
 """An array of Python integers."""
@@ -82,6 +90,7 @@ class Search:
         ([[7, 0], [2, 5]], 7, {0: Fraction(4, 7)})
         """
         rows, floors = self._policies.rows, self._policies.floors
+        self._propose(costs)
         self._add(costs)
         while True:
             policy, whole, prices = self._restricted(costs)
@@ -90,6 +99,23 @@ class Search:
             self._active += sorted(missed, key=lambda i: Fraction(kept[i], floors[i]))[:MORE]
             if not self._add(sum((y * rows[i] for i, y in prices.items()), whole * costs)) and not missed:
                 return Optimum(policy, whole, {i: Fraction(y, whole) for i, y in prices.items() if y})
+
+    def _propose(self, costs: Whole) -> None:
+        """Try what is nearly best at the prices that a solver finds, where that saves time."""
+        if self._tried.size * len(self._policies.floors) < WORTH_ASKING:
+            return
+        try:
+            worth = (costs / max(1, abs(costs).max())).astype(np.float64)
+            rows = (self._policies.rows / np.array(self._policies.floors, dtype=object)[:, None, None]).astype(np.float64)
+        except OverflowError:
+            return
+        outputs, decisions = worth.shape
+        sums = distribution_sums([range(o * decisions, (o + 1) * decisions) for o in range(outputs)], worth.size)
+        answer = ask_solver(-worth.ravel(), -rows.reshape(len(rows), -1), -np.ones(len(rows)), sums, (0, 1))
+        if answer is not None:
+            worth += np.tensordot(answer[1], rows, axes=1)
+            self._tried |= worth >= worth.max(axis=1)[:, None] - NEARLY
+            self._active += [i for i in np.flatnonzero(answer[1] > NEARLY).tolist() if i not in self._active]
 
     def _add(self, worth: Whole) -> bool:
         """Try the best decisions of every output where none of them was tried."""

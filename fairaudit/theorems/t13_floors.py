@@ -29,16 +29,16 @@ from fairaudit.theorems.t13_problems import Problems, different_pairs
 from fairaudit.theorems.t13_tables import Tables, means_by_release, utility_tables
 
 MAX_CELLS = 100_000
-"""Released pairs of context and group times decisions, for which a policy is written down."""
+"""Numbers of a policy, or of a group filter, that are multiplied out; and of floors times x̃ times decisions, forty times as many."""
 
-MAX_VARIABLES = 2_000
-"""Decisions at outputs that one linear program may have."""
+EXACT_VARIABLES = 200
+"""Linear programs with so many decisions at outputs are solved, however many floors there are."""
 
-MAX_ENTRIES = 400_000
-"""The same times its floors."""
+MAX_VARIABLES, MAX_ENTRIES = 2_000, 20_000
+"""Others have at most so many, and so many times the number of floors."""
 
-MAX_PROGRAMS = 300
-"""Pairs of groups for which a linear program is solved."""
+MAX_WORK, EACH = 3_000_000, 3_000
+"""What all programs may come to, each with its entries and this besides: some ten seconds."""
 
 Place = tuple[int | None, int, int]
 """A true context, or None for means, and the groups in the numerator and in the denominator."""
@@ -76,7 +76,7 @@ def greatest_ratio_above(deployment: Deployment, utility_table: UtilityTable, qu
     Raises
     ------
     InputError
-        If the policy does not keep the floors.
+        If a linear program is needed, and the policy does not keep the floors.
 
     Examples
     --------
@@ -95,7 +95,8 @@ def greatest_ratio_above(deployment: Deployment, utility_table: UtilityTable, qu
     one_k = OneK(problems, tables)
     value, at = one_k.greatest()
     found = _Found(value)
-    if deployment.releases == 1 and at is not None:
+    small = max(deployment.released_rows[0].size, len(deployment.groups) * len(deployment.group_filter.outputs)) <= MAX_CELLS
+    if deployment.releases == 1 and at is not None and small:
         behind = _Behind(deployment, utility_table, floors)
         x, first, second = problems.place(at)
         place = (x if quantity == "local" else None), first, second
@@ -247,7 +248,8 @@ class _Behind:
     def _program(self, x: int | None) -> _Program | None:
         shown, cells = self.linked(x)
         start = self.start[shown].reshape(-1, self.start.shape[2])
-        if start.size > MAX_VARIABLES or start.size * len(cells) > MAX_ENTRIES:
+        entries = start.size * len(cells)
+        if start.size > EXACT_VARIABLES and (start.size > MAX_VARIABLES or entries > MAX_ENTRIES):
             return None
         rows, floors, units = [], [], []
         for cell in cells:
@@ -275,9 +277,9 @@ def _at_threshold(behind: _Behind, place: Place, value: Extended, k: Fraction | 
 
     Where all decisions are alike to the pair it is that of the deployment.
     """
-    if behind.start.size > MAX_CELLS:
-        return None
     shown, cells = behind.linked(place[0])
+    if len(cells) * len(shown) * behind.start.shape[2] > 40 * MAX_CELLS:
+        return None
     p, q, bottom = behind.pair(place, shown)
     rate = value if k is None else k
     most = int(max(p.max(), q.max())) + 1
@@ -312,12 +314,13 @@ def _by_programs(behind: _Behind, first: Place, one_k: OneK, places: Callable[[]
     value, best = ONE, _Found(ONE)
     proofs: dict[Place, PairProof] = {}
     members: dict[int, list[Place]] = {}
-    open_, exceeding = [first], list[int]()
+    open_, exceeding, work = [first], list[int](), 0
     while open_:
         place = open_.pop(0)
         program = behind.program(place[0])
-        if program is None or len(proofs) == MAX_PROGRAMS:
+        if program is None or work > MAX_WORK:
             return None
+        work += program.policies.rows.size + EACH
         attained, proofs[place] = _newton(behind, program, place, value)
         if attained is not None:
             best = attained
@@ -325,8 +328,8 @@ def _by_programs(behind: _Behind, first: Place, one_k: OneK, places: Callable[[]
                 return best
             value = best.value
         if attained is not None or not members:
-            exceeding = one_k.exceeding(value, MAX_PROGRAMS)
-            if len(exceeding) > MAX_PROGRAMS:
+            exceeding = one_k.exceeding(value, MAX_WORK // EACH)
+            if len(exceeding) > MAX_WORK // EACH:
                 return None
             if not members:
                 for at, member in places():

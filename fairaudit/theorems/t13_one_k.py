@@ -6,7 +6,7 @@ the greatest ratio of all policies that keep this one floor, if k = 0 is not the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import inf, lcm, nextafter
@@ -81,6 +81,7 @@ class OneK:
         self._search = Search(problems, tables)
         scaled = zip(tables.floors, tables.scales, tables.bottoms, strict=True)
         self._floors = np.array([below(floor * scale * bottom) for floor, scale, bottom in scaled])[problems.lower]
+        self._tops = [Fraction(sum(map(max, blocks)), bottom) for blocks, bottom in zip(tables.blocks, tables.bottoms, strict=True)]
         self._bounds, self._by = np.full(len(problems), np.inf), np.full(len(problems), -1)
         self._tried: list[Fraction] = []
         self._exact: dict[tuple[int, tuple[Points, ...], Fraction], tuple[Extended, Fraction | None]] = {}
@@ -88,7 +89,7 @@ class OneK:
 
     def greatest(self) -> tuple[Extended, int | None]:
         """The greatest of the bounds, and a pair that has it; no pair if it is 1."""
-        free = np.flatnonzero(self._floors == 0)
+        free = np.flatnonzero(np.array([floor == 0 for floor in self._tables.floors])[self._problems.lower])
         all_ = self._problems
         some = replace(all_, kind=all_.kind[free], higher=all_.higher[free], lower=all_.lower[free], rank=all_.rank[free])
         infinite = Search(some, self._tables).infinite() if len(free) else None
@@ -112,17 +113,22 @@ class OneK:
     def multipliers(self, value: Fraction) -> tuple[Fraction, ...]:
         """The k that prove a value for all pairs whose bound is not above it, falling."""
         self._settle(value, raising=False, most=len(self._problems))
-        places = {*self._by[self._bounds <= below(value)].tolist(), *self._needed.values()}
+        places = {*self._by[self._bounds <= _low(value)].tolist(), *self._needed.values()}
         return tuple(sorted((k for k in (self._tried[place] for place in places) if k < value), reverse=True))
 
     def _settle(self, value: Fraction, *, raising: bool, most: int = 0) -> tuple[Fraction, int | None, list[int]]:
         """Raise a value until it is a bound of all pairs, or list those of which it is none."""
-        left, sums = np.arange(len(self._problems)), np.zeros(0)
+        left, sums = np.flatnonzero(self._bounds > _low(value)), np.zeros(0)
         first, above = None, list[int]()
         self._needed = {}
         for level in self._search.levels:
             last = level == self._search.levels[-1]
+            for place in range(len(self._tried)):
+                self._try(left, place, level)
+                left = left[self._bounds[left] > _low(value)]
             left, sums = self._open(left, value, level)
+            if last:
+                left, sums = self._beyond_zero(left, sums, value)
             while len(left):
                 at = self._worst(left, sums, value)
                 bound, k = self.bound(at)
@@ -140,8 +146,9 @@ class OneK:
                         return value, first, above
                     left, sums = left[others], sums[others]
                 if k is not None and k not in self._tried:
-                    self._try(left, k, level)
-                kept = self._bounds[left] > below(value)
+                    self._tried.append(k)
+                    self._try(left, len(self._tried) - 1, level)
+                kept = self._bounds[left] > _low(value)
                 left, sums = left[kept], sums[kept]
                 if not last and len(left) == count:
                     break
@@ -149,7 +156,7 @@ class OneK:
 
     def _open(self, left: Ints, value: Fraction, level: int) -> tuple[Ints, Floats]:
         """The pairs that neither V nor any k is seen to prove, and S(V) of each."""
-        return self._search.possible(left[self._bounds[left] > below(value)], value, level)
+        return self._search.possible(left[self._bounds[left] > _low(value)], value, level)
 
     def _worst(self, left: Ints, sums: Floats, value: Fraction) -> int:
         """The pair that promises the greatest bound."""
@@ -174,9 +181,9 @@ class OneK:
         self._needed[at] = len(self._tried)
         return k
 
-    def _try(self, left: Ints, k: Fraction, level: int) -> None:
-        """See what k proves for pairs: k + S(k)/τ, off upwards."""
-        self._tried.append(k)
+    def _try(self, left: Ints, place: int, level: int) -> None:
+        """See what the k at a place proves for pairs: k + S(k)/τ, off upwards."""
+        k = self._tried[place]
         if k > MAX_VALUE:
             return
         sums, slack = self._search.sums(left, k, level)
@@ -185,7 +192,18 @@ class OneK:
             bounds = (nextafter(float(k), inf) + gained) * (1 + 16 * UNIT)
         bounds[self._floors[left] == 0] = np.inf
         better = bounds < self._bounds[left]
-        self._bounds[left[better]], self._by[left[better]] = bounds[better], len(self._tried) - 1
+        self._bounds[left[better]], self._by[left[better]] = bounds[better], place
+
+    def _beyond_zero(self, left: Ints, sums: Floats, value: Fraction) -> tuple[Ints, Floats]:
+        """The pairs that k = 0 does not prove, decided exactly: often many are alike, for S(0) is what the higher group can have."""
+        if ZERO not in self._tried:
+            return left, sums
+        kept = np.array([self._tops[high] > value * self._tables.floors[low] for high, low in self._pairs(left)], dtype=bool)
+        self._needed |= dict.fromkeys(left[~kept].tolist(), self._tried.index(ZERO))
+        return left[kept], sums[kept]
+
+    def _pairs(self, left: Ints) -> Iterator[tuple[int, int]]:
+        return zip(self._problems.higher[left].tolist(), self._problems.lower[left].tolist(), strict=True)
 
     def _terms(self, at: int) -> tuple[tuple[Column, ...], tuple[Points, ...], Fraction]:
         """Likelihood ratios and envelopes of a pair, and its floor in their unit."""
@@ -193,3 +211,8 @@ class OneK:
         columns = self._problems.laws.columns[int(self._problems.kind[at])]
         unit = sum(p for p, _ in columns) * lcm(self._tables.bottoms[higher], self._tables.bottoms[lower])
         return columns, tuple(self._tables.envelopes(higher, lower)), self._tables.floors[lower] * unit
+
+
+def _low(value: Fraction) -> float:
+    """A float that is not above a value, and not too large."""
+    return below(min(value, Fraction(MAX_VALUE)))

@@ -6,24 +6,31 @@ All random settings: FAIRAUDIT_FULL=1 pytest -n0 tests/theorems/test_t13_floors.
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import permutations
 from math import inf, lcm
 from random import Random
 from typing import Any
 
+import numpy as np
 import ppl
 import pytest
-from theorem_oracle import F, Row, Table, random_row
+from theorem_oracle import F, Row, Table, random_row, response_rows
 from worst_policy_oracle import Setting, random_setting, ratio
 
+from fairaudit.errors import InputError
+from fairaudit.exact import mixtures
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.utility import UtilityTable
+from fairaudit.privacy.columns import merged_columns
+from fairaudit.theorems import t13_floors
 from fairaudit.theorems.bound import FLOORED
 from fairaudit.theorems.supremum import Floors, Supremum
+from fairaudit.theorems.t13_exact import envelope
 from fairaudit.theorems.t13_floors import greatest_ratio_above
+from fairaudit.theorems.t13_one_k import least_bound
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
@@ -251,6 +258,8 @@ def random_case(rng: Random, uses: str, releases: int = 1) -> Case:
 
 USES = ("decision", "context", "group", "group")
 
+QUANTITIES: tuple[Quantity, ...] = ("local", "global")
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize("uses", ["decision", "context", "group"])
@@ -270,3 +279,151 @@ def test_the_value_is_that_of_exact_linear_programs(quantity: Quantity, uses: st
         kind = "programs" if found.pairs else "infinite" if found.value == inf else "one" if found.value == 1 else "one k"
         seen[kind] = seen.get(kind, 0) + 1
     assert "one k" in seen and ("programs" in seen or (quantity, uses) == ("local", "decision")), seen
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("quantity", ["local", "global"])
+def test_without_linear_programs_it_is_a_bound(quantity: Quantity, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As behind filters that are too large: what k prove, exact only where a policy is found that attains it."""
+    monkeypatch.setattr(t13_floors, "EXACT_VARIABLES", 0)
+    monkeypatch.setattr(t13_floors, "MAX_ENTRIES", -1)
+    seen = set()
+    for seed in range(400 if FULL else 20):
+        case = random_case(Random(f"large {quantity} {seed}"), USES[seed % 4])
+        found = greatest_ratio_above(*case.subject(), quantity, case.floors)
+        if found is not None:
+            check(case, quantity, found)
+            assert not found.pairs
+            value = max(by_linear_program(case, place) for place in case.places(quantity))
+            assert found.value == value if found.exact else found.value >= value
+            seen.add((found.exact, found.value == value))
+    assert {(True, True), (False, False)} <= seen
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("quantity", ["local", "global"])
+def test_several_releases_are_those_of_the_product_written_out(quantity: Quantity) -> None:
+    seen = set()
+    for seed in range(300 if FULL else 15):
+        case = random_case(Random(f"releases {quantity} {seed}"), USES[seed % 4], releases=2)
+        found = greatest_ratio_above(*case.subject(), quantity, case.floors)
+        if found is not None:
+            check(case, quantity, found)
+            value = max(by_linear_program(case, place) for place in case.places(quantity))
+            assert found.value == value == 1 if found.exact else found.value >= value
+            seen.add((found.exact, found.value == value))
+    assert {(True, True), (False, True)} <= seen
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lies", [False, True])
+def test_a_solver_saves_time_and_changes_nothing(monkeypatch: pytest.MonkeyPatch, lies: bool) -> None:
+    monkeypatch.setattr(mixtures, "WORTH_ASKING", 0)
+    if lies:
+        rng = np.random.default_rng(1)
+        monkeypatch.setattr(mixtures, "ask_solver", lambda c, a, b, *_: (rng.random(len(c)), rng.random(len(b)) * 9))
+    programs = 0
+    for seed in range(15):
+        case = random_case(Random(f"asked {seed}"), "group")
+        for quantity in QUANTITIES:
+            if case.places(quantity):
+                found = case.solved(quantity)
+                check(case, quantity, found)
+                programs += len(found.pairs)
+                assert found.value == max(by_linear_program(case, place) for place in case.places(quantity))
+    assert programs
+
+
+# Numbers that are known
+
+
+SEVEN_TENTHS = [[F(7, 10), F(3, 10)], [F(3, 10), F(7, 10)]]
+
+EVEN = [[F(1, 2), F(1, 2)]] * 2
+
+
+def test_one_floor_of_the_theory_page() -> None:
+    case = Case(Setting([SEVEN_TENTHS], [[[F(0), F(1)]] * 2]), [EVEN], Floors((F(1, 2),)))
+    found = case.solved("local")
+    check(case, "local", found)
+    assert (found.value, found.exact, found.pairs) == (F(11, 7), True, ())
+    assert [found.value - k for k in found.multipliers] == [F(8, 7)]
+
+
+def test_floors_in_two_contexts_of_the_theory_page() -> None:
+    """Behind a filter that says nothing of the context one k proves only 2 for the lower floors."""
+    crossed = [[[F(0), F(1)]] * 2, [[F(1), F(0)]] * 2]
+    for floor, value in ((F(2, 5), F(3, 2)), (F(1, 2), F(1))):
+        case = Case(Setting([response_rows(2, F(3, 4))], crossed, [[F(1)], [F(1)]]), [EVEN], Floors((floor, floor)))
+        found = case.solved("local")
+        check(case, "local", found)
+        assert (found.value, found.exact) == (value, True)
+        proofs = {(proof.context, proof.higher, proof.lower): proof.floors for proof in found.pairs}
+        assert set(proofs) == set(case.places("local"))
+        if value > 1:
+            assert proofs[0, 0, 1] == {(0, 1): F(3, 2), (1, 0): F(1)}
+        alone = Case(Setting([response_rows(2, F(3, 4))], crossed[:1]), [EVEN], Floors((floor,)))
+        assert alone.solved("local").value == (2 if value > 1 else F(5, 3))
+
+
+def test_infinite_ratios() -> None:
+    """A floor elsewhere leaves an infinite ratio as it is, but behind a filter that joins the contexts it may not."""
+    identity = [[F(1), F(0)], [F(0), F(1)]]
+    same = [[[F(0), F(1)]] * 2] * 2
+    for rows_x, value in ((None, inf), ([[F(1)], [F(1)]], F(2))):
+        case = Case(Setting([identity], same, rows_x), [EVEN] * (2 if rows_x is None else 1), Floors((F(0), F(1, 2))))
+        found = case.solved("local")
+        check(case, "local", found)
+        assert (found.value, found.exact, found.context) == (value, True, ("c.0",))
+    overall = Case(Setting([identity], same), [EVEN] * 2, Floors((F(0), F(0)), F(1, 2)))
+    assert (overall.solved("local").value, overall.solved("global").value) == (inf, 2)
+    several = Case(Setting([identity], same, releases=3), [EVEN] * 2, Floors((F(0), F(1, 2))))
+    assert (several.solved("local").value, several.solved("local").exact) == (inf, False)
+
+
+def test_floors_that_no_float_can_tell_from_nothing() -> None:
+    for exponent in (-300, -400, 400):
+        unit = F(10) ** exponent
+        case = Case(Setting([SEVEN_TENTHS], [[[F(0), unit]] * 2, [[F(0), F(1)]] * 2]), [EVEN] * 2, Floors((unit / 2, F(1, 10**400))))
+        found = case.solved("local")
+        check(case, "local", found)
+        assert (found.value, found.context) == (F(7, 3), ("c.1",))
+        overall = case.solved("global")
+        check(case, "global", overall)
+        assert overall.value == max(by_linear_program(case, place) for place in case.places("global"))
+
+
+def test_a_policy_below_the_floors_is_refused_and_utilities_that_are_open_are_not_judged() -> None:
+    crossed = [[[F(0), F(1)]] * 2, [[F(1), F(0)]] * 2]
+    case = Case(Setting([SEVEN_TENTHS], crossed, [[F(1)], [F(1)]]), [EVEN], Floors((F(2, 5), F(3, 5))))
+    with pytest.raises(InputError, match="the policy does not keep the declared floors"):
+        case.solved("local")
+    deployment, table = case.subject()
+    assert greatest_ratio_above(deployment, replace(table, given=np.zeros((4, 2), dtype=bool)), "local", case.floors) is None
+
+
+def test_one_k_is_the_best_that_there_is() -> None:
+    """No k proves less: the sums are convex in k, so that those where the best decisions change, and both ends, are enough to look at."""
+    for seed in range(200):
+        rng = Random(f"k {seed}")
+        rows = [random_row(rng, 4, zeros=rng.random() < 0.4) for _ in range(2)]
+        columns = merged_columns([(int(p * 5040), int(q * 5040)) for p, q in zip(*rows, strict=True)])
+        blocks = [[(rng.randint(0, 5), rng.randint(0, 5)) for _ in range(rng.randint(1, 4))] for _ in range(2)]
+        floor = F(rng.randint(0, 40) * sum(q for _, q in columns), 8)
+        value, k = least_bound(columns, [envelope(*map(list, zip(*block, strict=True))) for block in blocks], floor)
+
+        def total(k: Fraction, columns: Any = columns, blocks: Any = blocks) -> Any:
+            return sum(max(p * a - k * q * b for a, b in block) for block in blocks for p, q in columns)
+
+        if value == inf:
+            assert floor == 0 and total(F(10**9)) > 0
+            continue
+        assert isinstance(value, Fraction)
+        best = value if k is None else k
+        assert 0 <= best <= value and total(best) <= (value - best) * floor
+        less = value - F(1, 10**9)
+        changes = {
+            F(p * (a - a2), q * (b - b2)) for p, q in columns if q for block in blocks for a, b in block for a2, b2 in block if b != b2
+        }
+        if less >= 1:
+            assert all(total(other) > (less - other) * floor for other in {F(0), less, *changes} if 0 <= other <= less)
