@@ -53,8 +53,8 @@ SHAPES: dict[str, Any] = {
     "table": {"$ref": "#/$defs/digest"},
     "multipliers": {"type": "array", "items": {"$ref": "#/$defs/nonnegative"}},
     "pairs": {"type": "array"},
-    "attained": {"oneOf": [{"type": "null"}, {"$ref": "#/$defs/attained"}]},
-    "policy": {"oneOf": [{"type": "null"}, {"$ref": "#/$defs/attaining_policy"}]},
+    "attained": {"$ref": "#/$defs/attained"},
+    "policy": {"$ref": "#/$defs/attaining_policy"},
     "interval": {"enum": ["local", "global", *DIFFERENCES]},
 }
 """What the evidence is, by its key; any other key holds a number."""

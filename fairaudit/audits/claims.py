@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.certificates.numbers import number
 from fairaudit.inference.differences import DifferenceInterval
 from fairaudit.inference.interval import Interval
+from fairaudit.model.law import Law
 from fairaudit.tables.values import Label
 from fairaudit.theorems.assumptions import FRESH
-from fairaudit.theorems.bound import Bound
+from fairaudit.theorems.bound import FLOORED, Bound
 from fairaudit.theorems.registry import BY_ID, BY_KEY, SAMPLED, Kind, Relation
-from fairaudit.theorems.supremum import Supremum
+from fairaudit.theorems.supremum import PairProof, Supremum
 from fairaudit.theorems.t05 import t5_independent
 from fairaudit.theorems.t07 import t7
 from fairaudit.words import brief
@@ -92,7 +93,7 @@ def claims_of(result: Result) -> Iterator[Claim]:
         by = next((method for method in interval.methods if method != "binomial"), "binomial")
         yield from _ends(BY_ID[f"{by}-interval"], f"{quantity}_ratio", quantity, interval)
     for supremum in result.suprema:
-        yield _over_policies(supremum, law.assumptions)
+        yield _over_policies(supremum, law)
     for bound in result.bounds:
         if bound.certified:
             yield _by_theorem(bound, law.assumptions)
@@ -146,15 +147,28 @@ def _by_theorem(bound: Bound, about: tuple[str, ...]) -> Claim:
     return Claim(bound.quantity, "<=", bound.value, kind.by, evidence, bound.scope, (*listed, *about))
 
 
-def _over_policies(found: Supremum, about: tuple[str, ...]) -> Claim:
-    """The greatest ratio of the policies of a scope, with where it is attained."""
+def _over_policies(found: Supremum, law: Law) -> Claim:
+    """The greatest ratio of the policies of a scope, with where it is attained, or what bounds it."""
     relation: Relation = "=" if found.exact else "<="
-    attained = (
-        None if found.value == 1 else {"context": _labels(found.context), "higher": _labels(found.higher), "lower": _labels(found.lower)}
-    )
+    named = found.higher is not None
+    attained = {"context": _labels(found.context), "higher": _labels(found.higher), "lower": _labels(found.lower)} if named else None
+    evidence: dict[str, Any] = {"attained": attained}
+    if found.scope == FLOORED:
+        rows = [[number(chance) for chance in row] for row in found.rows]
+        evidence = {
+            "multipliers": [number(k) for k in found.multipliers],
+            "pairs": [_pair_proof(proof, law) for proof in found.pairs],
+            "policy": {"attained": attained, "rows": rows} if named else None,
+        }
     return Claim(
-        f"{found.quantity}_ratio_supremum", relation, found.value, "T13", {"attained": attained}, found.scope, (*found.assumptions, *about)
+        f"{found.quantity}_ratio_supremum", relation, found.value, "T13", evidence, found.scope, (*found.assumptions, *law.assumptions)
     )
+
+
+def _pair_proof(proof: PairProof, law: Law) -> dict[str, Any]:
+    context = None if proof.context is None else law.contexts[proof.context]
+    floors = [[x, a, number(y)] for (x, a), y in proof.floors.items()]
+    return {"context": _labels(context), "higher": list(law.groups[proof.higher]), "lower": list(law.groups[proof.lower]), "floors": floors}
 
 
 def _labels(label: Label | None) -> list[str] | None:

@@ -635,6 +635,8 @@
     ["<=", "T8", ["local_ratio"], [CONTEXT_FILTERS], "policy"],
     ["=", "T13", ["local_ratio_supremum", "global_ratio_supremum"], [POLICIES], "policy"],
     ["=", "T13", ["local_ratio_supremum", "global_ratio_supremum"], [NEAR], "policy"],
+    ["=", "T13", ["local_ratio_supremum", "global_ratio_supremum"], [FLOORED], "policy"],
+    ["<=", "T13", ["local_ratio_supremum", "global_ratio_supremum"], [FLOORED], "policy"],
     ["<=", "T13", RATIOS, [RANGE_FLOORED], "policy"],
     ["<=", "T13", RATIOS, [RANGE], "policy"],
     ["<=", "T3", RATIOS, [CLASS], "class"],

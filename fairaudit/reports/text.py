@@ -384,7 +384,7 @@ def _guarantees(result: Result, quantity: str) -> Iterator[_Guarantee]:
 def _attained(found: Supremum, result: Result) -> str:
     """Where the greatest ratio of the policies of a scope is attained."""
     if not found.exact:
-        return "at most, and no more than 10⁻⁹ too much"
+        return "at most"
     if found.higher is None or found.lower is None:
         return "none of them treats groups unequally"
     columns = result.columns

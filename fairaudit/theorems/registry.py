@@ -36,7 +36,7 @@ from fairaudit.theorems.t04 import t4_in
 from fairaudit.theorems.t05 import t5_decision_in, t5_in
 from fairaudit.theorems.t08 import t8_in
 from fairaudit.theorems.t12 import t12_in
-from fairaudit.theorems.t13_cases import t13_any_policy_in, t13_near_in, t13_range_floored_in, t13_range_in
+from fairaudit.theorems.t13_cases import t13_any_policy_in, t13_floored_in, t13_near_in, t13_range_floored_in, t13_range_in
 
 Relation = Literal["=", "<=", ">="]
 
@@ -439,6 +439,23 @@ KINDS: tuple[Kind, ...] = (
         reaches=t13_near_in,
     ),
     _over_policies(
+        "floored",
+        FLOORED,
+        SUPREMA,
+        says="Multipliers of declared floors bound the ratio of every policy that keeps them; where the relation is =, one of them has it.",
+        how="the worst that a policy above the floor can do",
+        relations=("=", "<="),
+        evidence="multipliers",
+        beside=("pairs", "policy"),
+        code=("fairaudit.theorems.t13_floors.greatest_ratio_above",),
+        coq=(
+            *("T13_floor", "T13_floor_local", "T13_floor_global", "T13_floor_one_k", "T13_floor_one_k_global", "T13_mean_floor"),
+            *("T13_floor_attained", "T13_floor_attained_global"),
+        ),
+        may_assume=(*OF_FLOORS, "releases"),
+        reaches=t13_floored_in,
+    ),
+    _over_policies(
         "range-floored",
         ANY_UTILITY_FLOORED,
         RATIOS,
@@ -575,4 +592,6 @@ def for_any_sampled(kind: Kind | None, scope: str, declared: Mapping[str, Any], 
     """
     if kind is None or not all(name in declared for name in kind.declares):
         return False
-    return scope in (ANY_POLICY, FLOORED) or (scope in (ANY_UTILITY, ANY_UTILITY_FLOORED) and (group_free or "lipschitz" in declared))
+    if scope in (ANY_POLICY, FLOORED):
+        return kind.reaches is None
+    return scope in (ANY_UTILITY, ANY_UTILITY_FLOORED) and (group_free or "lipschitz" in declared)

@@ -29,6 +29,7 @@ from fairaudit.theorems.bound import ANY_POLICY, ANY_UTILITY, ANY_UTILITY_FLOORE
 from fairaudit.theorems.case import Case
 from fairaudit.theorems.supremum import Floors, Supremum
 from fairaudit.theorems.t13 import greatest_ratio
+from fairaudit.theorems.t13_floors import greatest_ratio_above
 from fairaudit.theorems.t13_near import greatest_ratio_near, near_steps
 from fairaudit.theorems.t13_range import UtilityRange, in_each_range, in_population, read_utility_range, t13_range
 
@@ -53,6 +54,15 @@ def t13_near_in(case: Case, quantity: Quantity) -> Supremum | None:
         return None
     found = greatest_ratio_near(case.deployment, case.utility, quantity, case.declared["max_drift"])
     return found and replace(found, scope=NEAR_POLICY, assumptions=assumed(case, quantity, NEAR_POLICY))
+
+
+def t13_floored_in(case: Case, quantity: Quantity) -> Supremum | None:
+    """The greatest ratio of any policy that keeps the declared floors, or what bounds it; None where none is declared."""
+    floors = floors_of(case)
+    found = greatest_ratio_above(case.deployment, case.utility, quantity, floors) if floors and case.narrow else None
+    if found is None or (found.value == inf and not found.exact):
+        return None
+    return replace(found, assumptions=assumed(case, quantity, FLOORED))
 
 
 def t13_range_in(case: Case, quantity: Quantity) -> Bound | None:
