@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -81,6 +82,54 @@ def by_steps(case: Compared) -> Any:
         if not below:
             return INF
         value = sum(p for _, _, p in best) / below
+
+
+# Near a policy
+
+
+def laws_of(p: Policy) -> list[list[Fraction]]:
+    """The laws of the policy under each output."""
+    return [p.at(i, j) for i in p.reach_x for j in p.reach_a]
+
+
+def moved(law: list[Fraction], drift: Fraction, order: Sequence[int]) -> list[Fraction]:
+    """Move so much of a law from the decisions that come first in an order to the one that comes last."""
+    found, left = [*law], drift
+    for u in order:
+        part = min(left, found[u])
+        found[u] -= part
+        left -= part
+    found[order[-1]] += drift - left
+    return found
+
+
+def sums(case: Compared, laws: list[list[Fraction]]) -> tuple[Fraction, Fraction]:
+    """What both groups get of a policy."""
+    both = (
+        sum((t * v for law, row in zip(laws, rows, strict=True) for t, v in zip(law, row, strict=True)), ZERO) for rows in (case.p, case.q)
+    )
+    return next(both), next(both)
+
+
+def near_by_enumeration(case: Compared, laws: list[list[Fraction]], drift: Fraction) -> Any:
+    """The greatest ratio over policies of which each law comes of some order of the decisions: among them are all extreme points."""
+    choices = product(*({tuple(moved(law, drift, order)) for order in permutations(range(len(law)))} for law in laws))
+    return max([Fraction(1), *(ratio(*sums(case, [*map(list, choice)])) for choice in choices)])
+
+
+def near_by_steps(case: Compared, laws: list[list[Fraction]], drift: Fraction) -> Any:
+    """The same by steps, as for all policies."""
+    value = Fraction(1)
+    while True:
+        best = []
+        for law, p, q in zip(laws, case.p, case.q, strict=True):
+            best.append(moved(law, drift, sorted(range(len(law)), key=lambda u: (p[u] - value * q[u], q[u]))))
+        above, below = sums(case, best)
+        if above <= value * below:
+            return value
+        if not below:
+            return INF
+        value = above / below
 
 
 # What is declared

@@ -98,6 +98,8 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ),
     ("local_ratio_supremum", "=", "T13", POLICIES): Rule("local", "attained"),
     ("global_ratio_supremum", "=", "T13", POLICIES): Rule("global", "attained", assumes=(STATED_POPULATION,)),
+    ("local_ratio_supremum", "=", "T13", NEAR): Rule("local", "attained", ("one release",)),
+    ("global_ratio_supremum", "=", "T13", NEAR): Rule("global", "attained", ("one release",), assumes=(STATED_POPULATION,)),
     ("local_ratio", "<=", "T13", ANY_UTILITY): Rule("local", ""),
     ("global_ratio", "<=", "T13", ANY_UTILITY): Rule("global", "", assumes=(STATED_POPULATION,)),
     ("local_ratio", "<=", "T13", ANY_UTILITY_FLOORED): Rule("local", "multipliers"),

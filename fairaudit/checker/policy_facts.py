@@ -16,7 +16,7 @@ from .laws import expectation
 from .likelihoods import Likelihoods
 from .policy_evidence import Attained
 from .rationals import ZERO, Rational, as_pair, extreme_positions, maximum, over_common_denominator, widest_ratio
-from .sides import Range, Sides, global_sides, local_sides
+from .sides import Range, Sides, Worth, global_worth, local_worth, sides_of
 from .table import Policy, Table, constants, globally_compared
 from .text import shown
 from .work import spend
@@ -136,14 +136,35 @@ class PolicyFacts:
         return Likelihoods(self.policy.group, self.policy.releases)
 
     @cached_property
+    def _worth(self) -> dict[bool, Worth]:
+        return {}
+
+    def worth(self, local: bool) -> Worth:
+        """What decisions are worth to the groups, for the local or for the global ratio."""
+        if local not in self._worth:
+            self._worth[local] = local_worth(self.table) if local else global_worth(self.table, self.policy)
+        return self._worth[local]
+
+    @cached_property
     def _sides(self) -> dict[bool, Sides]:
         return {}
 
     def sides(self, local: bool) -> Sides:
-        """What each decision is worth to each group, for the local or for the global ratio."""
+        """The same with like contexts put together, where there is nothing else that tells them apart."""
         if local not in self._sides:
-            self._sides[local] = local_sides(self.table) if local else global_sides(self.table, self.policy)
+            self._sides[local] = sides_of(self.worth(local), local)
         return self._sides[local]
+
+    @cached_property
+    def shown(self) -> list[list[int]]:
+        """The probabilities of the released contexts under each true context, over one denominator."""
+        count = len(self.table.header.contexts)
+        return self.policy.context.matrix()[0] if self.policy.context else [[int(i == j) for j in range(count)] for i in range(count)]
+
+    @cached_property
+    def released(self) -> list[list[int]]:
+        """The probabilities of the released groups under each true group, over one denominator."""
+        return self.policy.group.matrix()[0]
 
     def place(self, attained: Attained, local: bool) -> tuple[int | None, int, int] | str:
         """Find the context and the groups that are named, or say why they are not those of an ordered pair that is compared."""
@@ -159,7 +180,7 @@ class PolicyFacts:
             context = header.contexts.index(attained.context)
         pair: list[int] = []
         for label in (attained.higher, attained.lower):
-            if label not in header.groups or header.groups.index(label) not in self.sides(local).groups:
+            if label not in header.groups or header.groups.index(label) not in self.worth(local).scales:
                 return f"{shown(list(label))} is no group that is compared"
             pair.append(header.groups.index(label))
         return context, pair[0], pair[1]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import chain
 from math import gcd
 
 from .filters import map_of, map_through
@@ -69,49 +70,58 @@ def _sites(flat: Sequence[Sequence[int]], merged: bool) -> tuple[list[tuple[int,
     return [tuple(total * entry for entry in key) for total, key in zip(sums, found, strict=True)], [()] * len(sums)
 
 
-def _gains(table: Table) -> tuple[list[list[int]], int]:
-    """Write the utilities of each true cell over one denominator."""
-    decisions = len(table.header.decisions)
+@dataclass(frozen=True)
+class Worth:
+    """What decisions are worth to the groups: in each true context the g(u,x,a), or in each released one the G_a(x~,u)."""
+
+    rows: list[list[int]]  # by context; in it by group and decision
+    scales: dict[int, int]  # by group that is compared: its numbers are over unit * scale
+    unit: int
+    decisions: int
+
+    def of(self, context: int, group: int) -> list[int]:
+        """List what the decisions are worth to a group in a context."""
+        start = group * self.decisions
+        return self.rows[context][start : start + self.decisions]
+
+
+def local_worth(table: Table) -> Worth:
+    """List the utilities by true context."""
+    groups, decisions = len(table.header.groups), len(table.header.decisions)
     entries, unit = over_common_denominator([entry or (0, 1) for cell in table.cells for entry in cell.utility])
     keep(len(entries))
-    return [entries[i : i + decisions] for i in range(0, len(entries), decisions)], unit
+    width = groups * decisions
+    return Worth([entries[i : i + width] for i in range(0, len(entries), width)], dict.fromkeys(range(groups), 1), unit, decisions)
 
 
-def local_sides(table: Table) -> Sides:
-    """Lay out the utilities by true context."""
-    gains, unit = _gains(table)
-    groups, decisions = len(table.header.groups), len(table.header.decisions)
-    rows = [[entry for cell in gains[i : i + groups] for entry in cell] for i in range(0, len(gains), groups)]
-    return _of_utility(rows, True, dict.fromkeys(range(groups), 1), decisions, unit)
-
-
-def global_sides(table: Table, policy: Policy) -> Sides:
+def global_worth(table: Table, policy: Policy) -> Worth:
     """Add up masses times utilities over what the context filter makes of each true context."""
-    gains, unit = _gains(table)
-    groups, decisions = len(table.header.groups), len(table.header.decisions)
+    utilities = local_worth(table)
+    groups, decisions, unit = len(table.header.groups), utilities.decisions, utilities.unit
     masses, _ = over_common_denominator([cell.mass for cell in table.cells])
     spend(len(masses) * (decisions + 1), max(masses).bit_length(), unit.bit_length())
     keep(len(masses) * decisions, max(masses).bit_length() + unit.bit_length())
-    values = [mass * gain for mass, own in zip(masses, gains, strict=True) for gain in own]
+    gains = chain.from_iterable(utilities.rows)
+    values = [mass * next(gains) for mass in masses for _ in range(decisions)]
     maps = [] if policy.context is None else [map_of([*zip(*f.matrix, strict=True)], f.total) for f in policy.context.factors]
     for each in maps:
         unit *= each.denominator
     width = groups * decisions
     values = map_through(values, maps)
-    rows = [values[i : i + width] for i in range(0, len(values), width)]
     scales = {a: sum(masses[a::groups]) for a in globally_compared(table)}
-    return _of_utility(rows, False, scales, decisions, unit)
+    return Worth([values[i : i + width] for i in range(0, len(values), width)], scales, unit, decisions)
 
 
-def _of_utility(rows: list[list[int]], local: bool, scales: dict[int, int], decisions: int, unit: int) -> Sides:
-    """Lay out rows; only two decisions are needed where what they are worth to different groups is proportional."""
+def sides_of(worth: Worth, local: bool) -> Sides:
+    """Make sites of contexts; only two decisions are needed where what they are worth to different groups is proportional."""
+    rows, decisions = worth.rows, worth.decisions
     spend(sum(map(len, rows)))
     extremes = [_extremes(row, decisions) for row in rows]
     if decisions > 2 and all(extremes):
         rows = [[row[i + u] for i in range(0, len(row), decisions) for u in both] for row, both in zip(rows, extremes, strict=True)]
         decisions = 2
-    sites, sides = _laid_out(rows, local, scales, decisions)
-    return Sides(local, decisions, sites, sides, sides, unit)
+    sites, sides = _laid_out(rows, local, worth.scales, decisions)
+    return Sides(local, decisions, sites, sides, sides, worth.unit)
 
 
 def _extremes(row: Sequence[int], decisions: int) -> tuple[int, ...]:

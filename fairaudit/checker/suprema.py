@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import permutations
+from operator import add
 
 from .claims import Claim
 from .likelihoods import Classes, Likelihoods, PairLaw
@@ -56,7 +57,7 @@ class Pair:
         for p, q in classes:
             c, d = p * self.scale_above * k.denominator, q * self.scale_below * k.numerator
             excess = [c * x - d * y for x, y in zip(self.above, self.below, strict=True)]
-            totals = [total + max(excess[i : i + n]) for total, i in zip(totals, range(0, len(excess), n), strict=True)]
+            totals = [*map(add, totals, excess if n == 1 else map(max, *(excess[u::n] for u in range(n))))]
         return totals, self.unit(over, k)
 
     def exact(self, k: Fraction, site: Site) -> tuple[int, int]:
