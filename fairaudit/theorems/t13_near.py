@@ -47,6 +47,8 @@ Place = tuple[tuple[int, int], Fraction, Literal[1, -1]]
 
 CHUNK = 1 << 18  # numbers that are looked at together
 
+FEW = 64  # pairs that are looked at closely for one that moves a search
+
 SAFE = 1 << 62  # what fits int64 with a bit to spare
 
 TINY = 2.0**-1060  # far more than the underflow of one term
@@ -265,6 +267,8 @@ class _Comparison:
         Labels of the groups.
     contexts : tuple of tuple of str
         Labels of the blocks; none globally.
+    odds : ndarray, shape (blocks, x̃), or None
+        M_X locally, as integers with one sum; None globally, and without a context filter.
     """
 
     filter_rows: Whole
@@ -273,6 +277,7 @@ class _Comparison:
     total: int
     groups: tuple[Label, ...]
     contexts: tuple[Label, ...]
+    odds: Whole | None
     _ends: dict[Fraction, tuple[Whole, Whole]] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -307,6 +312,19 @@ class _Comparison:
             _floats(self.policy, self.total),
         )
 
+    @cached_property
+    def merged(self) -> tuple[Floats, Floats]:
+        """For a bound: gains, indexed [decision, block, group, x̃], and what T gives each group, [block, group, x̃, ã].
+
+        The x̃ that a context is shown as are one: policies that are near T at each of them are so on average.
+        """
+        _, gains, policy = self.floats
+        if self.odds is not None:
+            policy = np.einsum("by,yau->bau", _floats(self.odds, int(self.odds[0].sum())), policy[0])[:, None]
+            gains = gains.sum(axis=2, keepdims=True)
+        given = np.matmul(gains.swapaxes(1, 2), policy.swapaxes(2, 3)).swapaxes(1, 2)
+        return np.ascontiguousarray(np.moveaxis(gains, 3, 0)), np.ascontiguousarray(given)
+
     def ends(self, drift: Fraction) -> tuple[Whole, Whole]:
         """For blind gains: the greatest and the least that policies within the drift give, by block and ã."""
         if drift not in self._ends:
@@ -339,22 +357,51 @@ class _Comparison:
         A sum over U decisions of rounded entries, sorted and accumulated, is off by less than (8U + 64)·2⁻⁵³ times the greatest |αp| + |βq|
         at o; these add up, over n values of o, to at most |α|·(sum over x̃ of the first group's greatest gain) + |β|·(that of the second).
         """
-        largest = max(map(abs, weights))
-        alpha, beta = (weight / largest for weight in weights)
+        alpha, beta = _as_floats(weights)
         if self.blind:
             return self._screen_blind(pairs, alpha, beta, drift)
-        contexts, released, decisions = self.shape
-        rows, gains, policy = self.floats
-        tops = gains.max(axis=3).sum(axis=2)
-        middle, slack = np.empty(len(pairs)), np.empty(len(pairs))
-        error = (8 * decisions + 64 + 4 * contexts * released) * UNIT * 1.1
-        for part, chosen in self.chunks(pairs, contexts * released * decisions):
-            p, q, masses = self.terms(chosen, (rows, gains, policy))
+        middle = np.empty(len(pairs))
+        for part, chosen in self.chunks(pairs, prod(self.shape)):
+            p, q, masses = self.terms(chosen, self.floats)
             value, _ = _raised(alpha * p + beta * q, masses, float(drift))
-            block, higher, lower = chosen
             middle[part] = value.reshape(len(value), -1).sum(axis=1)
-            slack[part] = error * (abs(alpha) * tops[block, higher] + abs(beta) * tops[block, lower])
-        return middle, slack + contexts * released * decisions * TINY
+        return middle, self._slack(self._sizes(pairs, weights))
+
+    def rough(self, pairs: Positions, weights: tuple[int, int], drift: Fraction, sign: int) -> tuple[Floats, Floats]:
+        """What sign·(the greatest Σ T'(αp + βq)) of the pairs is at most, sooner and less closely than in `screen`, and their sizes.
+
+        No mass gains more than what the best decision is above the worst, and a policy within the drift moves as much from every decision.
+        Rounding errors are fewer than those of `screen`.
+        """
+        sizes = self._sizes(pairs, weights)
+        if self.blind:
+            middle, slack = self.screen(pairs, weights, drift)
+            return sign * middle + slack, sizes
+        alpha, beta = _as_floats(weights)
+        rows, moved, (gains, given) = self.floats[0], float(drift), self.merged
+        bound = np.empty(len(pairs))
+        for part, (block, higher, lower) in self.chunks(pairs, gains.shape[0] * gains.shape[3] * rows.shape[1]):
+            one, other = alpha * rows[higher][:, None], beta * rows[lower][:, None]
+            values = one * gains[:, block, higher][..., None]
+            values += other * gains[:, block, lower][..., None]
+            most, kept = values.max(axis=0), one * given[block, higher] + other * given[block, lower]
+            top = np.minimum(kept + moved * (most - values.min(axis=0)), most) if sign > 0 else moved * (kept - most) - kept
+            bound[part] = top.sum(axis=(1, 2))
+        return bound + self._slack(sizes), sizes
+
+    def _sizes(self, pairs: Positions, weights: tuple[int, int]) -> Floats:
+        """What no |Σ T'(αp + βq)| exceeds but for rounding."""
+        alpha, beta = _as_floats(weights)
+        tops = self.floats[1].max(axis=3).sum(axis=2)
+        block, higher, lower = self.pairs[pairs].T
+        one, other = (tops[block, 0 if self.blind else group] for group in (higher, lower))
+        sizes: Floats = np.maximum(abs(alpha) * one + abs(beta) * other, TINY)
+        return sizes
+
+    def _slack(self, sizes: Floats) -> Floats:
+        contexts, released, decisions = self.shape
+        error = (8 * decisions + 64 + 4 * contexts * released) * UNIT * 1.1
+        return error * sizes + contexts * released * decisions * TINY
 
     def _screen_blind(self, pairs: Positions, alpha: float, beta: float, drift: Fraction) -> tuple[Floats, Floats]:
         most, least = self.ends(drift)
@@ -406,8 +453,9 @@ class _Comparison:
         """The first pair of which some policy within the drift gives the lower group nothing and the higher something."""
         movable = drift.numerator * self.total // drift.denominator
         gives, shown_to = self.gains > 0, self.filter_rows > 0
-        groups = range(len(self.groups))
-        lost = np.array([[self._can_lose(block, group, movable) for group in groups] for block in range(len(gives))])
+        lost = ~np.repeat(np.any(np.all(gives, axis=3), axis=2), len(self.groups) if self.blind else 1, axis=1)
+        for block, group in np.argwhere(lost).tolist():
+            lost[block, group] = self._can_lose(block, group, movable)
         pairs = np.flatnonzero(lost[self.pairs[:, 0], self.pairs[:, 2]])
         block, higher, lower = self.pairs[pairs].T
         one, other = (gives[block, 0 if self.blind else group] for group in (higher, lower))
@@ -425,8 +473,6 @@ class _Comparison:
     def _can_lose(self, block: int, group: int, movable: int) -> bool:
         """Whether a group's utility in a block can become 0 by moving so much mass at each o."""
         gives = self.gains[block, 0 if self.blind else group] > 0
-        if gives.all(axis=1).any():
-            return False
         policy = self.policy[block if len(self.policy) > 1 else 0][:, self.filter_rows[group] > 0]
         return bool((np.where(gives[:, None, :], policy, 0).sum(axis=2) <= movable).all())
 
@@ -478,6 +524,7 @@ def _comparison(deployment: Deployment, utility_table: UtilityTable, quantity: Q
         total=total,
         groups=tuple(groups[a] for a in positions),
         contexts=contexts if quantity == "local" else (),
+        odds=odds if quantity == "local" else None,
     )
 
 
@@ -513,6 +560,13 @@ def _floats(array: Whole, bottom: int) -> Floats:
         return np.array([value / bottom for value in array.ravel().tolist()], dtype=np.float64).reshape(array.shape)
     divided: Floats = array / bottom
     return divided
+
+
+def _as_floats(weights: tuple[int, int]) -> tuple[float, float]:
+    """α and β, of which the greater is 1."""
+    largest = max(map(abs, weights))
+    alpha, beta = (weight / largest for weight in weights)
+    return alpha, beta
 
 
 def _kind(bound: int) -> Any:
@@ -564,6 +618,18 @@ def _settle(
     point, left = start, np.arange(len(found.pairs))
     while True:
         weights, drift, sign = at(point)
+        bound, sizes = found.rough(left, weights, drift, sign)
+        left, relative = left[bound > 0], (bound / sizes)[bound > 0]
+        if len(left) > FEW:
+            likely = left[np.argpartition(-relative, FEW)[:FEW]]
+            middle, slack = found.screen(likely, weights, drift)
+            best = int(np.argmax(sign * middle))
+            moved = move(int(likely[best]), point) if sign * middle[best] > slack[best] else point
+            if moved is None:
+                return None, left
+            if moved != point:
+                point = moved
+                continue
         middle, slack = found.screen(left, weights, drift)
         open_still = sign * middle + slack > 0
         left, middle = left[open_still], sign * middle[open_still]
