@@ -28,6 +28,7 @@ from fairaudit.model.mechanism import Mechanism, RandomizedResponse
 from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.utility import Utility, UtilityTable
 from fairaudit.privacy.pairs import joined_columns, merged_columns
+from fairaudit.theorems import t13_problems
 from fairaudit.theorems.applicable import guarantees
 from fairaudit.theorems.bound import ANY_POLICY
 from fairaudit.theorems.case import Case
@@ -347,6 +348,19 @@ def test_sums_are_those_of_all_decisions() -> None:
                 _, taken, given_ = max((p * a - value * q * b, q * b, p * a) for a, b in block)
                 top, low = top + given_, low + taken
         assert best_sums(columns, [envelope(*map(list, zip(*block, strict=True))) for block in blocks], value) == (top, low)
+
+
+@pytest.mark.parametrize("above", [0, 1 << 45])
+def test_pairs_that_are_alike_are_one_with_the_least_rank(above: int) -> None:
+    rng = Random("alike")
+    found, least = t13_problems._Found(repeats=True), dict[int, int]()
+    for start in (0, 1000, 500):
+        keys, ranks = [above + rng.randint(0, 40) for _ in range(100)], rng.sample(range(start, (1 << 20) + start), 100)
+        found.add(np.array(keys), np.array(ranks), at_once=start == 1000)
+        for key, rank in zip(keys, ranks, strict=True):
+            least[key] = min(rank, least.get(key, rank))
+    found.merge()
+    assert dict(zip(found.keys.tolist(), found.ranks.tolist(), strict=True)) == least
 
 
 def test_a_few_ratios_stand_for_all_of_them_on_the_safe_side() -> None:
