@@ -142,6 +142,44 @@ def response_pair(k: int, keep: Fraction) -> tuple[list[Fraction], list[Fraction
     return [keep, lie, *rest], [lie, keep, *rest]
 
 
+def worst_by_outputs(k: int, keep: Fraction, gamma: Fraction, least: Fraction, gap: Fraction) -> Any:
+    """The greatest ratio over all sets of outputs at which the most is paid: the first group has `gap` more than the second throughout."""
+    span, worst = gamma - gap - least, F(1)
+    for paid in product([0, 1], repeat=2 if k == 2 else 3):
+        top, low = (sum(v for v, taken in zip(row, paid, strict=True) if taken) for row in response_pair(k, keep))
+        above, below = gap + least + span * top, least + span * low
+        worst = max(worst, above / below if below else inf if above else F(1))
+    return worst
+
+
+@pytest.mark.slow
+def test_the_closed_form_keeps_every_target_and_the_next_step_breaks_it() -> None:
+    """Numbers of values, least utilities, gaps between groups and targets, without a floor."""
+    rng = random.Random("closed form")
+    kept = missed = 0
+    for _ in range(SETTINGS):
+        k = rng.choice([2, 3, 4, 7, 16, 64, 200])
+        gamma = F(rng.randint(1, 50), rng.randint(1, 10))
+        least = gamma * F(rng.choice([0, rng.randint(0, 99), rng.randint(1, 1000)]), 1000)
+        target = 1 + F(rng.randint(1, 400), 100) ** rng.choice([1, 2]) / rng.choice([1, 10])
+        # A gap of up to twice what the target leaves room for, where there is any, so that both answers are frequent.
+        gap = min(gamma - least, rng.choice([F(0), F(rng.randint(1, 200), 100) * least * (target - 1)]))
+        found = calibrate(max_ratio=target, groups=k, gamma=gamma, g_min=least, lipschitz=gap)
+        if not found.feasible:
+            missed += 1
+            assert found.settled
+            assert worst_by_outputs(k, F(1, k), gamma, least, gap) > target
+            continue
+        keep = found.keep_probabilities[0]
+        assert worst_by_outputs(k, keep, gamma, least, gap) == found.achieved <= target
+        if keep + F(1, 10**6) <= 1:
+            kept += 1
+            assert worst_by_outputs(k, keep + F(1, 10**6), gamma, least, gap) > target
+        else:
+            assert keep == 1 or worst_by_outputs(k, F(1), gamma, least, gap) > target
+    assert kept > SETTINGS // 2 and missed > SETTINGS // 50
+
+
 def worst_in_range(keeps: Sequence[tuple[int, Fraction]], numbers: Sequence[Fraction]) -> Any:
     """The greatest ratio over all pairs of tuples, by exact linear programs: attributes are equal or differ."""
     equal, worst = ([F(1)], [F(1)]), F(1)
