@@ -41,6 +41,7 @@ _NAMES = {
     ),
     "fairaudit.filters.model_free": ("design_model_free",),
     "fairaudit.filters.with_policy": ("design",),
+    "fairaudit.filters.with_utility": ("design_utility",),
     "fairaudit.inference.comparisons": ("Comparison",),
     "fairaudit.inference.hypothesis_tests": (
         "EpsilonRefutation",
@@ -163,6 +164,7 @@ if TYPE_CHECKING:
     from fairaudit.filters.frontiers import frontier as frontier
     from fairaudit.filters.model_free import design_model_free as design_model_free
     from fairaudit.filters.with_policy import design as design
+    from fairaudit.filters.with_utility import design_utility as design_utility
     from fairaudit.inference.comparisons import Comparison as Comparison
     from fairaudit.inference.hypothesis_tests import EpsilonRefutation as EpsilonRefutation
     from fairaudit.inference.hypothesis_tests import NoiseFloor as NoiseFloor

@@ -15,11 +15,13 @@ if TYPE_CHECKING:
 
     from fairaudit.filters.design_result import Design
     from fairaudit.model.mechanism import Mechanism
+    from fairaudit.model.utility import UtilityTable
 
 DESCRIPTION = """\
 Find the filter of least expected distortion (the probability that a lie is released, or costs of your own) for a fairness target, a cap on
-epsilon, or both: for the known policy of an audit file, or for every policy behind the filter that keeps a declared floor. With several
-attributes the filter acts on them jointly."""
+epsilon, or both: for the known policy of an audit file, for every policy behind the filter and the utility of that file (--bound exact), or
+for every policy and every utility of a range (--groups; with a declared floor every policy that keeps it). With several attributes the
+filter acts on them jointly. The answer names its scope."""
 
 EPILOG = """\
 exit codes: 0 found; 1 infeasible (the reason says why); 2 bad input
@@ -28,11 +30,15 @@ examples:
   fairaudit design audit.toml --max-ratio 0.8 -o filter.csv
   fairaudit design audit.toml --max-ratio 5/4 --max-epsilon 2 --distortion costs.csv -o filter.csv
   fairaudit design audit.toml --max-log 0.05,0.1,0.2,0.5 --plot frontier.png
+  fairaudit design audit.toml --max-ratio 5/4 --bound exact
   fairaudit design --groups 16 --max-ratio 0.8 --tau 0.3
+  fairaudit design --groups 16 --max-ratio 5/4 --g-min 0.1
   fairaudit privacy filter.csv
 
 The file written is a table of exact fractions that fairaudit privacy reads, and AUDIT.toml with [filter.group] kind = "table". The file of
 costs has one row per pair: columns input…, output…, distortion; rows for a release of the truth may be left out and cost nothing."""
+
+BOUNDS = ("policy", "exact")
 
 SHOWN_GROUPS = 8
 
@@ -48,10 +54,16 @@ def add(commands: Any) -> None:
     cap.add_argument("--max-epsilon", metavar="E", help="cap on epsilon of the whole filter, in nats")
     cap.add_argument("--max-exp-epsilon", metavar="Q", help="the same as e^ε, such as 7/3")
     parser.add_argument("--distortion", metavar="FILE.csv", help="what each release costs (1 for a lie)")
-    free = parser.add_argument_group("for every policy that keeps a floor, instead of the known one")
+    parser.add_argument(
+        "--bound", choices=BOUNDS, help="whom to guard: this policy, that of the audit file (policy, its default), or any policy (exact)"
+    )
+    parser.add_argument("--global", dest="overall", action="store_true", help="the limit is on the global ratio (with --bound exact)")
+    free = parser.add_argument_group("for every policy and every utility of a range, instead of the utility of an audit file")
     free.add_argument("--groups", metavar="K", help="number of groups, or name=2,age=5,… for joint attributes; without an audit file")
     free.add_argument("--tau", metavar="T", help="declared floor of every group's expected utility behind the filter (0: none)")
     free.add_argument("--gamma", metavar="G", help="greatest utility (1, or that of the audit file)")
+    free.add_argument("--g-min", metavar="M", help="least utility, which every policy pays (0)")
+    free.add_argument("--lipschitz", metavar="K", help="most by which utility differs between groups for the same decision and context (0)")
     parser.add_argument("-o", "--output", metavar="FILE.csv", help="write the filter here")
     parser.add_argument("--plot", metavar="FILE", help="draw the truth kept over the targets (PNG, SVG or PDF)")
     add_format(parser)
@@ -159,29 +171,68 @@ def _solver(arguments: argparse.Namespace) -> Callable[[Mapping[str, Any]], Desi
     from fairaudit.errors import InputError
     from fairaudit.filters.model_free import design_model_free
     from fairaudit.filters.with_policy import design
+    from fairaudit.filters.with_utility import design_utility
 
     options: dict[str, Any] = {"max_epsilon": arguments.max_epsilon, "max_exp_epsilon": arguments.max_exp_epsilon}
+    constants = {name: getattr(arguments, name) for name in ("tau", "gamma", "g_min", "lipschitz")}
+    if arguments.overall and (arguments.audit is None or arguments.bound != "exact"):
+        raise InputError("--global goes with an audit file and --bound exact")
     if arguments.audit is None:
+        if arguments.bound == "policy":
+            raise InputError("--bound policy needs an audit file with [policy] and [utility]")
         if arguments.groups is None:
             raise InputError("neither an audit file nor --groups was given; name the file of a policy, or give the number of groups")
         groups: Any = groups_option(arguments.groups)
         width = len(groups) if isinstance(groups, dict) else 1
         options["distortion"] = _costs(arguments.distortion, width)
-        options.update(tau=arguments.tau or 0, gamma=arguments.gamma or 1)
+        options.update({name: value for name, value in constants.items() if value is not None})
         return lambda target: design_model_free(groups, **target, **options)
     if arguments.groups is not None:
         raise InputError("--groups goes without an audit file; the policy has its own groups")
+    ranged = [name for name in ("tau", "g_min", "lipschitz") if constants[name] is not None]
+    if ranged and (arguments.bound == "policy" or arguments.overall):
+        kept = "--global" if arguments.overall else "--bound policy"
+        raise InputError(f"--{ranged[0].replace('_', '-')} does not go with {kept}: it asks for every utility of a range, locally")
+    if arguments.gamma is not None and not ranged:
+        raise InputError("--gamma goes with --tau, --g-min or --lipschitz; the utility of the audit file needs none of them")
     policy, utility, population = read_policy(arguments.audit)
     columns = policy.law.columns.group
     options["distortion"] = _costs(arguments.distortion, len(columns))
-    if arguments.tau is None:
-        if arguments.gamma is not None:
-            raise InputError("--gamma goes with --tau; the known policy needs neither")
-        return lambda target: design(policy, utility, population=population, **target, **options)
+    if not ranged:
+        options["population"] = population
+        if arguments.bound == "exact":
+            options["quantity"] = "global" if arguments.overall else "local"
+            return lambda target: design_utility(policy, utility, **target, **options)
+        return lambda target: design(policy, utility, **target, **options)
     table = utility.on(policy.law)
-    if table.depends_on_group:
-        raise InputError("--tau asks for a guarantee for every policy, which needs a utility that does not depend on the group")
-    return _free(policy, population, {"tau": arguments.tau, "gamma": arguments.gamma or table.gamma, **options})
+    if table.depends_on_group and arguments.lipschitz is None:
+        raise InputError(
+            "--tau and --g-min ask for a guarantee for every utility of a range, and this one depends on the group; say by how much with "
+            "--lipschitz, or leave them out and use --bound exact"
+        )
+    given = {name: value for name, value in constants.items() if value is not None}
+    _refuse_contradictions(given, table)
+    return _free(policy, population, {"gamma": table.gamma, **given, **options})
+
+
+def _refuse_contradictions(given: Mapping[str, str], table: UtilityTable) -> None:
+    """Refuse a range in which the utility of the audit file is not."""
+    from fairaudit.errors import InputError
+    from fairaudit.exact.rationals import at_least
+    from fairaudit.words import approximate
+
+    numbers = {name: at_least(name, value, 0) for name, value in given.items()}
+    least, greatest, gap = numbers.get("g_min", table.m), numbers.get("gamma", table.gamma), numbers.get("lipschitz", table.lipschitz())
+    for name, wrong, own in (
+        ("g_min", least > table.m, table.m),
+        ("gamma", greatest < table.gamma, table.gamma),
+        ("lipschitz", gap < table.lipschitz(), table.lipschitz()),
+    ):
+        if wrong:
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(
+                f"{option} is {given[name]}, but the utility of the audit file has {approximate(own)}; a range around it is accepted"
+            )
 
 
 def _free(policy: Any, population: Any, options: Mapping[str, Any]) -> Callable[[Mapping[str, Any]], Design]:
@@ -229,7 +280,7 @@ def _costs(path: str | None, width: int) -> dict[Any, Any] | None:
 
 def _as_options(message: str) -> str:
     """Name options instead of arguments."""
-    for name in ("max_ratio", "max_log", "max_exp_epsilon", "max_epsilon", "tau", "gamma"):
+    for name in ("max_ratio", "max_log", "max_exp_epsilon", "max_epsilon", "tau", "gamma", "g_min", "lipschitz"):
         option = "--" + name.replace("_", "-")
         for ending in (" is ", ":"):
             if message.startswith(name + ending):
@@ -241,7 +292,7 @@ def _goal(found: Design) -> str:
     from fairaudit.measures.limits import limit_text
     from fairaudit.words import approximate
 
-    parts = [] if found.target is None else [limit_text("local", "ratio", found.target)]
+    parts = [] if found.target is None else [limit_text(found.quantity, "ratio", found.target)]
     parts += [] if found.max_exp_epsilon is None else [f"e^ε at most {approximate(found.max_exp_epsilon)}"]
     return " and ".join(parts)
 
@@ -323,7 +374,7 @@ def _entry(found: Design) -> dict[str, Any]:
         return None if value is None else number(value)
 
     return {
-        "quantity": "local",
+        "quantity": found.quantity,
         "max_ratio": exact(found.target),
         "readings": None if found.target is None else limit_readings("ratio", found.target),
         "max_exp_epsilon": exact(found.max_exp_epsilon),

@@ -218,6 +218,11 @@ def calibrate(
     )
 
 
+def calibrate_range(target: Fraction, groups: Groups, declared: UtilityRange) -> Calibration:
+    """The calibration that is exact for a range of utilities, with or without a floor."""
+    return calibrate(max_ratio=target, groups=groups, gamma=declared.gamma, tau=declared.tau, g_min=declared.m, lipschitz=declared.gap)
+
+
 def _search(target: Fraction, rule: Rule, setting: _Setting, attributes: Mapping[str, tuple[Any, ...]], split: Split) -> Calibration:
     """Calibrate by one rule; the quantity is filled in by the caller."""
     guarantee = _guarantee(rule, setting)
@@ -238,7 +243,7 @@ def _search(target: Fraction, rule: Rule, setting: _Setting, attributes: Mapping
         hidden = guarantee(ResponseLine(attributes, split).on_grid(0))
         return replace(found, reason=_why(rule, setting, hidden.value), scope=hidden.scope)
     proof = guarantee(found.mechanism)
-    return replace(found, scope=proof.scope, assumptions=_judge(proof))
+    return replace(found, scope=proof.scope, assumptions=premises(proof))
 
 
 def greatest_keep(target: Fraction, line: ResponseLine, declared: UtilityRange) -> Fraction | None:
@@ -303,10 +308,11 @@ def calibrated(target: Fraction, rule: str, mechanism: Mechanism, achieved: Exte
 
 
 def _result(target: Fraction, rule: str, mechanism: Mechanism, proof: Bound, reason: str) -> Calibration:
-    return replace(calibrated(target, rule, mechanism, proof.value, reason), scope=proof.scope, assumptions=_judge(proof))
+    return replace(calibrated(target, rule, mechanism, proof.value, reason), scope=proof.scope, assumptions=premises(proof))
 
 
-def _judge(proof: Bound) -> tuple[str, ...]:
+def premises(proof: Bound) -> tuple[str, ...]:
+    """What the reader of a guarantee must judge."""
     return tuple(text for text in proof.assumptions if not text.startswith("the group filter multiplies"))
 
 

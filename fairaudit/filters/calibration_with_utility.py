@@ -18,7 +18,7 @@ from fairaudit.filters.responses import ResponseLine, Split, alphabets
 from fairaudit.filters.targets import calibration_target, ratio_and_log
 from fairaudit.measures.limits import ALONE, Quantity, without_bare_limits
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.model.policy import Policy, Population
+from fairaudit.model.policy import Deployment, Policy, Population
 from fairaudit.model.utility import Utility, UtilityTable, Values
 from fairaudit.theorems.assumptions import FRESH, POPULATION
 from fairaudit.theorems.bound import ANY_POLICY
@@ -76,15 +76,7 @@ def calibrate_utility(
     """
     target = calibration_target(max_ratio, max_log, quantity)
     attributes = alphabets(policy)
-    wanted = utility if isinstance(utility, Utility) else Utility(utility)
-    # Behind a filter that hides the group every decision that can follow has weight, so that a utility with gaps is refused here.
-    hidden = policy.behind(group=ResponseLine(attributes, split).on_grid(0), population=population)
-    table = wanted.on(hidden.law)
-    if table.given is not None:
-        raise InputError(
-            "the utility of a decision that this policy never takes in some context is not given, and other policies may take it there; "
-            "give it, or calibrate for this policy alone (calibrate_policy, or --bound policy)"
-        )
+    hidden, table = every_policy(policy, utility, ResponseLine(attributes, split).on_grid(0), population)
 
     def value(mechanism: Mechanism) -> Extended:
         found = greatest_ratio(replace(hidden, group_filter=mechanism), table, quantity)
@@ -99,9 +91,31 @@ def calibrate_utility(
 
     found = best_tilt(on_line, attributes, split)
     if not found.feasible:
-        found = replace(found, reason=_why(value(hidden.group_filter), quantity))
+        found = replace(found, reason=why_not_for_every_policy(value(hidden.group_filter), quantity))
     assumptions = (FRESH, POPULATION) if quantity == "global" else (FRESH,)
     return replace(found, quantity=quantity, scope=ANY_POLICY, assumptions=assumptions)
+
+
+def every_policy(
+    policy: Policy, utility: Utility | Values, hiding: Mechanism, population: Population | None
+) -> tuple[Deployment, UtilityTable]:
+    """Groups, contexts and population behind a filter that hides the group, and the utility of every decision there.
+
+    Raises
+    ------
+    InputError
+        If the utility of a decision that some policy may take is not given.
+    """
+    wanted = utility if isinstance(utility, Utility) else Utility(utility)
+    # Behind a filter that hides the group every decision that can follow has weight, so that a utility with gaps is refused here.
+    hidden = policy.behind(group=hiding, population=population)
+    table = wanted.on(hidden.law)
+    if table.given is not None:
+        raise InputError(
+            "the utility of a decision that this policy never takes in some context is not given, and other policies may take it there; "
+            "give it, or ask for this policy alone (--bound policy)"
+        )
+    return hidden, table
 
 
 def _widest_range(table: UtilityTable) -> UtilityRange | None:
@@ -114,12 +128,12 @@ def _widest_range(table: UtilityTable) -> UtilityRange | None:
     return UtilityRange(Fraction(top), Fraction(least))
 
 
-def _why(hidden: Extended, quantity: Quantity) -> str:
-    """Why no filter of the group holds the target for every policy, and what would."""
+def why_not_for_every_policy(hidden: Extended, quantity: Quantity) -> str:
+    """Why no filter of the group holds a target for every policy, from what one that hides the group guarantees, and what would."""
     cause = "the utility itself depends on the group"
     if quantity == "global":
         cause += ", or groups are spread over the contexts differently"
-    alone = "; for this policy alone a target may be within reach (calibrate_policy, or --bound policy)"
+    alone = "; for this policy alone a target may be within reach (--bound policy)"
     if not isinstance(hidden, Fraction):
         return (
             f"even behind a filter that hides the group some policy gives one group nothing and another something, because {cause}{alone}"

@@ -7,11 +7,14 @@ from dataclasses import replace
 from fractions import Fraction
 from math import inf
 
+from fairaudit.exact.extended import ONE, Extended
+from fairaudit.filters.calibration import calibrate_range
 from fairaudit.filters.design_result import Design
 from fairaudit.filters.problem import Problem
 from fairaudit.filters.search import Search
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, RandomizedResponse
 from fairaudit.privacy.epsilon_delta import exp_epsilon
+from fairaudit.theorems.t13_range import UtilityRange
 
 
 def best_design(problem: Problem, response: Sequence[Mechanism], search: Search) -> Design:
@@ -78,12 +81,41 @@ def _symmetric(problem: Problem) -> Mechanism | None:
     on = {problem.prices[a][a] for a in range(size)}
     if (problem.gains and problem.target is not None) or len(off) > 1 or len(on) > 1 or min(on) > min(off):
         return None
-    factor: Fraction | None = problem.cap
-    if problem.target is not None and problem.level is not None:
-        part = problem.level * (problem.target - 1)
-        options = [problem.target, (1 - problem.level) / (1 - problem.level * problem.target)]
-        options += [(1 + (size - 1) * part) / (1 - part)] if part < 1 else []
-        factor = max(options) if factor is None else min(factor, max(options))
-    if factor is None:
+    factors: list[Extended] = [] if problem.cap is None else [problem.cap]
+    if problem.target is not None and problem.floored is not None:
+        factors.append(_floored_factor(size, problem.target, problem.floored))
+    elif problem.target is not None and problem.sums:
+        factor = _factor_for_sums(problem)
+        if factor is None:
+            return None
+        factors.append(factor)
+    factor = min(factors, default=inf)
+    if factor == inf:
         return replace(Identity(problem.labels), columns=problem.columns)
     return replace(RandomizedResponse(problem.labels, exp_epsilon=factor), columns=problem.columns)
+
+
+def _floored_factor(size: int, target: Fraction, declared: UtilityRange) -> Extended:
+    """The greatest e^ε of randomized response whose guarantee for every policy that keeps a floor is at most the target."""
+    if declared.m or declared.gap:
+        return calibrate_range(target, size, declared).exp_epsilon if target > 1 else ONE
+    level = declared.tau / declared.gamma
+    part = level * (target - 1)
+    options = [target, (1 - level) / (1 - level * target)]
+    return max([*options, (1 + (size - 1) * part) / (1 - part)] if part < 1 else options)
+
+
+def _factor_for_sums(problem: Problem) -> Extended | None:
+    """The greatest e^ε of randomized response that keeps the sums of every ordered pair of groups, if these are alike; else None.
+
+    They are where all pairs have one block with one better decision, worth the same to both groups: H_{R*} ≤ c.
+    """
+    size, target = problem.size, problem.target
+    (blocks, room), *others = {(part.blocks, part.room) for part in problem.sums}
+    if others or len(problem.sums) < size * (size - 1) or [len(better) for better in blocks] != [1] or room < 0 or target is None:
+        return None
+    ((worth, lost),) = blocks[0]
+    if lost != target * worth:
+        return None
+    keep = ((size - 1) * Fraction(room, worth) + target) / (size - 1 + target)
+    return keep * (size - 1) / (1 - keep) if keep < 1 else inf

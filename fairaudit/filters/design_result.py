@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from fairaudit.errors import Infeasible, InputError
 from fairaudit.exact.extended import Extended, extended_pair
+from fairaudit.measures.limits import Quantity
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.currencies import Enclosure
 from fairaudit.privacy.epsilon_delta import epsilon_enclosure
@@ -52,6 +53,8 @@ class Design:
         design is never worse. None if there is none.
     reason : str
         Why there is no filter, or what else is to be said.
+    quantity : {"local", "global"}
+        What the target limits.
 
     Examples
     --------
@@ -78,6 +81,7 @@ class Design:
     response_distortion: Fraction | None = None
     response_truth_kept: Fraction | None = None
     reason: str = ""
+    quantity: Quantity = "local"
 
     def require(self) -> Design:
         """Give itself back, or refuse to go on without a filter.

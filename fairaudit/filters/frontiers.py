@@ -63,6 +63,8 @@ class DesignOptions(TypedDict, total=False):
     groups: Groups
     tau: Number
     gamma: Number
+    g_min: Number
+    lipschitz: Number
     population: Population | Masses | None
     distortion: Distortion | None
     max_epsilon: Number | None

@@ -9,11 +9,15 @@ from math import inf, sqrt
 import numpy as np
 
 from fairaudit.errors import InputError
+from fairaudit.exact.extended import ZERO
 from fairaudit.exact.linear_programs import ask_solver, distribution_sums, solver_float, solver_floats
+from fairaudit.filters.policy_sums import sums_of_range
 from fairaudit.filters.problem import Problem
 from fairaudit.filters.program import TOLERANCE, entry_prices, table_rows
 from fairaudit.filters.repair import repaired_filter
 from fairaudit.filters.search import Found, filters_by_program
+from fairaudit.model.mechanism import Mechanism
+from fairaudit.theorems.t13_range import UtilityRange
 
 GRID_POINTS = 9
 """Values of k between the ends of its range that are looked at first: the cost over k is smooth, with one or two valleys."""
@@ -29,36 +33,52 @@ MAX_MODEL_FREE = 16
 
 
 def filters_by_one_k(problem: Problem) -> Found:
-    """The best filters that one k certifies. At the ends of its range, R* and (1 − t·R*)/(1 − t), k is a cap on ε."""
-    level, target = problem.level, problem.target
-    if level is None or target is None:
+    """The best filters that one k certifies: H_k ≤ (τ·(R* − k) + (k − 1)·m − K)/(γ − K − m) for each ordered pair of rows.
+
+    At the least k the right side is 1 − k, a cap on ε. At the greatest it is that of a policy without a floor, at R*, or 0, a cap too.
+    """
+    floored, target = problem.floored, problem.target
+    if floored is None or target is None:
         return filters_by_program(problem)
-    least = (1 - level * target) / (1 - level)
-    widest = max(target, 1 / least)
-    capped = replace(problem, target=None, level=None, cap=widest if problem.cap is None else min(widest, problem.cap))
-    found, _, _ = filters_by_program(capped)
-    if target == 1:
-        return found, None, ""
-    if problem.size > MAX_MODEL_FREE:
+    if target > 1 and problem.size > MAX_MODEL_FREE:
         raise InputError(
             f"a design without a policy accepts up to {MAX_MODEL_FREE} groups that differ in frequency or distortion, not {problem.size}; "
             "with equal frequencies and the default distortion there is no such limit"
         )
-    for values in _tables_over_k(problem, level, target, least):
+    tau, m, gap = floored.tau, floored.m, floored.gap
+    least = (floored.gamma - tau * target) / (floored.gamma - gap - tau) if floored.gamma - gap > tau else ZERO
+    greatest = min(target, (tau * target - m - gap) / (tau - m))
+    caps = [1 / least] if least else []
+    found: list[tuple[Mechanism, str]] = []
+    if _room(floored, target, greatest):
+        found += filters_by_program(replace(problem, floored=None, sums=sums_of_range(problem.size, floored, target)))[0]
+    else:
+        caps.append(greatest)
+    if caps:
+        widest = max(caps) if problem.cap is None else min(max(caps), problem.cap)
+        found += filters_by_program(replace(problem, target=None, floored=None, cap=widest))[0]
+    if target == 1:
+        return found, None, ""
+    for values in _tables_over_k(problem, floored, target, least, greatest):
         repaired = repaired_filter(problem, values)
         if repaired is not None:
             found.append((repaired, "linear program for one common k, rounded and mixed until exact"))
     return found, None, ""
 
 
-def _tables_over_k(problem: Problem, level: Fraction, target: Fraction, least: Fraction) -> list[list[float]]:
+def _room(floored: UtilityRange, target: Fraction, k: Fraction) -> Fraction:
+    """What H_k may be at most."""
+    return (floored.tau * (target - k) + (k - 1) * floored.m - floored.gap) / floored.span
+
+
+def _tables_over_k(problem: Problem, floored: UtilityRange, target: Fraction, least: Fraction, greatest: Fraction) -> list[list[float]]:
     """Grid, then golden section around its best point; the best table of each."""
-    low, high = max(solver_float(least), LEAST_K), solver_float(target)
+    low, high = max(solver_float(least), LEAST_K), solver_float(greatest)
     known: dict[float, tuple[float, list[float]]] = {}
 
     def value(k: float) -> float:
         if k not in known:
-            known[k] = _solve_for_k(problem, solver_float(level), solver_float(target), k)
+            known[k] = _solve_for_k(problem, k, solver_float(_room(floored, target, Fraction(k))))
         return known[k][0]
 
     inside = [low * (high / low) ** (i / (GRID_POINTS + 1)) for i in range(1, GRID_POINTS + 1)]
@@ -80,8 +100,8 @@ def _tables_over_k(problem: Problem, level: Fraction, target: Fraction, least: F
     return [table for table in tables if table]
 
 
-def _solve_for_k(problem: Problem, level: float, target: float, k: float) -> tuple[float, list[float]]:
-    """The least distortion in floating point among filters that k certifies, and the table; Σ_ã s ≤ t·(R* − k), s ≥ M(ã|a) − k·M(ã|a')."""
+def _solve_for_k(problem: Problem, k: float, room: float) -> tuple[float, list[float]]:
+    """The least distortion in floating point among filters that k certifies, and the table; Σ_ã s ≤ room, s ≥ M(ã|a) − k·M(ã|a')."""
     from scipy.sparse import coo_array
 
     size = problem.size
@@ -94,7 +114,7 @@ def _solve_for_k(problem: Problem, level: float, target: float, k: float) -> tup
     owner = [excess, excess, excess, count + np.repeat(np.arange(pairs), size)]
     place = [(first[:, None] * size + column).ravel(), (second[:, None] * size + column).ravel(), slack, slack]
     entries = [np.ones(count), np.full(count, -k), np.full(count, -1.0), np.ones(count)]
-    limits = [0.0] * count + [level * (target - k)] * pairs
+    limits = [0.0] * count + [room] * pairs
     variables = square + count
     if problem.cap is not None:
         cells = np.arange(square)

@@ -15,9 +15,10 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.dense import Numbers
 from fairaudit.exact.rationals import Number, at_least, common_denominator
 from fairaudit.filters.groups import number_reader, read_label
+from fairaudit.filters.policy_sums import PolicySum
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.tables.values import Label, LabelsLike
-from fairaudit.theorems.t03 import t3_mechanism
+from fairaudit.theorems.t13_range import UtilityRange, in_each_range, t13_range
 
 Rows = Sequence[Sequence[int]]
 
@@ -50,8 +51,10 @@ class Problem:
     cap: Fraction | None
     gains: tuple[tuple[tuple[int, ...], ...], ...] = ()
     """For each context and true group Σ_u T(u|x,ã)·g(u,x,a) over ã, up to a factor for each context."""
-    level: Fraction | None = None
-    """The declared floor, for a design without a policy."""
+    sums: tuple[PolicySum, ...] = ()
+    """What holds the target for every policy."""
+    floored: UtilityRange | None = None
+    """The range of the utility with a declared floor, which every policy keeps."""
 
     @property
     def size(self) -> int:
@@ -82,8 +85,10 @@ class Problem:
                 return False
         if self.target is None:
             return True
-        if self.level is not None:
-            return t3_mechanism(self.mechanism(rows, bottom), self.level, floor="declared").value <= self.target
+        if self.floored is not None:
+            return t13_range(in_each_range(self.mechanism(rows, bottom), [self.floored]), floored=True).value <= self.target
+        if not all(part.holds(rows, bottom) for part in self.sums):
+            return False
         top, under = self.target.numerator, self.target.denominator
         for block in self.gains:
             means = [sum(v * g for v, g in zip(row, gains, strict=True)) for row, gains in zip(rows, block, strict=True)]
@@ -112,7 +117,7 @@ def read_problem(
     target: Fraction | None,
     cap: Fraction | None,
 ) -> Problem:
-    """Read what is asked for; gains and a declared floor are added by the caller."""
+    """Read what is asked for; what holds the target is added by the caller."""
     costs = _costs(distortion, labels)
     flat, bottom = common_denominator([(c.numerator, c.denominator) for row in costs for c in row])
     size = len(labels)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 
@@ -33,12 +34,14 @@ MOST_EXCESS = 1 << 20
 
 @dataclass(frozen=True)
 class TableProgram:
-    """The linear program of a table: rows ≤ 0 over its entries and auxiliary variables ≥ 0; every row of the table sums to 1."""
+    """The linear program of a table: rows over its entries and auxiliary variables ≥ 0; every row of the table sums to 1."""
 
     size: int
     linear: LinearProgram
     lifts: dict[int, list[int]]
-    """For an auxiliary variable the rows in which its coefficient is 1."""
+    """For an auxiliary variable the rows in which its coefficient is 1, of multipliers that may be raised."""
+    under: list[tuple[list[int], int]]
+    """For other auxiliary variables the rows in which their coefficient is −1, and the one in which it is 1, whose multiplier stays."""
 
 
 def entry_prices(problem: Problem) -> list[Fraction]:
@@ -52,13 +55,16 @@ def table_rows(size: int) -> list[range]:
 
 
 def linear_program(problem: Problem, *, slack: bool = False) -> TableProgram:
-    """Target and cap as rows ≤ 0: m ≤ E(x,a) ≤ R*·m for a least mean m of each context, b ≤ M(ã|a) ≤ e^ε·b for each release.
+    """Target and cap: m ≤ E(x,a) ≤ R*·m for a least mean m of each context, b ≤ M(ã|a) ≤ e^ε·b for each release.
 
-    With `slack` every row is loosened by the last variable, which may be negative.
+    For every policy A·M(ã|a) − B·M(ã|a') ≤ s for each decision, block and release, and Σ s ≤ room. With `slack` every row is loosened by
+    the last variable, which may be negative.
     """
     size = problem.size
     rows: list[list[tuple[int, Fraction]]] = []
+    bounds: dict[int, Fraction] = {}
     lifts: dict[int, list[int]] = {}
+    under: list[tuple[list[int], int]] = []
     following = size * size
 
     def between(least: int, groups: Iterable[list[tuple[int, Fraction]]], factor: Fraction) -> None:
@@ -73,6 +79,19 @@ def linear_program(problem: Problem, *, slack: bool = False) -> TableProgram:
             means = [[(a * size + j, Fraction(v, top)) for j, v in enumerate(row) if v] for a, row in enumerate(block)]
             between(following, means, problem.target)
             following += 1
+        for part in problem.sums:
+            unit = max((v for better in part.blocks for pair in better for v in pair), default=1)
+            total: list[tuple[int, Fraction]] = []
+            below: list[list[int]] = []
+            for better, j in product(part.blocks, range(size)):
+                below.append(list(range(len(rows), len(rows) + len(better))))
+                at = part.first * size + j, part.second * size + j
+                rows += [[(at[0], Fraction(a, unit)), (at[1], Fraction(-b, unit)), (following, -ONE)] for a, b in better]
+                total.append((following, ONE))
+                following += 1
+            under += [(places, len(rows)) for places in below]
+            bounds[len(rows)] = Fraction(part.room, unit)
+            rows.append(total)
     if problem.cap is not None:
         for j in range(size):
             between(following, [[(a * size + j, ONE)] for a in range(size)], problem.cap)
@@ -81,8 +100,8 @@ def linear_program(problem: Problem, *, slack: bool = False) -> TableProgram:
     if slack:
         rows = [[*row, (following, -ONE)] for row in rows]
         low.append(-ONE)
-    constraints = [(row, ZERO) for row in rows]
-    return TableProgram(size, LinearProgram(low, [ONE] * len(low), constraints, table_rows(size), range(len(low))), lifts)
+    constraints = [(row, bounds.get(i, ZERO)) for i, row in enumerate(rows)]
+    return TableProgram(size, LinearProgram(low, [ONE] * len(low), constraints, table_rows(size), range(len(low))), lifts, under)
 
 
 def solve_in_floats(program: TableProgram, prices: Sequence[Fraction]) -> Answer | None:
@@ -110,12 +129,17 @@ def deepest_in_floats(problem: Problem) -> Answer | None:
 def _lifted(program: TableProgram, duals: Floats) -> dict[int, Fraction]:
     """Exact multipliers y ≥ 0 near the given ones for which no auxiliary variable has a negative coefficient in Σ y_i·row_i."""
     exact = rounded_multipliers(duals, DUAL_GRID)
+    for places, total in program.under:
+        most = exact.get(total, ZERO)
+        for i in places:
+            exact[i] = min(exact.get(i, ZERO), most)
+            most -= exact[i]
     rest, _ = program.linear.reduced({}, exact)
     for v, lifting in program.lifts.items():
         missing = rest.get(v, ZERO)
         if missing > 0:
-            most = max(lifting, key=lambda i: exact.get(i, ZERO))
-            exact[most] = exact.get(most, ZERO) + missing
+            raised = max(lifting, key=lambda i: exact.get(i, ZERO))
+            exact[raised] = exact.get(raised, ZERO) + missing
     return exact
 
 

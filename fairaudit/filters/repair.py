@@ -23,6 +23,9 @@ MOST_BITS = 12_000
 MAX_UNKNOWNS = 90
 """Entries above 0 up to which the equations are solved: they fill up, and their solutions grow with the number of unknowns."""
 
+MAX_AUXILIARY = 1_000
+"""The same with auxiliary variables, of which each stands in a short equation of its own."""
+
 TIGHT = 1e-9
 """What is this near to 0 is taken for 0: ten times the tolerance of the solver. A wrong guess is noticed, and costs the exact solution."""
 
@@ -95,13 +98,13 @@ def exact_vertex(problem: Problem, program: TableProgram, values: Sequence[float
     """Solve the constraints that are active at the answer exactly; None where that is hard, long, or does not hold."""
     size = problem.size
     unknowns = [v for v, value in enumerate(values) if value > TIGHT]
-    if len(unknowns) > MAX_UNKNOWNS:
+    if sum(v < size * size for v in unknowns) > MAX_UNKNOWNS or len(unknowns) > MAX_AUXILIARY:
         return None
     kept = set(unknowns)
     equations: list[tuple[dict[int, Fraction], Fraction]] = [({v: ONE for v in part if v in kept}, ONE) for part in table_rows(size)]
     for row, bound in program.linear.rows:
         terms = {v: c for v, c in row if v in kept}
-        if terms and abs(sum(solver_float(c) * values[v] for v, c in terms.items())) < TIGHT:
+        if terms and abs(sum(solver_float(c) * values[v] for v, c in terms.items()) - solver_float(bound)) < TIGHT:
             equations.append((terms, bound))
     solution = eliminate(equations, {}, most_bits=4 * MOST_BITS)
     if solution is None or len(solution) < len(unknowns):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
+from fairaudit.errors import InputError
 from fairaudit.filters.problem import Problem
 from fairaudit.filters.program import dual_bound, entry_prices, linear_program, solve_in_floats, why_infeasible
 from fairaudit.filters.repair import MOST_BITS, deepest_table, exact_vertex, repaired_filter
@@ -23,8 +24,18 @@ GAP = 10**9
 """A rounded filter that costs less than 1/GAP above the lower bound is as good as exact to every reader."""
 
 
+MAX_EXCESSES = 25_000
+"""Variables of a program for every policy besides the filter, for each pair of groups, context and release: some 15 seconds."""
+
+
 def filters_by_program(problem: Problem) -> Found:
     """Filters by linear programming, an exact lower bound on the distortion where there is one, and why nothing was found."""
+    excesses = sum(len(part.blocks) for part in problem.sums) * problem.size
+    if excesses > MAX_EXCESSES:
+        raise InputError(
+            f"the linear program for {problem.size} groups and every policy has {excesses:,} variables besides the filter; up to "
+            f"{MAX_EXCESSES:,} are accepted: fewer groups or contexts, or fairaudit calibrate, which has no such limit"
+        )
     program = linear_program(problem)
     prices = entry_prices(problem)
     solved = solve_in_floats(program, prices)

@@ -141,7 +141,7 @@ def _policy_response(problem: Problem, policy: Policy, utility: Utility) -> list
     """The calibrated randomized response, and one over the joint tuples that is also held to the cap."""
     if problem.target == 1:
         return [RandomizedResponse(problem.labels, exp_epsilon=1)]
-    found = [_joint_response(problem)]
+    found = [joint_response(problem)]
     if problem.target is not None:
         found.append(calibrate_policy(policy, utility, max_ratio=problem.target).mechanism)
     if problem.cap is not None:
@@ -149,7 +149,7 @@ def _policy_response(problem: Problem, policy: Policy, utility: Utility) -> list
     return [mechanism for mechanism in found if mechanism is not None]
 
 
-def _joint_response(problem: Problem) -> Mechanism | None:
+def joint_response(problem: Problem) -> Mechanism | None:
     """Randomized response over the labels that keeps as much as the constraints allow, by bisection on the grid."""
     size = problem.size
 

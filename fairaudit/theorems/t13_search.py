@@ -82,7 +82,7 @@ class Search:
         """The pair with the greatest ratio of those with the greatest sums, by Newton's method; None if it is not above the value."""
         if not len(at) or value > MAX_VALUE:
             return None
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             gain = np.nan_to_num(sums / self._greatest[self._problems.lower[at]], nan=0.0, posinf=MAX_VALUE)
         count = max(8, TRIED // (self._values.shape[0] * self._values.shape[2]))
         tried = at[np.argpartition(-gain, count)[:count]] if count < len(at) else at
@@ -132,7 +132,7 @@ class Search:
             best = np.argmax(one - v * two, axis=0)[None]
             sums += np.take_along_axis(one, best, 0)[0], np.take_along_axis(two, best, 0)[0]
         top, low = sums.sum(axis=2)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             ratios: Floats = np.nan_to_num(top / low, nan=0.0, posinf=MAX_VALUE)
         return ratios
 

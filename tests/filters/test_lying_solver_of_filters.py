@@ -126,6 +126,37 @@ def test_without_a_policy(monkeypatch: pytest.MonkeyPatch) -> None:
             assert capped.lower_bound is None or capped.lower_bound <= capped.distortion, (number, way)
 
 
+@pytest.mark.slow
+def test_for_every_policy(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = random.Random(10)
+    met = 0
+    for number in range(40 if FULL else 6):
+        policy, _, utility, options = cases(number)
+        options["max_ratio"] = F(options["max_ratio"]) + number % 3
+        calls: list[Any] = [
+            lambda p=policy, u=utility, o=options: fa.design_utility(p, u, quantity="global" if o["max_ratio"] > 2 else "local", **o),
+            lambda o=options: fa.design_model_free(3, max_ratio=o["max_ratio"], g_min="0.2", population=[1, 2, 4]),
+            lambda o=options: fa.design_model_free(
+                3, max_ratio=o["max_ratio"], g_min="0.1", tau="0.3", lipschitz="0.01", population=[1, 2, 4]
+            ),
+        ]
+        for call in calls:
+            honest = call()
+            for way in LIES:
+                with monkeypatch.context() as patch:
+                    lying(patch, rng, way)
+                    found = call()
+                assert found.feasible == honest.feasible, (number, way)
+                if not found.feasible:
+                    continue
+                met += 1
+                stochastic(found)
+                assert found.achieved <= found.target, (number, way)
+                for other in (honest, found):
+                    assert found.lower_bound is None or found.lower_bound <= other.distortion, (number, way)
+    assert met
+
+
 def test_calibration_asks_no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     lying(monkeypatch, random.Random(9), "raises")
     found = fa.calibrate(max_ratio="1.4", groups=3, tau="0.3")
@@ -159,14 +190,14 @@ def test_numbers_beyond_floats_for_a_known_policy(options: dict[str, Any], own: 
     if own:  # one group gets next to nothing, whatever is decided
         cells = [(u, x, a) for u in HIRE.law.decisions for x in HIRE.law.contexts for a in HIRE.law.groups]
         worth = Utility({}, {cell: (1, 10**400 if cell[2] == ("m",) else 1) for cell in cells})
-    found = fa.design(HIRE, worth, **options)
-    if found.mechanism is not None:
-        stochastic(found)
-        assert found.target is None or found.achieved <= found.target
-        assert found.lower_bound is None or found.lower_bound <= found.distortion
-    else:
-        assert own
-        assert found.reason
+    for found in (fa.design(HIRE, worth, **options), fa.design_utility(HIRE, worth, **options)):
+        if found.mechanism is not None:
+            stochastic(found)
+            assert found.target is None or found.achieved <= found.target
+            assert found.lower_bound is None or found.lower_bound <= found.distortion
+        else:
+            assert own
+            assert found.reason
 
 
 @pytest.mark.parametrize(
@@ -181,6 +212,11 @@ def test_numbers_beyond_floats_for_a_known_policy(options: dict[str, Any], own: 
         *({"max_ratio": "1.2", "tau": "0.3", "distortion": [[0, far, 1], [1, 0, 1], [1, 1, 0]]} for far in LARGE),
         *({"max_ratio": "1.2", "tau": "0.3", "population": [1, 2, far]} for far in (*LARGE, *SMALL)),
         *({"max_exp_epsilon": far, "population": [1, 2, 3]} for far in LARGE),
+        *({"max_ratio": far, "g_min": small, "population": [1, 2, 3]} for far, small in zip(LARGE, SMALL, strict=True)),
+        *({"max_ratio": 2, "g_min": small, "population": [1, 2, 3]} for small in SMALL),
+        *({"max_ratio": 2, "g_min": "0.3", "gamma": far, "population": [1, 2, 3]} for far in LARGE),
+        *({"max_ratio": 2, "g_min": small, "tau": "0.3", "population": [1, 2, 3]} for small in SMALL),
+        {"max_ratio": BARELY, "g_min": "0.3", "tau": "0.4", "population": [1, 2, 3]},
     ],
 )
 def test_numbers_beyond_floats_without_a_policy(options: dict[str, Any]) -> None:

@@ -140,6 +140,7 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         "delta": lambda: fa.delta(coin(), 2),
         "design": lambda: fa.design(policy(), {"hire": 1}, max_ratio=2),
         "design_model_free": lambda: fa.design_model_free(2, max_ratio="1.4", tau="0.5"),
+        "design_utility": lambda: fa.design_utility(policy(), {"hire": 1}, max_ratio=2),
         "example": lambda: fa.example("ucb-admissions"),
         "frontier": lambda: fa.frontier(max_ratio=[2], policy=policy(), utility={"hire": 1}),
         "merge_labels": lambda: fa.merge_labels({"sex": ["f", "F "], "hired": ["yes", "no"]}, "sex", fold=True),
