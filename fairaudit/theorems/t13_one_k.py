@@ -86,6 +86,8 @@ class OneK:
         self._tried: list[Fraction] = []
         self._exact: dict[tuple[int, tuple[Points, ...], Fraction], tuple[Extended, Fraction | None]] = {}
         self._needed: dict[int, int] = {}
+        self._settled: Fraction | None = None
+        self._totals = [sum(p for p, _ in columns) for columns in problems.laws.columns]
 
     def greatest(self) -> tuple[Extended, int | None]:
         """The greatest of the bounds, and a pair that has it; no pair if it is 1."""
@@ -112,7 +114,8 @@ class OneK:
 
     def multipliers(self, value: Fraction) -> tuple[Fraction, ...]:
         """The k that prove a value for all pairs whose bound is not above it, falling."""
-        self._settle(value, raising=False, most=len(self._problems))
+        if value != self._settled:
+            self._settle(value, raising=False, most=len(self._problems))
         places = {*self._by[self._bounds <= _low(value)].tolist(), *self._needed.values()}
         return tuple(sorted((k for k in (self._tried[place] for place in places) if k < value), reverse=True))
 
@@ -120,7 +123,7 @@ class OneK:
         """Raise a value until it is a bound of all pairs, or list those of which it is none."""
         left, sums = np.flatnonzero(self._bounds > _low(value)), np.zeros(0)
         first, above = None, list[int]()
-        self._needed = {}
+        self._needed, self._settled = {}, None
         for level in self._search.levels:
             last = level == self._search.levels[-1]
             for place in range(len(self._tried)):
@@ -129,14 +132,18 @@ class OneK:
             left, sums = self._open(left, value, level)
             if last:
                 left, sums = self._beyond_zero(left, sums, value)
+            searching = True
             while len(left):
-                at = self._worst(left, sums, value)
-                bound, k = self.bound(at)
+                at = self._worst(left, sums, value) if searching else int(left[0])
                 count, others = len(left), left != at
+                if last and self._known(at, value):
+                    left, sums, searching = left[others], sums[others], False
+                    continue
+                bound, k = self.bound(at)
                 if isinstance(bound, Fraction) and bound <= value:
-                    if last:
+                    if k is not None and last:
                         left, sums = left[others], sums[others]
-                        k = self._known(at, value, k)
+                        self._needed[at] = len(self._tried)
                 elif raising and isinstance(bound, Fraction):
                     value, first = bound, at
                     left, sums = self._open(left, value, level)
@@ -152,6 +159,7 @@ class OneK:
                 left, sums = left[kept], sums[kept]
                 if not last and len(left) == count:
                     break
+        self._settled = value
         return value, first, above
 
     def _open(self, left: Ints, value: Fraction, level: int) -> tuple[Ints, Floats]:
@@ -167,19 +175,17 @@ class OneK:
         found = self._search.promising(left[loose], sums[loose], value)
         return int(left[loose][np.argmax(sums[loose])]) if found is None else found
 
-    def _known(self, at: int, value: Fraction, k: Fraction | None) -> Fraction | None:
-        """Take note of a k that proves the value for a pair: one that was tried before, or its own, which is then returned."""
-        if k is None:
-            return None
+    def _known(self, at: int, value: Fraction) -> bool:
+        """Whether V, or a k that was tried, proves a value for a pair; take note of k."""
         columns, blocks, floor = self._terms(at)
-        for place, known in enumerate(self._tried):
-            if known <= value:
-                top, low = best_sums(columns, blocks, known)
-                if top - known * low <= (value - known) * floor:
-                    self._needed[at] = place
-                    return None
-        self._needed[at] = len(self._tried)
-        return k
+        for place, k in [(-1, value), *enumerate(self._tried)]:
+            if k <= value:
+                top, low = best_sums(columns, blocks, k)
+                if top - k * low <= (value - k) * floor:
+                    if place >= 0:
+                        self._needed[at] = place
+                    return True
+        return False
 
     def _try(self, left: Ints, place: int, level: int) -> None:
         """See what the k at a place proves for pairs: k + S(k)/τ, off upwards."""
@@ -208,9 +214,9 @@ class OneK:
     def _terms(self, at: int) -> tuple[tuple[Column, ...], tuple[Points, ...], Fraction]:
         """Likelihood ratios and envelopes of a pair, and its floor in their unit."""
         higher, lower = int(self._problems.higher[at]), int(self._problems.lower[at])
-        columns = self._problems.laws.columns[int(self._problems.kind[at])]
-        unit = sum(p for p, _ in columns) * lcm(self._tables.bottoms[higher], self._tables.bottoms[lower])
-        return columns, tuple(self._tables.envelopes(higher, lower)), self._tables.floors[lower] * unit
+        kind = int(self._problems.kind[at])
+        unit = self._totals[kind] * lcm(self._tables.bottoms[higher], self._tables.bottoms[lower])
+        return self._problems.laws.columns[kind], tuple(self._tables.envelopes(higher, lower)), self._tables.floors[lower] * unit
 
 
 def _low(value: Fraction) -> float:
