@@ -34,7 +34,7 @@ MAX_CELLS = 100_000
 EXACT_VARIABLES = 200
 """Linear programs with so many decisions at outputs are solved, however many floors there are."""
 
-MAX_VARIABLES, MAX_ENTRIES = 2_000, 20_000
+MAX_VARIABLES, MAX_ENTRIES = 2_000, 40_000
 """Others have at most so many, and so many times the number of floors."""
 
 MAX_WORK, EACH = 3_000_000, 3_000
