@@ -31,7 +31,7 @@ claims          ``sentences``, ``claims``: what they assume, and their rules; th
 of classes      ``utility_class``, ``program``, ``worst_case``
 of populations  ``intervals``, ``tails``, ``samples``, ``regions``, ``betting``, ``interval_proofs``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
-                ``near``; then ``judgement`` of claims of all families
+                ``floored``, ``near``; then ``judgement`` of claims of all families
 certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``, ``verification``
 command         ``command``
 ==============  ================================================================================================================

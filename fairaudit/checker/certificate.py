@@ -24,10 +24,10 @@ from .json_values import (
     read_strings,
 )
 from .metrics import METRICS, Metrics, Rates, read_metric, read_not_compared, read_rates, read_unfiltered
-from .policy_evidence import read_attained
+from .policy_evidence import read_attained, read_floored, read_multipliers
 from .preparation import Step, read_preparation, read_spellings
 from .rates import DIFFERENCES, stated_given_truth
-from .rationals import ONE, Rational, at_most, read_extended, read_rational, read_rationals
+from .rationals import ONE, Rational, at_most, read_extended, read_rational
 from .text import malformed, shown
 from .utility_class import UtilityClass, read_class, read_dual
 
@@ -134,15 +134,17 @@ def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], pa
         return None
     if rule.evidence == "attained":
         return read_attained(members["attained"], f"{where}.attained")
+    if rule.beside:
+        return read_floored(members, where)
     item, place = members[rule.evidence], f"{where}.{rule.evidence}"
     if rule.evidence == "table":
         return read_digest(item, place)
     if rule.evidence != "multipliers":
         return read_extended(item, place)
-    multipliers = read_rationals(item, place, len(read_list(item, place)))
+    multipliers = read_multipliers(item, place)
     if not multipliers and key[3] != UTILITIES:
         raise malformed(place, "must not be empty")
-    return [Fraction(*k) for k in multipliers]
+    return multipliers
 
 
 def _read_target(value: object, where: str) -> Target:

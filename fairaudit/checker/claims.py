@@ -98,6 +98,13 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ),
     ("local_ratio_supremum", "=", "T13", POLICIES): Rule("local", "attained"),
     ("global_ratio_supremum", "=", "T13", POLICIES): Rule("global", "attained", assumes=(STATED_POPULATION,)),
+    **{("local_ratio_supremum", sign, "T13", FLOORED): Rule("local", "multipliers", beside=("pairs", "policy")) for sign in ("=", "<=")},
+    **{
+        ("global_ratio_supremum", sign, "T13", FLOORED): Rule(
+            "global", "multipliers", assumes=(STATED_POPULATION,), beside=("pairs", "policy")
+        )
+        for sign in ("=", "<=")
+    },
     ("local_ratio_supremum", "=", "T13", NEAR): Rule("local", "attained", ("one release",)),
     ("global_ratio_supremum", "=", "T13", NEAR): Rule("global", "attained", ("one release",), assumes=(STATED_POPULATION,)),
     ("local_ratio", "<=", "T13", ANY_UTILITY): Rule("local", ""),

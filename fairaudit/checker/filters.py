@@ -47,11 +47,15 @@ def read_filters(header: Header, value: object, where: str) -> tuple[Filter, Fil
         context = _read_filter(filters["context"], f"{where}.context", len(columns.context))
     if group.size < 2:
         raise malformed(f"{where}.group", "has fewer than two inputs")
-    true_contexts = context.size if context else len(header.contexts)
     working_on("the law that the filters induce")
+    spend_on_law(context.size if context else len(header.contexts), group, decisions)
+    return group, context, releases
+
+
+def spend_on_law(true_contexts: int, group: Filter, decisions: int) -> None:
+    """Count what it takes to write down the law that a policy and its filters induce."""
     spend(true_contexts * (group.size * (100 + 10 * decisions) + 3 * group.released * decisions))
     keep(true_contexts * (12 * group.size + max(group.size, group.released) * decisions))
-    return group, context, releases
 
 
 def _read_filter(value: object, where: str, columns: int) -> Filter:
@@ -160,6 +164,14 @@ def mixed_laws(laws: Sequence[Law], maps: Sequence[_Map]) -> list[Law]:
     values = map_through([weight * (common // total) for weights, total in laws for weight in weights], maps)
     total = common * prod(m.denominator for m in maps)
     return [reduced_law(values[i : i + width], total) for i in range(0, len(values), width)]
+
+
+def seen_in_contexts(rows: list[list[Law]], context: Filter | None) -> list[list[Law]]:
+    """Mix the laws of a policy, by released context and released group, into those by true context and released group."""
+    if context is None:
+        return rows
+    flat = mixed_laws([law for row in rows for law in row], context.maps)
+    return [flat[i : i + len(rows[0])] for i in range(0, len(flat), len(rows[0]))]
 
 
 Distribution = tuple[tuple[int, int], ...]  # pairs (p, q), sorted: what two rows give to the outputs, by likelihood ratio p/q

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from .bounds import fault_of_bound
-from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, LAW, NEAR, POLICIES, RULES, UTILITIES, Claim, Rule, is_about_population
+from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, LAW, NEAR, POLICIES, RULES, UTILITIES, Claim, Rule, is_about_population
 from .declared import DeclaredIn
 from .figures import Maximum
+from .floored import fault_of_floored
 from .intervals import Proven
 from .near import fault_of_near
 from .policy_facts import PolicyFacts
@@ -63,6 +64,7 @@ CONDITIONS: dict[str, tuple[Callable[[Facts], bool], str]] = {
 # The rules of T13, by what a claim is about.
 OVER_POLICIES: dict[str, Callable[[Claim, PolicyFacts], str]] = {
     POLICIES: fault_of_policies,
+    FLOORED: fault_of_floored,
     NEAR: fault_of_near,
     ANY_UTILITY: fault_of_range,
     ANY_UTILITY_FLOORED: fault_of_range,

@@ -36,7 +36,7 @@ class Nearby:
 
     def different(self, context: int | None) -> Iterator[Compared]:
         """List the ordered pairs of groups; groups whose values are shown alike, and for which decisions are worth the same, are one."""
-        worth, released = self.worth, self.facts.released
+        worth, (released, _) = self.worth, self.facts.released
         contexts = range(len(worth.rows)) if context is None else [context]
         spend(len(worth.scales) * (len(contexts) * worth.decisions + len(released[0])))
         first: dict[object, int] = {}
@@ -47,12 +47,10 @@ class Nearby:
     def outputs(self, compared: Compared, value: Fraction) -> Iterator[tuple[list[int], list[int], list[int]]]:
         """List p and V q of the decisions, and their law, for everything that is released with some probability, over one unit."""
         context, higher, lower = compared
-        worth, above, below = self.worth, self.facts.released[higher], self.facts.released[lower]
+        worth, above, below = self.worth, self.facts.released[0][higher], self.facts.released[0][lower]
         c, d = worth.scales[lower] * value.denominator, worth.scales[higher] * value.numerator
         for x in range(len(worth.rows)) if context is None else [context]:
-            for i, weight in [(x, 1)] if context is None else enumerate(self.facts.shown[x]):
-                if not weight:
-                    continue
+            for i, weight in [(x, 1)] if context is None else self.facts.shown[0][x]:
                 p, q = [c * weight * entry for entry in worth.of(x, higher)], [d * weight * entry for entry in worth.of(x, lower)]
                 spend(len(above) * (12 + 6 * len(p)), max(*p, *q).bit_length() + max(above).bit_length(), self.bits)
                 for m, n, law in zip(above, below, self.laws[i], strict=True):

@@ -17,7 +17,7 @@ from .likelihoods import Likelihoods
 from .policy_evidence import Attained
 from .rationals import ZERO, Rational, as_pair, extreme_positions, maximum, over_common_denominator, widest_ratio
 from .sides import Range, Sides, Worth, global_worth, local_worth, sides_of
-from .table import Policy, Table, constants, globally_compared
+from .table import Policy, Table, constants
 from .text import shown
 from .work import spend
 
@@ -107,7 +107,7 @@ class PolicyFacts:
         spend(len(masses), max(masses).bit_length(), max(floors).bit_length())
         groups, of_all = len(self.table.header.groups), self.declared_number("global_tau")
         found: dict[int, Fraction] = {}
-        for a in globally_compared(self.table):
+        for a in self.table.figures.populated():
             own = masses[a::groups]
             found[a] = max(of_all, Fraction(sum(map(mul, own, floors)), sum(own) * unit))
         return found
@@ -156,34 +156,38 @@ class PolicyFacts:
         return self._sides[local]
 
     @cached_property
-    def shown(self) -> list[list[int]]:
-        """The probabilities of the released contexts under each true context, over one denominator."""
-        count = len(self.table.header.contexts)
-        return self.policy.context.matrix()[0] if self.policy.context else [[int(i == j) for j in range(count)] for i in range(count)]
+    def shown(self) -> tuple[list[list[tuple[int, int]]], int]:
+        """For each true context the released contexts of positive probability, with these probabilities over one denominator."""
+        if self.policy.context is None:
+            return [[(x, 1)] for x in range(len(self.table.header.contexts))], 1
+        rows, total = self.policy.context.matrix()
+        return [[(i, weight) for i, weight in enumerate(row) if weight] for row in rows], total
 
     @cached_property
-    def released(self) -> list[list[int]]:
+    def released(self) -> tuple[list[list[int]], int]:
         """The probabilities of the released groups under each true group, over one denominator."""
-        return self.policy.group.matrix()[0]
+        return self.policy.group.matrix()
+
+    @cached_property
+    def _numbers(self) -> tuple[dict[Labels, int], dict[Labels, int]]:
+        """The numbers of the true contexts and of the true groups."""
+        header = self.table.header
+        return {label: i for i, label in enumerate(header.contexts)}, {label: i for i, label in enumerate(header.groups)}
 
     def place(self, attained: Attained, local: bool) -> tuple[int | None, int, int] | str:
         """Find the context and the groups that are named, or say why they are not those of an ordered pair that is compared."""
-        header = self.table.header
+        contexts, groups = self._numbers
         if (attained.context is None) == local:
             return "the context must be named of a local ratio, and of no other"
         if attained.higher == attained.lower:
             return "a group is not compared with itself"
-        context = None
-        if attained.context is not None:
-            if attained.context not in header.contexts:
-                return f"{shown(list(attained.context))} is no true context"
-            context = header.contexts.index(attained.context)
-        pair: list[int] = []
+        if attained.context is not None and attained.context not in contexts:
+            return f"{shown(list(attained.context))} is no true context"
         for label in (attained.higher, attained.lower):
-            if label not in header.groups or header.groups.index(label) not in self.worth(local).scales:
+            if groups.get(label) not in self.worth(local).scales:
                 return f"{shown(list(label))} is no group that is compared"
-            pair.append(header.groups.index(label))
-        return context, pair[0], pair[1]
+        context = None if attained.context is None else contexts[attained.context]
+        return context, groups[attained.higher], groups[attained.lower]
 
     def named(self, context: int | None, higher: int, lower: int) -> str:
         """Name an ordered pair of groups, and the context in which it is compared."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import chain, product
 
 from .figures import Figures
-from .filters import Filter, mixed_laws, read_filters
+from .filters import Filter, mixed_laws, read_filters, seen_in_contexts
 from .header import Cell, Header, Positive, read_header
 from .json_values import Labels, canonical_text, decoded, read_integer, read_list, read_object
 from .laws import Law, expectation, gains_of, mean_of, reduced_law
@@ -227,11 +227,9 @@ class _PolicyRows(_Rows):
         if self.draws and len(self.draws) < len(self.laws):
             raise malformed("the table", "gives draws for some rows of the policy only")
         released = self._released()
-        rows = by_context = [[self.laws[place] for place in places] for places in released]
+        rows = [[self.laws[place] for place in places] for places in released]
         draws = [[self.draws[place] for place in places] for places in released] if self.draws else []
-        if self.context is not None:
-            flat = mixed_laws([law for row in rows for law in row], self.context.maps)
-            by_context = [flat[i : i + len(rows[0])] for i in range(0, len(flat), len(rows[0]))]
+        by_context = seen_in_contexts(rows, self.context)
         induced = chain.from_iterable(mixed_laws(laws, self.group.maps) for laws in by_context)
         raw = self._rows_of(self.true.contexts, self.true.groups)  # in the order of the true cells
         unfiltered = self._table((self.laws[place] for place in raw.values()), given, "", None) if len(raw) == n else None

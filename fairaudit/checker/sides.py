@@ -75,7 +75,7 @@ class Worth:
     """What decisions are worth to the groups: in each true context the g(u,x,a), or in each released one the G_a(x~,u)."""
 
     rows: list[list[int]]  # by context; in it by group and decision
-    scales: dict[int, int]  # by group that is compared: its numbers are over unit * scale
+    scales: dict[int, int]  # by group, of positive mass where masses count: its numbers are over unit * scale
     unit: int
     decisions: int
 
@@ -108,7 +108,7 @@ def global_worth(table: Table, policy: Policy) -> Worth:
         unit *= each.denominator
     width = groups * decisions
     values = map_through(values, maps)
-    scales = {a: sum(masses[a::groups]) for a in globally_compared(table)}
+    scales = {a: sum(masses[a::groups]) for a in table.figures.populated()}
     return Worth([values[i : i + width] for i in range(0, len(values), width)], scales, unit, decisions)
 
 

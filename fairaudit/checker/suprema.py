@@ -124,10 +124,10 @@ class Prover:
             unproven = [i for i, total in enumerate(sums) if total > 0 and (not floors[i] or total > room * floors[i])]
             if not unproven:
                 return []
-        return [i for i in unproven if not self._proves(pair, sides.sites[i : i + 1] if sides.local else sides.sites, floors[i])]
+        return [i for i in unproven if not self.proves(pair, sides.sites[i : i + 1] if sides.local else sides.sites, floors[i])]
 
-    def _proves(self, pair: Pair, sites: Sequence[Site], floor: Fraction) -> bool:
-        """Look for a multiplier; what has to be at most 0 is convex in k."""
+    def proves(self, pair: Pair, sites: Sequence[Site], floor: Fraction) -> bool:
+        """Look for a multiplier that proves it of some sites together; what has to be at most 0 is convex in k."""
         low, high, at = 0, len(self.multipliers), self.hint
         if not floor:  # the sums fall in k: the last one, which is V itself, proves whatever another one does
             low = at = high - 1
