@@ -121,6 +121,12 @@ def read_policy(path: str) -> tuple[Policy, Utility, Any]:
             raise InputError("a section [policy] is needed")
         source = read_section(document, "policy")
         check_keys(source, (*TABLE_KEYS, "max_drift"), "[policy]")
+        releases = _releases(read_section(read_section(document, "filter"), "group"))[1]
+        if releases > 1:
+            raise InputError(
+                f"[filter.group] releases is {releases}, and a filter is looked for that is released once; "
+                "leave it out, or see with fairaudit privacy --releases what several releases of a filter let a policy do"
+            )
         table = _table(source, "policy", folder)
         law = _law(source, "policy", table)
         utility = _utility(read_section(document, "utility"), table, law, folder, _missing(source, "policy"))

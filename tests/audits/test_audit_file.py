@@ -98,3 +98,11 @@ def test_a_column_may_be_named_like_the_key(folder: Path) -> None:
     (folder / "audit.toml").write_text(text)
     subject = read_audit(str(folder / "audit.toml")).subject
     assert isinstance(subject, Deployment) and subject.releases == 1 and subject.groups == (("f",), ("m",))
+
+
+def test_a_filter_is_looked_for_that_is_released_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "audit.toml").write_text(
+        POLICY.format(more='missing = "drop"').replace('kind = "identity"', 'kind = "identity"\nreleases = 20')
+    )
+    assert main(["calibrate", str(folder / "audit.toml"), "--max-ratio", "2"]) == 2
+    assert "[filter.group] releases is 20" in capsys.readouterr().err
