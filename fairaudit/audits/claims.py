@@ -23,6 +23,7 @@ from fairaudit.words import brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
+    from fairaudit.model.policy import Deployment
     from fairaudit.worst.result import WorstCase
 
 __all__ = ["Claim"]
@@ -93,7 +94,7 @@ def claims_of(result: Result) -> Iterator[Claim]:
         by = next((method for method in interval.methods if method != "binomial"), "binomial")
         yield from _ends(BY_ID[f"{by}-interval"], f"{quantity}_ratio", quantity, interval)
     for supremum in result.suprema:
-        yield _over_policies(supremum, law)
+        yield _over_policies(supremum, result)
     for bound in result.bounds:
         if bound.certified:
             yield _by_theorem(bound, law.assumptions)
@@ -147,22 +148,30 @@ def _by_theorem(bound: Bound, about: tuple[str, ...]) -> Claim:
     return Claim(bound.quantity, "<=", bound.value, kind.by, evidence, bound.scope, (*listed, *about))
 
 
-def _over_policies(found: Supremum, law: Law) -> Claim:
+def _over_policies(found: Supremum, result: Result) -> Claim:
     """The greatest ratio of the policies of a scope, with where it is attained, or what bounds it."""
+    law = result.law
     relation: Relation = "=" if found.exact else "<="
     named = found.higher is not None
     attained = {"context": _labels(found.context), "higher": _labels(found.higher), "lower": _labels(found.lower)} if named else None
     evidence: dict[str, Any] = {"attained": attained}
     if found.scope == FLOORED:
-        rows = [[number(chance) for chance in row] for row in found.rows]
         evidence = {
             "multipliers": [number(k) for k in found.multipliers],
             "pairs": [_pair_proof(proof, law) for proof in found.pairs],
-            "policy": {"attained": attained, "rows": rows} if named else None,
+            "policy": {"attained": attained, "rows": _by_context(found, result.deployment)} if named else None,
         }
     return Claim(
         f"{found.quantity}_ratio_supremum", relation, found.value, "T13", evidence, found.scope, (*found.assumptions, *law.assumptions)
     )
+
+
+def _by_context(found: Supremum, deployment: Deployment | None) -> list[list[list[str]]]:
+    """The policy that attains it: for each released context the laws for the released groups."""
+    if deployment is None:
+        return []
+    groups = deployment.released_rows[0].shape[1]
+    return [[[number(chance) for chance in row] for row in found.rows[i : i + groups]] for i in range(0, len(found.rows), groups)]
 
 
 def _pair_proof(proof: PairProof, law: Law) -> dict[str, Any]:
