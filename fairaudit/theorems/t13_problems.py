@@ -12,7 +12,7 @@ from fairaudit.tables.values import INT64
 from fairaudit.theorems.t13_laws import FilterLaws, filter_laws
 from fairaudit.theorems.t13_tables import Ints, Tables
 
-MAX_PROBLEMS = 2_000_000
+MAX_PROBLEMS = 10_000_000
 """Pairs that are held in memory."""
 
 
