@@ -285,6 +285,60 @@ def long_filters(pick: Pick) -> Any:
     return _policy(pick, [k, k], 2, row)
 
 
+def greatest_ratios(pick: Pick) -> Any:
+    """Claims about all policies in all scopes, with as much evidence as there can be, for utilities of each group in each context."""
+    document = pick.choice([generic_filters, generic_filters, many_inputs, large_filter, long_filters])(pick)
+    subject = document["subject"]
+    header, rows = subject["table"]["header"], subject["table"]["rows"]
+    of_group, of_context = header["filters"]["group"], header["filters"]["context"]
+    contexts = [["x"], ["y"]]
+    if of_context:
+        contexts = [[*labels] for labels in product(*([f"i{i}" for i in range(len(factor["inputs"]))] for factor in of_context))]
+    groups = [len(of_group), len(of_group[0]["inputs"])]
+    releases = pick.choice([1, 1, 1, 2, 100, 10_000])
+    if releases > 1:
+        header["filters"]["releases"] = releases
+    cells = len(contexts) * groups[1] ** groups[0]
+    if cells < 4000 and pick.random() < 0.7:
+        header["utility"] = None
+        rows += [
+            {"true_context": x, "true_group": a, "utility": [_lowest(pick.randrange(1, 99), 99), _lowest(pick.randrange(1, 99), 98)]}
+            for x, a in product(range(len(contexts)), range(groups[1] ** groups[0]))
+        ]
+    subject["declared"] = {"gamma": "1", "m": "1/1000", "tau": "1/1000", "global_tau": "1/1000", "lipschitz": "1", "max_drift": "1/7"}
+    labels = [[f"i{pick.randrange(groups[1])}" for _ in range(groups[0])] for _ in range(2 * (size(pick) // 1000))]
+    entries = [
+        {
+            "context": pick.choice(contexts),
+            "higher": higher,
+            "lower": lower,
+            "floors": [[0, a % 2, f"1/{a + 2}"] for a in range(pick.choice([1, 30]))],
+        }
+        for higher, lower in zip(labels[::2], labels[1::2], strict=True)
+    ]
+    laws = {(row["context"], row["group"]): row["weights"] for row in rows if "group" in row}
+    width = max(a for _, a in laws) + 1
+    attained = {"context": contexts[0], "higher": [label[0] for label in (f["inputs"][0] for f in of_group)]}
+    attained["lower"] = [label[0] for label in (f["inputs"][-1] for f in of_group)]
+    policy = {"attained": attained, "rows": [[laws[x, a] for a in range(width)] for x in range(len(laws) // width)]}
+    multipliers = [_lowest(i, 100) for i in range(pick.choice([1, 300]))]
+    evidence = {
+        "any policy behind this filter": {"attained": attained},
+        "any policy behind this filter within the declared drift of this one": {"attained": attained},
+        "any policy behind this filter that keeps the declared floor": {"multipliers": multipliers, "pairs": entries, "policy": policy},
+        "any policy behind this filter, any utility of the declared range": {},
+        "any policy behind this filter that keeps the declared floor, any utility of the declared range": {"multipliers": multipliers},
+    }
+    document["claims"] = []
+    for scope, given in evidence.items():
+        relation, suffix = ("<=", "") if "any utility" in scope else ("=", "_supremum")
+        for quantity in ("local_ratio", "global_ratio"):
+            one = {"quantity": quantity + suffix, "relation": relation, "by": "T13", "scope": scope, "assumptions": [], "evidence": given}
+            document["claims"].append(one | {"value": pick.choice(["2", "1000003/1000", long_rational(pick, 50)])})
+    pick.shuffle(document["claims"])
+    return document
+
+
 def streams(pick: Pick) -> Any:
     """Many cells, values and knots, all of which a martingale has to be computed for."""
     document = json.loads(_honest("stream", pick.randrange(4)))
@@ -449,6 +503,8 @@ FAMILIES: tuple[Callable[[Pick], Any], ...] = (
     many_inputs,
     large_filter,
     long_filters,
+    greatest_ratios,
+    greatest_ratios,
     streams,
     ladders,
     boundary,

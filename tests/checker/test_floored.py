@@ -237,6 +237,23 @@ def test_floors_of_contexts_that_are_shown_alike() -> None:
     assert true(certificate, claim(True, "<=", 1, [], [pair | {"floors": [[x, a, "1"] for x, a, _ in pair["floors"]]} for pair in pairs]))
 
 
+def test_a_floor_of_a_context_that_is_not_compared_costs_what_it_gives() -> None:
+    """What is shown in the other context counts in the sum, too: any y on its floors leaves at least as much as they add."""
+    p = stated(coin("7/10"), [[HALF, HALF], [HALF, HALF]], ["1", "0"], contexts=(["A"], ["B"]))
+    p.declared = {"tau": Fraction(1, 2)}
+    certificate = write(p)
+    own = [
+        {"context": [x], "higher": [a], "lower": [b], "floors": [[i, j, "8/7"]]}
+        for i, x in enumerate("AB")
+        for j, (a, b) in enumerate(["mf", "fm"])
+    ]
+    assert true(certificate, claim(True, "<=", ELEVEN, [], own))
+    for y in ("1/1000", "8/7", "1000000"):
+        others = [pair | {"floors": [*pair["floors"], [1 - pair["floors"][0][0], 0, y]]} for pair in own]
+        assert not true(certificate, claim(True, "<=", ELEVEN - TINY, [], others)), y
+        assert not true(certificate, claim(True, "<=", 1, [], others)), y
+
+
 def test_a_floor_of_means_is_enough() -> None:
     """Nothing is known of either context, and a mean of 1/2 over both of them lets 11/7 happen where they are shown alike."""
     p = stated(coin("7/10"), [[HALF, HALF], [HALF, HALF]], ["1", "0"], contexts=(["A"], ["B"]))
