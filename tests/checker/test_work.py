@@ -74,7 +74,7 @@ def _behind(*factors: Mechanism) -> fa.Result:
     array = np.array([[[F(v, 100), F(100 - v, 100)] for v in row] for row in shares], dtype=object)
     columns = Columns("u", tuple(f"c{i}" for i in range(len(factors))), ("x",))
     law = fa.Law.from_array(array, decisions=["yes", "no"], groups=group.outputs, contexts=["p", "q"], columns=columns)
-    return fa.certify(Policy(law).behind(group=group), {"yes": 1, "no": "1/3"})
+    return fa.certify(Policy(law).behind(group=group), {"yes": 1, "no": "1/3"}, all_bounds=True)
 
 
 def test_two_generic_filters_are_certified_and_checked_in_seconds() -> None:
