@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 
@@ -28,9 +28,9 @@ from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.utility import Utility, UtilityTable, Values
 from fairaudit.tables.values import LabelLike
 from fairaudit.theorems.applicable import Guarantees, guarantees
-from fairaudit.theorems.bound import NEAR_POLICY
+from fairaudit.theorems.bound import ANY_POLICY, NEAR_POLICY
 from fairaudit.theorems.case import TOO_WIDE, Case
-from fairaudit.theorems.t13_cases import TOO_NEAR
+from fairaudit.theorems.t13_cases import TOO_MANY, TOO_NEAR
 
 __all__ = ["certify"]
 
@@ -195,7 +195,7 @@ def certify(
         not_compared=(*not_compared(law), *(given.not_compared if given else ())),
         targets=targets,
         verdict=verdict,
-        notes=(*law.notes, *notes, *said, *((TOO_WIDE,) if case and not case.narrow else ()), *_too_near(found, constants, measured)),
+        notes=(*law.notes, *notes, *said, *(_left_out(case, found, measured) if case else ())),
         deployment=deployment,
         unfiltered=None if without is None else _both(without, replace(table, law=without)),
         bounds=found.bounds,
@@ -211,11 +211,15 @@ def certify(
     )
 
 
-def _too_near(found: Guarantees, declared: Mapping[str, Fraction], measured: Mapping[Quantity, Ratio | None]) -> tuple[str, ...]:
-    """Whether a claim about policies near this one that was asked for is left out."""
-    near = {one.quantity for one in found.suprema if one.scope == NEAR_POLICY}
-    wanted = {quantity for quantity, ratio in measured.items() if ratio is not None} if "max_drift" in declared else set()
-    return (TOO_NEAR,) if wanted - near else ()
+def _left_out(case: Case, found: Guarantees, measured: Mapping[Quantity, Ratio | None]) -> Iterator[str]:
+    """What is said of guarantees that would take a reader, or this machine, too much."""
+    wanted = {quantity for quantity, ratio in measured.items() if ratio is not None}
+    if not case.narrow:
+        yield TOO_WIDE
+    elif case.utility.given is None and wanted - {one.quantity for one in found.suprema if one.scope == ANY_POLICY}:
+        yield TOO_MANY
+    if "max_drift" in case.declared and wanted - {one.quantity for one in found.suprema if one.scope == NEAR_POLICY}:
+        yield TOO_NEAR
 
 
 def _both(law: Law, table: UtilityTable) -> tuple[Ratio | None, Ratio | None]:

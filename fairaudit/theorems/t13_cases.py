@@ -31,10 +31,16 @@ from fairaudit.theorems.supremum import Floors, Supremum
 from fairaudit.theorems.t13 import greatest_ratio
 from fairaudit.theorems.t13_floors import greatest_ratio_above
 from fairaudit.theorems.t13_near import greatest_ratio_near, near_steps
+from fairaudit.theorems.t13_problems import MAX_PROBLEMS, TooManyPairs
 from fairaudit.theorems.t13_range import UtilityRange, in_each_range, in_population, read_utility_range, t13_range
 
 NEAR_STEPS = 30_000_000
 """Of the steps that docs/certificate.md lets a document ask of its reader, those for one claim about the policies near one."""
+
+TOO_MANY = (
+    "what any policy can do behind these filters is left out, for the local ratio, the global one, or both: "
+    f"more than {MAX_PROBLEMS:,} pairs of groups differ in utility or filter"
+)
 
 TOO_NEAR = (
     "what any policy near this one can do is left out of the certificate, for the local ratio, the global one, or both: these filters "
@@ -43,8 +49,11 @@ TOO_NEAR = (
 
 
 def t13_any_policy_in(case: Case, quantity: Quantity) -> Supremum | None:
-    """The greatest ratio of any policy; None where nothing is compared, or the filters have too many likelihood ratios."""
-    found = greatest_ratio(case.deployment, case.utility, quantity) if case.narrow else None
+    """The greatest ratio of any policy; None where nothing is compared, or there is too much to go through."""
+    try:
+        found = greatest_ratio(case.deployment, case.utility, quantity) if case.narrow else None
+    except TooManyPairs:
+        return None
     return found and replace(found, assumptions=assumed(case, quantity, ANY_POLICY))
 
 
@@ -59,7 +68,10 @@ def t13_near_in(case: Case, quantity: Quantity) -> Supremum | None:
 def t13_floored_in(case: Case, quantity: Quantity) -> Supremum | None:
     """The greatest ratio of any policy that keeps the declared floors, or what bounds it; None where none is declared."""
     floors = floors_of(case)
-    found = greatest_ratio_above(case.deployment, case.utility, quantity, floors) if floors and case.narrow else None
+    try:
+        found = greatest_ratio_above(case.deployment, case.utility, quantity, floors) if floors and case.narrow else None
+    except TooManyPairs:
+        return None
     if found is None or (found.value == inf and not found.exact):
         return None
     return replace(found, assumptions=assumed(case, quantity, FLOORED))

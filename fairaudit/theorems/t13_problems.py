@@ -16,6 +16,10 @@ MAX_PROBLEMS = 10_000_000
 """Pairs that are held in memory."""
 
 
+class TooManyPairs(InputError):  # noqa: N818
+    """More pairs of groups differ than are held in memory."""
+
+
 @dataclass(frozen=True)
 class Problems:
     """Ordered pairs of groups of different kinds, in input order: by context, group in the numerator, group in the denominator.
@@ -107,7 +111,7 @@ class _Found:
             first = np.concatenate(([True], keys[1:] != keys[:-1]))
             keys, ranks = keys[first], ranks[first]
         if len(keys) > MAX_PROBLEMS:
-            raise InputError(
+            raise TooManyPairs(
                 f"more than {MAX_PROBLEMS} pairs of groups differ in utility or filter, too many for the greatest ratio over all policies; "
                 "fewer groups or contexts, or a utility that ignores the group, are accepted"
             )

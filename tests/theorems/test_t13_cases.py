@@ -98,6 +98,15 @@ def test_a_filter_too_wide_for_a_reader_keeps_what_needs_epsilon_alone(monkeypat
     assert not {scope for by, scope in reached(case(gamma=3, m=1)) if by == "T13"}
 
 
+def test_too_many_different_pairs_are_left_out_with_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fairaudit.theorems.t13_problems.MAX_PROBLEMS", 0)
+    found = case(tau="6/5")
+    assert ("T2", ANY_POLICY) in reached(found) and not {scope for by, scope in reached(found) if by == "T13"}
+    result = fa.certify(found.deployment, {"hire": 3, "pass": 1})
+    assert any(note.startswith("what any policy can do behind these filters is left out") for note in result.notes)
+    assert result.verify().ok
+
+
 def test_several_releases_leave_only_what_knows_them() -> None:
     found = reached(case(releases=3, gamma=3, m=1, max_drift="1/20"), all_bounds=True)
     assert ("T13", ANY_POLICY) in found and ("T13", ANY_UTILITY) in found
