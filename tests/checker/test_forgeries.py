@@ -236,7 +236,7 @@ def forged_floored(p: Policy, local: bool) -> Iterator[Forged]:
     for name, declared in changed_floors(p) if finite else ():
         lower = altered(p, declared)
         fewer = floors(lower)
-        if not fewer or not all(proves_as_listed(lower, case, kept, y, value) for case, y in ys.items()):
+        if not fewer or not all(proves(lower, case, kept, y, value) for case, y in ys.items()):
             yield name, claim(value), declared
 
 
