@@ -204,9 +204,50 @@ def test_what_is_wrong_with_a_policy() -> None:
             with_rows(rows)
     with pytest.raises(checker.FormatError):
         with_rows(BY["rows"], None)
+
+
+def test_floors_and_policies_are_those_of_one_release() -> None:
+    """Of two releases neither prices of floors nor a policy that attains a value can be written down."""
     p = first()
-    p.releases = 2  # of which the policies are not written down
-    assert not true(write(p), claim(True, "=", ELEVEN, ["3/7"], [], BY))
+    pairs = [UP | {"floors": [[0, 1, "8/7"]]}, DOWN | {"floors": [[0, 0, "8/7"]]}]
+    assert true(write(p), claim(True, "<=", ELEVEN, [], pairs))
+    p.releases = 2
+    assert not true(write(p), claim(True, "<=", ELEVEN, [], pairs)) and not true(write(p), claim(True, "=", ELEVEN, ["3/7"], [], BY))
+    p = in_two_contexts(coin(1), "1/4")
+    nobody = {"attained": UP, "rows": [[["1", "0"], ["0", "1"]], [["1", "0"], ["1", "0"]]]}
+    assert true(write(p), claim(True, "=", INF, [], [], nobody))
+    p.releases = 2
+    assert not true(write(p), claim(True, "=", INF, [], [], nobody))
+
+
+def in_two_contexts(group: Filter, of_means: str) -> Policy:
+    """One good decision in two contexts, and a floor of the means."""
+    p = stated(group, [[HALF, HALF], [HALF, HALF]], ["1", "0"], contexts=(["A"], ["B"]))
+    p.declared = {"global_tau": Fraction(of_means)}
+    return p
+
+
+def test_a_policy_keeps_the_floor_of_means() -> None:
+    """In the second context one group gets everything, and the other nothing or more: their means are 1/2 or more."""
+    p = in_two_contexts(coin(1), "1/2")
+    certificate = write(p)
+    place_of = {"context": ["A"], "higher": ["f"], "lower": ["m"]}
+    for b, keeps in (("1", True), ("0", False)):
+        rows = [[["1", "0"], ["0", "1"]], [["1", "0"], [b, str(1 - int(b))]]]
+        assert true(certificate, claim(True, "=", INF, [], [], {"attained": place_of, "rows": rows})) is keeps
+
+
+def test_contexts_with_like_utilities_have_their_own_floors() -> None:
+    """Utilities are twice as great in the second context: as much is a floor of 1/2 in the first one as 1 in the second one."""
+    given = {(x, a): [["1", "0"], ["2", "0"]][x] for x in range(2) for a in range(2)}
+    p = stated(coin("7/10"), [[HALF, HALF], [HALF, HALF]], given, contexts=(["A"], ["B"]))
+    for second, holds in (("1", True), ("99/100", False), ("1/2", False)):
+        p.declared_in = {0: {"tau": Fraction(1, 2)}, 1: {"tau": Fraction(second)}}
+        assert true(write(p), claim(True, "<=", ELEVEN, ["3/7"])) is holds
+    p.declared_in = {0: {"tau": Fraction(1, 2)}, 1: {"tau": Fraction(1, 2)}}  # where 7/3 holds of all policies, and is attained
+    assert true(write(p), claim(True, "<=", Fraction(7, 3), ["3/7"])) and not true(
+        write(p), claim(True, "<=", Fraction(7, 3) - TINY, ["3/7"])
+    )
 
 
 def test_floors_of_contexts_that_are_shown_alike() -> None:
@@ -256,9 +297,7 @@ def test_a_floor_of_a_context_that_is_not_compared_costs_what_it_gives() -> None
 
 def test_a_floor_of_means_is_enough() -> None:
     """Nothing is known of either context, and a mean of 1/2 over both of them lets 11/7 happen where they are shown alike."""
-    p = stated(coin("7/10"), [[HALF, HALF], [HALF, HALF]], ["1", "0"], contexts=(["A"], ["B"]))
-    p.declared = {"global_tau": Fraction(1, 2)}
-    certificate = write(p)
+    certificate = write(in_two_contexts(coin("7/10"), "1/2"))
     place_of = {"context": None, "higher": ["f"], "lower": ["m"]}
     policy = {"attained": place_of, "rows": BY["rows"] * 2}
     pairs = [place_of | {"floors": [[None, 1, "8/7"]]}, place_of | {"higher": ["m"], "lower": ["f"], "floors": [[None, 0, "8/7"]]}]

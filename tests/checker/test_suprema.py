@@ -72,3 +72,4 @@ def test_quick_bounds_are_not_below_what_they_bound(pairs: Any, worth: Any, k: A
     for classes, unit in (law.outer, law.finer):
         assert total(classes) / unit >= total(pairs) / law.unit
         assert all(p >= 0 and q >= 0 for p, q in classes)
+        assert sum(p for p, _ in classes) >= unit >= sum(q for _, q in classes)
