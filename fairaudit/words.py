@@ -13,8 +13,8 @@ from typing import Any, Literal, TypeVar
 __all__ = ["BENEFIT", "BURDEN", "Words", "approximate", "brief", "percent", "place", "plain", "words_for"]
 
 
-def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest") -> str:
-    """Four significant digits of an exact value, for a person.
+def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest", digits: int = 4) -> str:
+    """Some significant digits of an exact value, for a person.
 
     Examples
     --------
@@ -26,10 +26,10 @@ def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "u
     if not isinstance(value, Fraction):
         return "infinite"
     if rounding == "nearest" and (value == 0 or Fraction(1, 10**300) < value < 10**300):
-        return f"{float(value):.4g}"
+        return f"{float(value):.{digits}g}"
     towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
-    with localcontext(Context(prec=4, rounding=towards, Emin=-999_999, Emax=999_999)) as context:
-        return format(context.divide(Decimal(value.numerator), Decimal(value.denominator)), ".4g")
+    with localcontext(Context(prec=digits, rounding=towards, Emin=-999_999, Emax=999_999)) as context:
+        return format(context.divide(Decimal(value.numerator), Decimal(value.denominator)), f".{digits}g")
 
 
 STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}

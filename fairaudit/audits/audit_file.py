@@ -377,5 +377,9 @@ def _utility(section: Mapping[str, Any], table: Table, law: Law, folder: Path, m
             context=columns.context,
             missing=missing,
         )
-    values_table = read_csv(folder / _text(section, "table", "utility")).with_numbers(["utility"])
+    values_table = read_csv(folder / _text(section, "table", "utility"))
+    for name in (columns.decision, *columns.group, *columns.context, "utility"):
+        if name not in values_table.columns:
+            raise InputError(f"[utility]: its table has no column {shown(name)}; {nearest(name, values_table.columns)}")
+    values_table = values_table.with_numbers(["utility"])
     return Utility.from_table(values_table, utility="utility", decision=columns.decision, group=columns.group, context=columns.context)

@@ -86,11 +86,11 @@ def _read(declared: Mapping[str, Any], measured: Mapping[str, Fraction | None], 
         if found is None:
             continue
         if name in GREATEST and constants[name] < found:
-            raise InputError(f"the declared {name}{where} is {shown(value)}, but the table has {approximate(found)}; declare at least that")
+            most = approximate(found, "up")
+            raise InputError(f"the declared {name}{where} is {shown(value)}, but the table has {most}; declare at least that")
         if name not in GREATEST and constants[name] > found:
-            raise InputError(
-                f"the declared {name}{where} is {shown(value)}, but the table has only {approximate(found)}; declare at most that"
-            )
+            least = approximate(found, "down")
+            raise InputError(f"the declared {name}{where} is {shown(value)}, but the table has only {least}; declare at most that")
     return constants
 
 

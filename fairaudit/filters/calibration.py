@@ -436,7 +436,7 @@ def _why(rule: Rule, s: _Setting, hidden: Extended) -> str:
     if s.delta:
         causes.append("delta is positive (a smaller delta helps)")
     said = " and ".join(causes) or "this rule is too coarse"
-    ratio, logarithm = ratio_and_log(hidden)
+    ratio, logarithm = ratio_and_log(Fraction(hidden))
     return (
         f"even a filter that hides everything guarantees only a ratio of {ratio} by this rule, because {said}; "
         f"a higher floor tau, or a target of at least {ratio} (log {logarithm}), is feasible"

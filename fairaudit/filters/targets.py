@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from math import log
 from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.enclosures import HUGE, exp_below
+from fairaudit.exact.enclosures import exp_below, log_enclosure
 from fairaudit.exact.rationals import at_least
 from fairaudit.measures.limits import Quantity, one_limit
 from fairaudit.words import approximate
@@ -69,9 +68,13 @@ def _exp_of(name: str, value: Any) -> Fraction:
     return exp_below(number, TARGET_BITS)
 
 
-def ratio_and_log(ratio: Fraction | float) -> tuple[str, str]:
-    """A finite ratio and its logarithm in six digits, for a sentence."""
-    if ratio < HUGE:
-        return f"{float(ratio):.6g}", f"{log(ratio):.6g}"
-    top, bottom = ratio.as_integer_ratio()
-    return approximate(ratio), f"{log(top) - log(bottom):.6g}"
+def ratio_and_log(ratio: Fraction) -> tuple[str, str]:
+    """A finite ratio and its logarithm in six digits for a sentence, rounded up: as targets they are no smaller.
+
+    Examples
+    --------
+    >>> ratio_and_log(Fraction(4, 3)), ratio_and_log(Fraction(5, 4))
+    (('1.33334', '0.287683'), ('1.25', '0.223144'))
+    """
+    logarithm = Fraction(log_enclosure(ratio.as_integer_ratio())[1])
+    return approximate(ratio, "up", 6), approximate(logarithm, "up", 6)

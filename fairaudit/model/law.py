@@ -556,7 +556,7 @@ def _read(
 def _finish(law: Law) -> Law:
     """Refuse a law in which nothing can be compared, or whose rows do not sum to 1; note smaller residues."""
     if len(law.groups) < 2:
-        raise InputError(f"there is only one group, {law.group_label(0)}; fairness compares at least two")
+        raise InputError(f"there is only one group, {shown(', '.join(law.groups[0]))}; fairness compares at least two")
     if not len(law.cell_context):
         raise InputError("every count is zero; nothing is left to audit")
     residue = _check_sums(law) if law.kind == "probabilities" else ""

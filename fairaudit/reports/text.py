@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from fairaudit.audits.sentences import pair_text, size_text
 from fairaudit.certificates.entries import change_assumptions
@@ -346,7 +346,7 @@ def _guaranteed(result: Result) -> str:
         where = "within contexts" if quantity == "local" and result.columns.context else "overall" if quantity == "global" else ""
         lines.append(" ".join(["Guaranteed", *([where] if where else []), "behind these filters, ratio R (log R)"]))
         known = [_Guarantee(0, measured.ratio, "the figure itself"), *found]
-        lines += [f"  {approximate(at.value):>8}  {_logarithm(at.value):>10}  {REACHES[at.reach]}: {at.why}" for at in known]
+        lines += [f"  {approximate(at.value, at.rounding):>8}  {_logarithm(at.value):>10}  {REACHES[at.reach]}: {at.why}" for at in known]
     if lines:
         suprema = [text for found in result.suprema for text in found.assumptions]
         judge = dict.fromkeys([*(text for bound in result.bounds for text in to_judge(bound)), *suprema])
@@ -359,11 +359,12 @@ def _guaranteed(result: Result) -> str:
 
 @dataclass(frozen=True)
 class _Guarantee:
-    """A line: how far it reaches, the ratio, and why."""
+    """A line: how far it reaches, the ratio, and why; what is only an upper bound is rounded up."""
 
     reach: int
     value: Extended
     why: str
+    rounding: Literal["nearest", "up"] = "nearest"
 
 
 REACHES = tuple(REACH.values())
@@ -375,10 +376,10 @@ def _guarantees(result: Result, quantity: str) -> Iterator[_Guarantee]:
     for bound in result.bounds:
         if bound.quantity == f"{quantity}_ratio":
             how = BY_KEY[bound.quantity, "<=", bound.theorem, bound.scope].how
-            yield _Guarantee(places[bound.scope], bound.value, f"{how} ({bound.theorem})")
+            yield _Guarantee(places[bound.scope], bound.value, f"{how} ({bound.theorem})", "up")
     for found in result.suprema:
         if found.quantity == quantity:
-            yield _Guarantee(places[found.scope], found.value, f"{_attained(found, result)} (T13)")
+            yield _Guarantee(places[found.scope], found.value, f"{_attained(found, result)} (T13)", "nearest" if found.exact else "up")
 
 
 def _attained(found: Supremum, result: Result) -> str:
@@ -473,7 +474,8 @@ def _limits(result: Result) -> str:
     else:
         said.append("It takes the probabilities in the table as given.")
     if result.law.population == "equal" and result.global_ is not None and len(result.law.contexts) > 1:
-        said.append("No population was given (--weight): the global figures weigh all contexts equally.")
+        named = "[population]" if result.deployment else "--weight"
+        said.append(f"No population was given ({named}): the global figures weigh all contexts equally.")
     said.append("It does not say that the table is genuine, complete or representative, nor why groups differ.")
     if not result.burden:
         said.append("The utility is taken for a benefit; if it counts a burden, say so with --burden.")

@@ -106,3 +106,13 @@ def test_a_filter_is_looked_for_that_is_released_once(folder: Path, capsys: pyte
     )
     assert main(["calibrate", str(folder / "audit.toml"), "--max-ratio", "2"]) == 2
     assert "[filter.group] releases is 20" in capsys.readouterr().err
+
+
+def test_a_utility_table_names_every_column_that_the_policy_has(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = POLICY.format(more='missing = "drop"').replace("values = { yes = 1 }", 'table = "worth.csv"')
+    (folder / "audit.toml").write_text(text)
+    (folder / "worth.csv").write_text("u,utility\nyes,1\nno,0\n")
+    assert main(["certify", str(folder / "audit.toml")]) == 2
+    assert "[utility]: its table has no column 'g'; known: 'u', 'utility'" in capsys.readouterr().err
+    (folder / "worth.csv").write_text("u,g,utility\nyes,f,1\nno,f,0\nyes,m,2\nno,m,0\n")
+    assert main(["certify", str(folder / "audit.toml")]) == 0

@@ -147,3 +147,14 @@ def test_the_options_need_filters(tmp_path: Path, capsys: pytest.CaptureFixture[
     words = ["--decision", "u", "--group", "g", "--context", "x", "--probability", "p", "--utility", "hire"]
     assert main(["certify", str(tmp_path / "policy.csv"), *words, *option]) == 2
     assert f"{option[0]} is about a policy behind filters" in capsys.readouterr().err
+
+
+def test_what_a_message_says_may_be_declared_is_accepted() -> None:
+    policy = fa.Policy.from_array([[["2/3", "1/3"], ["1", "0"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    deployment = policy.behind(group=fa.Identity(["f", "m"]))
+    with pytest.raises(fa.InputError, match=r"the table has only 0\.6666; declare at most that"):
+        fa.certify(deployment, {"hire": 1}, declared={"tau": "0.67"})
+    assert fa.certify(deployment, {"hire": 1}, declared={"tau": "0.6666"}).declared == {"tau": F(3333, 5000)}
+    with pytest.raises(fa.InputError, match=r"the table has 0\.6667; declare at least that"):
+        fa.certify(deployment, {"hire": "2/3"}, declared={"gamma": "0.5"})
+    assert fa.certify(deployment, {"hire": "2/3"}, declared={"gamma": "0.6667"}).declared == {"gamma": F(6667, 10000)}

@@ -294,3 +294,14 @@ def test_the_filter_is_certified_for_any_policy(audit: str, tmp_path: Path) -> N
     (value,) = {claim["value"] for claim in claims if claim["quantity"] == "local_ratio_supremum" and claim["scope"] == ANY_POLICY}
     assert value == "7/5"
     assert main(["verify", str(certificate)]) == 0
+
+
+def test_the_target_that_is_called_feasible_is() -> None:
+    """All is worth 4/3 to m and 1 to f: every policy has the ratio 4/3 behind every filter, and that is no decimal."""
+    policy = fa.Policy.from_array([[["1/2", "1/2"], ["1/2", "1/2"]]], decisions=["hire", "pass"], groups=["f", "m"])
+    utility = fa.Utility.from_function(lambda u, x, a: F(1) if a == ("f",) else F(4, 3), policy.law)
+    found = fa.calibrate_utility(policy, utility, max_ratio="1.2")
+    assert "at least 1.33334 (log 0.287683) is feasible" in found.reason
+    assert not fa.calibrate_utility(policy, utility, max_ratio="1.33333").feasible
+    assert fa.calibrate_utility(policy, utility, max_ratio="1.33334").feasible
+    assert fa.calibrate_utility(policy, utility, max_log="0.287683").feasible
