@@ -10,7 +10,7 @@ from fairaudit.audits.declared import ByContext, read_declared
 from fairaudit.audits.population import decisions_given_truth, intervals_of_stream, possible_comparisons, two_means_note
 from fairaudit.audits.result import Result, not_compared
 from fairaudit.audits.targets import judged, judged_by_window
-from fairaudit.errors import InputError
+from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.anytime import Arrivals
 from fairaudit.inference.changes import Window, change_of
@@ -195,7 +195,13 @@ def certify(
         not_compared=(*not_compared(law), *(given.not_compared if given else ())),
         targets=targets,
         verdict=verdict,
-        notes=(*law.notes, *notes, *said, *(_left_out(case, found, measured) if case else ())),
+        notes=(
+            *law.notes,
+            *notes,
+            *said,
+            *(_unseen(deployment) if deployment else ()),
+            *(_left_out(case, found, measured) if case else ()),
+        ),
         deployment=deployment,
         unfiltered=None if without is None else _both(without, replace(table, law=without)),
         bounds=found.bounds,
@@ -209,6 +215,21 @@ def certify(
         burden=burden,
         changed=change,
     )
+
+
+def _unseen(deployment: Deployment) -> Iterator[str]:
+    """What is said of groups and contexts of a policy that its filters neither take nor release: none of the figures is about them."""
+    law = deployment.policy.law
+    kinds = [("group", law.groups, deployment.group_filter)]
+    if deployment.context_filter is not None:
+        kinds.append(("context", law.contexts, deployment.context_filter))
+    for kind, labels, mechanism in kinds:
+        known = {*mechanism.inputs, *mechanism.outputs}
+        lost = [label for label in labels if label not in known]
+        if lost:
+            more = f" and {len(lost) - 1:,} more" if len(lost) > 1 else ""
+            said = f"the {kind} {shown(', '.join(lost[0]))}{more} of the policy"
+            yield f"{said}: no value of the {kind} filter, and left out of all figures"
 
 
 def _left_out(case: Case, found: Guarantees, measured: Mapping[Quantity, Ratio | None]) -> Iterator[str]:

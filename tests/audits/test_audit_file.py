@@ -116,3 +116,13 @@ def test_a_utility_table_names_every_column_that_the_policy_has(folder: Path, ca
     assert "[utility]: its table has no column 'g'; known: 'u', 'utility'" in capsys.readouterr().err
     (folder / "worth.csv").write_text("u,g,utility\nyes,f,1\nno,f,0\nyes,m,2\nno,m,0\n")
     assert main(["certify", str(folder / "audit.toml")]) == 0
+
+
+def test_groups_that_the_filter_does_not_know_are_said_to_be_left_out(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = POLICY.format(more='missing = "group"').replace('"identity"', '"identity"\nvalues = ["f", "m"]')
+    (folder / "audit.toml").write_text(text)
+    assert main(["certify", str(folder / "audit.toml"), "--confidence", "none"]) == 0
+    assert "of the policy: no value of the group filter, and left out of all figures" in capsys.readouterr().err
+    (folder / "audit.toml").write_text(POLICY.format(more='missing = "group"'))
+    assert main(["certify", str(folder / "audit.toml"), "--confidence", "none"]) == 0
+    assert "left out of all figures" not in capsys.readouterr().err
