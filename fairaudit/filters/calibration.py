@@ -86,7 +86,7 @@ class Calibration:
     >>> import fairaudit as fa
     >>> found = fa.calibrate(max_ratio="5/4", groups=2, tau="0.5")
     >>> found.require().keep_probabilities, found.achieved <= found.target
-    ((Fraction(142857142857, 250000000000),), True)
+    ((Fraction(4, 7),), True)
     """
 
     quantity: Quantity

@@ -70,7 +70,7 @@ class Bound:
     >>> import fairaudit as fa
     >>> policy = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
     >>> coin = fa.RandomizedResponse(["f", "m"], keep_probability="0.75")
-    >>> bound = fa.audit(policy.behind(group=coin), utility="hire").bounds[0]
+    >>> bound = fa.audit(policy.behind(group=coin), utility="hire", all_bounds=True).bounds[0]
     >>> bound.theorem, bound.quantity, bound.value, bound.scope
     ('T2', 'local_ratio', Fraction(3, 1), 'any policy behind this filter')
     """

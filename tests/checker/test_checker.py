@@ -112,6 +112,9 @@ def forge_evidence(pick: Pick, claim: dict[str, Any]) -> bool:
         evidence["table"] = evidence["table"][::-1]
     elif "interval" in evidence:
         evidence["interval"] = "global" if evidence["interval"] == "local" else "local"
+    elif "attained" in evidence:
+        attained = evidence["attained"]
+        evidence["attained"] = {"context": None, "higher": ["a"], "lower": ["b"]} if attained is None else None
     elif evidence and not {"multipliers", "pairs"} & evidence.keys():
         key = next(iter(evidence))
         evidence[key] = less(pick, evidence[key])

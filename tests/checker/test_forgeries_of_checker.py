@@ -1,6 +1,6 @@
 """Forged claims of T13: at and just below the greatest ratio, with other evidence, other constants, other sentences. None is accepted.
 
-All 150 random deployments: FAIRAUDIT_FULL=1 pytest -n0 -s tests/checker/test_forgeries.py
+All 150 random deployments: FAIRAUDIT_FULL=1 pytest -n0 -s tests/checker/test_forgeries_of_checker.py
 """
 
 from __future__ import annotations
