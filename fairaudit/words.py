@@ -10,7 +10,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decima
 from fractions import Fraction
 from typing import Any, Literal, TypeVar
 
-__all__ = ["BENEFIT", "BURDEN", "Words", "approximate", "brief", "percent", "place", "plain", "words_for"]
+__all__ = ["BENEFIT", "BURDEN", "Words", "approximate", "brief", "ends_text", "percent", "place", "plain", "words_for"]
 
 
 def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest", digits: int = 4) -> str:
@@ -51,6 +51,8 @@ def plain(text: str) -> str:
 THE_INTERVAL = "the interval"
 
 THIS_TABLE = "this table"
+
+ENDS_CROSS = "the ends cross"
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,17 @@ def percent(value: Fraction | float) -> str:
     '95 %'
     """
     return f"{float(100 * value):.6g} %"
+
+
+def ends_text(low: str, high: str, *, each: bool) -> str:
+    """Both ends of an interval, or each by itself.
+
+    Examples
+    --------
+    >>> ends_text("1.2", "1.9", each=False), ends_text("1.2", "1.9", each=True)
+    ('1.2 to 1.9', 'at least 1.2, at most 1.9')
+    """
+    return f"at least {low}, at most {high}" if each else f"{low} to {high}"
 
 
 T = TypeVar("T")

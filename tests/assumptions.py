@@ -30,7 +30,7 @@ def needed(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
     """The names of what a claim needs, with the numbers for the places left open."""
     said = sentences()
     names = ["fresh"] if document["subject"]["kind"] == "policy" else []
-    if claim["scope"].startswith("population at confidence "):
+    if claim["scope"].startswith(("population at confidence ", "population, one-sided at confidence ")):
         return [said[name] for name in names] + _of_interval(claim, document)
     if claim["by"] in ("T5", "T5-decision") and claim["scope"] == "any policy behind this filter":
         names.append("stated-population")

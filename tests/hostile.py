@@ -364,7 +364,7 @@ def ladders(pick: Pick) -> Any:
     knots = [_lowest(v, 10**12) for v in many]
     interval = {
         "confidence": "1/1000",
-        "side": "both",
+        "ends": "together",
         "region": "product",
         "independent": True,
         "method": "hoeffding-kl",
@@ -388,7 +388,7 @@ def boundary(pick: Pick) -> Any:
     table["intervals"] = {
         "local": {
             "confidence": "1/2",
-            "side": "both",
+            "ends": "together",
             "region": "box",
             "independent": False,
             "method": "hoeffding-kl",

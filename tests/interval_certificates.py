@@ -168,11 +168,16 @@ def strings(box: list[tuple[Fraction, Fraction]]) -> list[list[str]]:
     return [[str(lo), str(hi)] for lo, hi in box]
 
 
-def by_box(cells: list[Cell], blocks: list[list[Form]], independent: bool, method: str) -> dict[str, Any]:
+def by_box(cells: list[Cell], blocks: list[list[Form]], independent: bool, method: str, ends: str) -> dict[str, Any]:
     used, s, _ = figures(cells, blocks)
     K = len(used)
     beta, prime = (ALPHA / (2 * s), ALPHA / (2 * (2 * K - s))) if K else (F(0), F(0))
-    if independent and K:
+    if ends == "each" and K:
+        beta, prime = ALPHA / s, ALPHA / (2 * K)
+        if independent:
+            beta *= 1 + F(first(1000, lambda t: 1 - (1 - beta * (1 + F(t, 1000))) ** s > ALPHA) - 1, 1000)
+            prime *= 1 + F(first(1000, lambda t: 1 - (1 - 2 * prime * (1 + F(t, 1000))) ** K > ALPHA) - 1, 1000)
+    elif independent and K:
         steps = first(1000, lambda t: any_wrong(beta, prime, K, s, 1 + F(t, 1000)) > ALPHA)
         beta, prime = ((1 + F(steps - 1, 1000)) * level for level in (beta, prime))
     upper, lower = ([tightest(cell, level, method) for cell in cells] for level in (beta, prime))
@@ -214,14 +219,21 @@ def area(b: Fraction, c: Fraction) -> float:
 
 
 def interval(
-    cells: list[Cell], blocks: list[list[Form]], *, independent: bool = False, method: str = "hoeffding-kl", limits: Any = None
+    cells: list[Cell],
+    blocks: list[list[Form]],
+    *,
+    independent: bool = False,
+    method: str = "hoeffding-kl",
+    limits: Any = None,
+    ends: str = "together",
 ) -> dict[str, Any]:
-    common = {"confidence": str(1 - ALPHA), "side": "both", "independent": independent, "method": method, "limits": limits}
-    return common | by_box(cells, blocks, independent, method)
+    common = {"confidence": str(1 - ALPHA), "ends": ends, "independent": independent, "method": method, "limits": limits}
+    return common | by_box(cells, blocks, independent, method, ends)
 
 
 def claims(name: str, interval: dict[str, Any], by: str) -> list[dict[str, Any]]:
-    common = {"quantity": f"{name}_ratio", "scope": f"population at confidence {interval['confidence']}", "by": by}
+    opening = "population, one-sided at confidence" if interval["ends"] == "each" else "population at confidence"
+    common = {"quantity": f"{name}_ratio", "scope": f"{opening} {interval['confidence']}", "by": by}
     common |= {"assumptions": [], "evidence": {"interval": name}}
     return [common | {"relation": relation, "value": value} for relation, value in zip((">=", "<="), interval["ratio"], strict=True)]
 
@@ -297,7 +309,7 @@ def proved(found: dict[str, Any], derive: Derive) -> bool:
 def read_again(found: dict[str, Any], derive: Derive) -> bool:
     c, (low, high) = F(found["confidence"]), (INF if end == "inf" else F(end) for end in found["ratio"])
     shapes = found["limits"] is None or (len(found["limits"]) == 2 and F(found["limits"][0]) <= F(found["limits"][1]))
-    shapes = shapes and ("units" not in found or found["units"] is not None)
+    shapes = shapes and ("units" not in found or found["units"] is not None) and found["ends"] in ("together", "each")
     derived = derive(found["limits"], found.get("units")) if shapes and 0 < c < 1 else None
     if derived is None or low < 1 or high < 1 or (found["independent"] and derived[2]):
         return False
@@ -323,9 +335,7 @@ def read_box(found: Any, cells: list[Cell], blocks: list[list[Form]], ratio: Any
             if hi < most and not excluded(cell, hi, level, found["method"], True):
                 return False
         boxes.append(box)
-    levels = 0 < prime <= beta < 1 if K else beta == prime == 0
-    alone = found["independent"] and beta + prime < 1 and any_wrong(beta, prime, K, s, F(1)) <= alpha
-    if not levels or (s * beta + (2 * K - s) * prime > alpha and not alone):
+    if not box_levels_keep(found["ends"], beta, prime, (K, s), alpha, found["independent"]):
         return False
     if max(greatest(u, v, boxes[0]) for block in blocks for u, v in permutations(block, 2)) > ratio[1]:
         return False
@@ -333,6 +343,18 @@ def read_box(found: Any, cells: list[Cell], blocks: list[list[Form]], ratio: Any
         return bool(ratio[0] == 1)
     b, i, j = found["pair"]
     return bool(ratio[0] > 1 and i != j and inverse(greatest(blocks[b][j], blocks[b][i], boxes[1])) >= ratio[0])
+
+
+def box_levels_keep(ends: str, beta: Fraction, prime: Fraction, numbers: tuple[int, int], alpha: Fraction, independent: bool) -> bool:
+    K, s = numbers
+    if not K:
+        return bool(beta == prime == 0)
+    if ends == "each":
+        upper = s * beta <= alpha or (independent and 1 - (1 - beta) ** s <= alpha)
+        lower = 2 * K * prime <= alpha or (independent and 2 * prime < 1 and 1 - (1 - 2 * prime) ** K <= alpha)
+        return bool(0 < beta < 1 and 0 < prime < 1 and upper and lower)
+    alone = independent and beta + prime < 1 and any_wrong(beta, prime, K, s, F(1)) <= alpha
+    return bool(0 < prime <= beta < 1 and (s * beta + (2 * K - s) * prime <= alpha or alone))
 
 
 def read_ladders(
@@ -344,9 +366,12 @@ def read_ladders(
         return False
     if found["method"] != "hoeffding-kl" and not all(cell["binary"] for cell in cells if informative(cell)):
         return False
-    if not (b * b <= c <= b < 1 and prime * prime <= other <= prime <= b and other <= c):
+    if not (b * b <= c <= b < 1 and prime * prime <= other <= prime < 1):
         return False
-    if 2 * b + max(2, 2 * K - 2) * prime + area(b, c) + (pairs - 1) * area(prime, other) > alpha:
+    if found["ends"] == "each":
+        if max(2 * b + area(b, c), 2 * K * prime + pairs * area(prime, other)) > alpha:
+            return False
+    elif prime > b or other > c or 2 * b + max(2, 2 * K - 2) * prime + area(b, c) + (pairs - 1) * area(prime, other) > alpha:
         return False
     members = [[next(iter(form)) for form in block] for block in blocks]
     if (ratio[1] == INF) is not (found["upper"] is None) or (ratio[0] == 1) is not (found["lower"] is None):
@@ -380,6 +405,8 @@ def mutations(value: Any, path: list[Any]) -> Iterator[tuple[list[Any], Any]]:
         changes = [value + 1, max(0, value - 1), 9]
     elif isinstance(value, list):
         changes = [value[1:], [*value, *value[-1:]], value[::-1], None]
+    elif value in ("together", "each"):
+        changes = ["together", "each", "both"]
     elif value in checker.claims.METHODS:
         changes = [*checker.claims.METHODS]
     yield from ((path, change) for change in changes if change != value)

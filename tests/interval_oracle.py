@@ -140,7 +140,7 @@ def recheck(evidence: dict[str, Any], lower: Any, upper: Any) -> None:
     """Check an interval by its evidence alone; small boxes by all corners."""
     evidence = json.loads(json.dumps(evidence))
     alpha = 1 - F(evidence["confidence"])
-    cells, side = evidence["cells"], evidence["side"]
+    cells, ends_of = evidence["cells"], evidence["ends"]
     blocks = [[{i: F(w) for i, w in form} for form in block] for block in evidence["blocks"]]
     used = {i for block in blocks if len(block) > 1 for form in block for i in form if informative(cells[i])}
     K = len(used)
@@ -149,41 +149,43 @@ def recheck(evidence: dict[str, Any], lower: Any, upper: Any) -> None:
     M = len(pairs)
     if evidence["region"] == "box":
         beta, prime = F(evidence["levels"]["upper"]), F(evidence["levels"]["lower"])
-        if K and side == "both":
-            plain = s * beta + (2 * K - s) * prime <= alpha
+        alone = evidence["independent"]
+        if not K:
+            assert beta == prime == 0
+        elif ends_of == "together":
             assert prime <= beta
-        elif K:
-            plain = s * beta <= alpha if side == "upper" else 2 * K * prime <= alpha
-        else:
-            plain = beta == prime == 0
-        shared = s if side != "lower" else 0
-        assert plain or (evidence["independent"] and (1 - beta - prime) ** shared * (1 - 2 * prime) ** (K - shared) >= 1 - alpha)
+            plain = s * beta + (2 * K - s) * prime <= alpha
+            assert plain or (alone and (1 - beta - prime) ** s * (1 - 2 * prime) ** (K - s) >= 1 - alpha)
+        if K and ends_of in ("upper", "each"):
+            assert s * beta <= alpha or (alone and (1 - beta) ** s >= 1 - alpha)
+        if K and ends_of in ("lower", "each"):
+            assert 2 * K * prime <= alpha or (alone and (1 - 2 * prime) ** K >= 1 - alpha)
         ends = {}
         for name, level in (("upper", beta), ("lower", prime)):
             if evidence[name] is not None:
                 ends[name] = [(F(a), F(b)) for a, b in evidence[name]]
                 for cell, (lo, hi) in zip(cells, ends[name], strict=True):
                     assert ends_hold(cell, lo, hi, level, evidence["method"])
-        if side != "lower":
+        if ends_of != "lower":
             assert upper >= 1
             assert all(upper >= max(corner_ratios(blocks[b][i], blocks[b][j], ends["upper"])) for b, i, j in pairs)
-        if side != "upper" and lower > 1:
+        if ends_of != "upper" and lower > 1:
             b, i, j = evidence["pair"]
             assert min(corner_ratios(blocks[b][i], blocks[b][j], ends["lower"])) >= lower
         return
     assert evidence["independent"]
     assert all(list(form.values()) == [1] for block in blocks for form in block)
     up, low = ([F(v) for v in evidence["levels"][k]] if evidence["levels"][k] else None for k in ("upper", "lower"))
-    spent = 0.0
     for pair in (up, low):
         if pair:
             assert pair[0] ** 2 <= pair[1] <= pair[0]
-    if side == "both":
+    if ends_of == "together":
         assert low[0] <= up[0] and low[1] <= up[1]
-        spent = 2 * up[0] + max(2, 2 * K - 2) * low[0] + area(*up) + (M - 1) * area(*low)
-    else:
-        spent = 2 * up[0] + area(*up) if side == "upper" else 2 * K * low[0] + M * area(*low)
-    assert spent <= float(alpha)
+        assert 2 * up[0] + max(2, 2 * K - 2) * low[0] + area(*up) + (M - 1) * area(*low) <= float(alpha)
+    if ends_of in ("upper", "each"):
+        assert 2 * up[0] + area(*up) <= float(alpha)
+    if ends_of in ("lower", "each"):
+        assert 2 * K * low[0] + M * area(*low) <= float(alpha)
     if upper != inf:
         assert upper >= 1
         for block, knots in zip([b for b in blocks if len(b) > 1], evidence["upper"], strict=True):

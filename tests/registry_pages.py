@@ -9,6 +9,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Iterable
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from fairaudit.theorems.bound import (
     THIS_LAW,
     THIS_POLICY,
 )
-from fairaudit.theorems.registry import DIFFERENCES, EVERY_UTILITY, KINDS, RATIOS, SAMPLED, Kind
+from fairaudit.theorems.registry import DIFFERENCES, EVERY_UTILITY, KINDS, ONE_SIDED, RATIOS, SAMPLED, Kind
 
 ROOT = Path(__file__).resolve().parents[1]
 PROOFS = ROOT / "proofs"
@@ -41,6 +42,7 @@ SCOPES = {
     ANY_CONTEXT_FILTER: ("context filters", "CONTEXT_FILTERS"),
     EVERY_UTILITY: ("class", "CLASS"),
     SAMPLED: ("population", ""),
+    ONE_SIDED: ("one-sided", ""),
 }
 RULES = {
     "any": "certificate.md#claims",
@@ -114,7 +116,7 @@ def _needed(kind: Kind) -> str:
 def scopes_table() -> str:
     """The scopes by their short names."""
     lines = ["| | `scope` |", "| --- | --- |"]
-    lines += [f"| {short} | `{scope}{'c' if scope == SAMPLED else ''}` |" for scope, (short, _) in SCOPES.items()]
+    lines += [f"| {short} | `{scope}{'c' if scope in (SAMPLED, ONE_SIDED) else ''}` |" for scope, (short, _) in SCOPES.items()]
     return "\n".join(lines)
 
 
@@ -159,8 +161,8 @@ def _toml(text: str) -> str:
 
 def schema_text() -> str:
     """The definitions of a claim, of one about a class, and of one about a population, as the schema file spells them."""
-    population = {"$ref": "#/$defs/population_at_confidence"}
-    scopes = [scope for scope in SCOPES if scope != SAMPLED]
+    population = [{"$ref": "#/$defs/population_at_confidence"}, {"$ref": "#/$defs/population_one_sided"}]
+    scopes = [scope for scope in SCOPES if scope not in (SAMPLED, ONE_SIDED)]
     keys = unique(key for kind in KINDS for key in (kind.evidence, *kind.beside) if key)
     shapes = {key: SHAPES.get(key, {"$ref": "#/$defs/extended"}) for key in keys}
     shapes["theta"] = {"$ref": "#/$defs/vector"}
@@ -178,7 +180,7 @@ def schema_text() -> str:
             "value": {"$ref": "#/$defs/extended"},
             "scope": {
                 "description": "What may be changed without making the statement false.",
-                "anyOf": [{"enum": scopes}, population],
+                "anyOf": [{"enum": scopes}, *population],
             },
             "by": {
                 "description": (
@@ -207,7 +209,7 @@ def schema_text() -> str:
     }
     of_population = {
         "description": "A claim in a certificate about the population behind counts or the draws of a policy.",
-        "properties": {"by": {"enum": unique(kind.by for kind in KINDS if SAMPLED in kind.scopes)}, "scope": population},
+        "properties": {"by": {"enum": unique(kind.by for kind in KINDS if SAMPLED in kind.scopes)}, "scope": {"anyOf": population}},
     }
     made = {"claim": claim, "claim_about_class": of_class, "claim_about_population": of_population}
     return "".join(f'    "{name}": {_json(entry, 4)},\n' for name, entry in made.items())
@@ -216,11 +218,15 @@ def schema_text() -> str:
 def _sampled() -> Iterable[dict[str, Any]]:
     """One entry for each quantity of a population: by what, and which interval it repeats."""
     kinds = [kind for kind in KINDS if SAMPLED in kind.scopes]
-    for quantity in unique(quantity for kind in kinds for quantity in kind.quantities):
+    for quantity, scope in product(unique(quantity for kind in kinds for quantity in kind.quantities), (SAMPLED, ONE_SIDED)):
+        own = [kind for kind in kinds if quantity in kind.quantities and scope in kind.scopes]
+        if not own:
+            continue
         yield {
             "allOf": [{"$ref": "#/$defs/claim_about_population"}],
             "properties": {
-                "by": _among(kind.by for kind in kinds if quantity in kind.quantities),
+                "by": _among(kind.by for kind in own),
+                "scope": {"$ref": f"#/$defs/population_{'at_confidence' if scope == SAMPLED else 'one_sided'}"},
                 "relation": _among(relation for kind in kinds for relation in kind.relations),
                 "quantity": {"const": quantity},
                 "assumptions": {"minItems": 1},

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 from fairaudit.audits.declared import ByContext, read_declared
 from fairaudit.audits.population import decisions_given_truth, intervals_of_stream, possible_comparisons, two_means_note
@@ -165,11 +166,13 @@ def certify(
         intervals, notes = intervals_of_stream(law, table, arrivals, measured, constants, 1 - equal_share(1 - level, len(named)), named)
     elif level is not None:
         comparisons, notes = possible_comparisons(subject, utility, table, measured, constants, named, embed_table)
+    # A verdict rests on one end. Targets share the error, so that their verdicts hold together; what has no target has all of it.
+    judging = sum(quantity in comparisons for quantity, _, _ in limits)
     for quantity, comparison in comparisons.items():
-        # Targets on both quantities share the error, so that their verdicts hold together.
-        alpha = equal_share(1 - Fraction(level or 0), len(named & comparisons.keys()))
-        region = default_region(comparison, interval, independent=independent)
-        intervals[quantity] = ratio_interval(comparison, 1 - alpha, method=interval, region=region, independent=independent)
+        alpha = equal_share(1 - Fraction(level or 0), judging if quantity in named else 1)
+        options: dict[str, Any] = {"method": interval, "independent": independent, "ends": "each" if quantity in named else "together"}
+        options["region"] = default_region(comparison, interval, independent=independent)
+        intervals[quantity] = ratio_interval(comparison, 1 - alpha, **options)
         notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))
     sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
     change = None

@@ -15,7 +15,7 @@ from fairaudit.model.law import Law
 from fairaudit.tables.values import Label
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import FLOORED, Bound
-from fairaudit.theorems.registry import BY_ID, BY_KEY, SAMPLED, Kind, Relation
+from fairaudit.theorems.registry import BY_ID, BY_KEY, ONE_SIDED, SAMPLED, Kind, Relation
 from fairaudit.theorems.supremum import PairProof, Supremum
 from fairaudit.theorems.t05 import t5_independent
 from fairaudit.theorems.t07 import t7
@@ -131,7 +131,7 @@ def _figures(result: Result, about: tuple[str, ...]) -> Iterator[Claim]:
 
 def _ends(kind: Kind, quantity: str, key: str, interval: Interval | DifferenceInterval) -> Iterator[Claim]:
     """Both ends of an interval of the population."""
-    scope = population_at(interval.confidence)
+    scope = population_at(interval.confidence, each=isinstance(interval, Interval) and interval.ends == "each")
     for relation, end in zip(kind.relations, (interval.lower, interval.upper), strict=True):
         yield Claim(quantity, relation, end, kind.by, {kind.evidence: key}, scope, interval.assumptions)
 
@@ -190,6 +190,6 @@ def _claim(kind: Kind, quantity: str, value: Fraction | float, about: tuple[str,
     return Claim(quantity, relation, value, kind.by, evidence, scope, (*kind.sentences(scope, quantity, {}), *about))
 
 
-def population_at(confidence: Fraction) -> str:
-    """The scope of what is said of the population behind draws."""
-    return f"{SAMPLED}{number(confidence)}"
+def population_at(confidence: Fraction, *, each: bool = False) -> str:
+    """The scope of what is said of the population behind draws: at a confidence, or of each end by itself at it."""
+    return f"{ONE_SIDED if each else SAMPLED}{number(confidence)}"

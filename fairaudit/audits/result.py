@@ -36,6 +36,7 @@ from fairaudit.inference.interval import Interval
 from fairaudit.inference.planning import Planning, further_draws
 from fairaudit.inference.rates import GivenTruth
 from fairaudit.inference.ratio_intervals import drivers as interval_drivers
+from fairaudit.inference.ratio_intervals import ratio_interval
 from fairaudit.inference.verdicts import Verdict, exit_code
 from fairaudit.measures.distances import PARITY_WITHIN, Distance, most_unequal_distances
 from fairaudit.measures.expectations import cell_expectation
@@ -53,7 +54,7 @@ from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.supremum import Supremum
 from fairaudit.theorems.t13_cases import NEAR_STEPS
 from fairaudit.theorems.t13_near import DriftRadius, drift_radius, near_steps
-from fairaudit.words import approximate, brief, plain, words_for
+from fairaudit.words import approximate, brief, ends_text, plain, words_for
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -127,7 +128,8 @@ class Result(Faces):
     declared_in : dict of label to dict of str to Fraction
         Those that were declared for one context: greatest and least utility, and floor.
     intervals : dict
-        Intervals of the ratios of the population behind counts, under ``"local"`` and ``"global"`` where there is one.
+        Intervals of the ratios of the population behind counts, under ``"local"`` and ``"global"`` where there is one. Of a ratio with a
+        target each end holds by itself at the confidence, of others both together; `two_sided` has the latter of the former.
     partial : Partial or None
         If contexts were read in parts, what was kept of them; `law` is then the law over all contexts together.
     given_truth : GivenTruth or None
@@ -283,14 +285,28 @@ class Result(Faces):
             if found is not None:
                 rows.append(f"<tr><td>{NAMES[key]}</td><td>{approximate(found.value)}</td><td>{_exactly(found.value)}</td></tr>")
         for quantity, interval in self.intervals.items():
-            ends = f"{approximate(interval.lower, 'down')} to {approximate(interval.upper, 'up')}"
+            each = interval.ends == "each"
+            ends = ends_text(approximate(interval.lower, "down"), approximate(interval.upper, "up"), each=each)
             of = "" if interval.of_units is None else f" ({interval.estimand}; {approximate(interval.of_units.ratio)} in this log)"
-            name = f"{quantity} ratio of the population{of}, at confidence {interval.confidence}"
+            name = f"{quantity} ratio of the population{of}, {'each end ' if each else ''}at confidence {interval.confidence}"
             rows.append(f"<tr><td>{name}</td><td>{ends}</td><td></td></tr>")
         verdict = "no target was set" if self.verdict == "none" else self.verdict
         noted = said({"spellings": self.spellings, "preparation": self.preparation})
         before = "".join(f"<p><bdi>{escape(plain(text))}</bdi></p>" for text in noted)
         return f"{before}<p><strong>{verdict}</strong>. <bdi>{escape(plain(self.sentence))}</bdi></p><table>{''.join(rows)}</table>"
+
+    @cached_property
+    def two_sided(self) -> Mapping[Quantity, Interval]:
+        """Of the ratios with a target, the interval with half of the error on each side, both ends of which hold together.
+
+        It may straddle a limit that one of the ends in `intervals` decides; no verdict rests on it, and no certificate has it.
+        """
+        found: dict[Quantity, Interval] = {}
+        for quantity, own in self.intervals.items():
+            if own.ends == "each":
+                options = {name: own.evidence[name] for name in ("method", "region", "independent")}
+                found[quantity] = ratio_interval(self.comparisons[quantity], own.confidence, **options)
+        return found
 
     @cached_property
     def further_draws(self) -> tuple[tuple[Target, Planning], ...]:

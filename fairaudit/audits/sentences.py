@@ -14,14 +14,14 @@ import numpy as np
 
 from fairaudit.errors import shown
 from fairaudit.exact.rationals import quotient
-from fairaudit.inference.verdicts import SEVERITY
+from fairaudit.inference.verdicts import SEVERITY, verdict
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.model.policy import Deployment
 from fairaudit.tables.values import Label
-from fairaudit.words import BENEFIT, THE_INTERVAL, THIS_TABLE, Words, approximate, percent, place
+from fairaudit.words import BENEFIT, ENDS_CROSS, THE_INTERVAL, THIS_TABLE, Words, approximate, percent, place
 
 if TYPE_CHECKING:
     from fairaudit.audits.targets import Target
@@ -105,7 +105,8 @@ class Deciding:
     value : Fraction or float
         That ratio or end.
     by : str
-        ``"this table"``, ``"the interval"``, or the theorem that gave the upper end.
+        ``"this table"``, ``"the interval"``, the theorem that gave the upper end, or ``"the ends cross"``: of what is known of the
+        population the lower end is above the limit and the upper one is not.
     confidence : Fraction or None
         What was judged: the population at this confidence, or the table.
     pair : Witness or None
@@ -143,8 +144,15 @@ def decide(target: Target, measured: Ratio | None, lower: Fraction | float | Non
     if target.verdict == "exceeds":
         return Deciding(target.quantity, "exceeds", "lower", lower or Fraction(1), THE_INTERVAL, target.confidence, drivers[0])
     value, by = target.upper or (inf, THE_INTERVAL)
+    if target.verdict == "inconclusive" and lower is not None and lower > value and not _above(value, target):
+        return Deciding(target.quantity, target.verdict, "upper", value, ENDS_CROSS, target.confidence, None)
     pair = drivers[1] if by == THE_INTERVAL and target.upper else None
     return Deciding(target.quantity, target.verdict, "upper", value, by, target.confidence, pair)
+
+
+def _above(end: Fraction | float, target: Target) -> bool:
+    """Whether an end is above the limit of a target."""
+    return verdict((Fraction(1), end), **{f"max_{target.unit}": target.limit}) != "within"
 
 
 def foremost(verdicts: Iterable[str], found: Iterable[Deciding | None]) -> Deciding | None:
@@ -298,6 +306,8 @@ class _Speaker:
             least = f"At least {approximate(deciding.value, 'down')} times {self.words.much} in the population"
             return f"{least}, at confidence {percent(deciding.confidence or 0)}, for a pair of groups that only the table names."
         much = f"{approximate(deciding.value, 'up')} times {self.words.much}"
+        if deciding.by == ENDS_CROSS:
+            return f"The ends cross: the lower one is above the limit, the upper one ({much}) is not, so nothing is decided."
         if deciding.by != THE_INTERVAL:
             if deciding.verdict == "within":
                 return f"{deciding.by} bounds every pair of groups: at most {much}."

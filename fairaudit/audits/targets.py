@@ -36,9 +36,10 @@ class Target:
     unit : {"log", "ratio"}
         Which of the two.
     verdict : {"within", "exceeds", "inconclusive", "changed"}
-        Decided exactly; inconclusive when nothing was compared, or the draws do not decide; changed when a window contradicts the stream.
+        Decided exactly; inconclusive when nothing was compared, the draws do not decide, or they decide both ways because the ends cross;
+        changed when a window contradicts the stream.
     confidence : Fraction or None
-        What was judged: the population behind the draws at this confidence, or, if None, the table itself.
+        What was judged: the population behind the draws, all targets together at this confidence, or, if None, the table itself.
     upper : tuple of (Fraction or float, str) or None
         Of a target about the population, the smallest sound upper end of the ratio, and where it comes from: a theorem, or the interval.
     estimand : {"mean over rows", "mean over units"}
@@ -124,5 +125,5 @@ def _judge_population(
     ends += [(bound.value, bound.theorem) for bound in usable if bound.quantity == f"{quantity}_ratio"]
     upper = min(ends, key=lambda end: end[0], default=None)
     lower = interval.lower if interval is not None else Fraction(1)
-    verdict = interval_verdict((lower, max(lower, upper[0] if upper else inf)), **{f"max_{unit}": limit})
+    verdict = interval_verdict((lower, upper[0] if upper else inf), **{f"max_{unit}": limit})
     return Target(quantity, limit, unit, verdict, confidence, upper, interval.estimand if interval is not None else "mean over rows")

@@ -15,7 +15,7 @@ from fairaudit.measures.expectations import cell_expectation
 from fairaudit.measures.limits import limit_text
 from fairaudit.model.law import Law
 from fairaudit.tables.preparation import said
-from fairaudit.words import BENEFIT, brief, words_for
+from fairaudit.words import BENEFIT, brief, ends_text, words_for
 
 __all__ = ["CertificateComparison", "Change", "Moved", "compare_documents"]
 
@@ -386,8 +386,8 @@ def _intervals(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Chang
         was, now = before.get(name), after.get(name)
         if was is None and now is None:
             continue
-        texts = [None if i is None else f"{i['ratio'][0]} to {i['ratio'][1]}" for i in (was, now)]
-        direction: Direction = "same" if texts[0] == texts[1] else "changed"
+        texts = [None if i is None else ends_text(*i["ratio"], each=i["ends"] == "each") for i in (was, now)]
+        direction: Direction = "same" if was and now and was["ratio"] == now["ratio"] else "changed"
         note = ""
         if was is not None and now is not None:
             ends = [[number(end) for end in i["ratio"]] for i in (was, now)]
@@ -401,7 +401,12 @@ def _intervals(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Chang
                 note = "the intervals overlap: the difference may be chance"
             if was["confidence"] != now["confidence"]:
                 note += f"{'; ' if note else ''}confidence {now['confidence']} instead of {was['confidence']}"
+            if was["ends"] != now["ends"]:
+                note += f"{'; ' if note else ''}the confidence is that of {CONFIDENT[now['ends']]}, before of {CONFIDENT[was['ends']]}"
         yield Change(name, texts[0], texts[1], direction, note)
+
+
+CONFIDENT = {"each": "each end by itself", "together": "both ends together"}
 
 
 def _bounds(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Change]:

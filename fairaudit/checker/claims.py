@@ -25,6 +25,7 @@ GROUP_FILTERS = "this policy and context filter, any group filter at most this e
 CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts"
 UTILITIES = "every utility of the class"
 POPULATION = "population at confidence "  # the confidence follows
+ONE_SIDED = "population, one-sided at confidence "  # likewise, of each end of a ratio by itself
 
 
 @dataclass(frozen=True)
@@ -121,6 +122,7 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
 def is_about_population(key: tuple[str, str, str, str]) -> bool:
     """Whether a claim of this quantity, relation, method and scope is about the population behind a sample."""
     quantity, relation, by, scope = key
-    of_ratio = quantity in ("local_ratio", "global_ratio") and by in ("binomial", *METHODS, BETTING)
-    known = (of_ratio or (quantity in DIFFERENCES and by == "binomial")) and relation in ("<=", ">=")
-    return known and scope.startswith(POPULATION)
+    of_ratio = quantity in ("local_ratio", "global_ratio") and by in ("binomial", *METHODS)
+    of_stream = quantity in ("local_ratio", "global_ratio") and by == BETTING
+    together = (of_ratio or of_stream or (quantity in DIFFERENCES and by == "binomial")) and scope.startswith(POPULATION)
+    return relation in ("<=", ">=") and (together or (of_ratio and scope.startswith(ONE_SIDED)))

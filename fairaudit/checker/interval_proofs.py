@@ -55,7 +55,7 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
     else:
         prove_by_ladders(interval, interval.evidence, comparison, len(used))
     by = "binomial" if all(samples[i].binary for i in used) else interval.method
-    return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by)
+    return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by, interval.each)
 
 
 def _check_measured(stated: Mapping[str, object], samples: Sequence[Sample], table: Table) -> None:
@@ -88,7 +88,8 @@ def check_intervals(stated: Mapping[str, Interval], table: Table) -> tuple[list[
             fault = str(error)
         ends = " and ".join(map(shown, interval.ratio))
         how = "independent" if interval.independent else "dependent"
-        statement = f"intervals.{name}: between {ends} at confidence {shown(interval.confidence)}, by a {interval.region} of {how} cells"
+        sure = f"at confidence {shown(interval.confidence)}{' each' if interval.each else ''}"
+        statement = f"intervals.{name}: between {ends} {sure}, by a {interval.region} of {how} cells"
         findings.append(finding_of(statement, not fault, fault))
     return findings, proven
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from .claims import BETTING, METHODS, OVER_UNITS, POPULATION
+from .claims import BETTING, METHODS, ONE_SIDED, OVER_UNITS, POPULATION
 from .header import Columns, Subject
 from .json_values import read_boolean, read_choice, read_digest, read_integer, read_list, read_object, read_string, read_strings
 from .metrics import read_metric
@@ -75,6 +75,7 @@ class Interval:
 
     quantity: str
     confidence: Rational
+    each: bool  # whether the confidence is that of each end by itself, not of both together
     scope: str
     independent: bool
     method: str
@@ -93,12 +94,13 @@ class Interval:
 
 @dataclass(frozen=True)
 class Proven:
-    """An interval that holds but with the probability ``error``, and what claims about it have to say."""
+    """An interval that holds but with the probability ``error``, of each end if it is so, and what claims about it have to say."""
 
     ratio: tuple[Rational, Rational]
     error: Fraction
     scope: str
     by: str
+    each: bool = False
 
 
 @dataclass(frozen=True)
@@ -151,13 +153,13 @@ def read_intervals(
 
 
 def _read_interval(value: object, where: str, name: str, subject: Subject) -> Interval:
-    keys = ["confidence", "side", "region", "independent", "method", "limits", "ratio", "levels", "upper", "lower"]
+    keys = ["confidence", "ends", "region", "independent", "method", "limits", "ratio", "levels", "upper", "lower"]
     of_box = isinstance(value, dict) and value.get("region") == "box"
     of_stream = isinstance(value, dict) and value.get("method") == BETTING
     if name == "local" and subject.kind == "counts" and not of_stream and isinstance(value, dict) and "units" in value:
         keys += ["units", "estimand", "measured"]
     members = read_object(value, where, keys + ["pair"] * of_box)
-    read_choice(members["side"], f"{where}.side", ("both",))
+    each = read_choice(members["ends"], f"{where}.ends", ("together",) if of_stream else ("together", "each")) == "each"
     read_choice(members["region"], f"{where}.region", ("box", "product"))
     levels = read_object(members["levels"], f"{where}.levels", ("expected", "order") if of_stream else ("upper", "lower"))
     upper, lower = members["upper"], members["lower"]
@@ -187,7 +189,8 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
     return Interval(
         name,
         as_pair(confidence),
-        POPULATION + read_string(members["confidence"], f"{where}.confidence"),
+        each,
+        (ONE_SIDED if each else POPULATION) + read_string(members["confidence"], f"{where}.confidence"),
         read_boolean(members["independent"], f"{where}.independent"),
         read_choice(members["method"], f"{where}.method", (*METHODS, BETTING)),
         limits,

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import chain, pairwise, product
+from math import prod
 from typing import TypeVar
 
 from .claims import METHODS
@@ -97,12 +98,16 @@ def prove_by_box(interval: Interval, evidence: BoxEvidence, comparison: Comparis
     samples, blocks = comparison.samples, comparison.blocks
     confidence = Fraction(*interval.confidence)
     beta, other = evidence.levels
-    if not (0 < other <= beta < 1 if used else beta == other == 0):
-        raise Unproven("the levels must be positive and less than 1, and that for the lower end no greater, or 0 where nothing was drawn")
-    # One of the ends that matter is wrong with no greater probability than this.
-    plain = spanned * beta + (2 * used - spanned) * other
-    if plain > 1 - confidence and not (interval.independent and _all_hold(beta, other, used, spanned, confidence)):
-        raise Unproven(f"the levels add up to {shown(as_pair(plain))}")
+    if not (0 < beta < 1 and 0 < other < 1 if used else beta == other == 0):
+        raise Unproven("the levels must be positive and less than 1, or 0 where nothing was drawn")
+    if not interval.each and other > beta:
+        raise Unproven("the level for the lower end must be no greater than that for the upper one")
+    # How likely the ends of a cell that matter are wrong, and of how many cells: for the upper end, for the lower one, and for both.
+    of_upper, of_lower, of_both = [(beta, spanned)], [(2 * other, used)], [(beta + other, spanned), (2 * other, used - spanned)]
+    for wrong in (of_upper, of_lower) if interval.each else (of_both,):
+        plain = sum((error * cells for error, cells in wrong), Fraction(0))
+        if plain > 1 - confidence and not (interval.independent and _all_hold(wrong, confidence)):
+            raise Unproven(f"the levels add up to {shown(as_pair(plain))}")
     for name, ends, level in (("upper", evidence.upper, beta), ("lower", evidence.lower, other)):
         if len(ends) != len(samples):
             raise Unproven(f"{name} must list the ends of {len(samples)} cells, not of {len(ends)}")
@@ -123,16 +128,20 @@ def prove_by_box(interval: Interval, evidence: BoxEvidence, comparison: Comparis
             raise Unproven("the least quotient of the pair is less than the lower end")
 
 
-def _all_hold(beta: Fraction, other: Fraction, used: int, spanned: int, confidence: Fraction) -> bool:
-    """Decide whether all ends that matter are right with the probability ``confidence``, when the cells are independent."""
-    pair, rest = 1 - beta - other, 1 - 2 * other
-    if pair <= 0 or rest <= 0:
+def _all_hold(wrong: Sequence[tuple[Fraction, int]], confidence: Fraction) -> bool:
+    """Decide whether all ends that matter are right with the probability ``confidence``, when the cells are independent.
+
+    ``wrong`` lists how likely those of a cell are wrong at most, and of how many cells that is so.
+    """
+    right = [(1 - error, cells) for error, cells in wrong]
+    if any(chance <= 0 for chance, _ in right):
         return False
+    used = sum(cells for _, cells in right)
     if used <= 1000:
-        bits = used * (bits_of(pair) + bits_of(rest))
+        bits = used * sum(bits_of(chance) for chance, _ in right)
         spend(4, bits, bits + bits_of(confidence))
-        return pair**spanned * rest ** (used - spanned) >= confidence
-    return log_form([(Fraction(spanned), pair), (Fraction(used - spanned), rest), (Fraction(-1), confidence)]) >= 0
+        return prod((chance**cells for chance, cells in right), start=Fraction(1)) >= confidence
+    return log_form([*((Fraction(cells), chance) for chance, cells in right), (Fraction(-1), confidence)]) >= 0
 
 
 def _scaled_box(box: Box) -> list[tuple[int, int]]:
@@ -178,10 +187,15 @@ def prove_by_ladders(interval: Interval, evidence: LadderEvidence, comparison: C
     if interval.method != "hoeffding-kl" and not all(sample.binary for sample in samples if sample.informative):
         raise Unproven("a product is for binary cells or hoeffding-kl only")
     (b, c), (other_b, other_c) = evidence.levels
-    if not (b * b <= c <= b < 1 and other_b * other_b <= other_c <= other_b <= b and other_c <= c):
-        raise Unproven("the levels b, c must keep b^2 <= c <= b < 1, and those for the lower end must be no greater")
+    if not (b * b <= c <= b < 1 and other_b * other_b <= other_c <= other_b < 1):
+        raise Unproven("the levels b, c must keep b^2 <= c <= b < 1")
+    if not interval.each and (other_b > b or other_c > c):
+        raise Unproven("the levels for the lower end must be no greater than those for the upper one")
     pairs = sum(len(block) * (len(block) - 1) for block in blocks)
-    spent = 2 * b + max(2, 2 * used - 2) * other_b + _area(b, c) + (pairs - 1) * _area(other_b, other_c)
+    if interval.each:
+        spent = max(2 * b + _area(b, c), 2 * used * other_b + pairs * _area(other_b, other_c))
+    else:
+        spent = 2 * b + max(2, 2 * used - 2) * other_b + _area(b, c) + (pairs - 1) * _area(other_b, other_c)
     if spent > 1 - Fraction(*interval.confidence):
         raise Unproven("the levels add up to more than the confidence leaves")
     members = [[next(iter(form)) for form, _ in block] for block in blocks]

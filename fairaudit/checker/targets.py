@@ -18,9 +18,8 @@ from .work import working_on
 def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
     """Judge a ratio of which only ends are known."""
     decide = log_at_most if target.unit == "log" else at_most
-    if not decide(ends[0], target.limit):
-        return "exceeds"
-    return "within" if decide(ends[1], target.limit) else "inconclusive"
+    exceeds, within = not decide(ends[0], target.limit), decide(ends[1], target.limit)
+    return "inconclusive" if exceeds == within else "exceeds" if exceeds else "within"  # both: the ends cross
 
 
 def _holds_of_any_sampled(claim: Claim, facts: Facts) -> bool:
@@ -43,10 +42,20 @@ def ends_of_population(quantity: str, facts: Facts, true_claims: Iterable[Claim]
     return low, high
 
 
+def _spent(targets: Iterable[Target], facts: Facts) -> Fraction:
+    """Bound the probability that some verdict on the population is wrong.
+
+    A verdict rests on one end: where each end holds by itself, each target has its own error; ends that hold together have one for all.
+    """
+    named = [target.quantity for target in targets if target.confidence is not None and target.quantity in facts.proven]
+    each = [facts.proven[quantity].error for quantity in named if facts.proven[quantity].each]
+    together = [facts.proven[quantity].error for quantity in set(named) if not facts.proven[quantity].each]
+    return sum((*each, *together), Fraction(0))
+
+
 def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim], window: Proven | None) -> Iterator[Finding]:
     """Judge each target by what was found, and the certificate by its targets."""
-    named = {target.quantity for target in stated.targets if target.confidence is not None}
-    spent = sum((facts.proven[quantity].error for quantity in named & facts.proven.keys()), Fraction(0))
+    spent = _spent(stated.targets, facts)
     confidences = {target.confidence for target in stated.targets} - {None}
     verdicts: list[str] = []
     seen: set[tuple[str, str]] = set()

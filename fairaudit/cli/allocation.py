@@ -17,7 +17,17 @@ if TYPE_CHECKING:
     from fairaudit.model.allocation import Allocation
 
 FOREIGN = ("decision", "group", "count", "probability", "weight", "utility", "utility_column")
-NOT_HERE = ("in_parts", "unit", "interval", "independent_cells", "utility_range", "placebo", "placebo_group", "claimed_exp_epsilon")
+NOT_HERE = (
+    "in_parts",
+    "unit",
+    "interval",
+    "independent_cells",
+    "two_sided",
+    "utility_range",
+    "placebo",
+    "placebo_group",
+    "claimed_exp_epsilon",
+)
 
 
 def certify_choices(arguments: argparse.Namespace) -> Answer:
@@ -139,10 +149,11 @@ def _text(found: Allocation, profile: Result, position: Result, within: Result, 
 
 
 def _ends(interval: Interval) -> str:
-    from fairaudit.words import approximate
+    from fairaudit.words import approximate, ends_text, percent
 
-    ends = f"between {approximate(interval.lower, 'down')} and {approximate(interval.upper, 'up')}"
-    return f"of the chooser behind these choices: {ends}, at confidence {float(100 * interval.confidence):.6g} %"
+    each = interval.ends == "each"
+    ends = ends_text(approximate(interval.lower, "down"), approximate(interval.upper, "up"), each=each)
+    return f"of the chooser behind these choices: {ends}, {'each at' if each else 'at confidence'} {percent(interval.confidence)}"
 
 
 def _where(measured: Any) -> str:

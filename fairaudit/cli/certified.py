@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from fairaudit.audits.sentences import Deciding, Sizes
     from fairaudit.certificates.certificate import Certificate
     from fairaudit.cli.population import Finding
+    from fairaudit.inference.interval import Interval
     from fairaudit.measures.distances import Distance
     from fairaudit.measures.ratios import Ratio
     from fairaudit.theorems.t13_near import DriftRadius
@@ -34,8 +35,14 @@ def certified(arguments: argparse.Namespace, result: Result, findings: list[Find
         sentence=result.sentence,
         notes=(*result.notes, *notes),
         result=lambda: result.certificate.document,
-        details=lambda: _details(result, arguments.top, findings),
-        text=lambda: summary(result, arguments.top, [str(path) for path in written], [plain(found.sentence) for found in findings]),
+        details=lambda: _details(result, arguments.top, findings, two_sided=arguments.two_sided),
+        text=lambda: summary(
+            result,
+            arguments.top,
+            [str(path) for path in written],
+            [plain(found.sentence) for found in findings],
+            two_sided=arguments.two_sided,
+        ),
         code=1 if any(finding.refuted for finding in findings) else result.exit_code,
     )
 
@@ -57,7 +64,7 @@ def target_entries(result: Result) -> list[dict[str, Any]]:
     ]
 
 
-def _details(result: Result, top: int, findings: list[Finding]) -> dict[str, Any]:
+def _details(result: Result, top: int, findings: list[Finding], *, two_sided: bool) -> dict[str, Any]:
     """What stands beside the certificate: targets, what decided them, the most unequal pairs, tests, and draws still needed."""
     from fairaudit.certificates.entries import measure_entry
 
@@ -81,7 +88,15 @@ def _details(result: Result, top: int, findings: list[Finding]) -> dict[str, Any
             }
             for target, planned in result.further_draws
         ],
+        **({"two_sided": {quantity: _two_sided(found) for quantity, found in result.two_sided.items()}} if two_sided else {}),
     }
+
+
+def _two_sided(found: Interval) -> dict[str, Any]:
+    """An interval with half of the error on each side."""
+    from fairaudit.certificates.numbers import number
+
+    return {"confidence": number(found.confidence), "ratio": [number(found.lower), number(found.upper)]}
 
 
 def _radius(found: DriftRadius) -> dict[str, Any]:

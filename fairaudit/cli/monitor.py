@@ -242,7 +242,7 @@ def _seconds(text: str) -> float:
 
 
 def _baseline(path: str) -> Baseline:
-    """The ends of R in a certificate, with the confidence of each; of a table without intervals, its exact figures."""
+    """The ends of R in a certificate, with the confidence of both together; of a table without intervals, its exact figures."""
     from fairaudit.errors import InputError
 
     def end(text: str) -> Fraction | float:
@@ -256,7 +256,8 @@ def _baseline(path: str) -> Baseline:
         for quantity in ("local", "global"):
             interval, metric = document.get("intervals", {}).get(quantity), document["metrics"][quantity]
             if interval:
-                found[quantity] = end(interval["ratio"][0]), end(interval["ratio"][1]), Fraction(interval["confidence"])
+                error = (1 - Fraction(interval["confidence"])) * (2 if interval["ends"] == "each" else 1)
+                found[quantity] = end(interval["ratio"][0]), end(interval["ratio"][1]), max(Fraction(0), 1 - error)
             elif metric:
                 found[quantity] = end(metric["ratio"]), end(metric["ratio"]), Fraction(1)
     except OSError as error:

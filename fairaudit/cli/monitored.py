@@ -34,6 +34,7 @@ SETTLED = (
     "interval",
     "utility_range",
     "independent_cells",
+    "two_sided",
     "placebo",
     "claimed_exp_epsilon",
     "no_table",

@@ -47,6 +47,11 @@ def add_population(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="for utilities of more than two values (default hoeffding-kl); others have exact binomial intervals",
     )
+    sampling.add_argument(
+        "--two-sided",
+        action="store_true",
+        help="print, beside the one-sided ends that decide targets, the interval with half of the error on each side",
+    )
     sampling.add_argument("--utility-range", metavar="LOW,HIGH", help="least and greatest utility of anything that could be drawn")
     sampling.add_argument(
         "--independent-cells",
@@ -76,7 +81,7 @@ def population_options(arguments: argparse.Namespace, subject: Law | Deployment,
     }
 
 
-ONLY_SAMPLES = ("interval", "independent_cells", "placebo", "claimed_exp_epsilon")
+ONLY_SAMPLES = ("interval", "independent_cells", "two_sided", "placebo", "claimed_exp_epsilon")
 
 
 def findings_beside(arguments: argparse.Namespace, result: Result, utility: Utility, chosen: Mapping[str, Any]) -> list[Finding]:

@@ -148,7 +148,7 @@ def stream_interval(
     estimate = max(quotient(max(block), min(block)) for block in means)
     evidence = {
         "confidence": extended_text(level),
-        "side": "both",
+        "ends": "together",
         "region": "product" if arrivals.joint else "box",
         "independent": False,
         "method": "betting",

@@ -14,17 +14,17 @@ from fairaudit.exact.extended import Extended, extended_text
 from fairaudit.inference.cells import Ends
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method, cell_ends, ends_of_cells, guessed_ends, wide_ends
-from fairaudit.inference.levels import Side, box_levels
+from fairaudit.inference.levels import Holding, box_levels
 from fairaudit.inference.quotients import are_many, extreme_ratio, moderate_ranges
 
 NARROWED = 3  # cells on either side of a block that floats find outermost; ends in floats and in integers seldom order more of them apart
 
 
 def box_interval(
-    comparison: Comparison, alpha: Fraction, method: Method, independent: bool, side: Side
+    comparison: Comparison, alpha: Fraction, method: Method, independent: bool, ends: Holding
 ) -> tuple[Fraction, Extended, dict[str, Any]]:
     """Both ends of the ratio over the box of the ends of cells, with their evidence."""
-    upper_level, lower_level = box_levels(len(comparison.used), comparison.span, alpha, independent=independent, side=side)
+    upper_level, lower_level = box_levels(len(comparison.used), comparison.span, alpha, independent=independent, ends=ends)
     binary = all(comparison.cells[i].binary for i in comparison.used)
     many = are_many(comparison.used) and comparison.single and (binary or method == "hoeffding-kl") and moderate_ranges(comparison)
     find = _decisive_ends if many else _every_end
@@ -32,11 +32,11 @@ def box_interval(
     inner, lower, where = find(comparison, lower_level, method, upper=False)
     evidence = {
         "levels": {"upper": extended_text(upper_level), "lower": extended_text(lower_level)},
-        "upper": None if side == "lower" else [[extended_text(a), extended_text(b)] for a, b in outer],
-        "lower": None if side == "upper" else [[extended_text(a), extended_text(b)] for a, b in inner],
-        "pair": list(where) if where and lower > 1 and side != "upper" else None,
+        "upper": None if ends == "lower" else [[extended_text(a), extended_text(b)] for a, b in outer],
+        "lower": None if ends == "upper" else [[extended_text(a), extended_text(b)] for a, b in inner],
+        "pair": list(where) if where and lower > 1 and ends != "upper" else None,
     }
-    return Fraction(1) if side == "upper" else lower, inf if side == "lower" else upper, evidence
+    return Fraction(1) if ends == "upper" else lower, inf if ends == "lower" else upper, evidence
 
 
 def _every_end(

@@ -107,7 +107,7 @@ def refute_epsilon(
         len({(comparison.cells[i].low, comparison.cells[i].high) for form in block for i, _ in form}) > 1 for block in comparison.blocks
     ):
         raise InputError("the range of the utility differs between groups; a utility that depends on the group refutes nothing")
-    interval = ratio_interval(comparison, confidence, method=method, region=region, independent=independent, side="lower")
+    interval = ratio_interval(comparison, confidence, method=method, region=region, independent=independent, ends="lower")
     refuted = interval.lower > claimed
     of = " of the means over units" if interval.estimand == "mean over units" else ""
     said = f"the ratio{of} is at least {float(interval.lower):.6g} at confidence {extended_text(interval.confidence)}"

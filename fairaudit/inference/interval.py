@@ -12,6 +12,7 @@ from typing import Any, Literal
 from fairaudit.exact.enclosures import log_enclosure
 from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.inference.comparisons import Estimand
+from fairaudit.inference.levels import Holding
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.words import brief
 
@@ -32,7 +33,7 @@ class Interval:
     estimate : Fraction or float or None
         The ratio of the sample itself, of the means that are estimated; None if a cell has no draws.
     confidence : Fraction
-        The probability, before the draws, that both ends are right (or the one that was asked for).
+        The probability, before the draws, that the ends are right, as `ends` says.
     region : {"box", "product"}
         How the ends of the cells are joined.
     methods : tuple of str
@@ -47,6 +48,8 @@ class Interval:
         Of what the ratio is bounded: with sampling units of several rows in a cell, of the means over units.
     of_units : Ratio or None
         Then the ratio of the sample itself as the mean over units, with its witness.
+    ends : {"together", "each", "lower", "upper"}
+        Whether the confidence is that of both ends together, of each by itself, or of the only one that was asked for.
 
     Examples
     --------
@@ -69,6 +72,7 @@ class Interval:
     pairs: tuple[Witness | None, Witness | None] = (None, None)
     estimand: Estimand = "mean over rows"
     of_units: Ratio | None = None
+    ends: Holding = "together"
 
     @cached_property
     def log(self) -> tuple[Decimal, Decimal]:

@@ -12,8 +12,9 @@ compared pair, and [lo, hi] the ends of a cell.
 * *Lower end.* The pair that gives the greatest lower end does depend on the draws, so all 2K ends, of level β', have to hold. With
   β' ≤ β the s ends above are among them.
 * *Both* hold with probability at least 1 − s·β − (2K − s)·β' by the union bound, which asks for no independence between cells. With
-  independent cells (1 − β − β')^s·(1 − 2β')^(K − s) is enough. A lower end alone has nothing to share with an upper one: then
-  (1 − 2β')^K is.
+  independent cells (1 − β − β')^s·(1 − 2β')^(K − s) is enough.
+* *Each* by itself: the upper end fails with probability at most s·β, with independent cells (1 − β)^s is its chance; the lower one, which
+  has nothing to share with it then, fails with at most 2K·β', and (1 − 2β')^K is its chance.
 
 Cells of a stream that appear late share a budget that was set aside for them: the weights K/((j + K − 1)(j + K)), j = 1, 2, …, sum
 to 1.
@@ -33,7 +34,8 @@ from fairaudit.exact.enclosures import log_fixed
 from fairaudit.exact.rationals import option_value
 from fairaudit.inference.rounding import BITS
 
-Side = Literal["both", "lower", "upper"]
+Holding = Literal["together", "each", "lower", "upper"]
+"""How an error is spent on the ends of an interval: on both together, on each by itself, or on one alone, the other being trivial."""
 
 PairLevels = list[dict[frozenset[int], Fraction]]
 """By blocks, the level of each unordered pair of cells."""
@@ -69,26 +71,32 @@ def equal_share(alpha: Fraction, statements: int) -> Fraction:
 # The ends of cells
 
 
-def box_levels(cells: int, span: int, alpha: Fraction, *, independent: bool, side: Side = "both") -> tuple[Fraction, Fraction]:
+def box_levels(cells: int, span: int, alpha: Fraction, *, independent: bool, ends: Holding = "together") -> tuple[Fraction, Fraction]:
     """Levels β and β' of one end of a cell, for the upper and for the lower end of the ratio; 0 for an end that was not asked for.
 
-    s·β + (2K − s)·β' ≤ α, without an upper end 2K·β' ≤ α; or, of independent cells, (1 − β − β')^s·(1 − 2β')^(K − s) ≥ 1 − α, without
-    an upper end (1 − 2β')^K ≥ 1 − α.
+    Together s·β + (2K − s)·β' ≤ α, or, of independent cells, (1 − β − β')^s·(1 − 2β')^(K − s) ≥ 1 − α. An upper end by itself s·β ≤ α or
+    (1 − β)^s ≥ 1 − α, a lower one 2K·β' ≤ α or (1 − 2β')^K ≥ 1 − α. No level is above 1/2, beyond which the ends of a cell would cross.
 
     Examples
     --------
     >>> box_levels(4, 2, Fraction(1, 20), independent=False)
     (Fraction(1, 80), Fraction(1, 240))
+    >>> box_levels(4, 2, Fraction(1, 20), independent=False, ends="each")
+    (Fraction(1, 40), Fraction(1, 160))
     """
     if not cells:
         return Fraction(0), Fraction(0)
-    share = {"both": alpha / 2, "upper": alpha, "lower": alpha}[side]
-    upper = share / span if side != "lower" else Fraction(0)
-    lower = share / (2 * cells - span if side == "both" else 2 * cells) if side != "upper" else Fraction(0)
+    if ends == "each":
+        upper, _ = box_levels(cells, span, alpha, independent=independent, ends="upper")
+        _, lower = box_levels(cells, span, alpha, independent=independent, ends="lower")
+        return upper, lower
+    share = alpha / 2 if ends == "together" else alpha
+    upper = min(share / span, Fraction(1, 2)) if ends != "lower" else Fraction(0)
+    lower = share / (2 * cells - span if ends == "together" else 2 * cells) if ends != "upper" else Fraction(0)
     if not independent or cells > SIDAK_CELLS:
         return upper, lower
     # Scale both levels by the greatest factor that the product of the cells' chances allows.
-    span = 0 if side == "lower" else span
+    span = 0 if ends == "lower" else span
     low, high = 1.0, 2.0
     rate, rest = float(upper + lower), float(2 * lower)
     goal = log1p(-float(alpha))
@@ -96,7 +104,7 @@ def box_levels(cells: int, span: int, alpha: Fraction, *, independent: bool, sid
         middle = (low + high) / 2
         fits = middle * max(rate, rest) < 1 and span * log1p(-middle * rate) + (cells - span) * log1p(-middle * rest) >= goal
         low, high = (middle, high) if fits else (low, middle)
-    factor = Fraction(floor(low * 10**9) - 1, 10**9)
+    factor = min(Fraction(floor(low * 10**9) - 1, 10**9), 1 / (2 * max(upper, lower)))
     if factor <= 1 or not _independent_levels(cells, span, alpha, upper * factor, lower * factor):
         return upper, lower
     return upper * factor, lower * factor
@@ -115,20 +123,21 @@ class _ProductLevels:
 
 
 @lru_cache(maxsize=1_000)
-def product_levels(cells: int, pairs: int, alpha: Fraction, side: Side) -> _ProductLevels:
+def product_levels(cells: int, pairs: int, alpha: Fraction, ends: Holding) -> _ProductLevels:
     """Split an error between the guards and the products of tails.
 
-    2b + (2K − 2)·b' + f(b, c) + (M − 1)·f(b', c') ≤ α with b' ≤ b and c' ≤ c; an upper end alone 2b + f(b, c) ≤ α, a lower one alone
-    2K·b' + M·f(b', c') ≤ α; f is `product_area`, M the number of ordered pairs. With K = 1 two ends count in the place of 2K − 2.
+    2b + (2K − 2)·b' + f(b, c) + (M − 1)·f(b', c') ≤ α with b' ≤ b and c' ≤ c; an upper end by itself 2b + f(b, c) ≤ α, a lower one by
+    itself 2K·b' + M·f(b', c') ≤ α; f is `product_area`, M the number of ordered pairs. With K = 1 two ends count in the place of 2K − 2.
     """
-    share = {"both": alpha / 2, "upper": alpha, "lower": alpha}[side]
+    together = ends == "together"
+    share = alpha / 2 if together else alpha
     upper = lower = None
-    if side != "lower":
+    if ends != "lower":
         upper = _with_product(GUARD * share / 2, (1 - GUARD) * share)
-    if side != "upper":
-        ends = max(2, 2 * cells - 2) if side == "both" else 2 * cells
-        lower = _with_product(GUARD * share / ends, (1 - GUARD) * share / (pairs - 1 if side == "both" else pairs))
-    if upper and lower:
+    if ends != "upper":
+        guards = max(2, 2 * cells - 2) if together else 2 * cells
+        lower = _with_product(GUARD * share / guards, (1 - GUARD) * share / (pairs - 1 if together else pairs))
+    if together and upper and lower:
         lower = (lower[0], min(lower[1], upper[1]))
     return _ProductLevels(upper, lower)
 

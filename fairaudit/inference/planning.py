@@ -80,7 +80,7 @@ def further_draws(
     comparison : Comparison
         The draws so far.
     confidence : number or str
-        Of the interval; it is planned for with the box, and hoeffding-kl where draws are not binary.
+        Of the end that decides; it is planned for with the box, and hoeffding-kl where draws are not binary.
     max_ratio, max_log
         The target, as for `verdict`.
     interval : Interval, optional
@@ -185,7 +185,7 @@ def plan(
     guesses : sequence of numbers, sequence of such sequences, or Comparison
         The supposed means of the groups of one context, or of each of several; or a comparison whose cell means are the guesses.
     confidence : number or str
-        Of the interval.
+        Of the end that decides, as `certify` judges one target.
     max_ratio, max_log
         The target, as for `verdict`.
     power : float
@@ -270,12 +270,12 @@ def _least(decides: Callable[[float], Any], greatest: float) -> tuple[float, Any
 def _expectation(
     comparison: Comparison, means: Sequence[float], level: Fraction, shift: float
 ) -> Callable[[Callable[[int], int]], tuple[float, float]]:
-    """The interval that the box is expected to give, by the draws of each cell; with a shift, against so many standard errors.
+    """The ends that the box is expected to give, by the draws of each cell; with a shift, against so many standard errors.
 
     Of many blocks only those are looked at that ends in closed form put first.
     """
     cells, used = comparison.cells, set(comparison.used)
-    levels = box_levels(len(used), comparison.span, 1 - level, independent=False)
+    levels = box_levels(len(used), comparison.span, 1 - level, independent=False, ends="each")
     many = are_many(used) and comparison.single
     flat = np.array([form[0][0] for block in comparison.blocks for form in block]) if many else np.zeros(0, dtype=np.int64)
     starts = np.cumsum([0, *map(len, comparison.blocks[:-1])])

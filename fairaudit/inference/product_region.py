@@ -20,7 +20,7 @@ from fairaudit.inference.cells import Cell, Ends
 from fairaudit.inference.comparisons import Comparison, form_mean
 from fairaudit.inference.ends import DIGITS, cell_ends, ends_of_cells
 from fairaudit.inference.float_tails import float_tail
-from fairaudit.inference.levels import Side, product_levels
+from fairaudit.inference.levels import Holding, product_levels
 from fairaudit.inference.quotients import extreme_candidates, least_ratio
 from fairaudit.inference.rounding import BITS
 from fairaudit.inference.tails import tail_bound
@@ -55,9 +55,9 @@ def product_driver(comparison: Comparison, guard: Fraction, c: Fraction) -> tupl
     return where
 
 
-def product_interval(comparison: Comparison, alpha: Fraction, side: Side) -> tuple[Fraction, Extended, dict[str, Any]]:
+def product_interval(comparison: Comparison, alpha: Fraction, ends: Holding) -> tuple[Fraction, Extended, dict[str, Any]]:
     """Both ends of the ratio by ladders over the product region, with their evidence."""
-    levels = product_levels(len(comparison.used), comparison.pairs, alpha, side)
+    levels = product_levels(len(comparison.used), comparison.pairs, alpha, ends)
     own = [replace(cell) for cell in comparison.cells]  # cells are told apart by identity, equal ones included
     blocks = [[own[form[0][0]] for form in block] for block in comparison.blocks if len(block) > 1]
     entry: dict[str, Any] = {"levels": {"upper": None, "lower": None}, "upper": None, "lower": None}

@@ -16,7 +16,7 @@ from fairaudit.inference.cells import cell_entries
 from fairaudit.inference.comparisons import Comparison, witness_of
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Region
-from fairaudit.inference.levels import Side, confidence_level
+from fairaudit.inference.levels import Holding, confidence_level
 from fairaudit.inference.product_region import product_driver, product_interval
 from fairaudit.inference.quotients import extreme_ratio, sample_ratio, vanishing_pair
 from fairaudit.measures.ratios import Witness
@@ -32,7 +32,7 @@ def ratio_interval(
     method: Method = "hoeffding-kl",
     region: Region = "box",
     independent: bool = False,
-    side: Side = "both",
+    ends: Holding = "together",
 ) -> Interval:
     """Bound the greatest quotient of two compared forms at a confidence, for finite samples.
 
@@ -41,7 +41,7 @@ def ratio_interval(
     comparison : Comparison
         What is compared.
     confidence : number or str
-        The probability with which both ends are to hold.
+        The probability with which the ends are to hold.
     method : {"hoeffding-kl", "empirical-bernstein", "intersection"}
         For cells whose draws are not binary; to be chosen before looking.
     region : {"box", "product"}
@@ -49,8 +49,9 @@ def ratio_interval(
         needs independent cells, forms of one cell each, and not the empirical Bernstein method.
     independent : bool
         Whether the draws of different cells are independent, which the reader must then accept.
-    side : {"both", "lower", "upper"}
-        Which ends the confidence is spent on; the other end is trivial.
+    ends : {"together", "each", "lower", "upper"}
+        What the confidence is of: both ends at once; each end by itself, as a verdict on a limit needs it, which rests on one of them; or
+        one end alone, the other being trivial.
 
     Returns
     -------
@@ -71,6 +72,9 @@ def ratio_interval(
     >>> found = ratio_interval(local_comparison(law, Utility({"yes": 1}).on(law)), "0.95")
     >>> round(float(found.lower), 2), found.estimate, round(float(found.upper), 2)
     (1.96, Fraction(3, 1), 4.74)
+    >>> found = ratio_interval(local_comparison(law, Utility({"yes": 1}).on(law)), "0.95", ends="each")
+    >>> round(float(found.lower), 2), round(float(found.upper), 2)
+    (1.96, 4.48)
     """
     level = confidence_level(confidence)
     if method not in get_args(Method):
@@ -87,13 +91,13 @@ def ratio_interval(
     alpha = 1 - level
     used = comparison.used
     region = region if used else "box"
-    found = product_interval(comparison, alpha, side) if region == "product" else box_interval(comparison, alpha, method, independent, side)
+    found = product_interval(comparison, alpha, ends) if region == "product" else box_interval(comparison, alpha, method, independent, ends)
     lower, upper, evidence = found
     kinds = {"binomial" if comparison.cells[i].binary else method for i in used}
     assumptions = (*comparison.assumptions, *((CELLS,) if independent else ()))
     evidence = {
         "confidence": extended_text(level),
-        "side": side,
+        "ends": ends,
         "region": region,
         "independent": independent,
         "method": method,
@@ -102,7 +106,7 @@ def ratio_interval(
         **evidence,
     }
     made = Interval(lower, upper, sample_ratio(comparison), level, region, tuple(sorted(kinds)), assumptions, evidence)
-    return replace(made, estimand=comparison.estimand, of_units=comparison.of_units)
+    return replace(made, estimand=comparison.estimand, of_units=comparison.of_units, ends=ends)
 
 
 def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witness | None, Witness | None]:

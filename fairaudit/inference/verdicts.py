@@ -63,19 +63,22 @@ def verdict(
     Returns
     -------
     {"within", "exceeds", "inconclusive"}
-        "within" if the upper end is at most the limit, "exceeds" if the lower end is above it.
+        "within" if the upper end is at most the limit, "exceeds" if the lower end is above it; "inconclusive" if neither is so, and if both
+        are, as may be where the ends cross.
 
     Examples
     --------
     >>> from fractions import Fraction
     >>> verdict((Fraction(1), Fraction(6, 5)), max_log=0.2), verdict((Fraction(1), Fraction(4, 3)), max_ratio="5/4")
     ('within', 'inconclusive')
+    >>> verdict((Fraction(4, 3), Fraction(6, 5)), max_ratio="5/4")
+    'inconclusive'
     """
     lower, upper = (interval.lower, interval.upper) if isinstance(interval, Interval) else interval
     unit, limit = one_limit(max_ratio, max_log)
     if unit == "ratio":
-        return "within" if upper <= limit else "exceeds" if lower > limit else "inconclusive"
-    pair = (limit.numerator, limit.denominator)
-    if compare_log(extended_pair(upper), pair) <= 0:
-        return "within"
-    return "exceeds" if compare_log(extended_pair(lower), pair) > 0 else "inconclusive"
+        within, exceeds = upper <= limit, lower > limit
+    else:
+        pair = (limit.numerator, limit.denominator)
+        within, exceeds = compare_log(extended_pair(upper), pair) <= 0, compare_log(extended_pair(lower), pair) > 0
+    return "inconclusive" if within == exceeds else "within" if within else "exceeds"

@@ -616,7 +616,7 @@
   const CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts";
   const NEAR = POLICIES + " within the declared drift of this one", RANGE = POLICIES + ", any utility of the declared range";
   const RANGE_FLOORED = FLOORED + ", any utility of the declared range";
-  const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ";
+  const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ", ONE_SIDED = "population, one-sided at confidence ";
   const QUANTITIES = [...RATIOS, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
   const KNOWN = [
     ["=", "enumeration", ["local_ratio", "global_ratio", "demographic_parity", "equalized_odds", "equal_opportunity", "equalized_odds_true_label", "equal_opportunity_overall", "equalized_odds_true_label_overall"], [LAW], "any"],
@@ -643,12 +643,13 @@
     ["<=", "T3", RATIOS, [CLASS], "class"],
     ["<=", "lp-dual", RATIOS, [CLASS], "class"],
   ];
+  const aboutPopulation = (claim) => [POPULATION, ONE_SIDED].some((opening) => claim.scope.startsWith(opening));
   function listed(claim, f) {
-    if (claim.scope.startsWith(POPULATION)) {
+    if (aboutPopulation(claim)) {
       const interval = (f.doc.intervals || {})[claim.evidence.interval];
       const difference = DIFFERENCES.includes(claim.quantity);
       if (difference && (claim.quantity !== claim.evidence.interval || claim.by !== "binomial")) return false;
-      return (difference || (RATIOS.includes(claim.quantity) && claim.quantity === claim.evidence.interval + "_ratio")) && [">=", "<="].includes(claim.relation) && interval && claim.scope === POPULATION + interval.confidence
+      return (difference || (RATIOS.includes(claim.quantity) && claim.quantity === claim.evidence.interval + "_ratio")) && [">=", "<="].includes(claim.relation) && interval && claim.scope === (interval.ends === "each" ? ONE_SIDED : POPULATION) + interval.confidence
         && ["binomial", interval.method].includes(claim.by) && claim.assumptions.length > 0;
     }
     const kind = KNOWN.find(([relation, by, quantities, scopes]) => relation === claim.relation && by === claim.by
@@ -666,7 +667,7 @@
     const value = rational(claim.value), by = claim.by, metric = f.metric(by === "T13" ? claim.quantity.replace("_supremum", "") : claim.quantity);
     if (metric === undefined) return undefined;
     if (metric === null) return false;
-    if (claim.scope.startsWith(POPULATION)) {
+    if (aboutPopulation(claim)) {
       const interval = f.doc.intervals[claim.evidence.interval], [lo, hi] = (interval.ratio || interval.difference).map(rational);
       const fits = claim.relation === "<=" ? compare(value, hi) >= 0 : compare(value, interval.ratio ? ONE : ZERO) >= 0 && compare(value, lo) <= 0;
       return fits ? undefined : false;
@@ -767,7 +768,8 @@
     const judged = doc.targets.filter((t) => t.judged.startsWith(POPULATION)), said = new Set(judged.map((t) => t.judged));
     if (!judged.length) return true;
     if (said.size > 1 || doc.subject.kind === "probabilities") return false;
-    const names = [...new Set(judged.map((t) => t.quantity))].filter((q) => q in (doc.intervals || {}));
+    const named = judged.map((t) => t.quantity).filter((q) => q in (doc.intervals || {})), each = (q) => doc.intervals[q].ends === "each";
+    const names = [...named.filter(each), ...new Set(named.filter((q) => !each(q)))];  // each end by itself: every target has its own error
     const error = (c) => minus(ONE, rational(c)), spent = names.reduce((t, q) => add(t, error(doc.intervals[q].confidence)), ZERO);
     return compare(spent, error(judged[0].judged.slice(POPULATION.length))) <= 0;
   }
@@ -800,7 +802,8 @@
       open = open || (own && claim.scope === POLICIES && !needs);
       if (own && (any || floored || range)) high = least(high, rational(claim.value));
     }
-    return target.verdict === (!atMost(low) ? "exceeds" : atMost(high) ? "within" : "inconclusive") || open ? undefined : false;
+    const exceeds = !atMost(low), within = atMost(high);  // both where the ends cross
+    return target.verdict === (exceeds === within ? "inconclusive" : exceeds ? "exceeds" : "within") || open ? undefined : false;
   }
 
   function shownFigures(doc, say) {
@@ -879,7 +882,7 @@
     };
     for (const claim of doc.claims) {
       const good = await judgeClaim(claim, f);
-      const why = good !== undefined ? "" : claim.scope.startsWith(POPULATION) ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
+      const why = good !== undefined ? "" : aboutPopulation(claim) ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
       say("claim " + claim.quantity.replace(/_/g, " ") + " " + claim.relation + " " + claim.value.slice(0, 60) + " by " + claim.by + ", about " + claim.scope, good, why);
     }
     const local = (doc.intervals || {}).local;

@@ -37,7 +37,7 @@ from fairaudit.reports.ladder import Calibrated, Rung, calibration, ladder
 from fairaudit.reports.verdicts import judged_targets
 from fairaudit.reports.words import Value, claimed, clip, how, named, quantity, scope
 from fairaudit.tables.preparation import said
-from fairaudit.words import THE_INTERVAL, THIS_TABLE, Words, approximate, percent, place, plain, words_for
+from fairaudit.words import THE_INTERVAL, THIS_TABLE, Words, approximate, ends_text, percent, place, plain, words_for
 
 
 def refusing_other_documents(function: Callable[..., str]) -> Callable[..., str]:
@@ -92,7 +92,13 @@ class Figure:
     witness: str
     sure: tuple[Value, Value] | None = None
     confidence: str = ""
+    each: bool = False  # whether the confidence is that of each end by itself
     over_units: Value | None = None  # with sampling units, what the interval is about
+
+    @property
+    def ends(self) -> str:
+        """Both ends of the interval; empty without one."""
+        return "" if self.sure is None else ends_text(self.sure[0].decimal, self.sure[1].decimal, each=self.each)
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,7 +333,8 @@ class Content:
             value = None if found is None else Value(found.ratio)
             who = "" if found is None else self._pair(found.witness)
             of_units = None if over_units is None else Value(over_units.ratio)
-            listed.append(Figure(key, name, question, value, "" if value is None else value.log, who, sure, confidence, of_units))
+            each = key in intervals and intervals[key]["ends"] == "each"
+            listed.append(Figure(key, name, question, value, "" if value is None else value.log, who, sure, confidence, each, of_units))
         for key, name, question in (
             (
                 "equalized_odds",

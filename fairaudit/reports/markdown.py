@@ -152,7 +152,7 @@ def _exact(value: Value) -> str:
 def _figure(figure: Figure) -> tuple[str, ...]:
     if figure.value is None:
         return (figure.name, "not compared", "", "", "", "")
-    sure = f"{figure.sure[0].decimal} to {figure.sure[1].decimal}" if figure.sure else ""
+    sure = f"{figure.ends}, each at {figure.confidence}" if figure.each else figure.ends
     if figure.over_units:
         sure += f" (mean over units, {figure.over_units.decimal} in the table)"
     return (figure.name, figure.value.decimal, figure.logs, _exact(figure.value), sure, prose(figure.witness))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
@@ -15,7 +15,7 @@ from fairaudit.errors import shown
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import rational_text
 from fairaudit.measures.expectations import cell_expectation
-from fairaudit.measures.limits import limit_text
+from fairaudit.measures.limits import Quantity, limit_text
 from fairaudit.measures.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.mechanism import Mechanism
@@ -24,20 +24,21 @@ from fairaudit.reports.words import REACH
 from fairaudit.tables.preparation import said
 from fairaudit.theorems.applicable import to_judge
 from fairaudit.theorems.registry import BY_KEY
-from fairaudit.words import THE_INTERVAL, THIS_TABLE, approximate, percent, place, plain, words_for
+from fairaudit.words import ENDS_CROSS, THE_INTERVAL, THIS_TABLE, approximate, ends_text, percent, place, plain, words_for
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
     from fairaudit.audits.sentences import Deciding
     from fairaudit.audits.targets import Target
     from fairaudit.inference.changes import Change
+    from fairaudit.inference.interval import Interval
     from fairaudit.inference.rates import GivenTruth
     from fairaudit.model.law import Law
     from fairaudit.tables.preparation import Entry
     from fairaudit.theorems.supremum import Supremum
 from fairaudit.theorems.t13_near import DriftRadius
 
-__all__ = ["intervals", "prepared_text", "spelling_text", "summary", "verdict"]
+__all__ = ["TWO_SIDED", "intervals", "prepared_text", "spelling_text", "summary", "verdict"]
 
 
 SHOW_EXACT = 60  # characters of an exact number that still fit a line
@@ -46,10 +47,12 @@ SHOW_CELLS = 12  # small cells that a line names
 
 SHOW_SPELLINGS = 5  # pairs of spellings that a line names
 
+TWO_SIDED = "Two-sided (half the error on each side; may straddle a limit that the one-sided end decides)"
+
 NOWHERE = Witness(None, {}, {}, (Fraction(1), Fraction(1)))
 
 
-def summary(result: Result, top: int, written: Sequence[str], findings: Sequence[str] = ()) -> str:
+def summary(result: Result, top: int, written: Sequence[str], findings: Sequence[str] = (), *, two_sided: bool = False) -> str:
     """Describe a result: the verdict, one sentence, the figures, what was found beside them, and what they do not say."""
     blocks = [
         spelling_text(result.spellings),
@@ -58,6 +61,7 @@ def summary(result: Result, top: int, written: Sequence[str], findings: Sequence
         prepared_text(result.preparation),
         _figures(result),
         intervals(result),
+        two_sided_text(result) if two_sided else "",
         given_truth(result),
         "\n".join(findings),
         _filters(result),
@@ -120,12 +124,17 @@ def _target(target: Target, measured: Ratio | None, result: Result) -> str:
         return f"{said}: nothing bounds the population ({value} in the table)"
     lower = interval.lower if interval else Fraction(1)
     upper, source = target.upper
-    proved = "" if source == "the interval" else f", by {source}"
-    ends = " and ".join(_end(end, target.unit, up=up) for end, up in ((lower, False), (upper, True)))
+    low, high = (_end(end, target.unit, up=up) for end, up in ((lower, False), (upper, True)))
+    proved = "" if source == THE_INTERVAL else f", by {source}"
+    if interval is not None and interval.ends == "each":
+        ends = f"at least {low}, at most {high}{proved}, each at {percent(interval.confidence)}"
+    else:
+        ends = f"between {low} and {high}{proved}, at confidence {percent(target.confidence)}"
+    crossed = "; the ends cross" if lower > upper else ""
     of, beside = "", f"{value} in the table"
     if interval is not None and interval.of_units is not None:
         of, beside = f"{interval.estimand} ", _both_means(measured, interval.of_units, target.unit)
-    return f"{said}: {of}between {ends}{proved}, at confidence {percent(target.confidence)} ({beside})"
+    return f"{said}: {of}{ends} ({beside}){crossed}"
 
 
 def _in_window(target: Target, change: Change) -> str:
@@ -147,6 +156,8 @@ def _decided(deciding: Deciding, result: Result) -> str:
     """The pair of groups that decided a target, or what else did."""
     if deciding.pair is not None:
         return plain(f"{pair_text(deciding.pair)} {size_text(result.sizes_of(deciding.pair))}").rstrip()
+    if deciding.by == ENDS_CROSS:
+        return ENDS_CROSS
     if deciding.by in (THE_INTERVAL, THIS_TABLE):
         return "no pair of groups is apart" if deciding.value == 1 else "no interval is claimed"
     return f"every pair of groups, by {deciding.by}"
@@ -189,22 +200,36 @@ def intervals(result: Result) -> str:
     """What the draws say of the population from which they come."""
     if not result.intervals:
         return ""
-    rows = []
-    for quantity, found in result.intervals.items():
-        logs = f"{_rounded(found.log[0], up=False)} to {_rounded(found.log[1], up=True)}"
-        ends = f"{approximate(found.lower, 'down')} to {approximate(found.upper, 'up')}"
-        method = ", ".join(found.methods) or "nothing was drawn at random"
-        of = "" if found.of_units is None else f", {found.estimand}"
-        rows.append((f"{quantity} ratio R{of}", ends, f"log R {logs}", f"at confidence {percent(found.confidence)} ({method})"))
-    widths = [max(len(row[i]) for row in rows) for i in range(3)]
-    lines = ["In the population from which these decisions were drawn"]
-    lines += ["  " + "  ".join([*(cell.ljust(width) for cell, width in zip(row[:3], widths, strict=True)), row[3]]) for row in rows]
-    if len(rows) == 2 and len({t.quantity for t in result.targets}) < 2:
+    lines = ["In the population from which these decisions were drawn", *_interval_rows(result.intervals)]
+    each = [found for found in result.intervals.values() if found.ends == "each"]
+    if len(result.intervals) == 2 and len({t.quantity for t in result.targets}) < 2:
         lines.append("  Each interval holds at its confidence by itself.")
+    if each and len(result.targets) > 1:
+        lines.append(f"  The verdicts on all targets hold together at confidence {percent(result.targets[0].confidence or 0)}.")
     lines += [f"  {target.quantity}: {planned.sentence}" for target, planned in result.further_draws]
     lines.append("  For you to judge")
     lines += [f"    - {plain(text)}" for text in dict.fromkeys(text for found in result.intervals.values() for text in found.assumptions)]
     return "\n".join(lines)
+
+
+def two_sided_text(result: Result) -> str:
+    """The intervals of ratios with a target, with half of the error on each side."""
+    return "\n".join([TWO_SIDED, *_interval_rows(result.two_sided)]) if result.two_sided else ""
+
+
+def _interval_rows(found: Mapping[Quantity, Interval]) -> list[str]:
+    """A line for each interval."""
+    rows = []
+    for quantity, own in found.items():
+        each = own.ends == "each"
+        logs = ends_text(_rounded(own.log[0], up=False), _rounded(own.log[1], up=True), each=each)
+        ends = ends_text(approximate(own.lower, "down"), approximate(own.upper, "up"), each=each)
+        method = ", ".join(own.methods) or "nothing was drawn at random"
+        of = "" if own.of_units is None else f", {own.estimand}"
+        sure = f"{'each at' if each else 'at confidence'} {percent(own.confidence)} ({method})"
+        rows.append((f"{quantity} ratio R{of}", ends, f"log R {logs}", sure))
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    return ["  " + "  ".join([*(cell.ljust(width) for cell, width in zip(row[:3], widths, strict=True)), row[3]]) for row in rows]
 
 
 def given_truth(result: Result) -> str:

@@ -23,7 +23,7 @@ from fairaudit.theorems.bound import (
     THIS_LAW,
     THIS_POLICY,
 )
-from fairaudit.theorems.registry import is_sampled, kind_of
+from fairaudit.theorems.registry import ONE_SIDED, is_sampled, kind_of
 from fairaudit.words import approximate, percent, place, plain
 
 __all__ = ["QUANTITIES", "REACH", "Value", "claimed", "clip", "how", "named", "percent", "quantity", "quotient", "scope"]
@@ -121,11 +121,14 @@ def scope(text: str) -> str:
     --------
     >>> scope("population at confidence 19/20")
     'the population behind the decisions, at confidence 95 %'
+    >>> scope("population, one-sided at confidence 19/20")
+    'the population behind the decisions, one-sided at confidence 95 %'
     """
     if text == "this table":
         return "the table itself"
     if is_sampled(text):
-        return f"the population behind the decisions, at confidence {percent(number(text.rpartition(' ')[2]))}"
+        at = "one-sided at" if text.startswith(ONE_SIDED) else "at"
+        return f"the population behind the decisions, {at} confidence {percent(number(text.rpartition(' ')[2]))}"
     return plain(text)
 
 

@@ -45,6 +45,9 @@ EVERY_UTILITY = "every utility of the class"
 SAMPLED = "population at confidence "
 """The confidence follows."""
 
+ONE_SIDED = "population, one-sided at confidence "
+"""The confidence follows, of each end by itself."""
+
 RATIOS = ("local_ratio", "global_ratio")
 
 DISTANCES = ("demographic_parity", "equalized_odds")
@@ -165,7 +168,7 @@ def _interval(by: str, says: str, how: str) -> Kind:
         how=how,
         quantities=RATIOS,
         relations=(">=", "<="),
-        scopes=(SAMPLED,),
+        scopes=(SAMPLED, ONE_SIDED),
         subject="sample",
         evidence="interval",
         code=("fairaudit.inference.ratio_intervals.ratio_interval",),
@@ -575,13 +578,13 @@ BY_KEY: dict[tuple[str, str, str, str], Kind] = {
 
 def kind_of(claim: Mapping[str, Any]) -> Kind | None:
     """The kind of a claim of a certificate, if there is one."""
-    scope = SAMPLED if is_sampled(claim["scope"]) else claim["scope"]
+    scope = next((opening for opening in (SAMPLED, ONE_SIDED) if claim["scope"].startswith(opening)), claim["scope"])
     return BY_KEY.get((claim["quantity"], claim["relation"], claim["by"], scope))
 
 
 def is_sampled(scope: str) -> bool:
     """Whether a scope is the population behind draws."""
-    return scope.startswith(SAMPLED)
+    return scope.startswith((SAMPLED, ONE_SIDED))
 
 
 def for_any_sampled(kind: Kind | None, scope: str, declared: Mapping[str, Any], *, group_free: bool) -> bool:

@@ -474,7 +474,7 @@ def test_a_range_that_the_table_contradicts_proves_nothing(elsewhere: bool) -> N
     certain = [["1", "1"], ["1", "1"]]
     interval = {
         "confidence": "19/20",
-        "side": "both",
+        "ends": "together",
         "region": "box",
         "independent": False,
         "method": "hoeffding-kl",

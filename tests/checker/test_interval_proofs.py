@@ -280,7 +280,7 @@ def test_sampled_policies() -> None:
             if certificate["metrics"][name] is None:
                 assert not blocks
                 empty = {"levels": {"upper": "0", "lower": "0"}, "upper": [], "lower": [], "ratio": ["1", "inf"], "pair": None}
-                common = {"confidence": "9/10", "side": "both", "region": "box", "independent": False, "method": "intersection"}
+                common = {"confidence": "9/10", "ends": "together", "region": "box", "independent": False, "method": "intersection"}
                 nothing = edited(copy.deepcopy(certificate), "intervals", {name: common | {"limits": None} | empty})
                 assert "does not give" in false_statements(nothing)[0]
                 continue
@@ -384,8 +384,8 @@ def test_intervals_and_classes_do_not_meet(good: Any) -> None:
         ("intervals", []),
         ("intervals.regional", {}),
         ("intervals.local", None),
-        ("intervals.local.side", "upper"),
-        ("intervals.local.side", ...),
+        ("intervals.local.ends", "upper"),
+        ("intervals.local.ends", ...),
         ("intervals.local.region", "sphere"),
         ("intervals.local.region", "product"),
         ("intervals.local.method", "binomial"),

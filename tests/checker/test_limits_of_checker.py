@@ -46,6 +46,7 @@ EQUAL = {
     "scope: other context filters": (checker.claims.CONTEXT_FILTERS, bound.ANY_CONTEXT_FILTER),
     "scope: all utilities of a class": (checker.claims.UTILITIES, registry.EVERY_UTILITY),
     "scope: the population": (checker.claims.POPULATION, registry.SAMPLED),
+    "scope: the population, one-sided": (checker.claims.ONE_SIDED, registry.ONE_SIDED),
     "differences of rates": ({*checker.rates.DIFFERENCES}, {*registry.DIFFERENCES}),
     "sentence: fresh draws of the filter": (checker.sentences.FRESH, assumptions.FRESH),
     "sentence: the stated population": (checker.sentences.STATED_POPULATION, assumptions.POPULATION),

@@ -32,11 +32,11 @@ from fairaudit.inference.tails import tail_bound
 from fairaudit.inference.verdicts import verdict
 
 
-@pytest.mark.parametrize("side", ["both", "lower", "upper"])
+@pytest.mark.parametrize("ends", ["together", "each", "lower", "upper"])
 @pytest.mark.parametrize(
     "options", [{}, {"independent": True}, {"independent": True, "region": "product"}], ids=["box", "sidak", "product"]
 )
-def test_evidence_is_enough(options: dict[str, Any], side: Any) -> None:
+def test_evidence_is_enough(options: dict[str, Any], ends: Any) -> None:
     random = Random(11)
     for _ in range(6):
         blocks, cells = [], []
@@ -48,7 +48,7 @@ def test_evidence_is_enough(options: dict[str, Any], side: Any) -> None:
                 cells.append(binary(n, random.randint(0, n)))
             blocks.append(tuple(block))
         comparison = Comparison(tuple(cells), tuple(blocks))
-        found = ratio_interval(comparison, "0.9", side=side, **options)
+        found = ratio_interval(comparison, "0.9", ends=ends, **options)
         assert found.lower >= 1 and found.upper >= found.lower
         assert found.lower <= found.estimate <= found.upper
         recheck(found.evidence, found.lower, found.upper)
@@ -105,23 +105,24 @@ def test_many_draws_verify_quickly() -> None:
     assert time.perf_counter() - start < 1
 
 
-def coverage(p: list[Fraction], n: list[int], side: Any, **options: Any) -> Fraction:
-    """Probability that the interval contains the true ratio, over all outcomes."""
+def errors(p: list[Fraction], n: list[int], confidence: Fraction, **options: Any) -> tuple[Fraction, Fraction, Fraction]:
+    """Probabilities that the lower end, the upper end, or either is on the wrong side of the true ratio, over all outcomes."""
     true = max((a / b if b else inf if a else F(1)) for a, b in permutations(p, 2))
-    covered = F(0)
+    above = below = either = F(0)
     for outcome in product(*[range(m + 1) for m in n]):
         chance = prod((comb(m, k) * q**k * (1 - q) ** (m - k) for m, k, q in zip(n, outcome, p, strict=True)), start=F(1))
         if chance:
-            found = ratio_interval(one_block(*map(binary, n, outcome)), "0.8", side=side, **options)
-            covered += chance * (found.lower <= true <= found.upper)
-    return covered
+            found = ratio_interval(one_block(*map(binary, n, outcome)), confidence, **options)
+            above += chance * (found.lower > true)
+            below += chance * (found.upper < true)
+            either += chance * (not found.lower <= true <= found.upper)
+    return above, below, either
 
 
-@pytest.mark.parametrize("side", ["both", "lower", "upper"])
-@pytest.mark.parametrize(
+REGIONS = pytest.mark.parametrize(
     "options", [{}, {"independent": True}, {"independent": True, "region": "product"}], ids=["box", "sidak", "product"]
 )
-@pytest.mark.parametrize(
+SMALL = pytest.mark.parametrize(
     ("p", "n"),
     [
         ([F(1, 2), F(1, 2)], [5, 5]),
@@ -132,8 +133,44 @@ def coverage(p: list[Fraction], n: list[int], side: Any, **options: Any) -> Frac
         ([F(3, 4), F(1, 2), F(1, 2)], [2, 3, 2]),
     ],
 )
-def test_exact_coverage(p: list[Fraction], n: list[int], options: dict[str, Any], side: Any) -> None:
-    assert coverage(p, n, side, **options) >= F(4, 5)
+
+
+@pytest.mark.parametrize("ends", ["together", "lower", "upper"])
+@REGIONS
+@SMALL
+def test_exact_coverage(p: list[Fraction], n: list[int], options: dict[str, Any], ends: Any) -> None:
+    assert errors(p, n, F(4, 5), ends=ends, **options)[2] <= F(1, 5)
+
+
+@pytest.mark.parametrize("confidence", [F(1, 2), F(19, 20)], ids=["50 %", "95 %"])
+@REGIONS
+@SMALL
+def test_each_end_is_wrong_no_more_often_than_it_says(
+    p: list[Fraction], n: list[int], options: dict[str, Any], confidence: Fraction
+) -> None:
+    above, below, either = errors(p, n, confidence, ends="each", **options)
+    assert max(above, below) <= 1 - confidence and either <= 2 * (1 - confidence)
+
+
+def test_at_half_confidence_ends_are_seen_to_be_wrong() -> None:
+    """So the test above can fail: with all of the error an end errs more often than both together may at half of it."""
+    above, below, _ = errors([F(1, 5), F(4, 5)], [12, 12], F(1, 2), ends="each", independent=True)
+    assert F(1, 20) < below <= F(1, 2) and 0 < above <= F(1, 2)
+
+
+@pytest.mark.parametrize("confidence", [F(1, 2), F(19, 20)], ids=["50 %", "95 %"])
+@REGIONS
+def test_ends_by_themselves_lie_within_those_that_hold_together(options: dict[str, Any], confidence: Fraction) -> None:
+    random = Random(5)
+    for _ in range(8):
+        sizes = [random.choice([3, 20, 150]) for _ in range(random.randint(2, 4))]
+        comparison = one_block(*(binary(n, random.randint(0, n)) for n in sizes))
+        each, both, half = (
+            ratio_interval(comparison, level, ends=ends, **options)
+            for level, ends in ((confidence, "each"), (confidence, "together"), (1 - (1 - confidence) / 2, "each"))
+        )
+        for wider in (both, half):
+            assert wider.lower <= each.lower and each.upper <= wider.upper
 
 
 def bonferroni(cells: list[Cell]) -> tuple[float, float]:

@@ -33,27 +33,39 @@ from fairaudit.inference.levels import (
 )
 from fairaudit.inference.ratio_intervals import ratio_interval
 
-sides = st.sampled_from(["both", "lower", "upper"])
+holdings = st.sampled_from(["together", "each", "lower", "upper"])
 errors = st.fractions(F(1, 10**6), F(99, 100), max_denominator=10**6)
 
 
-@given(st.integers(1, 60), st.data(), errors, sides, st.booleans())
-def test_levels_of_a_box_keep_their_inequality(cells: int, data: st.DataObject, alpha: Fraction, side: Any, independent: bool) -> None:
+@given(st.integers(1, 60), st.data(), errors, holdings, st.booleans())
+def test_levels_of_a_box_keep_their_inequality(cells: int, data: st.DataObject, alpha: Fraction, ends: Any, independent: bool) -> None:
     """By the union bound all of the error is spent; of independent cells all ends that matter hold often enough."""
     span = data.draw(st.integers(1, cells))
-    upper, lower = box_levels(cells, span, alpha, independent=independent, side=side)
-    plain = box_levels(cells, span, alpha, independent=False, side=side)
-    spent = {"both": span * plain[0] + (2 * cells - span) * plain[1], "upper": span * plain[0], "lower": 2 * cells * plain[1]}[side]
-    assert spent == alpha
-    assert (upper == 0) is (side == "lower") and (lower == 0) is (side == "upper")
-    assert lower <= upper or side == "lower"
-    assert upper >= plain[0] and lower >= plain[1]
-    if independent and side == "lower":
-        assert (1 - 2 * lower) ** cells >= 1 - alpha
-    elif independent:
-        assert (1 - upper - lower) ** span * (1 - 2 * lower) ** (cells - span) >= 1 - alpha
-    else:
-        assert (upper, lower) == plain
+    upper, lower = box_levels(cells, span, alpha, independent=independent, ends=ends)
+    plain = box_levels(cells, span, alpha, independent=False, ends=ends)
+    assert (upper == 0) is (ends == "lower") and (lower == 0) is (ends == "upper")
+    assert 1 / F(2) >= upper >= plain[0] and 1 / F(2) >= lower >= plain[1]
+    if ends == "together":
+        assert lower <= upper and span * plain[0] + (2 * cells - span) * plain[1] == alpha
+        assert not independent or (1 - upper - lower) ** span * (1 - 2 * lower) ** (cells - span) >= 1 - alpha
+    if ends in ("upper", "each"):
+        assert span * plain[0] == min(alpha, F(span, 2)) and (not independent or (1 - upper) ** span >= 1 - alpha)
+    if ends in ("lower", "each"):
+        assert 2 * cells * plain[1] == alpha and (not independent or (1 - 2 * lower) ** cells >= 1 - alpha)
+    assert independent or (upper, lower) == plain
+
+
+@given(st.integers(1, 60), st.data(), errors, st.booleans())
+def test_levels_of_each_end_are_no_less_than_those_of_both(cells: int, data: st.DataObject, alpha: Fraction, independent: bool) -> None:
+    """So that the ends, which are nested in their levels, are no further apart."""
+    span = data.draw(st.integers(1, cells))
+    both, each, half = (
+        box_levels(cells, span, error, independent=independent, ends=ends)
+        for error, ends in ((alpha, "together"), (alpha, "each"), (alpha / 2, "each"))
+    )
+    assert each[0] >= both[0] and each[1] >= both[1]
+    assert each[0] >= half[0] and each[1] >= half[1]
+    assert independent or both[0] == half[0]
 
 
 def test_no_cells_spend_nothing_and_very_many_the_union_bound() -> None:
@@ -67,24 +79,25 @@ def test_a_lower_end_alone_counts_both_ends_of_each_cell() -> None:
     known = Cell(1, F(1, 2), None, F(1, 2), F(1, 2), False)
     right = F(0)
     for k in range(6):
-        found = ratio_interval(one_block(binary(5, k), known), "0.8", side="lower", independent=True)
+        found = ratio_interval(one_block(binary(5, k), known), "0.8", ends="lower", independent=True)
         right += F(comb(5, k), 32) * (found.lower <= 1)
     assert right >= F(4, 5)
 
 
-@given(st.integers(1, 60), st.integers(2, 500), errors, sides)
-def test_levels_of_products_keep_their_inequality(cells: int, pairs: int, alpha: Fraction, side: Any) -> None:
-    found = product_levels(cells, pairs, alpha, side)
-    assert (found.upper is None) is (side == "lower") and (found.lower is None) is (side == "upper")
+@given(st.integers(1, 60), st.integers(2, 500), errors, holdings)
+def test_levels_of_products_keep_their_inequality(cells: int, pairs: int, alpha: Fraction, ends: Any) -> None:
+    found = product_levels(cells, pairs, alpha, ends)
+    assert (found.upper is None) is (ends == "lower") and (found.lower is None) is (ends == "upper")
     for each in (found.upper, found.lower):
         assert each is None or 0 < each[0] ** 2 <= each[1] <= each[0] < 1
-    if found.upper and found.lower:
+    if ends == "together":
+        assert found.upper is not None and found.lower is not None
         assert found.lower[0] <= found.upper[0] and found.lower[1] <= found.upper[1]
-        ends = 2 * found.upper[0] + max(2, 2 * cells - 2) * found.lower[0]
-        assert ends + product_area(*found.upper) + (pairs - 1) * product_area(*found.lower) <= alpha
+        guards = 2 * found.upper[0] + max(2, 2 * cells - 2) * found.lower[0]
+        assert guards + product_area(*found.upper) + (pairs - 1) * product_area(*found.lower) <= alpha
     elif found.upper:
         assert 2 * found.upper[0] + product_area(*found.upper) <= alpha
-    else:
+    if found.lower and ends != "together":
         assert 2 * cells * found.lower[0] + pairs * product_area(*found.lower) <= alpha
 
 

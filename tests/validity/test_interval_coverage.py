@@ -88,14 +88,14 @@ def test_binary(name: str, region: str) -> None:
     judge(misses, count)
 
 
-@pytest.mark.parametrize("side", ["lower", "upper"])
+@pytest.mark.parametrize("ends", ["lower", "upper"])
 @pytest.mark.parametrize("region", ["box", "product"])
-def test_one_sided(region: Any, side: Any) -> None:
+def test_one_sided(region: Any, ends: Any) -> None:
     generator = np.random.default_rng(8)
     misses, count = 0, repetitions(25)
     for _ in range(count):
         cells = [binary(80, int(k)) for k in generator.binomial(80, [0.5, 0.5, 0.5])]
-        misses += not covers(ratio_interval(one_block(cells), 1 - ALPHA, side=side, region=region, independent=True), 1.0)
+        misses += not covers(ratio_interval(one_block(cells), 1 - ALPHA, ends=ends, region=region, independent=True), 1.0)
     judge(misses, count)
 
 
