@@ -443,9 +443,9 @@ def compare_readings(certificate: Any, name: str, derive: Derive, sample: Callab
 COUNTS = {(0, 0): ["40", "10"], (0, 1): ["10", "40"], (1, 0): ["30", "20"], (1, 1): ["25", "25"]}
 
 
-def both_intervals() -> Any:
+def both_intervals(ends: str = "together") -> Any:
     certificate = make(COUNTS, ["1", "0"])
     for name in ("local", "global"):
         cells, blocks = of_counts(certificate, name, None, None)
-        certificate = with_interval(certificate, name, interval(cells, blocks), "binomial")
+        certificate = with_interval(certificate, name, interval(cells, blocks, ends=ends), "binomial")
     return certificate

@@ -127,7 +127,7 @@ def certify(
     (Fraction(3, 2), 'exceeds')
     >>> found = result.intervals["local"]
     >>> round(float(found.lower), 2), round(float(found.upper), 2)
-    (1.25, 1.8)
+    (1.25, 1.76)
     """
     limits = limits_of(
         {

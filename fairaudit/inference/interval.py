@@ -58,7 +58,7 @@ class Interval:
     >>> result = fa.audit(table, decision="hired", group="sex", count="n", utility="yes", max_local_ratio="5/4")
     >>> found = result.intervals["local"]
     >>> round(float(found.lower), 3), round(float(found.upper), 3), found.confidence
-    (1.0, 2.787, Fraction(19, 20))
+    (1.0, 2.583, Fraction(19, 20))
     """
 
     lower: Fraction

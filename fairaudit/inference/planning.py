@@ -51,7 +51,7 @@ class Planning:
     >>> import fairaudit as fa
     >>> found = fa.plan(["0.5", "0.5"], max_ratio="5/4")
     >>> found.draws, found.decides
-    ((784, 784), 'within')
+    ((650, 650), 'within')
     """
 
     draws: tuple[int, ...] | None
@@ -206,7 +206,7 @@ def plan(
     Examples
     --------
     >>> plan(["0.5", "0.5"], max_log="0.2").draws
-    (973, 973)
+    (807, 807)
     """
     if not 0.5 <= power < 1:
         raise InputError(f"a power of {shown(power)} is not accepted; it lies between 0.5 and 1")

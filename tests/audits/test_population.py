@@ -6,6 +6,7 @@ import json
 import random
 from collections.abc import Callable
 from fractions import Fraction
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -78,16 +79,43 @@ def test_verdicts_admit_ignorance() -> None:
         assert {target["judged"] for target in document["targets"]} == {"population at confidence 19/20"}
 
 
-def test_two_quantities_share_the_error() -> None:
-    """Verdicts on local and global targets hold together: each interval then has half of the error."""
+def test_targets_share_the_error() -> None:
+    """The verdicts on two targets hold together, be they on one quantity or on two: each then has half of the error."""
     law = counts(("f", 60, 40), ("m", 50, 50))
     both = fa.certify(law, YES, max_local_ratio=3, max_global_ratio=3, confidence="0.9")
     assert {i.confidence for i in both.intervals.values()} == {F(19, 20)}
     assert {t.confidence for t in both.targets} == {F(9, 10)}
     one = fa.certify(law, YES, max_local_ratio=3, max_local_log="1", confidence="0.9")
-    assert {i.confidence for i in one.intervals.values()} == {F(9, 10)}
+    assert {quantity: (i.confidence, i.ends) for quantity, i in one.intervals.items()} == {
+        "local": (F(19, 20), "each"),
+        "global": (F(9, 10), "together"),
+    }
     verified(both)
     verified(one)
+
+
+def test_targets_rest_on_one_sided_ends() -> None:
+    """Clopper and Pearson's ends at the full error: α/2 for the two that bound a ratio from above, α/4 for the four below it."""
+    law = counts(("f", 60, 40), ("m", 30, 70))
+    found = fa.certify(law, YES, max_local_ratio=3)
+    high = stats.beta.ppf(1 - 0.025, 61, 40) / stats.beta.ppf(0.025, 30, 71)
+    low = stats.beta.ppf(0.0125, 60, 41) / stats.beta.ppf(1 - 0.0125, 31, 70)
+    assert ends(found.intervals["local"]) == pytest.approx((low, high), rel=1e-6)
+    together, each = "population at confidence 19/20", "population, one-sided at confidence 19/20"
+    scopes = {(claim.quantity, claim.relation, claim.scope) for claim in found.claims if claim.by == "binomial"}
+    wanted = {"local_ratio": each, "global_ratio": together}
+    assert scopes == {(quantity, relation, scope) for quantity, scope in wanted.items() for relation in (">=", "<=")}
+    assert {i.ends for i in fa.certify(law, YES).intervals.values()} == {"together"}
+    verified(found)
+
+
+def test_the_two_sided_interval_is_that_without_a_target() -> None:
+    law = counts(("f", 60, 40), ("m", 50, 50))
+    judged, plain = fa.certify(law, YES, max_local_ratio=3), fa.certify(law, YES)
+    assert list(judged.two_sided) == ["local"] and not plain.two_sided
+    two_sided, own = judged.two_sided["local"], judged.intervals["local"]
+    assert ends(two_sided) == ends(plain.intervals["local"]) and two_sided.ends == "together"
+    assert two_sided.lower <= own.lower <= own.upper < two_sided.upper
 
 
 def test_zero_cells_and_lonely_groups() -> None:
@@ -277,13 +305,28 @@ def test_certify_says_it_in_words(run: Callable[..., tuple[int, str, str]], tmp_
     certificate = tmp_path / "c.json"
     code, out, _ = run("--max-local-ratio", "5/4", "-o", str(certificate))
     assert code == 1 and out.startswith("EXCEEDS")
-    assert "at confidence 95 % (3 in the table)" in out
+    assert ", each at 95 % (3 in the table)" in out and "Two-sided" not in out
     assert "In the population from which these decisions were drawn" in out
     assert main(["verify", str(certificate)]) == 0
     code, out, _ = run("--max-local-ratio", "3")
     assert code == 3 and "Planning estimate" in out
     code, out, _ = run("--max-local-ratio", "3", "--confidence", "none")
     assert code == 0 and "this table, decided exactly" in out
+    code, out, _ = run("--max-local-ratio", "3", "--max-local-log", "1")
+    assert ", each at 97.5 % (3 in the table)" in out and "The verdicts on all targets hold together at confidence 95 %." in out
+
+
+def test_the_two_sided_interval_is_printed_where_it_is_asked_for(run: Callable[..., tuple[int, str, str]]) -> None:
+    plain = run()[1]
+    shown = next(line for line in plain.splitlines() if line.startswith("  local ratio R "))
+    code, out, _ = run("--max-local-ratio", "5/4", "--two-sided")
+    heading = "Two-sided (half the error on each side; may straddle a limit that the one-sided end decides)"
+    assert code == 1 and out.split(f"{heading}\n")[1].splitlines()[0].split() == shown.split()
+    found = envelope(run("--max-local-ratio", "5/4", "--two-sided", "--format", "json")[1])
+    together = fa.certify(counts(("f", 90, 10), ("m", 30, 70)), YES).intervals["local"]
+    assert found["details"]["two_sided"] == {"local": {"confidence": "19/20", "ratio": [str(together.lower), str(together.upper)]}}
+    assert "two_sided" not in envelope(run("--max-local-ratio", "5/4", "--format", "json")[1])["details"]
+    assert run("--two-sided", "--confidence", "none")[0] == 2
 
 
 def test_the_claim_of_a_filter_is_tested(run: Callable[..., tuple[int, str, str]]) -> None:
@@ -402,19 +445,25 @@ def test_first_places(data: Path) -> None:
     )
     result = fa.certify(law, {"first": 1}, max_local_ratio="5/4")
     assert result.local.ratio == F(43, 19) and result.verdict == "inconclusive"
-    assert ends(result.intervals["local"]) == pytest.approx((1.2024, 3.4371), abs=1e-3)
+    # An upper end rests on two ends of cells, a lower one on both of all 64.
+    drawn = {(x, a): law.row(i) for i, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True))}
+    pairs = [(drawn[x, a], drawn[x, b]) for (x, a), (y, b) in permutations(drawn, 2) if x == y]
+    above, below = ([[clopper_pearson(sum(row), row[0], level) for row in pair] for pair in pairs] for level in (0.05 / 2, 0.05 / 128))
+    assert law.decisions[0] == "first" and len(drawn) == 64
+    low, high = max(one[0] / other[1] for one, other in below), max(one[1] / other[0] for one, other in above)
+    assert ends(result.intervals["local"]) == pytest.approx((low, high), rel=1e-5)
     assert fa.certify(law, {"first": 1}, max_local_ratio="6/5").verdict == "exceeds"
     verified(result)
 
 
 def test_rankings_with_the_run_as_unit(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines = (data / "bloomberg_gpt_rankings.csv").read_text("utf-8").splitlines(keepends=True)
-    shown = {"gpt-3.5-turbo": "between 1.242 and 3.438", "gpt-4": "between 1 and 2.109"}
-    for model, words in shown.items():
+    shown = {"gpt-3.5-turbo": (1, "at least 1.283, at most 3.263, each at 95 %"), "gpt-4": (3, "at least 1, at most 2.010, each at 95 %")}
+    for model, (code, words) in shown.items():
         path = tmp_path / "runs.csv"
         path.write_text("".join([lines[0], *(line for line in lines[1:] if line.startswith(f"{model},") and "oversampled" not in line)]))
         command = ["certify", str(path), "--slots", "shown_order", "--winner", "ranked_order", "--context", "job"]
-        assert main([*command, "--max-local-ratio", "5/4", "-o", str(tmp_path / "c.json")]) == 3
+        assert main([*command, "--max-local-ratio", "5/4", "-o", str(tmp_path / "c.json")]) == code
         out = capsys.readouterr().out
         assert words in out, out
         assert main(["verify", str(tmp_path / "c.json")]) == 0

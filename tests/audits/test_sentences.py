@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations, product
 from math import inf
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit import checker
+from fairaudit.audits.sentences import decide, sentence
 from fairaudit.certificates.reader import load
 from fairaudit.cli import main as command
 from fairaudit.exact.rationals import quotient
@@ -28,7 +30,7 @@ from fairaudit.reports.content import describe
 from fairaudit.reports.markdown import markdown
 from fairaudit.reports.page import html
 from fairaudit.tables.examples import example
-from fairaudit.words import plain
+from fairaudit.words import THE_INTERVAL, plain
 
 pytest_plugins = ["pytester"]
 EXAMPLE = ["certify", "--example", "ucb-admissions"]
@@ -98,8 +100,8 @@ def test_the_gate_fails_with_the_pair_that_exceeds(pytester: pytest.Pytester) ->
 @pytest.mark.parametrize(
     ("targets", "opening"),
     [
-        ({"max_local_ratio": 4}, "In Dept=F, Gender=Female over Gender=Male comes closest to the limit: at most 3.097 times as much"),
-        ({"max_local_ratio": 2}, "In Dept=F, Gender=Female over Gender=Male leaves it open: up to 3.097 times as much"),
+        ({"max_local_ratio": 4}, "In Dept=F, Gender=Female over Gender=Male comes closest to the limit: at most 2.757 times as much"),
+        ({"max_local_ratio": 2}, "In Dept=F, Gender=Female over Gender=Male leaves it open: up to 2.757 times as much"),
         (
             {"max_local_ratio": "1.02"},
             "In Dept=A, Gender=Female is favoured over Gender=Male: an expected utility of 0.8241 against 0.6206",
@@ -492,3 +494,15 @@ def test_sizes_of_contexts_that_were_read_in_parts(tmp_path: Path) -> None:
         result.sentence
         == "In x=p, a=m is favoured over a=f: an expected utility of 0.75 against 0.5455, 1.375 times as much (n = 40 and 22)."
     )
+
+
+def test_where_the_ends_cross_the_sentence_says_so() -> None:
+    """A lower end above the limit beside an upper one within it decides nothing; where both are above the limit they do."""
+    result = admissions(max_local_ratio="5/4")
+    crossed = fa.Target("local", Fraction(5, 4), "ratio", "inconclusive", Fraction(19, 20), (Fraction(6, 5), THE_INTERVAL))
+    deciding = decide(crossed, result.local, Fraction(4, 3), (None, None))
+    assert deciding is not None and (deciding.by, deciding.value, deciding.pair) == ("the ends cross", Fraction(6, 5), None)
+    assert sentence(deciding, result.local, None).startswith("The ends cross: the lower one is above the limit")
+    for lower, upper in ((Fraction(6, 5), Fraction(3, 2)), (Fraction(1), Fraction(4, 3))):
+        deciding = decide(replace(crossed, upper=(upper, THE_INTERVAL)), result.local, lower, (None, None))
+        assert deciding is not None and deciding.by == THE_INTERVAL

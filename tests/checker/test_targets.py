@@ -4,6 +4,7 @@ import copy
 from typing import Any
 
 import pytest
+from assumptions import complete
 from interval_certificates import COUNTS, TINY, F, accepted, both_intervals, claims, rejected, rows_of
 from mpmath import mp
 from plain_certificates import checker, false_statements, make, raw
@@ -68,6 +69,56 @@ def test_verdicts_hold_together(good: Any) -> None:
         assert rejected(judged(good, both[0] | {"judged": other}))
     for confidence in ("0", "1", "18/20", "11/10", "-1/2", "inf", ""):
         assert rejected(judged(good, both[0] | {"judged": f"population at confidence {confidence}"}))
+
+
+def test_ends_by_themselves_have_an_error_for_each_target() -> None:
+    """Each verdict rests on one end: two limits on one quantity are two targets."""
+    apart = both_intervals("each")
+    one, other = target("local", "ratio", 10**6, "within"), target("local", "log", 100, "within")
+    assert accepted(judged(apart, one))
+    assert rejected(judged(apart, one | {"judged": "population at confidence 91/100"}))
+    assert rejected(judged(apart, one, other))
+    for pair in ((one, other), (one, target("global", "ratio", 10**6, "within"))):
+        assert accepted(judged(apart, *[t | {"judged": "population at confidence 4/5"} for t in pair]))
+        assert rejected(judged(apart, *[t | {"judged": "population at confidence 81/100"} for t in pair]))
+    three = [t | {"judged": "population at confidence 7/10"} for t in (one, other, target("global", "ratio", 10**6, "within"))]
+    assert accepted(judged(apart, *three))
+    assert rejected(judged(apart, *[t | {"judged": "population at confidence 71/100"} for t in three]))
+    mixed = both_intervals()
+    mixed["intervals"]["local"] = apart["intervals"]["local"]
+    mixed["claims"] = [c for c in mixed["claims"] if (c["quantity"], c["by"]) != ("local_ratio", "binomial")]
+    mixed["claims"] += claims("local", apart["intervals"]["local"], "binomial")
+    assert accepted(judged(complete(mixed), *three))
+    assert rejected(judged(complete(mixed), one | {"judged": "population, one-sided at confidence 9/10"}))
+
+
+@pytest.mark.parametrize(("ends", "other"), [("each", "together"), ("together", "each")])
+def test_ends_are_claimed_as_they_hold(ends: str, other: str) -> None:
+    """The scope is that of the interval; levels of ends by themselves are more than ends that hold together may have."""
+    openings = {"each": "population, one-sided at confidence ", "together": "population at confidence "}
+    certificate = both_intervals(ends)
+    assert accepted(certificate)
+    for i in (-1, -2):
+        false = copy.deepcopy(certificate)
+        false["claims"][i]["scope"] = f"{openings[other]}9/10"
+        assert rejected(false)
+    false = copy.deepcopy(certificate)
+    for claim in false["claims"]:
+        if claim["by"] == "binomial":
+            claim["scope"] = f"{openings[other]}9/10"
+    assert rejected(false)
+    for interval in false["intervals"].values():
+        interval["ends"] = other
+    # What holds together holds each by itself, but for the statement itself.
+    assert accepted(false) is (ends == "together")
+
+
+def test_where_the_ends_cross_nothing_is_decided() -> None:
+    """An upper end below the lower one follows from no draws here, but from bounds beside them: the rule is asked directly."""
+    crossing = (4, 3), (6, 5)
+    for limit, verdict in ((F(5, 4), "inconclusive"), (F(11, 10), "exceeds"), (F(7, 5), "within")):
+        stated = checker.certificate.Target("local", (limit.numerator, limit.denominator), "ratio", "", F(9, 10), verdict, False)
+        assert checker.targets._judge(stated, crossing) == verdict
 
 
 def test_without_an_interval_nothing_is_known(good: Any) -> None:
