@@ -89,6 +89,12 @@ def test_intervals_that_do_not_overlap() -> None:
     assert compare(sampled(900), sampled(510)).intervals[0].direction == "better"
     near = compare(sampled(510), sampled(520)).intervals[0]
     assert near.direction == "changed" and "may be chance" in near.note
+    law = fa.Law.from_array([[510, 490], [500, 500]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
+    judged = fa.certify(law, {"yes": 1}, max_local_ratio=2).certificate.document
+    found = compare(sampled(510), judged).intervals[0]
+    assert found.new is not None and found.new.startswith("at least 1, at most ")
+    assert "the confidence is that of each end by itself, before of both ends together" in found.note
+    assert compare(judged, judged).intervals[0].direction == "same"
 
 
 def test_what_answers_another_question_is_refused() -> None:

@@ -115,7 +115,7 @@ def test_units_are_read_back() -> None:
 def test_figures_of_the_admissions() -> None:
     content = describe(admissions(max_local_ratio="5/4").certificate.document)
     assert content.lead == (
-        "In Dept=F, Gender=Female over Gender=Male leaves it open: up to 3.097 times as often in the population, at confidence 95 %; "
+        "In Dept=F, Gender=Female over Gender=Male leaves it open: up to 2.757 times as often in the population, at confidence 95 %; "
         "“Admitted” in 7.038 % of decisions against 5.898 % in the table (n = 341 and 373)."
     )
     assert content.headline == "Inconclusive"
@@ -126,6 +126,21 @@ def test_figures_of_the_admissions() -> None:
     assert overall is not None and [m.value.exact for m in overall.members] == ["1198/2691", "557/1835"]
     matrix = content.matrices[0]
     assert matrix.ratios[0][1] is not None and matrix.ratios[0][1].exact == "24475/18432" and matrix.ratios[0][0] is None
+
+
+def test_ends_of_a_ratio_with_a_target_hold_each_by_itself() -> None:
+    result = admissions(max_local_ratio=2)
+    document = result.certificate.document
+    shown = Page(html(result.certificate))
+    said = " ".join("".join(shown.text).split())
+    assert "In the population, each at confidence 95 %: at least 1.044, at most 2.757" in said
+    assert "In the population, at confidence 95 %: 1.290 to 1.670" in said
+    assert "the population behind the decisions, one-sided at confidence 95 %" in said
+    assert "| at least 1.044, at most 2.757, each at 95 % |" in markdown(document) and "| 1.290 to 1.670 |" in markdown(document)
+    notebook = result._repr_html_()
+    assert "each end at confidence 19/20</td><td>at least 1.044, at most 2.757</td>" in notebook
+    assert "population, at confidence 19/20</td><td>1.290 to 1.670</td>" in notebook
+    assert "each at confidence" not in html(admissions().certificate)
 
 
 def test_intervals_of_groups_are_those_of_their_draws() -> None:

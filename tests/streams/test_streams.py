@@ -748,6 +748,16 @@ def test_a_baseline_says_whether_the_ratio_changed(tmp_path: Path, capsys: pytes
         change = envelopes(capsys.readouterr().out)[-1]["result"]["change"]
         assert change["local"]["verdict"] == verdict
         assert change["local"]["confidence"] == "9/10"
+    columns = ["--decision", "answer", "--group", "sex", "--context", "job", "--utility", "yes", "--max-local-ratio", "2"]
+    main(["certify", str(first), *columns, "-o", str(tmp_path / "b.json")])
+    capsys.readouterr()
+    main(["monitor", str(second), *OPTIONS, "--baseline", str(tmp_path / "b.json")])
+    change = envelopes(capsys.readouterr().out)[-1]["result"]["change"]
+    assert (change["local"]["verdict"], change["local"]["confidence"]) == (
+        "greater",
+        "17/20",
+    )  # each end of the target's has an error of 1/20
+    assert change["global"]["confidence"] == "9/10"
 
 
 def test_prometheus_gets_a_whole_file(tmp_path: Path) -> None:

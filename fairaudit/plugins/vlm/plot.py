@@ -25,7 +25,7 @@ __all__ = ["draw"]
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 QUESTIONS = {"slot": "slot 1, by who stands there", "person": "a person, in any slot", "position": "the slot, whoever stands there"}
 LEVEL = Fraction(95, 100)
-NOTE = "Bands are intervals at the confidence of the certificates; each holds for its point, not for all points together."
+NOTE = "Bands are intervals at the confidence of the certificates (with a target, of each end); each holds for its point, not for all."
 
 
 def draw(experiment: Experiment, found: Found, path: Path) -> Path:

@@ -100,6 +100,7 @@ def said(found: Found) -> str:
     ]
     judged = dict.fromkeys(limit for _, _, finding in found.findings for limit in finding.limits)
     lines += [f"Target: {limit_text(*limit)}." for limit in judged]
+    lines += ["Of a ratio with a target each end of its interval holds at the confidence by itself, not both together."] if judged else []
     head = None
     asked, models = questions(found.experiment), [model for model, _, _ in found.findings]
     by_question = sorted(found.findings, key=lambda f: (models.index(f[0]), asked.index(f[2].question)))
