@@ -133,14 +133,14 @@ def test_ends_of_a_ratio_with_a_target_hold_each_by_itself() -> None:
     document = result.certificate.document
     shown = Page(html(result.certificate))
     said = " ".join("".join(shown.text).split())
-    assert "In the population, each at confidence 95 %: at least 1.044, at most 2.757" in said
+    assert "In the population: at least 1.044, at most 2.757, each at 95 %" in said
     assert "In the population, at confidence 95 %: 1.290 to 1.670" in said
     assert "the population behind the decisions, one-sided at confidence 95 %" in said
     assert "| at least 1.044, at most 2.757, each at 95 % |" in markdown(document) and "| 1.290 to 1.670 |" in markdown(document)
     notebook = result._repr_html_()
     assert "each end at confidence 19/20</td><td>at least 1.044, at most 2.757</td>" in notebook
     assert "population, at confidence 19/20</td><td>1.290 to 1.670</td>" in notebook
-    assert "each at confidence" not in html(admissions().certificate)
+    assert "each at 95 %" not in html(admissions().certificate)
 
 
 def test_intervals_of_groups_are_those_of_their_draws() -> None:

@@ -79,7 +79,7 @@ def test_text_page_and_markdown_show_both(tmp_path: Path, capsys: pytest.Capture
     out, err = capsys.readouterr()
     first = out.splitlines()[0]
     assert first.startswith("WITHIN")
-    assert "mean over units between 1 and 1.0" in first and "(1 in the table, and 2 as mean over rows)" in first
+    assert "mean over units at least 1, at most 1.0" in first and "(1 in the table, and 2 as mean over rows)" in first
     assert "local ratio R, mean over units" in out and "the same, as mean over units" in out
     assert "2 as the mean over rows" in err
     assert main([*command, "--format", "json"]) == 0
