@@ -100,16 +100,24 @@ def ladder(cells: list[Cell], tops: list[int], bottoms: list[int], r: Fraction, 
     return None
 
 
-def by_ladders(cells: list[Cell], blocks: list[list[Form]]) -> dict[str, Any] | None:
+def by_ladders(cells: list[Cell], blocks: list[list[Form]], ends: str) -> dict[str, Any] | None:
     used, _, pairs = figures(cells, blocks)
     K = len(used)
     if not K or any([*form.values()] != [1] for block in blocks for form in block):
         return None
     b = ALPHA / (4 * K + 2)
-    c, prime = b / 2, b / 2
-    while 2 * b + max(2, 2 * K - 2) * prime + area(b, c) + (pairs - 1) * area(prime, c / 2) > ALPHA - F(1, 10**6):
-        b, c, prime = b * F(9, 10), c * F(8, 10), prime * F(9, 10)
-    if not (b * b <= c <= b and prime**2 <= c / 2 <= prime):
+    c, prime, other = b / 2, b / 2, b / 4
+    if ends == "each":
+        b, prime = ALPHA / 2, ALPHA / (2 * K)
+        while 2 * b + area(b, b / 2) > ALPHA - F(1, 10**6):
+            b *= F(9, 10)
+        while 2 * K * prime + pairs * area(prime, prime / 2) > ALPHA - F(1, 10**6):
+            prime *= F(9, 10)
+        c, other = b / 2, prime / 2
+    else:
+        while 2 * b + max(2, 2 * K - 2) * prime + area(b, c) + (pairs - 1) * area(prime, other) > ALPHA - F(1, 10**6):
+            b, c, prime, other = b * F(9, 10), c * F(8, 10), prime * F(9, 10), other * F(8, 10)
+    if not (b * b <= c <= b and prime**2 <= other <= prime):
         return None
     members = [[next(iter(form)) for form in block] for block in blocks]
     high, upper = "inf", None
@@ -121,10 +129,10 @@ def by_ladders(cells: list[Cell], blocks: list[list[Form]]) -> dict[str, Any] | 
     low, lower = "1", None
     places = [(x, i, j) for x, block in enumerate(members) for i, j in permutations(range(len(block)), 2)]
     for r, (x, i, j) in product((F(3), F(3, 2), F(21, 20)), places):
-        if members[x][i] != members[x][j] and (knots := ladder(cells, [members[x][j]], [members[x][i]], 1 / r, prime, c / 2)):
+        if members[x][i] != members[x][j] and (knots := ladder(cells, [members[x][j]], [members[x][i]], 1 / r, prime, other)):
             low, lower = str(r), {"pair": [x, i, j], "knots": [*map(str, knots)]}
             break
-    levels = {"upper": [str(b), str(c)], "lower": [str(prime), str(c / 2)]}
+    levels = {"upper": [str(b), str(c)], "lower": [str(prime), str(other)]}
     return {"region": "product", "ratio": [low, high], "levels": levels, "upper": upper, "lower": lower}
 
 
@@ -186,9 +194,10 @@ def certified(seed: int, name: str) -> tuple[Any, list[Cell], list[list[Form]]] 
         cells, blocks = of_counts(certificate, name, None, units)
     method = pick.choice(["hoeffding-kl", "empirical-bernstein", "intersection"])
     independent = units is None and pick.random() < 0.5
-    found = interval(cells, blocks, independent=independent, method=method, limits=limits)
+    ends = "each" if seed % 4 == 1 else "together"
+    found = interval(cells, blocks, independent=independent, method=method, limits=limits, ends=ends)
     if independent and pick.random() < 0.6 and (method == "hoeffding-kl" or all(c["binary"] for c in cells)):
-        found |= by_ladders(cells, blocks) or {}
+        found |= by_ladders(cells, blocks, ends) or {}
         if found["region"] == "product":
             found.pop("pair", None)
     if units is not None:
@@ -218,6 +227,7 @@ def test_the_random_intervals_are_of_many_kinds() -> None:
     made = [found for seed in SEEDS for name in ("local", "global") if (found := certified(seed, name))]
     kinds = [next(iter(c["intervals"].values())) for c, _, _ in made]
     assert {k["region"] for k in kinds} == {"box", "product"} and {k["independent"] for k in kinds} == {True, False}
+    assert {(k["region"], k["ends"]) for k in kinds} == {*product(("box", "product"), ("together", "each"))}
     for method in ("binomial", "hoeffding-kl", "empirical-bernstein", "intersection"):
         assert sum(c["claims"][-1]["by"] == method for c, _, _ in made) > 4
     assert sum("units" in k for k in kinds) > 5 and sum(k["limits"] is not None for k in kinds) > 5
