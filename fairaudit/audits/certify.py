@@ -171,7 +171,7 @@ def certify(
     for quantity, comparison in comparisons.items():
         alpha = equal_share(1 - Fraction(level or 0), judging if quantity in named else 1)
         options: dict[str, Any] = {"method": interval, "independent": independent, "ends": "each" if quantity in named else "together"}
-        options["region"] = default_region(comparison, interval, independent=independent)
+        options["region"] = default_region(comparison, interval, independent=independent, alpha=alpha)
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, **options)
         notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))
     sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None

@@ -237,7 +237,9 @@ class Result(Faces):
     def drivers(self) -> Mapping[Quantity, Drivers]:
         """For each interval the pairs of groups that drive its lower and its upper end."""
         return {
-            quantity: interval_drivers(self.comparisons[quantity], interval.evidence) if quantity in self.comparisons else interval.pairs
+            quantity: interval_drivers(self.comparisons[quantity], interval.evidence, interval.upper)
+            if quantity in self.comparisons
+            else interval.pairs
             for quantity, interval in self.intervals.items()
         }
 

@@ -7,14 +7,14 @@ from fractions import Fraction
 from itertools import chain, combinations
 
 from .betting import StreamProof
-from .claims import BETTING
+from .claims import BETTING, PAIR_EXACT
 from .figures import Greatest
 from .header import Cell
-from .intervals import BoxEvidence, Change, DifferenceInterval, Interval, Proven, StreamEvidence, Unproven
+from .intervals import BoxEvidence, Change, DifferenceInterval, Interval, PairEvidence, Proven, StreamEvidence, Unproven
 from .logarithms import log_enclosure
 from .rates import DIFFERENCES
 from .rationals import ONE, Rational, as_pair, at_most, bits_of, reduced, widest_ratio
-from .regions import prove_by_box, prove_by_ladders, prove_difference
+from .regions import prove_by_box, prove_by_ladders, prove_by_pairs, prove_difference
 from .rows import read_table
 from .samples import Sampling
 from .table import Table, place_of
@@ -52,6 +52,9 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
     if isinstance(interval.evidence, BoxEvidence):
         spanned = max(len(one | other) for block in supports for one, other in combinations(block, 2))
         prove_by_box(interval, interval.evidence, comparison, len(used), spanned)
+    elif isinstance(interval.evidence, PairEvidence):
+        prove_by_pairs(interval, interval.evidence, comparison)
+        return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, PAIR_EXACT, interval.each)
     else:
         prove_by_ladders(interval, interval.evidence, comparison, len(used))
     by = "binomial" if all(samples[i].binary for i in used) else interval.method

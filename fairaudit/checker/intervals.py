@@ -58,6 +58,15 @@ class LadderEvidence:
 
 
 @dataclass(frozen=True)
+class PairEvidence:
+    """Ladders for the upper end, one for each ordered pair of each block in turn, and one for the lower end; the levels are of one pair."""
+
+    levels: tuple[Fraction, Fraction]
+    upper: list[Ladder] | None
+    lower: tuple[Place, Ladder] | None
+
+
+@dataclass(frozen=True)
 class StreamEvidence:
     """Of a stream: the ranks of its cells and how many were expected; ends of all cells with a pair, or ladders."""
 
@@ -83,11 +92,13 @@ class Interval:
     units: list[list[tuple[int, list[int]]]] | None
     measured: dict[str, object] | None  # with units, the ratio of their means in the sample
     ratio: tuple[Rational, Rational]
-    evidence: BoxEvidence | LadderEvidence | StreamEvidence
+    evidence: BoxEvidence | LadderEvidence | PairEvidence | StreamEvidence
 
     @property
     def region(self) -> str:
         """The name of the kind of evidence."""
+        if isinstance(self.evidence, PairEvidence):
+            return "pairs"
         boxed = self.evidence.ends is not None if isinstance(self.evidence, StreamEvidence) else isinstance(self.evidence, BoxEvidence)
         return "box" if boxed else "product"
 
@@ -160,10 +171,10 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
         keys += ["units", "estimand", "measured"]
     members = read_object(value, where, keys + ["pair"] * of_box)
     each = read_choice(members["ends"], f"{where}.ends", ("together",) if of_stream else ("together", "each")) == "each"
-    read_choice(members["region"], f"{where}.region", ("box", "product"))
+    region = read_choice(members["region"], f"{where}.region", ("box", "product") if of_stream else ("box", "product", "pairs"))
     levels = read_object(members["levels"], f"{where}.levels", ("expected", "order") if of_stream else ("upper", "lower"))
     upper, lower = members["upper"], members["lower"]
-    evidence: BoxEvidence | LadderEvidence | StreamEvidence
+    evidence: BoxEvidence | LadderEvidence | PairEvidence | StreamEvidence
     if of_stream:
         evidence = _read_stream(members, levels, where, of_box)
     elif of_box:
@@ -175,12 +186,17 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
         )
     else:
         proof = None if lower is None else read_object(lower, f"{where}.lower", ("pair", "knots"))
-        ladders = None if upper is None else read_list(upper, f"{where}.upper")
-        evidence = LadderEvidence(
-            (read_two(levels["upper"], f"{where}.levels.upper"), read_two(levels["lower"], f"{where}.levels.lower")),
-            None if ladders is None else [_read_ladder(item, f"{where}.upper[{i}]") for i, item in enumerate(ladders)],
-            None if proof is None else (_read_pair(proof["pair"], f"{where}.lower.pair"), _read_ladder(proof["knots"], f"{where}.lower")),
+        listed = None if upper is None else read_list(upper, f"{where}.upper")
+        ladders = None if listed is None else [_read_ladder(item, f"{where}.upper[{i}]") for i, item in enumerate(listed)]
+        least = (
+            None if proof is None else (_read_pair(proof["pair"], f"{where}.lower.pair"), _read_ladder(proof["knots"], f"{where}.lower"))
         )
+        if region == "pairs":
+            one, other = (_level(levels[name], f"{where}.levels.{name}") for name in ("upper", "lower"))
+            evidence = PairEvidence((one, other), ladders, least)
+        else:
+            pair = read_two(levels["upper"], f"{where}.levels.upper"), read_two(levels["lower"], f"{where}.levels.lower")
+            evidence = LadderEvidence(pair, ladders, least)
     limits = None if members["limits"] is None else read_two(members["limits"], f"{where}.limits")
     if limits is not None and limits[0] > limits[1]:
         raise malformed(f"{where}.limits", "must have the lower one first")

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from itertools import chain, pairwise, product
+from itertools import chain, pairwise, permutations, product
 from math import prod
 from typing import TypeVar
 
 from .claims import METHODS
-from .intervals import Box, BoxEvidence, DifferenceInterval, Interval, Ladder, LadderEvidence, Place, Unproven
+from .intervals import Box, BoxEvidence, DifferenceInterval, Interval, Ladder, LadderEvidence, PairEvidence, Place, Unproven
+from .pair_exact import Pair, fault_of_ladder, order_scale
 from .rates import Share
 from .rationals import INFINITY, ONE, Affine, Rational, as_pair, bits_of, over_common_denominator
 from .samples import Comparison
@@ -213,6 +214,49 @@ def prove_by_ladders(interval: Interval, evidence: LadderEvidence, comparison: C
             raise Unproven("the forms of the pair are equal")
         one, another = {lower: samples[lower]}, {higher: samples[higher]}
         _check_ladder(ladder, one, another, Fraction(low[1], low[0]), other_b, other_c, "lower")
+
+
+def prove_by_pairs(interval: Interval, evidence: PairEvidence, comparison: Comparison) -> None:
+    """Make sure that ladders prove an interval of the ratio, each of one ordered pair of cells of two-valued draws.
+
+    The pair that attains the ratio is one, whatever is drawn; the pair that proves the lower end is one of all of them.
+    """
+    if not interval.independent:
+        raise Unproven("the exact pair bound is for independent cells only")
+    if any(len(form) != 1 or [*form.values()] != [unit] for block in comparison.blocks for form, unit in block):
+        raise Unproven("the exact pair bound is for forms of a single cell only")
+    blocks = [[comparison.samples[next(iter(form))] for form, _ in block] for block in comparison.blocks]
+    if any(not sample.binary or sample.low != 0 or sample.high <= 0 for block in blocks for sample in block):
+        raise Unproven("the exact pair bound is for draws that are 0 or one positive number only")
+    pairs = sum(len(block) * (len(block) - 1) for block in blocks)
+    share = (1 - Fraction(*interval.confidence)) / (1 if interval.each else 2)
+    if evidence.levels != (share, share / pairs):
+        raise Unproven(f"the levels must be {shown(as_pair(share))} and {shown(as_pair(share / pairs))}")
+    # What orders the outcomes follows from the level of a one-sided end.
+    upper, lower = (order_scale(level * (1 if interval.each else 2)) for level in evidence.levels)
+    low, high = interval.ratio
+    check_given(interval.ratio, evidence.upper, evidence.lower, pairs)
+    if evidence.upper is not None:
+        ordered = [pair for block in blocks for pair in permutations(block, 2)]
+        for number, (pair, ladder) in enumerate(zip(ordered, evidence.upper, strict=True)):
+            _check_pair(pair, Fraction(*high), share, upper, ladder, f"upper[{number}]")
+    if evidence.lower is not None:
+        place, ladder = evidence.lower
+        one, other = pair_at(place, blocks)
+        _check_pair((other, one), Fraction(low[1], low[0]), share / pairs, lower, ladder, "lower")
+
+
+def _check_pair(pair: tuple[Sample, Sample], ratio: Fraction, level: Fraction, scale: Fraction, knots: Ladder, where: str) -> None:
+    """Make sure that knots prove that one mean is less than ``ratio`` times another one."""
+    one, other = pair
+    successes = [sample.total / sample.high for sample in pair]
+    if any(k.denominator != 1 for k in successes):
+        raise Unproven(f"the counts of {where} are not integers")
+    k, m = (number.numerator for number in successes)
+    spend(8, bits_of(ratio), bits_of(one.high, other.high))
+    fault = fault_of_ladder(Pair((k, one.draws), (m, other.draws), scale, False), ratio * other.high / one.high, level, knots)
+    if fault:
+        raise Unproven(f"{where} {fault}")
 
 
 def _area(b: Fraction, c: Fraction) -> Fraction:

@@ -114,6 +114,21 @@ def _independent_levels(cells: int, span: int, alpha: Fraction, upper: Fraction,
     return (1 - upper - lower) ** span * (1 - 2 * lower) ** (cells - span) >= 1 - alpha
 
 
+def pair_errors(pairs: int, alpha: Fraction, ends: Holding) -> tuple[Fraction | None, Fraction | None]:
+    """The error of the upper end of each of M ordered pairs, and of each lower end; None for an end that was not asked for.
+
+    The pair that attains R is one, so that its upper end may err with all of an end's error; the pair that proves the lower end depends on
+    the draws, so that M lower ends share it. Both ends share α if they are to hold together.
+
+    Examples
+    --------
+    >>> pair_errors(2, Fraction(1, 20), "each"), pair_errors(2, Fraction(1, 20), "together")
+    ((Fraction(1, 20), Fraction(1, 40)), (Fraction(1, 40), Fraction(1, 80)))
+    """
+    share = alpha / 2 if ends == "together" else alpha
+    return None if ends == "lower" else share, None if ends == "upper" else share / pairs
+
+
 @dataclass(frozen=True)
 class _ProductLevels:
     """b, c for the upper end and b', c' for the lower end."""

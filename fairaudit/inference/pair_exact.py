@@ -327,19 +327,21 @@ def _greatest(pair: Pair, box: Box) -> float:
 
 @dataclass(frozen=True)
 class _Lattice:
-    """Limits at equal distances: of logarithms for ratios, of the limits for differences."""
+    """Limits at equal distances: of the logarithms of ratios, or short decimals for differences."""
 
     parts: int
     ratio: bool
 
     @classmethod
     def of(cls, pair: Pair) -> _Lattice:
-        """The lattice of a pair: a fiftieth of the standard error apart, at most a thousandth."""
+        """The lattice of a pair: at most a fiftieth of the standard error apart, and a thousandth."""
         variances = []
         for k, n in ((pair.successes, pair.draws), (pair.other_successes, pair.other_draws)):
             share = (k + 0.5) / (n + 1)
             variances.append((1 - share) / share / (n + 1) if pair.contrast == "ratio" else share * (1 - share) / (n + 1))
-        return cls(max(1000, ceil(STEPS / sqrt(sum(variances)))), pair.contrast == "ratio")
+        parts = max(1000, ceil(STEPS / sqrt(sum(variances))))
+        power = 10 ** (len(str(parts)) - 1)
+        return cls(parts, True) if pair.contrast == "ratio" else cls(next(i * power for i in (1, 2, 5, 10) if i * power >= parts), False)
 
     def index(self, limit: float) -> int:
         """The last one up to a limit."""
@@ -423,21 +425,22 @@ def _furthest(cell: _Cell, weights: Floats, start: float, end: float, goal: floa
 
     if expected(end)[0] <= goal:
         return end
-    mean = max(start, 1e-3 / cell.draws)
-    # Of Newton's steps towards the goal, from either side, none goes beyond it where the logarithm is concave in the logarithm of odds.
-    for _ in range(6):
+    mean = start or 1e-3 / cell.draws
+    low, high, room = 0.0, end, 0.0
+    for _ in range(40):  # Newton's steps for the logarithm, by the logarithm of odds; halves where they leave the bracket
         total, slope = expected(mean)
-        excess = log(goal / total) if total > 0 else 0.0
-        if abs(excess) < 1e-4 or slope <= 0:
-            break
-        mean = min(1 / (1 + (1 / mean - 1) * exp(-excess / slope)), end)
-    high = mean
-    for _ in range(40):
-        if expected(mean)[0] <= goal:
-            return mean
-        mean = (start + high) / 2
-        high = mean
-    return 0.0
+        excess = log(goal / total) if total > 0 else inf
+        if excess < 0:
+            high = mean
+        else:
+            low, room = mean, room or excess
+            if excess < room / 50:
+                break
+        if not low:
+            return 0.0
+        odds = mean / (1 - mean) * exp(min(excess / slope, 30.0)) if slope > 0 else inf
+        mean = odds / (1 + odds) if low < odds / (1 + odds) < high else (low + high) / 2
+    return low
 
 
 def proves(pair: Pair, limit: Fraction, level: Fraction, knots: Sequence[Fraction]) -> bool:
@@ -463,12 +466,13 @@ def proves(pair: Pair, limit: Fraction, level: Fraction, knots: Sequence[Fractio
     others = [_law(pair.other_draws, q) for q in knots]
     ends = [_law(pair.draws, pair.mean(q, limit)) for q in knots]
     below = others[0].at_least(pair.other_successes, share)
-    above = ends[-1].at_most(pair.successes, share) or pair.mean(knots[-1], limit) == 1
+    above = ends[-1].at_most(pair.successes, share)
+    past = pair.mean(knots[-1], limit) == 1
     if len(knots) == 1:
-        return below and above
+        return (below and (above or past)) or (knots[0] == 0 and above)
     if not (below or ends[0].at_least(pair.successes, share) or pair.mean(knots[0], limit) == 0):
         return False
-    if not (above or others[-1].at_most(pair.other_successes, share) or knots[-1] == 1):
+    if not (above or past or others[-1].at_most(pair.other_successes, share) or knots[-1] == 1):
         return False
     goal = level - level * GUARD
     return all(_weight(pair, law, other) <= goal * law.total * other.total for law, other in zip(ends, others[1:], strict=False))

@@ -9,7 +9,7 @@ from math import inf
 from typing import Any, get_args
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.extended import extended_text
+from fairaudit.exact.extended import Extended, extended_text
 from fairaudit.exact.rationals import rational
 from fairaudit.inference.box import box_interval
 from fairaudit.inference.cells import cell_entries
@@ -17,6 +17,7 @@ from fairaudit.inference.comparisons import Comparison, witness_of
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Region
 from fairaudit.inference.levels import Holding, confidence_level
+from fairaudit.inference.pair_region import fits_pairs, pairs_driver, pairs_interval
 from fairaudit.inference.product_region import product_driver, product_interval
 from fairaudit.inference.quotients import extreme_ratio, sample_ratio, vanishing_pair
 from fairaudit.measures.ratios import Witness
@@ -89,11 +90,20 @@ def ratio_interval(
             "the method hoeffding-kl; use the box"
         )
     alpha = 1 - level
+    if region == "pairs" and not (independent and fits_pairs(comparison, alpha)):
+        raise InputError(
+            "the exact pair bound needs independent cells of draws that are 0 or one positive number, not too many pairs, and a confidence "
+            "between 10 and 100 %; use the box"
+        )
     used = comparison.used
     region = region if used else "box"
-    found = product_interval(comparison, alpha, ends) if region == "product" else box_interval(comparison, alpha, method, independent, ends)
-    lower, upper, evidence = found
-    kinds = {"binomial" if comparison.cells[i].binary else method for i in used}
+    if region == "pairs":
+        lower, upper, evidence = pairs_interval(comparison, alpha, ends)
+    elif region == "product":
+        lower, upper, evidence = product_interval(comparison, alpha, ends)
+    else:
+        lower, upper, evidence = box_interval(comparison, alpha, method, independent, ends)
+    kinds = {"pair-exact"} if region == "pairs" else {"binomial" if comparison.cells[i].binary else method for i in used}
     assumptions = (*comparison.assumptions, *((CELLS,) if independent else ()))
     evidence = {
         "confidence": extended_text(level),
@@ -109,7 +119,7 @@ def ratio_interval(
     return replace(made, estimand=comparison.estimand, of_units=comparison.of_units, ends=ends)
 
 
-def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witness | None, Witness | None]:
+def drivers(comparison: Comparison, evidence: Mapping[str, Any], end: Extended | None = None) -> tuple[Witness | None, Witness | None]:
     """Name the pairs that drive the lower and the upper end of an interval, with the means of their draws.
 
     Parameters
@@ -118,6 +128,8 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witnes
         What was compared, with labels.
     evidence : mapping
         The evidence of the interval, as it has it or as a certificate stores it.
+    end : Fraction or float, optional
+        The upper end, by which the driver of the region of pairs is found.
 
     Returns
     -------
@@ -137,7 +149,11 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witnes
     [{'group': 'f'}, {'group': 'f'}]
     """
     upper: tuple[int, int, int] | None = None
-    if evidence["region"] == "box":
+    if evidence["region"] == "pairs":
+        lower = None if evidence["lower"] is None else evidence["lower"]["pair"]
+        alpha = 1 - Fraction(*rational(evidence["confidence"]))
+        upper = pairs_driver(comparison, alpha, evidence["ends"], inf if end is None else end)
+    elif evidence["region"] == "box":
         lower = evidence["pair"]
         if evidence["upper"] is not None:
             ends = [(Fraction(*rational(a)), Fraction(*rational(b))) for a, b in evidence["upper"]]
@@ -151,12 +167,18 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any]) -> tuple[Witnes
     return witness_of(comparison, lower), witness_of(comparison, upper)
 
 
-def default_region(comparison: Comparison, method: Method = "hoeffding-kl", *, independent: bool) -> Region:
-    """Choose a region by what is known before the draws: the product for three or more independent cells of similar size.
+def default_region(
+    comparison: Comparison, method: Method = "hoeffding-kl", *, independent: bool, alpha: Fraction = Fraction(1, 20)
+) -> Region:
+    """Choose a region by what is known before the draws.
 
-    With two cells the product is usually a fifth narrower than the box, but some per cent wider where one of the two is much the more
-    uncertain, which is not known beforehand; there the box is taken, whose levels are then those of Bonferroni or better.
+    Of independent cells with draws of two values every pair by itself, by the exact pair bound. Else the product for three or more
+    independent cells of similar size. With two cells the product is usually a fifth narrower than the box, but some per cent wider where
+    one of the two is much the more uncertain, which is not known beforehand; there the box is taken, whose levels are then those of
+    Bonferroni or better.
     """
+    if independent and fits_pairs(comparison, alpha):
+        return "pairs"
     sizes = [comparison.cells[i].draws for i in comparison.used]
     fits = independent and not comparison.dependent and comparison.single and method == "hoeffding-kl"
     return "product" if fits and 2 < len(sizes) <= TIGHT_CELLS and max(sizes) <= 100 * min(sizes) else "box"

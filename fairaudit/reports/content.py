@@ -165,7 +165,7 @@ class Content:
             if entry["method"] == "betting":
                 found[name] = stream_drivers(self.subject.law, self.subject.utility, name, entry)
             elif name in self.expectations.comparisons:
-                found[name] = interval_drivers(self.expectations.comparisons[name], entry)
+                found[name] = interval_drivers(self.expectations.comparisons[name], entry, number(entry["ratio"][1]))
         return found
 
     @cached_property

@@ -519,6 +519,11 @@ KINDS: tuple[Kind, ...] = (
     ),
     # The population behind draws
     _interval("binomial", "The interval of a 0/1 utility holds at its confidence, by exact binomial tails.", "exact binomial interval"),
+    _interval(
+        "pair-exact",
+        "The interval of a 0/1 utility of independent cells holds at its confidence: each pair of cells is tested exactly by itself.",
+        "exact test of each pair",
+    ),
     Kind(
         id="binomial-rates",
         by="binomial",

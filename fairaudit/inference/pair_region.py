@@ -1,0 +1,139 @@
+"""Intervals of independent cells of two-valued draws: every pair of cells by itself, by the exact pair bound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import permutations
+from math import inf, log, sqrt
+from typing import Any
+
+from fairaudit.exact.extended import Extended, extended_text
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.levels import Holding, pair_errors
+from fairaudit.inference.pair_exact import LEVELS, MAX_DRAWS, Pair, order_scale, pair_excludes, pair_upper
+
+MOST_PAIRS = 400
+"""Ordered pairs whose ladders a reader can go through."""
+
+LOOKED_AT = 3
+"""Pairs that floats find furthest apart, of which the best lower end is taken."""
+
+WIDER = Fraction(1_001, 1_000)
+"""How much wider an end is tried if the knots of some pair do not reach it."""
+
+Place = tuple[int, int, int]
+"""A block, and the positions of two of its forms, the higher one first."""
+
+
+def fits_pairs(comparison: Comparison, alpha: Fraction) -> bool:
+    """Whether every pair that is compared is one of two cells of draws that are 0 or some positive number, few enough for ladders."""
+    cells = [comparison.cells[form[0][0]] for block in comparison.blocks if len(block) > 1 for form in block]
+    two_valued = all(cell.binary and cell.low == 0 < cell.high and 0 < cell.draws <= MAX_DRAWS for cell in cells)
+    shares = bool(cells) and LEVELS[0] <= alpha / (2 * comparison.pairs) and alpha <= LEVELS[1]
+    return comparison.single and not comparison.dependent and two_valued and shares and comparison.pairs <= MOST_PAIRS
+
+
+def pairs_interval(comparison: Comparison, alpha: Fraction, ends: Holding) -> tuple[Fraction, Extended, dict[str, Any]]:
+    """Both ends of the ratio, each ordered pair by itself, with their evidence.
+
+    The pair that attains R does not depend on the draws, so that the greatest of all upper ends needs no correction for many pairs; the
+    pair that proves the lower end does, so that all of them share its error.
+    """
+    pairs = _Pairs(comparison, alpha, ends)
+    upper, knots = (inf, None) if ends == "lower" else pairs.upper()
+    lower, proof = (Fraction(1), None) if ends == "upper" else pairs.lower()
+    levels = {
+        name: None if level is None else extended_text(level) for name, level in (("upper", pairs.errors[0]), ("lower", pairs.errors[1]))
+    }
+    return lower, upper, {"levels": levels, "upper": knots, "lower": proof}
+
+
+def pairs_driver(comparison: Comparison, alpha: Fraction, ends: Holding, upper: Extended) -> Place | None:
+    """The pair that drives the upper end: the first, by floats, that is not excluded a little below it; or the most unequal."""
+    pairs = _Pairs(comparison, alpha, ends)
+    ranked = pairs.ranked(upper=True)
+    if upper == inf:
+        return next((place for place in ranked if not comparison.cells[pairs.cells(place)[1]].successes), None)
+    below = Fraction(upper) * (1 - Fraction(1, 100))
+    return next((place for place in ranked if below <= 1 or pairs.knots(place, below, lower=False) is None), None) if upper > 1 else None
+
+
+@dataclass(frozen=True)
+class _Pairs:
+    """The pairs of cells that are compared, with the levels of their ends."""
+
+    comparison: Comparison
+    alpha: Fraction
+    ends: Holding
+
+    @cached_property
+    def errors(self) -> tuple[Fraction | None, Fraction | None]:
+        """The levels of the upper end of a pair, and of the lower one."""
+        return pair_errors(self.comparison.pairs, self.alpha, self.ends)
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """All ordered pairs, block by block."""
+        return [(b, i, j) for b, block in enumerate(self.comparison.blocks) for i, j in permutations(range(len(block)), 2)]
+
+    def cells(self, place: Place) -> tuple[int, int]:
+        """The cells of a pair."""
+        block = self.comparison.blocks[place[0]]
+        return block[place[1]][0][0], block[place[2]][0][0]
+
+    def pair(self, place: Place, *, lower: bool) -> tuple[Pair, Fraction, Fraction]:
+        """The pair for the upper end of its ratio (or for its lower end, exchanged), by what its ratio is multiplied, and the level."""
+        level = self.errors[1 if lower else 0] or Fraction(0)
+        one, other = (self.comparison.cells[i] for i in (reversed(self.cells(place)) if lower else self.cells(place)))
+        # A two-sided end orders outcomes as its one-sided end does, so that it is never the narrower one.
+        scale = order_scale(2 * level if self.ends == "together" else level)
+        return Pair(int(one.successes), one.draws, int(other.successes), other.draws, scale), one.high / other.high, level
+
+    def knots(self, place: Place, limit: Fraction, *, lower: bool) -> tuple[Fraction, ...] | None:
+        """What proves that a ratio is less than a limit; None if nothing does."""
+        pair, factor, level = self.pair(place, lower=lower)
+        return pair_excludes(pair, limit / factor, level)
+
+    def ranked(self, *, upper: bool) -> list[Place]:
+        """Pairs by the ends that floats expect, those that decide first."""
+
+        def promise(place: Place) -> float:
+            means, variance = [], 0.0
+            for i in self.cells(place):
+                cell = self.comparison.cells[i]
+                share = (float(cell.successes) + 0.5) / (cell.draws + 1)
+                means.append(log(share) + log(float(cell.high)))
+                variance += (1 - share) / share / (cell.draws + 1)
+            return means[0] - means[1] + (2 if upper else -3) * sqrt(variance)
+
+        return sorted(self.places, key=promise, reverse=True)
+
+    def upper(self) -> tuple[Extended, list[list[str]] | None]:
+        """The greatest upper end of a pair, and knots for every pair."""
+        end: Extended = Fraction(1)
+        for place in self.ranked(upper=True):
+            if end > 1 and self.knots(place, Fraction(end), lower=False) is not None:
+                continue
+            pair, factor, level = self.pair(place, lower=False)
+            end = max(end, pair_upper(pair, level).value * factor)
+            if end == inf:
+                return inf, None
+        for _ in range(LOOKED_AT):
+            found = [self.knots(place, Fraction(end), lower=False) for place in self.places]
+            if None not in found:
+                return end, [[extended_text(q) for q in knots or ()] for knots in found]
+            end *= WIDER
+        return inf, None
+
+    def lower(self) -> tuple[Fraction, dict[str, Any] | None]:
+        """The greatest lower end of those pairs that are furthest apart, and its knots."""
+        best, proof = Fraction(1), None
+        for place in self.ranked(upper=False)[:LOOKED_AT]:
+            pair, factor, level = self.pair(place, lower=True)
+            found = pair_upper(pair, level)
+            value = found.value * factor
+            if 0 < value < 1 / best and found.knots is not None:
+                best, proof = 1 / Fraction(value), {"pair": list(place), "knots": [extended_text(q) for q in found.knots]}
+        return best, proof
