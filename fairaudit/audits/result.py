@@ -33,6 +33,7 @@ from fairaudit.errors import InputError
 from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.interval import Interval
+from fairaudit.inference.pair_region import fits_pairs
 from fairaudit.inference.planning import Planning, further_draws
 from fairaudit.inference.rates import GivenTruth
 from fairaudit.inference.ratio_intervals import drivers as interval_drivers
@@ -60,6 +61,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["Result"]
+
+
+FEW_PAIRS = 60
+"""Pairs of cells for which it is found in passing what a declaration of independence would give."""
 
 
 @brief
@@ -296,6 +301,22 @@ class Result(Faces):
         noted = said({"spellings": self.spellings, "preparation": self.preparation})
         before = "".join(f"<p><bdi>{escape(plain(text))}</bdi></p>" for text in noted)
         return f"{before}<p><strong>{verdict}</strong>. <bdi>{escape(plain(self.sentence))}</bdi></p><table>{''.join(rows)}</table>"
+
+    @cached_property
+    def if_independent(self) -> Mapping[Quantity, tuple[Fraction, Fraction | float]]:
+        """For targets that the draws do not decide: the ends that would hold if the cells had been declared independent.
+
+        They are no statement about the population: whether cells are independent has to be known, and declared, before anybody looks.
+        """
+        found: dict[Quantity, tuple[Fraction, Fraction | float]] = {}
+        for quantity in {target.quantity for target in self.targets if target.verdict == "inconclusive" and target.confidence is not None}:
+            compared, interval = self.comparisons.get(quantity), self.intervals.get(quantity)
+            if compared is None or interval is None or interval.evidence["independent"] or compared.pairs > FEW_PAIRS:
+                continue
+            if fits_pairs(compared, 1 - interval.confidence):
+                other = ratio_interval(compared, interval.confidence, region="pairs", independent=True, ends=interval.ends)
+                found[quantity] = other.lower, other.upper
+        return found
 
     @cached_property
     def two_sided(self) -> Mapping[Quantity, Interval]:

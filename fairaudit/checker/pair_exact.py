@@ -145,12 +145,13 @@ def fault_of_ladder(pair: Pair, limit: Fraction, level: Fraction, knots: Sequenc
     images = [pair.image(knot, limit) for knot in (knots[0], knots[-1])]
     starts = [binomial_law(m, knots[0]), binomial_law(n, images[0])]
     stops = [binomial_law(m, knots[-1]), binomial_law(n, images[1])]
-    beyond = images[1] == 1 or not stops[1].exceeds(k, True, share)
+    short, beyond = starts[0].exceeds(other, False, share), not stops[1].exceeds(k, True, share)
     if len(knots) == 1:
-        return "" if beyond and not starts[0].exceeds(other, False, share) else "does not separate the ends of the two means"
-    if images[0] > 0 and starts[0].exceeds(other, False, share) and starts[1].exceeds(k, False, share):
+        separate = (beyond and knots[0] == 0) or ((beyond or images[1] == 1) and not short)
+        return "" if separate else "does not separate the ends of the two means"
+    if images[0] > 0 and short and starts[1].exceeds(k, False, share):
         return f"starts at {shown(as_pair(knots[0]))}, which is above the lower ends of the means"
-    if not beyond and knots[-1] < 1 and stops[0].exceeds(other, True, share):
+    if not beyond and images[1] < 1 and knots[-1] < 1 and stops[0].exceeds(other, True, share):
         return f"stops at {shown(as_pair(knots[-1]))}, which is below the upper ends of the means"
     stairs: dict[int, int] = {}
     goal = level - level * GUARD

@@ -14,7 +14,7 @@ from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.levels import Holding, pair_errors
 from fairaudit.inference.pair_exact import LEVELS, MAX_DRAWS, Pair, order_scale, pair_excludes, pair_upper
 
-MOST_PAIRS = 400
+MOST_PAIRS = 3_000
 """Ordered pairs whose ladders a reader can go through."""
 
 LOOKED_AT = 3

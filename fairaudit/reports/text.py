@@ -104,6 +104,8 @@ def verdict(result: Result) -> str:
         lines.append(f"{target.verdict.upper():<13}{_target(target, measured, result)}")
         if deciding is not None:
             lines.append(f"{'':<13}{_decided(deciding, result)}")
+        if target.verdict == "inconclusive" and target.quantity in result.if_independent:
+            lines += [f"{'':<13}{said}" for said in independence_text(*result.if_independent[target.quantity], target.unit)]
         if radius is not None and measured is not None:
             lines += [f"{'':<13}{said}" for said in [drift_text(radius)] if said]
     return "\n".join(lines)
@@ -161,6 +163,15 @@ def _decided(deciding: Deciding, result: Result) -> str:
     if deciding.by in (THE_INTERVAL, THIS_TABLE):
         return "no pair of groups is apart" if deciding.value == 1 else "no interval is claimed"
     return f"every pair of groups, by {deciding.by}"
+
+
+def independence_text(lower: Fraction, upper: Fraction | float, unit: str) -> tuple[str, str]:
+    """What it would mean, and give, to declare the cells independent."""
+    low, high = (_end(end, unit, up=up) for end, up in ((lower, False), (upper, True)))
+    return (
+        "if the decisions in different cells were drawn independently, as those on different persons are and those on the same profiles",
+        f"with the group exchanged are not, --independent-cells says so, and the ends would be at least {low} and at most {high}",
+    )
 
 
 def drift_text(found: DriftRadius) -> str:
