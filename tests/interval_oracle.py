@@ -10,6 +10,7 @@ from random import Random
 from typing import Any
 
 from mpmath import iv, mp
+from pair_oracle import rarity
 
 from fairaudit import Law, Policy, Utility
 from fairaudit.inference.cells import Cell
@@ -175,6 +176,9 @@ def recheck(evidence: dict[str, Any], lower: Any, upper: Any) -> None:
         return
     assert evidence["independent"]
     assert all(list(form.values()) == [1] for block in blocks for form in block)
+    if evidence["region"] == "pairs":
+        recheck_pairs(evidence, lower, upper, cells, [[next(iter(form)) for form in block] for block in blocks], pairs)
+        return
     up, low = ([F(v) for v in evidence["levels"][k]] if evidence["levels"][k] else None for k in ("upper", "lower"))
     for pair in (up, low):
         if pair:
@@ -195,6 +199,39 @@ def recheck(evidence: dict[str, Any], lower: Any, upper: Any) -> None:
         b, i, j = evidence["lower"]["pair"]
         top, bottom = (next(iter(blocks[b][k])) for k in (j, i))
         check_ladder(cells, [top], [bottom], 1 / lower, [F(q) for q in evidence["lower"]["knots"]], *low)
+
+
+def recheck_pairs(
+    evidence: dict[str, Any],
+    lower: Any,
+    upper: Any,
+    cells: list[dict[str, Any]],
+    members: list[list[int]],
+    pairs: list[tuple[int, int, int]],
+) -> None:
+    """Check the ladders of pairs of cells, each by itself."""
+    together = evidence["ends"] == "together"
+    share = (1 - F(evidence["confidence"])) / (2 if together else 1)
+    levels = share, share / len(pairs)
+
+    def proved(place: tuple[int, int, int], knots: list[str], ratio: Fraction, level: Fraction) -> bool:
+        block, i, j = place
+        one, other = cells[members[block][i]], cells[members[block][j]]
+        (low, high), (other_low, other_high) = (map(F, cell["range"]) for cell in (one, other))
+        assert low == other_low == 0 < min(high, other_high) and one["binary"] and other["binary"]
+        single = level * (2 if together else 1)
+        scale = F(25, 16) if single >= F(1, 100) else F(4) if single >= F(1, 2000) else F(9)
+        counts = int(F(one["sum"]) / high), one["draws"], int(F(other["sum"]) / other_high), other["draws"]
+        return rarity(counts, ratio * other_high / high, level, [F(q) for q in knots], scale, False) <= 1 + 1e-9
+
+    for name, level in zip(("upper", "lower"), levels, strict=True):
+        assert evidence["levels"][name] is None or F(evidence["levels"][name]) == level
+    if upper != inf:
+        assert upper >= 1
+        assert all(proved(place, knots, F(upper), levels[0]) for place, knots in zip(pairs, evidence["upper"], strict=True))
+    if lower > 1:
+        b, i, j = evidence["lower"]["pair"]
+        assert proved((b, j, i), evidence["lower"]["knots"], 1 / F(lower), levels[1])
 
 
 def exact_tail(cell: dict[str, Any], mean: Fraction, lower: bool) -> Fraction:

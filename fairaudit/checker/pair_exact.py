@@ -149,7 +149,7 @@ def fault_of_ladder(pair: Pair, limit: Fraction, level: Fraction, knots: Sequenc
     if len(knots) == 1:
         separate = (beyond and knots[0] == 0) or ((beyond or images[1] == 1) and not short)
         return "" if separate else "does not separate the ends of the two means"
-    if images[0] > 0 and short and starts[1].exceeds(k, False, share):
+    if knots[0] > 0 and images[0] > 0 and short and starts[1].exceeds(k, False, share):
         return f"starts at {shown(as_pair(knots[0]))}, which is above the lower ends of the means"
     if not beyond and images[1] < 1 and knots[-1] < 1 and stops[0].exceeds(other, True, share):
         return f"stops at {shown(as_pair(knots[-1]))}, which is below the upper ends of the means"

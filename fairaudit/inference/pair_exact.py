@@ -470,7 +470,7 @@ def proves(pair: Pair, limit: Fraction, level: Fraction, knots: Sequence[Fractio
     past = pair.mean(knots[-1], limit) == 1
     if len(knots) == 1:
         return (below and (above or past)) or (knots[0] == 0 and above)
-    if not (below or ends[0].at_least(pair.successes, share) or pair.mean(knots[0], limit) == 0):
+    if not (below or ends[0].at_least(pair.successes, share) or knots[0] == 0 or pair.mean(knots[0], limit) == 0):
         return False
     if not (above or past or others[-1].at_most(pair.other_successes, share) or knots[-1] == 1):
         return False

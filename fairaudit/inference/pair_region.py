@@ -14,8 +14,11 @@ from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.levels import Holding, pair_errors
 from fairaudit.inference.pair_exact import LEVELS, MAX_DRAWS, Pair, order_scale, pair_excludes, pair_upper
 
-MOST_PAIRS = 3_000
-"""Ordered pairs whose ladders a reader can go through."""
+MOST_STEPS = 45_000_000
+"""Of those that docs/certificate.md lets a document ask of its reader."""
+
+LADDER = 17_500
+"""Steps of a ladder, by the square root of the draws of a cell; pairs that do not decide take a twentieth of one."""
 
 LOOKED_AT = 3
 """Pairs that floats find furthest apart, of which the best lower end is taken."""
@@ -31,8 +34,10 @@ def fits_pairs(comparison: Comparison, alpha: Fraction) -> bool:
     """Whether every pair that is compared is one of two cells of draws that are 0 or some positive number, few enough for ladders."""
     cells = [comparison.cells[form[0][0]] for block in comparison.blocks if len(block) > 1 for form in block]
     two_valued = all(cell.binary and cell.low == 0 < cell.high and 0 < cell.draws <= MAX_DRAWS for cell in cells)
-    shares = bool(cells) and LEVELS[0] <= alpha / (2 * comparison.pairs) and alpha <= LEVELS[1]
-    return comparison.single and not comparison.dependent and two_valued and shares and comparison.pairs <= MOST_PAIRS
+    if not cells or not two_valued or not comparison.single or comparison.dependent:
+        return False
+    steps = LADDER * sqrt(max(cell.draws for cell in cells)) * (2 + comparison.pairs / 20)
+    return steps <= MOST_STEPS and LEVELS[0] <= alpha / (2 * comparison.pairs) and alpha <= LEVELS[1]
 
 
 def pairs_interval(comparison: Comparison, alpha: Fraction, ends: Holding) -> tuple[Fraction, Extended, dict[str, Any]]:
