@@ -85,7 +85,12 @@ def rests_on(text: str) -> dict[str, str]:
 
 def test_every_id_has_an_entry() -> None:
     index = read_index(PROOFS)
-    accepted = {key[2] for key in checker.claims.RULES} | {"binomial", *checker.claims.METHODS, checker.claims.BETTING}
+    accepted = {key[2] for key in checker.claims.RULES} | {
+        "binomial",
+        checker.claims.PAIR_EXACT,
+        *checker.claims.METHODS,
+        checker.claims.BETTING,
+    }
     assert set(index["cited"]) == accepted
     assert set(schema()["$defs"]["claim"]["properties"]["by"]["enum"]) == accepted
     code = "".join(path.read_text("utf-8") for path in (ROOT / "fairaudit").rglob("*.py") if path.parent.name != "checker")
