@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 TESTS = Path(__file__).resolve().parent
 DATA = TESTS.parents[1] / "shared" / "data"
-MINUTES = 10
+MINUTES = 20
 """What README promises for its test command on two cores."""
 
 
