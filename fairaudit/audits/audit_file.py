@@ -187,7 +187,7 @@ def _declared_in(entries: Any) -> dict[Label, dict[str, Any]]:
     found: dict[Label, dict[str, Any]] = {}
     for entry in entries:
         check_keys(entry, ("context", "gamma", "m", "tau"), "[[utility.by_context]]")
-        label = _columns(entry, "context", "[utility.by_context]")
+        label = _texts(entry, "context", "[utility.by_context]", 'a label in quotes, such as "7",')
         if not label:
             raise InputError('[[utility.by_context]] needs context = "…", or a list where there are several columns')
         if label in found:
@@ -224,10 +224,14 @@ def _text(section: Mapping[str, Any], key: str, where: str) -> str:
 
 
 def _columns(section: Mapping[str, Any], key: str, where: str) -> tuple[str, ...]:
+    return _texts(section, key, where, "a column name")
+
+
+def _texts(section: Mapping[str, Any], key: str, where: str, accepted: str) -> tuple[str, ...]:
     value = section.get(key, ())
     listed = [value] if isinstance(value, str) else list(value) if isinstance(value, (list, tuple)) else [None]
     if not all(isinstance(name, str) for name in listed):
-        raise InputError(f"[{where}] {key} must be a column name or a list of them, not {shown(value)}")
+        raise InputError(f"[{where}] {key} must be {accepted} or a list of them, not {shown(value)}")
     return tuple(listed)
 
 

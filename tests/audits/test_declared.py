@@ -130,6 +130,7 @@ def test_an_audit_file_declares_the_same(tmp_path: Path) -> None:
     [
         ("by_context = 3", "sections [[utility.by_context]]"),
         ("[[utility.by_context]]\ntau = 1", "needs context"),
+        ("[[utility.by_context]]\ncontext = 7\ntau = 1", 'context must be a label in quotes, such as "7", or a list of them, not 7'),
         ('[[utility.by_context]]\ncontext = "y"\ntaus = 1', "unknown key 'taus'"),
         ('[[utility.by_context]]\ncontext = "y"\ntau = 0\n[[utility.by_context]]\ncontext = ["y"]\ntau = 0', "has the context 'y' twice"),
         ('[[utility.by_context]]\ncontext = "z"\ntau = 0', "no context 'z'"),
