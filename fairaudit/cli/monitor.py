@@ -40,7 +40,11 @@ examples:
 
 LOOKED_AT: tuple[str, ...] = ("decision", "group", "context", "utility", "utility_column", "utility_range", "utility_step")
 
-AUDIT = (*LOOKED_AT, *LIMITS, "confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "log_format", "burden")
+AUDIT = (
+    *LOOKED_AT,
+    *LIMITS,
+    *("confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "log_format", "burden", "run_length"),
+)
 
 
 def add(commands: Any) -> None:
@@ -73,6 +77,13 @@ def _add_audit(parser: argparse.ArgumentParser) -> None:
     audit.add_argument("--time", metavar="COL", help="when it was decided: ISO 8601, or seconds since 1970")
     audit.add_argument("--since", metavar="TIME", help="earlier decisions do not count")
     audit.add_argument("--window", metavar="SIZE", help="judge windows too: a number of decisions, or a time such as 12h, 7d")
+    audit.add_argument(
+        "--run-length",
+        metavar="B",
+        type=_run_length,
+        help="with a target: raise an alarm when the ratio comes to be above it; a false one comes after B pairs of decisions or more in "
+        "the mean (default 20000; 0: none)",
+    )
     audit.add_argument("--log-format", choices=("jsonl", "csv"), help="how the log is written (default: by its name)")
     add_renamed(audit, "--input", "--log-format")
 
@@ -86,7 +97,7 @@ def _add_running(parser: argparse.ArgumentParser) -> None:
     run_.add_argument(
         "--exit-on",
         choices=("exceeds", "changed"),
-        help="stop at the first moment that a target is exceeded, with exit code 1; or also when a window contradicts the stream",
+        help="stop at the first moment that a target is exceeded, with exit code 1; or also when the ratio changed",
     )
     run_.add_argument("--dead-letters", metavar="FILE", help="where lines go that cannot be counted, with the reason")
     run_.add_argument("--baseline", metavar="CERTIFICATE", help="say whether the ratios have changed since this certificate")
@@ -180,7 +191,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     from fairaudit.cli.options import column_list
     from fairaudit.errors import InputError
     from fairaudit.model.utility import utility_values
-    from fairaudit.streams.opening import window_length
+    from fairaudit.streams.opening import default_run_length, window_length
     from fairaudit.streams.settings import Settings
 
     if (arguments.utility is None) == (arguments.utility_column is None):
@@ -191,6 +202,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         raise InputError("--utility-column takes the place of --decision, and needs --utility-range LOW,HIGH")
     utility = None if arguments.utility is None else utility_values(arguments.utility, "--utility")
     low, high = _range(arguments.utility_range, utility or {})
+    targets, unit = given_limits(arguments), column_list(arguments.unit)
     return Settings(
         group=_labels("--group", arguments.group),
         context=_labels("--context", arguments.context),
@@ -200,14 +212,15 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         high=high,
         step=arguments.utility_step,
         confidence=arguments.confidence or "0.95",
-        targets=given_limits(arguments),
+        targets=targets,
         expected=arguments.expected_cells or 4,
-        unit=column_list(arguments.unit),
+        unit=unit,
         event_id=arguments.event_id,
         time=arguments.time,
         since=arguments.since,
         window=None if arguments.window is None else window_length(arguments.window, "--window"),
         burden=bool(arguments.burden),
+        run_length=default_run_length(arguments.run_length, targets, unit),
         layout=arguments.log_format or ("csv" if str(arguments.log).endswith(".csv") else "jsonl"),
     )
 
@@ -228,6 +241,12 @@ def _range(text: str | None, utility: Mapping[str, str]) -> tuple[str, str]:
 def _whole(text: str) -> int:
     if not re.fullmatch("[1-9][0-9]{0,6}", text):
         raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a whole number of at least 1")
+    return int(text)
+
+
+def _run_length(text: str) -> int:
+    if not re.fullmatch("[0-9]{1,13}", text):
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a whole number of pairs, such as 20000, or 0")
     return int(text)
 
 

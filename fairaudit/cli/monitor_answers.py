@@ -24,6 +24,8 @@ Baseline = dict[str, tuple[Fraction | float, Fraction | float, Fraction]]
 
 KEPT = ("target", "changed", "window", "stream", "ratio", "error", "exceeds", "events", "line")
 
+DETECTED = ("detected", "limit", "pair", "since", "run_length", "directions", "under")
+
 HEADLINES = {
     "within": "WITHIN the targets",
     "exceeds": "EXCEEDS a target",
@@ -48,7 +50,9 @@ class Screen:
         from fairaudit.words import plain
 
         entry = {key: value for key, value in alarm.items() if not key.endswith(("order", "counts"))}
-        if "changed" in alarm:
+        if "detected" in alarm:
+            said = _detected(alarm)
+        elif "changed" in alarm:
             said = _contradicted(alarm)
         else:
             entry["readings"] = limit_readings(LIMITS[alarm["target"]][1], Fraction(alarm["limit"]))
@@ -58,7 +62,7 @@ class Screen:
         text = f"{self._cleared()}ALARM: {said}"
         return Answer(
             "monitor",
-            verdict="changed" if "changed" in alarm else "exceeds",
+            verdict="changed" if "changed" in alarm else "inconclusive" if "detected" in alarm else "exceeds",
             sentence=f"{said[0].upper()}{said[1:]}.",
             result=lambda: {"event": "alarm", **entry},
             text=lambda: text,
@@ -98,6 +102,7 @@ class Screen:
         return f"\x1b[{height}A\x1b[J" if self._refresh and height else ""
 
     def _entry(self, found: Look) -> dict[str, Any]:
+        from fairaudit.inference.levels import window_share
         from fairaudit.streams.looks import pair_labels
 
         monitor, settings = self.monitor, self.monitor.settings
@@ -120,7 +125,9 @@ class Screen:
                 for name, limit in (settings.targets or {}).items()
             ],
             "verdict": found.verdict,
-            "alarms": [{key: alarm[key] for key in KEPT if key in alarm} for alarm in monitor.alarms],
+            "alarms": [
+                {key: alarm[key] for key in (*KEPT, *(DETECTED if "detected" in alarm else ())) if key in alarm} for alarm in monitor.alarms
+            ],
             "dead_letters": monitor.tally["dead"],
             "repeats": monitor.tally["repeats"],
             "before_since": monitor.tally["early"],
@@ -128,6 +135,15 @@ class Screen:
         }
         if settings.window and monitor.tally["window"]:
             entry["window"] = monitor.window_entry()
+        if monitor.tally["parts"]:
+            since = monitor.look_since()
+            confidence = 1 - (1 - Fraction(settings.confidence)) * window_share(monitor.tally["parts"])
+            entry["since_alarm"] = {
+                "events": since.events,
+                "confidence": str(confidence),
+                "intervals": since.intervals,
+                "verdict": since.verdict,
+            }
         if self.baseline is not None:
             entry["change"] = {
                 quantity: _change(found.intervals[quantity], self.baseline[quantity], settings)
@@ -159,13 +175,22 @@ def _lines(entry: dict[str, Any]) -> list[str]:
         lines.append(f"  {quantity + ' ratio R':<16} {_ends(low, high)} at every moment, at confidence {entry['confidence']}")
     lines += [f"  {_limit(target)}: {target['verdict']}{_who(target)}" for target in entry["targets"]]
     for alarm in entry["alarms"]:
-        if "changed" in alarm:
+        if "detected" in alarm:
+            lines.append(f"  {_detected(alarm)}")
+        elif "changed" in alarm:
             lines.append(f"  {_contradicted(alarm)}")
         else:
             lines.append(f"  first alarm of {alarm['target']} after {alarm['events']} decisions (line {alarm['line']})")
     if "window" in entry:
         said = _window(entry["window"])
         lines.append(f"  {said[0].lower()}{said[1:]}")
+    if "since_alarm" in entry:
+        part = entry["since_alarm"]
+        ends = ", ".join(f"{quantity} {_ends(low, high)}" for quantity, (low, high) in part["intervals"].items())
+        lines.append(
+            f"  since the alarm: {part['events']} decisions, {ends or 'nothing compared'} at every moment, at confidence "
+            f"{part['confidence']}: {part['verdict']}"
+        )
     for quantity, change in entry.get("change", {}).items():
         lines.append(f"  {quantity} ratio against the baseline: {change['verdict']} (at confidence {change['confidence']})")
     counted = [(entry["dead_letters"], "could not be read"), (entry["repeats"], "repeats left out")]
@@ -187,6 +212,34 @@ def _contradicted(alarm: dict[str, Any]) -> str:
         f"(after {alarm['events']} decisions); what was said about the whole stream is withdrawn. Were the ratio constant, this would "
         f"happen with probability at most {float(Fraction(alarm['error'])):.4g}"
     )
+
+
+def _detected(alarm: dict[str, Any]) -> str:
+    """What a detector found, in a sentence."""
+    from datetime import UTC, datetime
+
+    from fairaudit.words import approximate
+
+    limit = approximate(Fraction(alarm["limit"]))
+    decision, clock = alarm["since"]["decision"], alarm["since"]["clock"]
+    when = "" if clock is None else f", {datetime.fromtimestamp(clock, UTC).isoformat(timespec='seconds')}"
+    often = (
+        f"While no ratio is above {limit}, such an alarm comes after {alarm['run_length']} pairs of decisions per direction or more in the "
+        f"mean (directions watched: {alarm['directions']}), and by now with probability at most {_probability(alarm['error'])}"
+    )
+    found = f"after {alarm['events']} decisions (line {alarm['line']}), by pairs{_who(alarm)}; estimated moment: decision {decision}{when}"
+    if "changed" not in alarm:
+        return f"the {alarm['detected']} ratio is above {limit}, now or from the beginning: seen {found}. {often}"
+    return (
+        f"the {alarm['changed']} ratio changed: it is above {limit}, under which the whole stream was after {alarm['under']} decisions; "
+        f"seen {found}; what was said about the whole stream is withdrawn. {often}"
+    )
+
+
+def _probability(error: str) -> str:
+    from fairaudit.words import approximate
+
+    return approximate(Fraction(error), "up")
 
 
 def _who(target: dict[str, Any]) -> str:

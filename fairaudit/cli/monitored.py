@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from dataclasses import replace
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.measures.limits import LIMITS
@@ -61,6 +63,7 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
     from fairaudit.cli.certified import certified
     from fairaudit.cli.destinations import check_output
     from fairaudit.errors import InputError
+    from fairaudit.inference.levels import window_share
     from fairaudit.streams.letters import reasons
     from fairaudit.streams.state import State
     from fairaudit.streams.subjects import alarm_counts, subject, window_of
@@ -71,26 +74,42 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
     state = State(arguments.from_monitor, read_only=True)
     settings, counts, decisions = state.settings, state.counts(), state.decisions()
     tally, alarms = state.get("tally", {}), state.alarms()
+    part = state.counts(-tally["parts"]) if tally.get("parts") else None
     state.close()
     if arguments.at_alarm:
         if not alarms:
             raise InputError(f"{arguments.from_monitor}: no alarm has been raised")
-        counts, alarms = alarm_counts(alarms[0]), alarms[:1]
+        provable = [alarm for alarm in alarms if "detected" not in alarm and "part" not in alarm]
+        if not provable or any("changed" in alarm for alarm in alarms[: alarms.index(provable[0])]):
+            raise InputError(
+                f"{arguments.from_monitor}: the first alarm is that of a detector, which only the monitor can raise; leave out --at-alarm"
+            )
+        counts, alarms = alarm_counts(provable[0]), provable[:1]
     moment = alarms[0] if arguments.at_alarm else None
-    changes = sorted((alarm for alarm in alarms if "changed" in alarm), key=lambda alarm: alarm["changed"] != "local")
+    changes = sorted((alarm for alarm in alarms if "changed" in alarm and "window" in alarm), key=lambda alarm: alarm["changed"] != "local")
     if changes:
         moment = changes[0]
         counts = alarm_counts(moment)
+    confidence, dead = Fraction(settings.confidence), reasons(tally, moment)
+    detected = None if changes else next((alarm for alarm in reversed(alarms) if "changed" in alarm and part is not None), None)
+    if detected is not None and part is not None:
+        counts, confidence = part, 1 - (1 - confidence) * window_share(tally["parts"])
+        last = next(alarm for alarm in reversed(alarms) if "detected" in alarm)
+        dead = dict(Counter(dead) - Counter(reasons(tally, last)))
     found = subject(settings, counts, decisions)
     if found is None:
-        raise InputError(f"{arguments.from_monitor}: no two groups have been counted yet")
-    dead = reasons(tally, moment)
+        raise InputError(f"{arguments.from_monitor}: no two groups have been counted {'since the ratio changed' if detected else 'yet'}")
     found = replace(found, law=replace(found.law, preparation=tuple(unread(reason, n) for reason, n in dead.items())))
     targets: dict[str, Any] = dict(settings.targets or {})
     declared = {"m": settings.low, "gamma": settings.high}
-    options: dict[str, Any] = {"confidence": settings.confidence, "arrivals": found.arrivals, "burden": settings.burden}
+    options: dict[str, Any] = {"confidence": confidence, "arrivals": found.arrivals, "burden": settings.burden}
     changed = (changes[0]["changed"], window_of(settings, changes[0], decisions)) if changes else None
     result = certify(found.law, found.utility, declared=declared, changed=changed, **options, **targets)
     notes = [f"the certificate is about the first {changes[0]['events']} decisions, at which the change showed"] if changes else []
+    if detected is not None:
+        notes.append(
+            f"the {detected['detected']} ratio changed, as a detector says that only the monitor can run; the certificate is about the "
+            f"decisions since its last alarm, after {last['events']} decisions"
+        )
     notes += [f"{tally[key]} {what}" for key, what in TALLIED if tally.get(key)]
     return certified(arguments, result, [], notes)

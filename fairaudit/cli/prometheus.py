@@ -39,5 +39,5 @@ def write_prometheus(path: str, entry: dict[str, Any]) -> None:
     raised = [alarm for alarm in entry["alarms"] if "target" in alarm]
     metric("alarms_total", "counter", "Targets that were exceeded at some moment.", [("", len(raised))])
     changed = [(f'{{quantity="{q}"}}', int(any(a.get("changed") == q for a in entry["alarms"]))) for q in ("local", "global")]
-    metric("changed", "gauge", "1 if a window contradicted the whole stream.", changed)
+    metric("changed", "gauge", "1 if a window or a detector contradicted the whole stream.", changed)
     write_atomically(Path(path), [("\n".join(lines) + "\n").encode("utf-8")])

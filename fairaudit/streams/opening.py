@@ -12,12 +12,12 @@ from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number, option_value, rational_text
 from fairaudit.measures.limits import MEASURED, without_bare_limits
 from fairaudit.model.utility import utility_values
-from fairaudit.streams.settings import Settings
+from fairaudit.streams.settings import RUN_LENGTH, Settings
 from fairaudit.streams.state import State
 from fairaudit.streams.stream import Monitor
 from fairaudit.tables.values import names
 
-__all__ = ["greatest", "monitor", "window_length"]
+__all__ = ["default_run_length", "greatest", "monitor", "window_length"]
 
 CONFIDENCE: Number = "0.95"
 
@@ -51,6 +51,7 @@ def monitor(
     window: str | int | None = None,
     log_format: Literal["jsonl", "csv"] | None = None,
     burden: bool = False,
+    run_length: int | None = None,
     dead_letters: str | os.PathLike[str] | None = None,
 ) -> Monitor:
     r"""Watch a log of decisions, with bounds that hold at every moment, however often one looks; as `fairaudit monitor` does.
@@ -86,6 +87,9 @@ def monitor(
         How the log is written; by the end of its name by default.
     burden : bool
         Whether the utility counts a burden.
+    run_length : int, optional
+        Pairs of decisions per direction until the detector of change raises a false alarm, in the mean, at least; 0 for no detector.
+        By default 20,000 where there is a target and no unit.
     dead_letters : path, optional
         File for lines that cannot be counted.
 
@@ -140,9 +144,9 @@ def monitor(
         "burden": burden,
     }
     settings = None
-    if any(audit.values()) or log_format is not None or expected_cells != EXPECTED or confidence != CONFIDENCE:
+    if any(audit.values()) or run_length is not None or log_format is not None or expected_cells != EXPECTED or confidence != CONFIDENCE:
         layout = log_format or ("csv" if os.fspath(log).endswith(".csv") else "jsonl")
-        settings = _settings(**audit, confidence=_text(confidence), expected=expected_cells, layout=layout)
+        settings = _settings(**audit, confidence=_text(confidence), expected=expected_cells, layout=layout, run_length=run_length)
     held = State(None if state is None else os.fspath(state), settings)
     try:
         return Monitor(held, os.fspath(log), None if dead_letters is None else os.fspath(dead_letters))
@@ -157,6 +161,7 @@ def _settings(
     utility: Mapping[str, Number] | None,
     utility_column: str | None,
     utility_range: tuple[Number, Number] | None,
+    run_length: int | None,
     **others: Any,
 ) -> Settings:
     if (utility is None) == (utility_column is None):
@@ -168,7 +173,19 @@ def _settings(
         raise InputError("no decision column was named; give decision, the name of the column")
     low, high = ("0", greatest(utility or {})) if utility_range is None else map(_text, utility_range)
     values = None if utility is None else {label: _text(value) for label, value in utility.items()}
-    return Settings(decision=column, utility=values, low=low, high=high, **others)
+    length = default_run_length(run_length, others["targets"], others["unit"])
+    return Settings(decision=column, utility=values, low=low, high=high, run_length=length, **others)
+
+
+def default_run_length(given: int | None, targets: Mapping[str, Any], unit: Sequence[str]) -> int:
+    """The run length that is given, or that of a detector wherever one has something to ask.
+
+    Examples
+    --------
+    >>> default_run_length(None, {"max_local_ratio": "5/4"}, ()), default_run_length(None, {}, ()), default_run_length(500, {}, ())
+    (20000, 0, 500)
+    """
+    return (RUN_LENGTH if targets and not unit else 0) if given is None else given
 
 
 def _text(value: Number) -> str:

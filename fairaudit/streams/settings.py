@@ -20,6 +20,8 @@ __all__ = ["OTHER", "Settings"]
 
 OTHER = "(other)"  # the decision that stands for those that are not listed
 
+RUN_LENGTH = 20_000  # pairs per direction to a false alarm of a detector, in the mean, at least
+
 EARLIER = {"max_local": "max_local_log", "max_global": "max_global_log"}
 """What limits on logarithms are called in states of before."""
 
@@ -61,6 +63,8 @@ class Settings:
         How the log is written.
     burden : bool
         Whether the utility counts a burden.
+    run_length : int
+        Pairs of decisions per direction until a detector of change raises a false alarm, in the mean, at least; 0 without a detector.
 
     Examples
     --------
@@ -88,6 +92,7 @@ class Settings:
     window: str | None = None
     layout: str = "jsonl"
     burden: bool = False
+    run_length: int = 0
 
     def __post_init__(self) -> None:
         """Refuse what cannot be audited, and write numbers in one way."""
@@ -116,6 +121,14 @@ class Settings:
         }
         for name, value in written.items():
             object.__setattr__(self, name, value)
+        if self.run_length and not 100 <= self.run_length <= 10**12:
+            raise InputError(f"a run length of {self.run_length} pairs is not accepted; one from 100 to 10^12 is, or 0 for no detector")
+        if self.run_length and not self.named:
+            raise InputError(
+                "a detector of change (--run-length) asks whether a ratio is above a target; name one, such as --max-local-ratio 5/4"
+            )
+        if self.run_length and self.unit:
+            raise InputError("a detector of change (--run-length) pairs decisions that do not hang together; leave out --unit, or give 0")
         if self.unit and self.context and "global" in self.named:
             raise InputError("a target for the global ratio cannot be judged with units in several contexts; leave out --unit or --context")
 
@@ -148,8 +161,8 @@ class Settings:
 
     @property
     def text(self) -> str:
-        """All settings, as one line of JSON with sorted keys; what a utility means is said only where it counts a burden."""
-        stated = {key: value for key, value in asdict(self).items() if key != "burden" or value}
+        """All settings, as one line of JSON with sorted keys; a burden and a detector are named only where there is one."""
+        stated = {key: value for key, value in asdict(self).items() if key not in ("burden", "run_length") or value}
         return json.dumps(stated, sort_keys=True, separators=(",", ":"))
 
     @property

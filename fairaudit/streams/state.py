@@ -7,12 +7,12 @@ import json
 import re
 import sqlite3
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TextIO
 
 from fairaudit.errors import InputError, shown
-from fairaudit.streams.settings import EARLIER, Settings
+from fairaudit.streams.settings import EARLIER, RUN_LENGTH, Settings
 from fairaudit.tables.values import Label
 
 __all__ = ["Counts", "Place", "State"]
@@ -121,6 +121,8 @@ class State:
                 raise InputError(f"there is no state {self.path}, and no audit was described; name the columns and the utility")
             self._create(settings)
             return settings
+        if settings is not None and settings.run_length == RUN_LENGTH and not stored.run_length:
+            settings = replace(settings, run_length=0)  # it began without a detector, and goes on so unless another run length is named
         if settings is not None and settings.digest != stored.digest:
             raise InputError(f"{self.path} is the state of another audit: {'; '.join(settings.differences(stored))}; name another state")
         if not read_only:

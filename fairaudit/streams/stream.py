@@ -8,15 +8,18 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, replace
+from fractions import Fraction
 from typing import Any
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import extended_text
-from fairaudit.inference.changes import Change
+from fairaudit.inference.changes import Change, withdrawn_by
+from fairaudit.inference.detectors import Detection
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import window_share
 from fairaudit.inference.verdicts import Verdict, foremost_verdict
 from fairaudit.measures.limits import LIMITS, Quantity
+from fairaudit.streams.detection import Detectors
 from fairaudit.streams.labels import NO_VALUE, LabelResolver
 from fairaudit.streams.letters import MISSING, UNREADABLE, UNUSABLE, DeadLetters
 from fairaudit.streams.looks import (
@@ -43,6 +46,8 @@ FIRST_LOOKS = 1_000  # an interval hardly moves in fewer decisions
 LOOKS = 1.02  # nor in 2 % more: an eager monitor of n decisions looks about 50·log(n) times
 
 PATIENCE = 40  # looking for alarms takes one fortieth of the time
+
+FIRST_CHECK, CHECKS = 1_000, 1.25  # after how many decisions the whole stream is asked whether it is under a detector's limit, and again
 
 FUTURE = 86_400.0  # a day: wrong time zones pass, wrong years do not
 
@@ -90,6 +95,9 @@ class Monitor:
             "window": 0,
             "index": None,
             "letters": None,
+            "parts": 0,
+            "under": {},
+            "check": FIRST_CHECK,
         } | state.get("tally", {})
         self._letters = self._open_letters(letters, place.letters)
         self.total, self.window = state.counts(), Counts()
@@ -102,6 +110,11 @@ class Monitor:
         if self.tally["window"]:
             self.window = state.counts(self.tally["window"])
         self.alarms = state.alarms()
+        self.part = state.counts(-self.tally["parts"]) if self.tally["parts"] else Counts()
+        stopped = self.withdrawn | {alarm["detected"] for alarm in self.alarms if "detected" in alarm}
+        self._detectors = Detectors(self.settings, self.total.order, state.get("detectors", {}), stopped)
+        self._values = [Fraction(utility) for _, utility in self._labels.decisions]
+        self._line: int | None = place.line - 1 if place.offset else None
         self.closed: list[dict[str, Any]] = []
         self.notes: list[str] = []
         self._decoder: Decoder | None = None
@@ -129,7 +142,7 @@ class Monitor:
         try:
             for data, line, place in self.log.chunks(follow=follow):
                 self._take(data, line)
-                self._place = place
+                self._place, self._line = place, place.line - 1
                 now = time.monotonic()
                 if eager or now >= next_time or now - last > COMMIT_SECONDS:
                     self._flush()
@@ -177,11 +190,13 @@ class Monitor:
         if place is None and not (self._new_alarms or self._pending):
             return
         entries: dict[str, Any] = {"tally": self.tally}
+        if self.settings.run_length:
+            entries["detectors"] = self._detectors.kept()
         if place is not None:
             if self._letters is not None:
                 place = replace(place, letters=self._letters.flush())
             entries["place"] = asdict(replace(place, header=self._header))
-        orders = {self.tally["window"]: self.window.order, 0: self.total.order}
+        orders = {-self.tally["parts"]: self.part.order, self.tally["window"]: self.window.order, 0: self.total.order}
         added = {window: Counts(orders.get(window, counts.order), counts.n) for window, counts in self._pending.items()}
         self.state.commit(added, self._labels.take_new(), self._new_alarms, entries)
         self._pending, self._new_alarms = {}, []
@@ -192,17 +207,22 @@ class Monitor:
         if self._new_alarms:
             self.commit()
         found, gone = look(self.settings, self.subject(), self.events), self.withdrawn
-        if not gone:
+        detected = {alarm["detected"] for alarm in self.alarms if "detected" in alarm}
+        if not gone and not detected:
             return found
-        current = self._look_at_window()
+        parts = [self._look_at_window()] if self.tally["window"] and gone else []
+        parts += [self.look_since()] if detected else []
+        above = {name: part for part in reversed(parts) for name, judged in part.verdicts.items() if judged == "exceeds"}
         verdicts = dict(found.verdicts)
-        for name in verdicts:
+        for name, judged in found.verdicts.items():
             if LIMITS[name][0] in gone:
-                verdicts[name] = "exceeds" if name in self._exceeded or current.verdicts.get(name) == "exceeds" else "changed"
-        judged = {LIMITS[name][0] for name in verdicts} or gone
-        overall: Verdict = "changed" if gone & judged else foremost_verdict(verdicts.values())
-        pairs = {name: pair for name, pair in found.pairs.items() if LIMITS[name][0] not in gone}
-        pairs |= {name: pair for name, pair in current.pairs.items() if name not in pairs and current.verdicts[name] == "exceeds"}
+                verdicts[name] = "exceeds" if name in self._exceeded or name in above else "changed"
+            elif LIMITS[name][0] in detected and judged == "inconclusive" and name in above:
+                verdicts[name] = "exceeds"
+        asked = {LIMITS[name][0] for name in verdicts} or gone
+        overall: Verdict = "changed" if gone & asked else foremost_verdict(verdicts.values())
+        pairs = {name: pair for name, pair in found.pairs.items() if verdicts[name] == found.verdicts[name] and LIMITS[name][0] not in gone}
+        pairs |= {name: part.pairs[name] for name, part in above.items() if name not in pairs and name in part.pairs}
         return Look(found.events, {q: ends for q, ends in found.intervals.items() if q not in gone}, verdicts, overall, pairs)
 
     @property
@@ -212,13 +232,23 @@ class Monitor:
 
     @property
     def withdrawn(self) -> frozenset[Quantity]:
-        """The quantities whose interval a window contradicts."""
+        """The quantities whose interval a window or a detector contradicts."""
         return withdrawn(self.settings, self.alarms)
+
+    @property
+    def _contradicted(self) -> frozenset[Quantity]:
+        """Those of them that a window contradicts, as the certificate proves."""
+        return withdrawn(self.settings, [alarm for alarm in self.alarms if "window" in alarm])
+
+    def look_since(self) -> Look:
+        """What the decisions since the last alarm of a detector show, by a budget of their own."""
+        found = subject(self.settings, self.part, self.decisions)
+        return look(self.settings, found, self.part.events, window_share(self.tally["parts"]))
 
     @property
     def _exceeded(self) -> set[str]:
         """Targets that were exceeded at some moment, or in some window."""
-        return {name for alarm in self.alarms for name in (alarm["exceeds"] if "changed" in alarm else [alarm["target"]])}
+        return {name for alarm in self.alarms for name in ([alarm["target"]] if "target" in alarm else alarm["exceeds"])}
 
     def subject(self) -> Subject | None:
         """What was counted so far."""
@@ -239,9 +269,22 @@ class Monitor:
                 for name, limit in asked.items():
                     if target_verdict(interval, name, limit) == "exceeds":
                         self._alarm(name, interval)
-
+        self._watch_since()
         if self._new_alarms:
             self.commit()
+
+    def _watch_since(self) -> None:
+        """Raise an alarm for each target of a detector's ratio that the decisions since its alarm exceed."""
+        detected = {alarm["detected"] for alarm in self.alarms if "detected" in alarm}
+        waiting = {name for name in self.settings.targets or {} if LIMITS[name][0] in detected and name not in self._exceeded}
+        if not waiting or waiting.isdisjoint(name for name, judged in self.look_since().verdicts.items() if judged == "exceeds"):
+            return
+        found, share = subject(self.settings, self.part, self.decisions), window_share(self.tally["parts"])
+        for name in sorted(waiting):
+            quantity = LIMITS[name][0]
+            interval = interval_of(self.settings, found, quantity, share)
+            if interval and target_verdict(interval, name, asked_targets(self.settings, quantity)[name]) == "exceeds":
+                self._alarm(name, interval, part=self.tally["parts"])
 
     def _alarm(self, name: str, interval: Interval, **where: int) -> None:
         limit, lower = (self.settings.targets or {})[name], extended_text(interval.lower)
@@ -249,11 +292,11 @@ class Monitor:
 
     def _compare_window(self) -> None:
         """Raise an alarm for each quantity for which the current window contradicts the whole stream for the first time."""
-        if not self.tally["window"] or len(self.withdrawn) == len(QUANTITIES):
+        if not self.tally["window"] or len(self._contradicted) == len(QUANTITIES):
             return
         whole, part = self.subject(), subject(self.settings, self.window, self.decisions)
         for quantity in QUANTITIES:
-            found = None if quantity in self.withdrawn else contradiction(self.settings, whole, part, self.tally["window"], quantity)
+            found = None if quantity in self._contradicted else contradiction(self.settings, whole, part, self.tally["window"], quantity)
             if found is not None:
                 self._changed(found)
 
@@ -273,11 +316,49 @@ class Monitor:
             }
         )
 
+    def _detect(self, cell: tuple[Label, Label], number: int) -> None:
+        """Show a decision to the detectors; what they find may withdraw what was said about the whole stream."""
+        for extra in self.decisions[len(self._values) :]:
+            self._values.append(Fraction(extra[1]))
+        if self.events >= self.tally["check"]:
+            self.tally["check"] = int(self.events * CHECKS)
+            for quantity in self._detectors.running:
+                self._note_under(quantity)
+        for quantity, found in self._detectors.take(cell, self._values[number], (self.events, self.tally["clock"])):
+            self._detected(quantity, found)
+
+    def _note_under(self, quantity: Quantity) -> None:
+        """Remember when the interval of the whole stream first was under the limit of the detector."""
+        if quantity in self.tally["under"]:
+            return
+        limit, whole = self._detectors.running[quantity].limit, self.subject()
+        for exact in (False, True):
+            interval = interval_of(self.settings, whole, quantity, exact=exact)
+            if interval is None or interval.upper > limit:
+                return
+        self.tally["under"][quantity] = self.events
+
+    def _detected(self, quantity: Quantity, found: Detection) -> None:
+        """Raise the alarm of a detector, and begin to count anew."""
+        if quantity not in self._detectors.running:  # another alarm of this decision withdrew it
+            return
+        self._note_under(quantity)
+        entry = self._detectors.entry(quantity, found)
+        if quantity in self.tally["under"]:
+            entry |= {"changed": quantity, "under": self.tally["under"][quantity]}
+        self._raise(entry)
+        stopped = withdrawn_by(quantity, contexts=bool(self.settings.context)) if "changed" in entry else frozenset({quantity})
+        self._detectors.stop(stopped)
+        if -self.tally["parts"] in self._pending and self.tally["parts"]:
+            self._pending[-self.tally["parts"]].order = dict(self.part.order)
+        self.tally["parts"] += 1
+        self.part = Counts()
+
     def _raise(self, entry: dict[str, Any]) -> None:
         """Keep an alarm with the counts of the moment; it is stored with the next commit."""
         alarm = entry | {
             "events": self.events,
-            "line": self._place.line - 1 if hasattr(self, "_place") else None,
+            "line": self._line,
             "clock": self.tally["clock"],
             "order": [[list(x), list(a)] for x, a in self.total.order],
             "counts": [[rank, number, n] for (rank, number), n in self.total.n.items()],
@@ -300,12 +381,13 @@ class Monitor:
             data, line = self._take_header(data, line)
         if self._decoder is None:
             self._decoder = decoder(self.settings)
-        batch = self._decoder.batch(data, line)
+        in_order = bool(self.settings.window or self._detectors.running)
+        batch = self._decoder.batch(data, line, itemise=in_order)
         if batch.rows is None:
             if self._decoder.truth != self._truth:  # 1 and true are equal keys, and different labels
                 self._flush()
                 self._truth = self._decoder.truth
-            if not self.settings.window and not any(
+            if not any(
                 isinstance(self._labels.resolve(key), str)
                 for key in batch.counts
                 if key not in self._known  # in order of appearance
@@ -336,17 +418,23 @@ class Monitor:
         return data, line
 
     def _take_rows(self, batch: Batch, data: bytes, line: int) -> None:
-        bad = [(number, UNREADABLE, reason) for number, reason in batch.bad]
+        bad, lines = sorted(batch.bad, reverse=True), list[bytes]()
         if self.settings.event_id or self.settings.unit:
             self.state.begin()
+
+        def refuse(number: int, kind: str, reason: str) -> None:
+            if not lines:
+                lines.extend(data.split(b"\n"))
+            self._dead(number, kind, reason, lines[number - line])
+
         for row in batch.rows or ():
+            while bad and bad[-1][0] < row.line:
+                refuse(bad[-1][0], UNREADABLE, bad.pop()[1])
             reason = self._take_row(row)
             if reason:
-                bad.append((row.line, MISSING if reason.startswith(NO_VALUE) else UNUSABLE, reason))
-        if bad:
-            lines = data.split(b"\n")
-            for number, kind, reason in sorted(bad):
-                self._dead(number, kind, reason, lines[number - line])
+                refuse(row.line, MISSING if reason.startswith(NO_VALUE) else UNUSABLE, reason)
+        for number, reason in reversed(bad):
+            refuse(number, UNREADABLE, reason)
 
     def _take_row(self, row: Row) -> str:
         """Count one decision; say why if it cannot be."""
@@ -377,7 +465,10 @@ class Monitor:
             if not self.state.first_seen([json.dumps(["unit", *map(str, extra), *what[0]])])[0]:
                 self.tally["repeats"] += 1
                 return ""
+        self._line = row.line
         self._count(*what, 1)
+        if self._detectors.running:
+            self._detect(*what)
         return ""
 
     def _tick(self, when: float) -> None:
@@ -390,7 +481,7 @@ class Monitor:
     def _count(self, cell: tuple[Label, Label], number: int, n: int) -> None:
         if self.settings.window:
             self._roll()
-        for window, counts in ((0, self.total), (self.tally["window"], self.window)):
+        for window, counts in ((0, self.total), (self.tally["window"], self.window), (-self.tally["parts"], self.part)):
             if window or counts is self.total:
                 counts.add(cell, number, n)
                 pending = self._pending.setdefault(window, Counts())

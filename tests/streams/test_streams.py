@@ -454,8 +454,9 @@ def test_an_alarm_is_raised_at_the_first_moment_and_stays(tmp_path: Path) -> Non
     args = ["monitor", str(log), "--state", str(state), *OPTIONS, "--max-local-ratio", "5/4", "--exit-on", "exceeds", "--format", "json"]
     assert main(args) == 1
     stored = State(str(state))
-    (alarm,) = stored.alarms()
+    raised = stored.alarms()
     stored.close()
+    (alarm,) = [alarm for alarm in raised if "detected" not in alarm]  # a detector sees sooner that the ratio is above the limit
     assert alarm["target"] == "max_local_ratio" and Fraction(alarm["lower"]) > Fraction(5, 4)
     assert alarm["events"] == sum(n for *_, n in alarm["counts"]) <= 4_000
     assert main(["monitor", "--state", str(state)]) in (1, 3)  # the rest; the alarm stays
@@ -463,7 +464,7 @@ def test_an_alarm_is_raised_at_the_first_moment_and_stays(tmp_path: Path) -> Non
     document = json.loads((tmp_path / "c.json").read_text())
     assert document["intervals"]["local"]["ratio"][0] == alarm["lower"]
     assert main(["verify", str(tmp_path / "c.json")]) == 0
-    assert run(log, state, Settings(**{**vars(SETTINGS), "targets": {"max_local_ratio": "5/4"}})).alarms == [alarm]
+    assert run(log, state, Settings(**{**vars(SETTINGS), "targets": {"max_local_ratio": "5/4"}, "run_length": 20_000})).alarms == raised
 
 
 # Change
@@ -488,7 +489,7 @@ TURNED = Settings(
 def test_a_window_that_contradicts_the_stream_is_no_within(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The whole stream stays under 3/2 while its last windows are above: it said WITHIN and exit 0, over a window that exceeds."""
     log, state = write(tmp_path / "log.jsonl", turned(TURNED)), tmp_path / "s.db"
-    args = ["monitor", str(log), "--state", str(state), *OPTIONS, "--window", "1500", "--max-local-ratio", "3/2"]
+    args = ["monitor", str(log), "--state", str(state), *OPTIONS, "--window", "1500", "--max-local-ratio", "3/2", "--run-length", "0"]
     assert main([*args, "--format", "text", "--prometheus", str(tmp_path / "f.prom")]) == 1
     out = capsys.readouterr().out
     assert "WITHIN" not in out and "CHANGED" in out and "ALARM: the local ratio changed" in out
@@ -521,6 +522,7 @@ def test_a_certificate_of_a_stream_that_changed(tmp_path: Path, capsys: pytest.C
     jsonschema = pytest.importorskip("jsonschema")
     log, state = write(tmp_path / "log.jsonl", turned(TURNED)), tmp_path / "s.db"
     args = ["monitor", str(log), "--state", str(state), *OPTIONS, "--window", "1500", "--max-local-ratio", "3/2", "--max-global-log", "9"]
+    args += ["--run-length", "0"]
     assert main([*args, "--format", "json"]) == 1
     entry = envelopes(capsys.readouterr().out)[-1]["result"]
     (alarm,) = [a for a in entry["alarms"] if "changed" in a]
@@ -615,6 +617,103 @@ def test_the_mix_of_contexts_touches_the_global_ratio_alone(tmp_path: Path) -> N
     assert only.withdrawn == frozenset({"global"})
 
 
+# Change by a detector
+
+
+def worsened(before: int = 8_000, after: int = 3_000) -> list[dict[str, Any]]:
+    """Equal treatment, until men get half of what they got; a second of the clock for each decision."""
+    return [event | {"at": 10**9 + k} for k, event in enumerate(turned(TURNED, before, after))]
+
+
+DETECTING = [*OPTIONS, "--time", "at", "--max-local-ratio", "5/4"]
+
+
+@pytest.mark.slow
+def test_a_detector_says_since_when_the_ratio_is_above_the_limit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Withdrawn is what was said about the whole stream; the certificate is about the decisions since the alarm, and claims no change."""
+    log, state = write(tmp_path / "log.jsonl", worsened()), tmp_path / "s.db"
+    assert main(["monitor", str(log), "--state", str(state), *DETECTING, "--format", "json"]) == 1
+    entries = [entry["result"] for entry in envelopes(capsys.readouterr().out)]
+    alarm, entry = next(e for e in entries if e["event"] == "alarm"), entries[-1]
+    assert alarm["detected"] == alarm["changed"] == "local" and alarm["limit"] == "5/4"
+    assert alarm["pair"] == {"context": {"job": "cook"}, "higher": {"sex": "f"}, "lower": {"sex": "m"}}
+    assert 7_800 < alarm["since"]["decision"] <= 8_300 and alarm["since"]["clock"] == 10**9 + alarm["since"]["decision"] - 1
+    assert 8_000 < alarm["events"] <= 10_000 and alarm["under"] < 8_000 and alarm["line"] == alarm["events"]
+    assert (alarm["run_length"], alarm["directions"]) == (20_000, 2)
+    pairs = Fraction(alarm["error"]) * 20_000
+    assert pairs == int(pairs) and alarm["events"] / 4 < pairs < alarm["events"] / 2
+    assert entry["verdict"] == "changed" and entry["ratio"] == {} and entry["targets"][0]["verdict"] == "exceeds"
+    assert entry["since_alarm"]["events"] == 11_000 - alarm["events"] and entry["since_alarm"]["confidence"] == "39/40"
+    assert main(["certify", "--from-monitor", str(state), "-o", str(tmp_path / "c.json")]) == 1
+    assert f"the decisions since its last alarm, after {alarm['events']} decisions" in capsys.readouterr().err
+    assert main(["verify", str(tmp_path / "c.json")]) == 0
+    document = json.loads((tmp_path / "c.json").read_text())
+    assert "changed" not in document and document["intervals"]["local"]["confidence"] == "39/40" and document["verdict"] == "exceeds"
+    counted_since = Counter(e["sex"] for e in worsened()[alarm["events"] :])
+    weights = [sum(map(int, row["weights"])) for row in document["subject"]["table"]["rows"]]
+    assert sorted(weights) == sorted(counted_since.values())
+    assert main(["certify", "--from-monitor", str(state), "--at-alarm"]) in (1, 2)
+    capsys.readouterr()
+    assert main(["monitor", "--state", str(state), "--format", "text"]) == 1
+    said = capsys.readouterr().out
+    assert "CHANGED" in said and "since the alarm: " in said and "20000 pairs of decisions per direction or more in the mean" in said
+
+
+@pytest.mark.slow
+def test_a_detector_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
+    listed = worsened()
+    chosen = Settings(**{**vars(SETTINGS), "targets": {"max_local_ratio": "5/4"}, "run_length": 20_000, "time": "at"})
+    whole = run(write(tmp_path / "whole.jsonl", listed), tmp_path / "whole.db", chosen)
+    log, state = tmp_path / "log.jsonl", tmp_path / "s.db"
+    for k in range(0, len(listed), 1_700):
+        write(log, listed[k : k + 1_700], "a")
+        parts = run(log, state, chosen)
+    detected = [
+        [alarm | {"counts": sorted(alarm["counts"])} for alarm in monitor.alarms if "detected" in alarm] for monitor in (whole, parts)
+    ]
+    assert detected[0] == detected[1] and len(detected[0]) == 1
+    assert (whole.part.n, whole.total.n) == (parts.part.n, parts.total.n) and whole.part.events == 11_000 - detected[0][0]["events"]
+
+
+@pytest.mark.slow
+def test_a_ratio_that_was_always_above_the_limit_is_not_said_to_change(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rng = random.Random(4)
+    listed = [{"job": "cook", "sex": s, "answer": "yes" if rng.random() < (0.5 if s == "f" else 0.25) else "no"} for s in "fm" * 3_000]
+    assert main(["monitor", str(write(tmp_path / "log.jsonl", listed)), *OPTIONS, "--max-local-ratio", "5/4", "--format", "json"]) == 1
+    entries = [entry["result"] for entry in envelopes(capsys.readouterr().out)]
+    [alarm] = [e for e in entries if e["event"] == "alarm" and "detected" in e]
+    assert "changed" not in alarm and entries[-1]["verdict"] == "exceeds" and set(entries[-1]["ratio"]) == {"local", "global"}
+
+
+@pytest.mark.slow
+def test_without_a_target_or_with_units_there_is_no_detector(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = write(tmp_path / "log.jsonl", events(50, person=lambda k: k))
+    for options, code in (
+        ([], 0),
+        (["--run-length", "500"], 2),
+        (["--max-local-ratio", "5/4", "--unit", "person"], 3),
+        (["--max-local-ratio", "5/4", "--unit", "person", "--run-length", "500"], 2),
+        (["--max-local-ratio", "5/4", "--run-length", "99"], 2),
+        (["--max-local-ratio", "5/4", "--run-length", "100"], 3),
+        (["--max-local-log", "900"], 0),
+    ):
+        assert main(["monitor", str(log), *OPTIONS, *options]) == code, options
+    capsys.readouterr()
+
+
+def test_a_state_that_began_without_a_detector_goes_on_without(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, state = write(tmp_path / "log.jsonl", events(50)), tmp_path / "s.db"
+    asked = ["monitor", str(log), "--state", str(state), *OPTIONS, "--max-local-ratio", "5/4"]
+    assert main([*asked, "--run-length", "0"]) == 3
+    assert main(asked) == 3
+    stored = State(str(state), read_only=True)
+    assert stored.settings.run_length == 0 and "run_length" not in stored.settings.text
+    stored.close()
+    capsys.readouterr()
+    assert main([*asked, "--run-length", "500"]) == 2
+    assert "run_length is 0 there and 500 here" in capsys.readouterr().err
+
+
 # Kills
 
 KILLS = 50 if FULL else 3
@@ -622,7 +721,7 @@ KILLS = 50 if FULL else 3
 
 def start(log: Path, state: Path, letters: Path) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "fairaudit", "monitor", str(log), "--state", str(state), *OPTIONS, "--event-id", "id"]
-    command += ["--max-local-ratio", "5/4", "--dead-letters", str(letters), "--every", "0.05"]
+    command += ["--max-local-ratio", "8/5", "--dead-letters", str(letters), "--every", "0.05"]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=Path(__file__).resolve().parents[2])
 
 
@@ -675,6 +774,12 @@ def offset(path: Path) -> int:
 def same(tmp_path: Path) -> None:
     for name in ("whole", "killed"):
         assert main(["certify", "--from-monitor", str(tmp_path / f"{name}.db"), "-o", str(tmp_path / f"{name}.json")]) in (0, 1, 3)
+    found = []
+    for name in ("whole", "killed"):
+        state = State(str(tmp_path / f"{name}.db"), read_only=True)
+        found.append(state.get("detectors"))
+        state.close()
+    assert found[0] == found[1] and set(found[0]) == {"local"}
     for end in ("json", "dead"):
         whole, killed = ((tmp_path / f"{name}.{end}").read_bytes() for name in ("whole", "killed"))
         if whole != killed:  # without a comparison line by line, which takes long
