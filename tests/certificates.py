@@ -44,7 +44,7 @@ def _sampling(pick: Pick, utility: dict[str, Any]) -> dict[str, Any]:
     """How `certify` is to bound the population."""
     options: dict[str, Any] = {"confidence": pick.choice(["0.9", "0.95"]), "independent": pick.random() < 0.5}
     if len(utility) > 1:
-        options["interval"] = pick.choice(["hoeffding-kl", "empirical-bernstein", "intersection"])
+        options["interval"] = pick.choice([None, "hoeffding-kl", "empirical-bernstein", "intersection"])
     return options | ({"declared": {"gamma": 4, "m": 0}} if pick.random() < 0.3 else {})
 
 

@@ -311,7 +311,7 @@ def read_again(found: dict[str, Any], derive: Derive) -> bool:
     shapes = found["limits"] is None or (len(found["limits"]) == 2 and F(found["limits"][0]) <= F(found["limits"][1]))
     shapes = shapes and ("units" not in found or found["units"] is not None) and found["ends"] in ("together", "each")
     derived = derive(found["limits"], found.get("units")) if shapes and 0 < c < 1 else None
-    if derived is None or low < 1 or high < 1 or (found["independent"] and derived[2]):
+    if derived is None or low < 1 or high < 1 or (found["independent"] and derived[2] and "units" not in found):
         return False
     cells, blocks, of_units, known = derived
     if found.get("measured") != known or found.get("estimand") != ("mean over units" if of_units and known else None):

@@ -46,7 +46,7 @@ def certify(
     max_local_log: Number | None = None,
     max_global_log: Number | None = None,
     confidence: Number | None = 0.95,
-    interval: Method = "hoeffding-kl",
+    interval: Method | None = None,
     independent: bool = False,
     declared: Mapping[str, Number] | None = None,
     declared_in: ByContext | None = None,
@@ -73,8 +73,10 @@ def certify(
     confidence : float or None
         Targets on counts are judged for the population from which they were drawn, all of them together at this confidence. None judges
         the table itself. Probabilities carry no sample size: the table itself is judged.
-    interval : {"hoeffding-kl", "empirical-bernstein", "intersection"}
-        For utilities with more than two values; to be chosen before looking at the draws. Others have exact binomial intervals.
+    interval : {"hoeffding-kl", "empirical-bernstein", "intersection"}, optional
+        For utilities with more than two values; to be chosen before looking at the draws. By default contrasts of the draws
+        ("symmetric-betting") where cells are independent, each utility is the mean of one of them and they are not too many; else
+        "hoeffding-kl". Utilities of two values have exact binomial intervals.
     independent : bool
         Whether the draws of different cells are independent of each other, which narrows intervals and is an assumption of the
         certificate. Decisions on the same profiles with only the group exchanged are not.
@@ -170,7 +172,8 @@ def certify(
     judging = sum(quantity in comparisons for quantity, _, _ in limits)
     for quantity, comparison in comparisons.items():
         alpha = equal_share(1 - Fraction(level or 0), judging if quantity in named else 1)
-        options: dict[str, Any] = {"method": interval, "independent": independent, "ends": "each" if quantity in named else "together"}
+        method = interval or "hoeffding-kl"
+        options: dict[str, Any] = {"method": method, "independent": independent, "ends": "each" if quantity in named else "together"}
         options["region"] = default_region(comparison, interval, independent=independent, alpha=alpha)
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, **options)
         notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))
@@ -217,6 +220,7 @@ def certify(
         given_truth=given,
         burden=burden,
         changed=change,
+        method=interval,
     )
 
 

@@ -38,8 +38,6 @@ __all__ = ["audit"]
 DEFAULT_CONFIDENCE: Number = 0.95
 """Recognised by its identity, so that the same number given by the caller is one that was asked for."""
 
-DEFAULT_METHOD: Method = "hoeffding-kl"
-
 
 @without_bare_limits(MEASURED)
 def audit(
@@ -69,7 +67,7 @@ def audit(
     max_local_log: Number | None = None,
     max_global_log: Number | None = None,
     confidence: Number | None = DEFAULT_CONFIDENCE,
-    interval: Method = DEFAULT_METHOD,
+    interval: Method | None = None,
     independent: bool = False,
     declared: Mapping[str, Number] | None = None,
     declared_in: ByContext | None = None,
@@ -235,7 +233,7 @@ class _Asked:
     targets: Mapping[str, Any]
     confidence: Fraction | None
     default: bool
-    interval: Method
+    interval: Method | None
     independent: bool
     declared: Mapping[str, Number]
     declared_in: Mapping[Label, Mapping[str, Number]]
@@ -248,7 +246,7 @@ class _Asked:
     def certify(self, subject: Law | Deployment, utility: Utility) -> Result:
         """Certify what is held in memory."""
         asked = None if self.default or self.confidence is None else approximate(self.confidence)
-        others = {"interval": self.interval != DEFAULT_METHOD, "independent": self.independent}
+        others = {"interval": self.interval is not None, "independent": self.independent}
         confidence = confidence_for(subject, self.confidence, asked, others)
         return certify(
             subject,
@@ -292,7 +290,7 @@ def _from_audit_file(audit: Audit, asked: _Asked) -> Result:
         asked = replace(asked, confidence=None if level == "none" else confidence_level(level), default=False)
     said: dict[str, Any] = {
         "targets": {**audit.targets, **asked.targets},
-        "interval": sampling.get("interval", DEFAULT_METHOD) if asked.interval == DEFAULT_METHOD else asked.interval,
+        "interval": sampling.get("interval") if asked.interval is None else asked.interval,
         "independent": asked.independent or sampling.get("independent", False),
         "declared": {**audit.declared, **asked.declared},
         "declared_in": {**audit.declared_in, **asked.declared_in},

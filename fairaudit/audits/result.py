@@ -32,12 +32,13 @@ from fairaudit.certificates.table import WrittenTable
 from fairaudit.errors import InputError
 from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.contrast_region import fits_contrasts
+from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval
-from fairaudit.inference.pair_region import fits_pairs
 from fairaudit.inference.planning import Planning, further_draws
 from fairaudit.inference.rates import GivenTruth
+from fairaudit.inference.ratio_intervals import default_region, ratio_interval
 from fairaudit.inference.ratio_intervals import drivers as interval_drivers
-from fairaudit.inference.ratio_intervals import ratio_interval
 from fairaudit.inference.verdicts import Verdict, exit_code
 from fairaudit.measures.distances import PARITY_WITHIN, Distance, most_unequal_distances
 from fairaudit.measures.expectations import cell_expectation
@@ -65,6 +66,9 @@ __all__ = ["Result"]
 
 FEW_PAIRS = 60
 """Pairs of cells for which it is found in passing what a declaration of independence would give."""
+
+FEW_STEPS = 5_000_000
+"""Steps of a reader of contrasts, for the same."""
 
 
 @brief
@@ -143,6 +147,8 @@ class Result(Faces):
         Whether the utility counts a burden, so that the group with the higher expectation is disadvantaged.
     changed : Change or None
         A window that contradicts the stream, so that nothing is said of one constant ratio.
+    method : {"hoeffding-kl", "empirical-bernstein", "intersection"} or None
+        The interval that was asked for, if one was.
 
     Examples
     --------
@@ -179,6 +185,7 @@ class Result(Faces):
     given_truth: GivenTruth | None = field(default=None, repr=False)
     burden: bool = False
     changed: Change | None = None
+    method: Method | None = field(default=None, repr=False)
 
     @property
     def exit_code(self) -> int:
@@ -313,8 +320,10 @@ class Result(Faces):
             compared, interval = self.comparisons.get(quantity), self.intervals.get(quantity)
             if compared is None or interval is None or interval.evidence["independent"] or compared.pairs > FEW_PAIRS:
                 continue
-            if fits_pairs(compared, 1 - interval.confidence):
-                other = ratio_interval(compared, interval.confidence, region="pairs", independent=True, ends=interval.ends)
+            alpha = 1 - interval.confidence
+            region = default_region(compared, self.method, independent=True, alpha=alpha)
+            if region == "pairs" or (region == "contrasts" and fits_contrasts(compared, FEW_STEPS)):
+                other = ratio_interval(compared, interval.confidence, region=region, independent=True, ends=interval.ends)
                 found[quantity] = other.lower, other.upper
         return found
 

@@ -11,6 +11,7 @@ from .sentences import STATED_POPULATION
 # How a claim about a population is proven, where not by binomial tails.
 METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
 PAIR_EXACT = "pair-exact"  # of independent cells of two-valued draws, pair by pair
+CONTRASTS = "symmetric-betting"  # of independent cells of draws of several values, pair by pair
 BETTING = "betting"  # for intervals that hold at every moment of a stream
 
 OVER_UNITS = "mean over units"  # what an interval with units is about; without units it is the mean over rows
@@ -123,7 +124,7 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
 def is_about_population(key: tuple[str, str, str, str]) -> bool:
     """Whether a claim of this quantity, relation, method and scope is about the population behind a sample."""
     quantity, relation, by, scope = key
-    of_ratio = quantity in ("local_ratio", "global_ratio") and by in ("binomial", PAIR_EXACT, *METHODS)
+    of_ratio = quantity in ("local_ratio", "global_ratio") and by in ("binomial", PAIR_EXACT, CONTRASTS, *METHODS)
     of_stream = quantity in ("local_ratio", "global_ratio") and by == BETTING
     together = (of_ratio or of_stream or (quantity in DIFFERENCES and by == "binomial")) and scope.startswith(POPULATION)
     return relation in ("<=", ">=") and (together or (of_ratio and scope.startswith(ONE_SIDED)))

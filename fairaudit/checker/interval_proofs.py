@@ -7,10 +7,11 @@ from fractions import Fraction
 from itertools import chain, combinations
 
 from .betting import StreamProof
-from .claims import BETTING, PAIR_EXACT
+from .claims import BETTING, CONTRASTS, PAIR_EXACT
+from .contrasts import prove_by_contrasts
 from .figures import Greatest
 from .header import Cell
-from .intervals import BoxEvidence, Change, DifferenceInterval, Interval, PairEvidence, Proven, StreamEvidence, Unproven
+from .intervals import BoxEvidence, Change, ContrastEvidence, DifferenceInterval, Interval, PairEvidence, Proven, StreamEvidence, Unproven
 from .logarithms import log_enclosure
 from .rates import DIFFERENCES
 from .rationals import ONE, Rational, as_pair, at_most, bits_of, reduced, widest_ratio
@@ -55,6 +56,9 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
     elif isinstance(interval.evidence, PairEvidence):
         prove_by_pairs(interval, interval.evidence, comparison)
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, PAIR_EXACT, interval.each)
+    elif isinstance(interval.evidence, ContrastEvidence):
+        prove_by_contrasts(interval, interval.evidence, comparison)
+        return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, CONTRASTS, interval.each)
     else:
         prove_by_ladders(interval, interval.evidence, comparison, len(used))
     by = "binomial" if all(samples[i].binary for i in used) else interval.method

@@ -33,6 +33,8 @@ class Unproven(Exception):
     """The evidence of an interval does not prove it."""
 
 
+REGIONS = ("box", "product", "pairs", "contrasts")
+
 Ladder = list[Fraction]
 Box = list[tuple[Fraction, Fraction]]
 Place = tuple[int, int, int]  # a block, and the positions of two forms in it, the higher one first
@@ -67,6 +69,14 @@ class PairEvidence:
 
 
 @dataclass(frozen=True)
+class ContrastEvidence:
+    """The levels of one pair, and the pair that proves the lower end: all else follows from the draws."""
+
+    levels: tuple[Fraction, Fraction]
+    pair: Place | None
+
+
+@dataclass(frozen=True)
 class StreamEvidence:
     """Of a stream: the ranks of its cells and how many were expected; ends of all cells with a pair, or ladders."""
 
@@ -76,6 +86,9 @@ class StreamEvidence:
     pair: Place | None
     ladders: list[Ladder] | None
     proof: tuple[Place, Ladder] | None
+
+
+Evidence = BoxEvidence | LadderEvidence | PairEvidence | ContrastEvidence | StreamEvidence
 
 
 @dataclass(frozen=True)
@@ -92,13 +105,13 @@ class Interval:
     units: list[list[tuple[int, list[int]]]] | None
     measured: dict[str, object] | None  # with units, the ratio of their means in the sample
     ratio: tuple[Rational, Rational]
-    evidence: BoxEvidence | LadderEvidence | PairEvidence | StreamEvidence
+    evidence: Evidence
 
     @property
     def region(self) -> str:
         """The name of the kind of evidence."""
-        if isinstance(self.evidence, PairEvidence):
-            return "pairs"
+        if isinstance(self.evidence, PairEvidence | ContrastEvidence):
+            return "pairs" if isinstance(self.evidence, PairEvidence) else "contrasts"
         boxed = self.evidence.ends is not None if isinstance(self.evidence, StreamEvidence) else isinstance(self.evidence, BoxEvidence)
         return "box" if boxed else "product"
 
@@ -169,12 +182,14 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
     of_stream = isinstance(value, dict) and value.get("method") == BETTING
     if name == "local" and subject.kind == "counts" and not of_stream and isinstance(value, dict) and "units" in value:
         keys += ["units", "estimand", "measured"]
-    members = read_object(value, where, keys + ["pair"] * of_box)
+    of_contrasts = isinstance(value, dict) and value.get("region") == "contrasts"
+    members = read_object(value, where, keys + ["pair"] * (of_box or of_contrasts))
     each = read_choice(members["ends"], f"{where}.ends", ("together",) if of_stream else ("together", "each")) == "each"
-    region = read_choice(members["region"], f"{where}.region", ("box", "product") if of_stream else ("box", "product", "pairs"))
+    region = read_choice(members["region"], f"{where}.region", ("box", "product") if of_stream else REGIONS)
     levels = read_object(members["levels"], f"{where}.levels", ("expected", "order") if of_stream else ("upper", "lower"))
     upper, lower = members["upper"], members["lower"]
-    evidence: BoxEvidence | LadderEvidence | PairEvidence | StreamEvidence
+    pair = None if members.get("pair") is None else _read_pair(members["pair"], f"{where}.pair")
+    evidence: Evidence
     if of_stream:
         evidence = _read_stream(members, levels, where, of_box)
     elif of_box:
@@ -182,7 +197,13 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
             (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
             [read_two(item, f"{where}.upper[{i}]") for i, item in enumerate(read_list(upper, f"{where}.upper"))],
             [read_two(item, f"{where}.lower[{i}]") for i, item in enumerate(read_list(lower, f"{where}.lower"))],
-            None if members["pair"] is None else _read_pair(members["pair"], f"{where}.pair"),
+            pair,
+        )
+    elif of_contrasts:
+        if upper is not None or lower is not None:
+            raise malformed(where, "must have null as upper and as lower")
+        evidence = ContrastEvidence(
+            (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")), pair
         )
     else:
         proof = None if lower is None else read_object(lower, f"{where}.lower", ("pair", "knots"))
@@ -195,8 +216,8 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
             one, other = (_level(levels[name], f"{where}.levels.{name}") for name in ("upper", "lower"))
             evidence = PairEvidence((one, other), ladders, least)
         else:
-            pair = read_two(levels["upper"], f"{where}.levels.upper"), read_two(levels["lower"], f"{where}.levels.lower")
-            evidence = LadderEvidence(pair, ladders, least)
+            two = read_two(levels["upper"], f"{where}.levels.upper"), read_two(levels["lower"], f"{where}.levels.lower")
+            evidence = LadderEvidence(two, ladders, least)
     limits = None if members["limits"] is None else read_two(members["limits"], f"{where}.limits")
     if limits is not None and limits[0] > limits[1]:
         raise malformed(f"{where}.limits", "must have the lower one first")

@@ -9,7 +9,7 @@ from fractions import Fraction
 from itertools import chain, product
 
 from .header import Cell
-from .intervals import Interval, Unproven
+from .intervals import ContrastEvidence, Interval, Unproven
 from .rationals import Affine, Rational, affine_sum, sum_of, weighted_sum
 from .table import Policy, Table, constants, globally_compared, place_of
 from .tails import Sample
@@ -23,14 +23,17 @@ class Comparison:
     samples: list[Sample]
     blocks: list[list[Affine]]
     shared: bool  # whether a draw occurs in several samples
+    tallies: list[Tally]  # how often each value was drawn, by sample; only where the evidence is about that
 
 
+Tally = dict[Fraction, int]
 Part = tuple[Sequence[int], Sequence[Rational | None]]  # the counts of the decisions, and their utilities
 Units = Sequence[tuple[int, Sequence[int]]]  # how many draws had which counts
+Draws = Sequence[tuple[int, Fraction]]  # how many draws had which value
 
 
-def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, Fraction], declared: bool) -> Sample:
-    """Pool counts; the units say which rows of a single part belong to one draw.
+def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, Fraction], declared: bool) -> tuple[Sample, Draws]:
+    """Pool counts, and say how often each value was drawn; the units say which rows of a single part belong to one draw.
 
     Draws are of two values only if the utility says so of whatever could have been drawn, which a declared range and units do not.
     """
@@ -50,7 +53,15 @@ def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, 
         draws = [(n, weighted_sum(own) / sum(c for c, _ in own)) for n, own in rows]
     spend(40 * len(draws))
     total, squares = (weighted_sum((n, value**power) for n, value in draws) for power in (1, 2))
-    return Sample(sum(n for n, _ in draws), total, squares, low, high, binary)
+    return Sample(sum(n for n, _ in draws), total, squares, low, high, binary), draws
+
+
+def _tally(draws: Draws) -> Tally:
+    found: Tally = {}
+    for n, value in draws:
+        found[value] = found.get(value, 0) + n
+    keep(2 * len(found))
+    return found
 
 
 def compared_cells(quantity: str, table: Table) -> list[list[list[Cell]]]:
@@ -94,7 +105,9 @@ class Sampling:
         pools = [*chain.from_iterable(blocks)]
         if units is not None and len(units) != len(pools):
             raise Unproven(f"units must be listed for {len(pools)} cells, not for {len(units)}")
+        tallied = isinstance(self.interval.evidence, ContrastEvidence)
         samples: list[Sample] = []
+        tallies: list[Tally] = []
         for i, cells in enumerate(pools):
             parts: list[Part] = [(whole_counts(cell, table), cell.utility) for cell in cells]
             if units is not None:
@@ -102,9 +115,12 @@ class Sampling:
                 rows = [[n * count for count in row] for n, row in units[i]]
                 if any(len(row) != len(counts) for row in rows) or [*map(sum, zip(*rows, strict=True))] != counts:
                     raise Unproven(f"units[{i}] do not add up to the counts {place_of(table, cells[0])}")
-            samples.append(_sample(parts, None if units is None else units[i], self.limits(cells), self.declared))
+            sample, draws = _sample(parts, None if units is None else units[i], self.limits(cells), self.declared)
+            samples.append(sample)
+            if tallied:
+                tallies.append(_tally(draws))
         numbers = iter(range(len(samples)))
-        return Comparison(samples, [[({next(numbers): 1}, 1) for _ in block] for block in blocks], units is not None)
+        return Comparison(samples, [[({next(numbers): 1}, 1) for _ in block] for block in blocks], False, tallies)
 
     def of_policy(self, policy: Policy) -> Comparison:
         """Take a sample from each released context and group, for each true context and group if the utility depends on them."""
@@ -136,7 +152,7 @@ class Sampling:
                         keep(40)
                         weights, total = policy.rows[x][a]
                         counts = [weight * (policy.draws[x][a] // total) for weight in weights]
-                        samples.append(_sample([(counts, cell.utility)], None, self.limits([cell]), self.declared))
+                        samples.append(_sample([(counts, cell.utility)], None, self.limits([cell]), self.declared)[0])
             forms.append((form, scale * unit))
         n = len(table.header.groups)
         blocks = [forms[i : i + n] for i in range(0, len(forms), n)]
@@ -147,4 +163,4 @@ class Sampling:
                 above, below = sum_of(masses)
                 means.append(affine_sum(((p * below, q * above), form) for (p, q), form in zip(masses, forms[a::n], strict=True)))
             blocks = [means] if means else []
-        return Comparison(samples, blocks, len({place[:2] for place in numbers}) < len(numbers))
+        return Comparison(samples, blocks, len({place[:2] for place in numbers}) < len(numbers), [])

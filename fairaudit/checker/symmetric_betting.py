@@ -9,7 +9,7 @@ If each draw ``v`` is taken with odds ``s v``, just ``k`` are taken with probabi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import comb, isqrt
 
@@ -27,24 +27,38 @@ Law = tuple[int, list[int]]  # a first number, and the probabilities of it and o
 
 def wealth_of(higher: Tally, lower: Tally, limit: Fraction, difference: bool) -> Wealth:
     """Bound from below what bets have won that the first of two means is less than a multiple of the second, or not that much greater."""
-    if limit < (-1 if difference else 0) or not all(0 <= value <= 1 for tally in (higher, lower) for value in tally):
-        return NOTHING  # one could lose more than one has
-    of_x, of_y = sum(higher.values()), sum(lower.values())
-    pairs = min(of_x, of_y, MOST_PAIRS)
-    if not pairs:
-        return 1, 0
-    y = [(value, n) for value, n in lower.items() if n and value]
-    won = []
-    for bet in bets_for(pairs**2 * (Fraction(1, of_x) + Fraction(1, of_y))):
-        spend(10 * len(higher), bits_of(limit), bits_of(limit))
-        x = [((1 + bet * (limit - value) / 2 if difference else 1 - bet * value), n) for value, n in higher.items() if n]
-        won.append(_sum_of_terms(x, y, bet / 2 if difference else bet * limit, pairs, (of_x, of_y)))
-    return mean(won)
+    won = [each for each, _ in _won(higher, lower, limit, difference)]
+    return mean(won) if won else NOTHING
 
 
 def proves_below(higher: Tally, lower: Tally, limit: Fraction, level: Fraction, difference: bool = False) -> bool:
-    """Decide whether the ratio of the means of two cells, or their difference, is less than a limit at this level."""
-    return reaches(wealth_of(higher, lower, limit, difference), level)
+    """Decide whether the ratio of the means of two cells, or their difference, is less than a limit at this level.
+
+    No bet loses more than was bet, so that what some of them have won is enough.
+    """
+    won: list[Wealth] = []
+    for each, made in _won(higher, lower, limit, difference):
+        won.append(each)
+        if reaches(mean([*won, *[NOTHING] * (made - len(won))]), level):
+            return True
+    return False
+
+
+def _won(higher: Tally, lower: Tally, limit: Fraction, difference: bool) -> Iterator[tuple[Wealth, int]]:
+    """List what the bets have won, the smallest one first, and how many they are."""
+    if limit < (-1 if difference else 0) or not all(0 <= value <= 1 for tally in (higher, lower) for value in tally):
+        return  # one could lose more than one has
+    of_x, of_y = sum(higher.values()), sum(lower.values())
+    pairs = min(of_x, of_y, MOST_PAIRS)
+    if not pairs:
+        yield (1, 0), 1
+        return
+    y = [(value, n) for value, n in lower.items() if n and value]
+    bets = bets_for(pairs**2 * (Fraction(1, of_x) + Fraction(1, of_y)))
+    for bet in reversed(bets):
+        spend(10 * len(higher), bits_of(limit), bits_of(limit))
+        x = [((1 + bet * (limit - value) / 2 if difference else 1 - bet * value), n) for value, n in higher.items() if n]
+        yield _sum_of_terms(x, y, bet / 2 if difference else bet * limit, pairs, (of_x, of_y)), len(bets)
 
 
 def _sum_of_terms(x: Values, y: Values, scale: Fraction, pairs: int, draws: tuple[int, int]) -> Wealth:

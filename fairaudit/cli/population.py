@@ -45,7 +45,8 @@ def add_population(parser: argparse.ArgumentParser) -> None:
         "--interval",
         choices=METHODS,
         default=None,
-        help="for utilities of more than two values (default hoeffding-kl); others have exact binomial intervals",
+        help="for utilities of more than two values (default: contrasts of the draws with --independent-cells, else hoeffding-kl); others "
+        "have exact intervals",
     )
     sampling.add_argument(
         "--two-sided",
@@ -76,7 +77,7 @@ def population_options(arguments: argparse.Namespace, subject: Law | Deployment,
     chosen = confidence_for(subject, confidence_option(asked), asked, others, option)
     return {
         "confidence": chosen,
-        "interval": arguments.interval or given.get("interval", METHODS[0]),
+        "interval": arguments.interval or given.get("interval"),
         "independent": arguments.independent_cells or given.get("independent", False),
     }
 
@@ -88,17 +89,19 @@ def findings_beside(arguments: argparse.Namespace, result: Result, utility: Util
     """Run the tests that were asked for."""
     from fairaudit.errors import InputError
     from fairaudit.inference.hypothesis_tests import refute_epsilon
+    from fairaudit.inference.levels import confidence_level
     from fairaudit.inference.ratio_intervals import default_region
 
     found: list[Finding] = []
-    made = {"confidence": chosen["confidence"], "method": chosen["interval"], "independent": chosen["independent"]}
+    made = {"confidence": chosen["confidence"], "method": chosen["interval"] or METHODS[0], "independent": chosen["independent"]}
     if arguments.claimed_exp_epsilon is not None:
         if "local" not in result.comparisons:
             raise InputError("--claimed-exp-epsilon needs an interval for the local ratio, and there is none")
         if result.utility.depends_on_group:
             raise InputError("--claimed-exp-epsilon needs a utility that is the same for all groups; one that is not refutes nothing")
         comparison = result.comparisons["local"]
-        region = default_region(comparison, chosen["interval"], independent=chosen["independent"])
+        alpha = 1 - confidence_level(chosen["confidence"])
+        region = default_region(comparison, chosen["interval"], independent=chosen["independent"], alpha=alpha)
         tested = refute_epsilon(comparison, arguments.claimed_exp_epsilon, region=region, **made)
         found.append(Finding("T11", tested.sentence, tested.refuted, {"refuted": tested.refuted, "interval": _ends(tested.interval)}))
     if arguments.placebo is not None:

@@ -6,8 +6,8 @@ is a context for the local ratio. The ratio R is the greatest quotient of two fo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import permutations
@@ -26,6 +26,9 @@ from fairaudit.words import brief
 
 Form = tuple[tuple[int, Fraction], ...]
 """Cells by their index, each with a positive weight."""
+
+Tally = Mapping[Fraction, int]
+"""How often each value was drawn."""
 
 Estimand = Literal["mean over rows", "mean over units"]
 
@@ -51,6 +54,8 @@ class Comparison:
         The declared range of g.
     units : Units or None
         The sampling units of the log.
+    drawn : callable or None
+        What tells how often each value was drawn in each cell, for `tallies`; None where that is not known.
 
     Examples
     --------
@@ -69,6 +74,12 @@ class Comparison:
     notes: tuple[str, ...] = ()
     limits: Ends | None = None
     units: Units | None = None
+    drawn: Callable[[], Sequence[Tally]] | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def tallies(self) -> Sequence[Tally]:
+        """How often each value was drawn in each cell; only counted where it is asked for."""
+        return self.drawn() if self.drawn else ()
 
     @property
     def estimand(self) -> Estimand:

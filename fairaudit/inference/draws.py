@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -84,6 +85,29 @@ class SampledUtility:
             pooled_cell([cells[i] for i in np.flatnonzero(law.cell_group == a).tolist()], label)
             for a, label in zip(groups, labels, strict=True)
         ]
+
+    def tallies(self, chosen: NDArray[np.bool_]) -> list[dict[Fraction, int]]:
+        """How often each value was drawn in the cells that are chosen; of sampling units each mean."""
+        return [self._tally(i) for i in np.flatnonzero(chosen).tolist()]
+
+    def pooled_tallies(self, groups: Sequence[int]) -> list[dict[Fraction, int]]:
+        """The same for each group, of its rows in all contexts."""
+        found: dict[int, Counter[Fraction]] = {a: Counter() for a in groups}
+        for i, a in enumerate(self.utility.law.cell_group.tolist()):
+            if a in found:
+                found[a].update(self._tally(i))
+        return [dict(found[a]) for a in groups]
+
+    def _tally(self, index: int) -> dict[Fraction, int]:
+        law, found = self.utility.law, Counter[Fraction]()
+        values = _values(self.utility, index)
+        if law.units and law.units.repeated:
+            for n, rows in law.units.profiles[index]:
+                found[_unit_mean(rows, values)] += n
+        else:
+            for n, value in zip(whole_counts(law, index), values, strict=True):
+                found[value] += n
+        return {value: n for value, n in found.items() if n}
 
     def _summed(self, weights: NDArray[np.int64], labels: Sequence[tuple[Any, ...]]) -> list[Cell]:
         values = self.common
@@ -175,10 +199,15 @@ def unit_notes(units: Units, cells: Sequence[Cell]) -> tuple[str, ...]:
     return drawn, f"{units.spanning} of {units.total} units have rows in several cells, so cells are not independent"
 
 
+def _unit_mean(rows: Sequence[int], values: Sequence[Fraction]) -> Fraction:
+    """The mean over the rows of a unit in a cell."""
+    return sum((w * v for w, v in zip(rows, values, strict=True)), Fraction(0)) / sum(rows)
+
+
 def _by_unit(cell: Cell, profiles: Sequence[tuple[int, tuple[int, ...]]], values: Sequence[Fraction]) -> Cell:
     """The same cell with the mean over the rows of a unit as one draw."""
     draws, total, squares = 0, Fraction(0), Fraction(0)
     for n, rows in profiles:
-        mean = sum((w * v for w, v in zip(rows, values, strict=True)), Fraction(0)) / sum(rows)
+        mean = _unit_mean(rows, values)
         draws, total, squares = draws + n, total + n * mean, squares + n * mean * mean
     return replace(cell, draws=draws, total=total, squares=squares, binary=False)

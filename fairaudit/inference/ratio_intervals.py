@@ -14,6 +14,7 @@ from fairaudit.exact.rationals import rational
 from fairaudit.inference.box import box_interval
 from fairaudit.inference.cells import cell_entries
 from fairaudit.inference.comparisons import Comparison, witness_of
+from fairaudit.inference.contrast_region import contrasts_driver, contrasts_interval, fits_contrasts
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Region
 from fairaudit.inference.levels import Holding, confidence_level
@@ -22,6 +23,9 @@ from fairaudit.inference.product_region import product_driver, product_interval
 from fairaudit.inference.quotients import extreme_ratio, sample_ratio, vanishing_pair
 from fairaudit.measures.ratios import Witness
 from fairaudit.theorems.assumptions import CELLS
+
+BY_REGION = {"pairs": "pair-exact", "contrasts": "symmetric-betting"}
+"""How claims name the method of a region that has one of its own, whatever the cells are."""
 
 TIGHT_CELLS = 500  # so many have their ladders in a few seconds
 
@@ -45,9 +49,10 @@ def ratio_interval(
         The probability with which the ends are to hold.
     method : {"hoeffding-kl", "empirical-bernstein", "intersection"}
         For cells whose draws are not binary; to be chosen before looking.
-    region : {"box", "product"}
+    region : {"box", "product", "pairs", "contrasts"}
         "product" is narrower where the two cells of a pair are about equally uncertain (by about a fifth on the logarithmic scale); it
-        needs independent cells, forms of one cell each, and not the empirical Bernstein method.
+        needs independent cells, forms of one cell each, and not the empirical Bernstein method. "pairs" and "contrasts" bound each pair
+        of independent cells by itself, by the exact test of two-valued draws or by bets on the contrast of draws of several values.
     independent : bool
         Whether the draws of different cells are independent, which the reader must then accept.
     ends : {"together", "each", "lower", "upper"}
@@ -95,15 +100,22 @@ def ratio_interval(
             "the exact pair bound needs independent cells of draws that are 0 or one positive number, not too many pairs, and a confidence "
             "between 10 and 100 %; use the box"
         )
+    if region == "contrasts" and not (independent and fits_contrasts(comparison)):
+        raise InputError(
+            "contrasts of draws need independent cells, each with draws and an expected utility of its own, some of them of more than two "
+            "values, and not too many pairs or values; use the box"
+        )
     used = comparison.used
     region = region if used else "box"
     if region == "pairs":
         lower, upper, evidence = pairs_interval(comparison, alpha, ends)
+    elif region == "contrasts":
+        lower, upper, evidence = contrasts_interval(comparison, alpha, ends)
     elif region == "product":
         lower, upper, evidence = product_interval(comparison, alpha, ends)
     else:
         lower, upper, evidence = box_interval(comparison, alpha, method, independent, ends)
-    kinds = {"pair-exact"} if region == "pairs" else {"binomial" if comparison.cells[i].binary else method for i in used}
+    kinds = {BY_REGION[region]} if region in BY_REGION else {"binomial" if comparison.cells[i].binary else method for i in used}
     assumptions = (*comparison.assumptions, *((CELLS,) if independent else ()))
     evidence = {
         "confidence": extended_text(level),
@@ -149,7 +161,11 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any], end: Extended |
     [{'group': 'f'}, {'group': 'f'}]
     """
     upper: tuple[int, int, int] | None = None
-    if evidence["region"] == "pairs":
+    if evidence["region"] == "contrasts":
+        lower = evidence["pair"]
+        alpha = 1 - Fraction(*rational(evidence["confidence"]))
+        upper = contrasts_driver(comparison, alpha, evidence["ends"], inf if end is None else end)
+    elif evidence["region"] == "pairs":
         lower = None if evidence["lower"] is None else evidence["lower"]["pair"]
         alpha = 1 - Fraction(*rational(evidence["confidence"]))
         upper = pairs_driver(comparison, alpha, evidence["ends"], inf if end is None else end)
@@ -167,18 +183,19 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any], end: Extended |
     return witness_of(comparison, lower), witness_of(comparison, upper)
 
 
-def default_region(
-    comparison: Comparison, method: Method = "hoeffding-kl", *, independent: bool, alpha: Fraction = Fraction(1, 20)
-) -> Region:
+def default_region(comparison: Comparison, method: Method | None = None, *, independent: bool, alpha: Fraction = Fraction(1, 20)) -> Region:
     """Choose a region by what is known before the draws.
 
-    Of independent cells with draws of two values every pair by itself, by the exact pair bound. Else the product for three or more
+    Of independent cells with draws of two values every pair by itself, by the exact pair bound; with draws of more values, unless a method
+    was asked for, by bets on their contrast. Else the product for three or more
     independent cells of similar size. With two cells the product is usually a fifth narrower than the box, but some per cent wider where
     one of the two is much the more uncertain, which is not known beforehand; there the box is taken, whose levels are then those of
     Bonferroni or better.
     """
     if independent and fits_pairs(comparison, alpha):
         return "pairs"
+    if independent and method is None and fits_contrasts(comparison):
+        return "contrasts"
     sizes = [comparison.cells[i].draws for i in comparison.used]
-    fits = independent and not comparison.dependent and comparison.single and method == "hoeffding-kl"
+    fits = independent and not comparison.dependent and comparison.single and method in (None, "hoeffding-kl")
     return "product" if fits and 2 < len(sizes) <= TIGHT_CELLS and max(sizes) <= 100 * min(sizes) else "box"

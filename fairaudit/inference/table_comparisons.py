@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,8 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
     assumptions = (*draws, range_assumption(utility, declared), DECLARED, *law.assumptions)
     notes = unit_notes(law.units, cells) if law.units else ()
     dependent = bool(law.units and law.units.spanning)
-    return Comparison(tuple(cells), tuple(blocks), tuple(labels), dependent, assumptions, notes, units=law.units)
+    tallies = partial(drawn.tallies, law.compared)
+    return Comparison(tuple(cells), tuple(blocks), tuple(labels), dependent, assumptions, notes, units=law.units, drawn=tallies)
 
 
 def global_comparison(
@@ -115,7 +117,9 @@ def global_comparison(
         labels = ((None, tuple(law.group_label(a) for a in groups)),)
         assumptions = (DRAWS, POOLED, range_assumption(utility, declared), DECLARED, *law.assumptions)
         forms = (tuple(unit_form(i) for i in range(len(pooled))),)
-        return Comparison(tuple(pooled), forms, labels, bool(law.units), assumptions, units=law.units)
+        dependent = bool(law.units and law.units.spanning)
+        tallies = partial(drawn.pooled_tallies, groups)
+        return Comparison(tuple(pooled), forms, labels, dependent, assumptions, units=law.units, drawn=tallies)
     cells = drawn.cells(np.ones(len(law.weights), dtype=np.bool_))
     place = {cell.label: i for i, cell in enumerate(cells)}
     weights: dict[Label, list[tuple[int, Fraction]]] = {a: [] for a in law.groups}

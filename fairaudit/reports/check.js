@@ -643,6 +643,7 @@
     ["<=", "T3", RATIOS, [CLASS], "class"],
     ["<=", "lp-dual", RATIOS, [CLASS], "class"],
   ];
+  const BY_REGION = { pairs: ["pair-exact"], contrasts: ["symmetric-betting"] };  // which name the method of their claims
   const aboutPopulation = (claim) => [POPULATION, ONE_SIDED].some((opening) => claim.scope.startsWith(opening));
   function listed(claim, f) {
     if (aboutPopulation(claim)) {
@@ -650,7 +651,7 @@
       const difference = DIFFERENCES.includes(claim.quantity);
       if (difference && (claim.quantity !== claim.evidence.interval || claim.by !== "binomial")) return false;
       return (difference || (RATIOS.includes(claim.quantity) && claim.quantity === claim.evidence.interval + "_ratio")) && [">=", "<="].includes(claim.relation) && interval && claim.scope === (interval.ends === "each" ? ONE_SIDED : POPULATION) + interval.confidence
-        && ["binomial", interval.method].includes(claim.by) && claim.assumptions.length > 0;
+        && (BY_REGION[interval.region] || ["binomial", interval.method]).includes(claim.by) && claim.assumptions.length > 0;
     }
     const kind = KNOWN.find(([relation, by, quantities, scopes]) => relation === claim.relation && by === claim.by
       && quantities.includes(claim.quantity) && scopes.includes(claim.scope));

@@ -524,6 +524,11 @@ KINDS: tuple[Kind, ...] = (
         "The interval of a 0/1 utility of independent cells holds at its confidence: each pair of cells is tested exactly by itself.",
         "exact test of each pair",
     ),
+    _interval(
+        "symmetric-betting",
+        "The interval of a bounded utility of independent cells holds at its confidence, by bets on the contrast of each pair of cells.",
+        "bets on the contrast of each pair",
+    ),
     Kind(
         id="binomial-rates",
         by="binomial",
