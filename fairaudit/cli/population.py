@@ -64,7 +64,10 @@ def add_population(parser: argparse.ArgumentParser) -> None:
     )
     sampling.add_argument("--placebo-group", metavar="COL", action="append", help="the column of the edits there (default: as --group)")
     sampling.add_argument(
-        "--claimed-exp-epsilon", metavar="Q", help="e^epsilon that a filter claims: do decisions drawn through it refute that? (T11)"
+        "--claimed-exp-epsilon",
+        metavar="Q",
+        help="e^epsilon that a filter claims: do decisions, each through a fresh release of it, refute that? (T11; a release that several "
+        "decisions share is named with --unit)",
     )
 
 
@@ -103,7 +106,8 @@ def findings_beside(arguments: argparse.Namespace, result: Result, utility: Util
         alpha = 1 - confidence_level(chosen["confidence"])
         region = default_region(comparison, chosen["interval"], independent=chosen["independent"], alpha=alpha)
         tested = refute_epsilon(comparison, arguments.claimed_exp_epsilon, region=region, **made)
-        found.append(Finding("T11", tested.sentence, tested.refuted, {"refuted": tested.refuted, "interval": _ends(tested.interval)}))
+        figures = {"refuted": tested.refuted, "interval": _ends(tested.interval), "assumptions": list(tested.assumptions)}
+        found.append(Finding("T11", tested.sentence, tested.refuted, figures))
     if arguments.placebo is not None:
         found += _placebo(arguments, result, utility, made)
     elif arguments.placebo_group is not None:

@@ -11,10 +11,12 @@ from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended, extended_text
 from fairaudit.exact.rationals import Number, option_value
 from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.draws import unit_columns
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Region
 from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.ratio_intervals import ratio_interval
+from fairaudit.theorems.assumptions import FRESH
 from fairaudit.words import brief
 
 __all__ = ["EpsilonRefutation", "NoiseFloor", "noise_floor", "refute_epsilon"]
@@ -23,7 +25,7 @@ __all__ = ["EpsilonRefutation", "NoiseFloor", "noise_floor", "refute_epsilon"]
 @brief
 @dataclass(frozen=True)
 class EpsilonRefutation:
-    """What end-to-end draws say about a claimed ε (T11).
+    """What end-to-end draws say about a claimed ε (T11), and what must be accepted for that.
 
     Examples
     --------
@@ -38,6 +40,7 @@ class EpsilonRefutation:
     interval: Interval
     exp_epsilon: Extended
     sentence: str
+    assumptions: tuple[str, ...] = ()
 
 
 @brief
@@ -70,6 +73,10 @@ def refute_epsilon(
     independent: bool = False,
 ) -> EpsilonRefutation:
     """Test a claimed ε by decisions drawn end to end, at true contexts and groups, through the deployed filter (T11).
+
+    Every draw needs a release of its own. Decisions through one release are one draw of the filter, however many they are: the release is
+    then the sampling unit (`Law.from_log` with ``unit=``), and what is tested is the ratio of the means over releases, to which T11
+    applies as well, as long as how many decisions a release has depends on nothing but the context and itself.
 
     Parameters
     ----------
@@ -115,7 +122,11 @@ def refute_epsilon(
         sentence = f"{said}, above e^ε = {shown(str(exp_epsilon))}: the filter is not what it claims, or its draws are not independent."
     else:
         sentence = f"{said}, not above e^ε = {shown(str(exp_epsilon))}: these draws do not refute the claim, and prove nothing for it."
-    return EpsilonRefutation(refuted, interval, claimed, sentence)
+    if comparison.units is None:
+        shared = "Every decision counts as one release of the filter; if some shared a release, name it as the sampling unit (--unit)."
+    else:
+        shared = f"Every unit of {unit_columns(comparison.units)} counts as one release of the filter, however many decisions it has."
+    return EpsilonRefutation(refuted, interval, claimed, f"{sentence} {shared}", (FRESH, *interval.assumptions))
 
 
 def noise_floor(

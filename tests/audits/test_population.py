@@ -334,7 +334,9 @@ def test_the_claim_of_a_filter_is_tested(run: Callable[..., tuple[int, str, str]
     code, out, _ = run("--claimed-exp-epsilon", "3/2")
     assert code == 1 and "the filter is not what it claims" in out
     code, out, _ = run("--claimed-exp-epsilon", "5", "--format", "json")
-    assert code == 0 and envelope(out)["details"]["findings"][0]["refuted"] is False
+    found = envelope(out)["details"]["findings"][0]
+    assert code == 0 and found["refuted"] is False and any("fresh for each decision" in text for text in found["assumptions"])
+    assert "if some shared a release, name it as the sampling unit (--unit)" in found["sentence"]
 
 
 def test_a_utility_of_the_group_refutes_no_filter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
