@@ -10,6 +10,7 @@ from typing import Any, cast, get_args
 from fairaudit.audits.sections import check_keys, check_targets, read_section, read_toml
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.inference.ends import Method
+from fairaudit.inference.half_split import Selection
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
 from fairaudit.model.policy import Deployment, Policy
@@ -31,6 +32,7 @@ TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "
 LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 METHODS: tuple[Method, ...] = get_args(Method)
+SELECTIONS: tuple[Selection, ...] = get_args(Selection)
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 DECLARED = ("gamma", "m", "tau", "global_tau", "lipschitz")
 UTILITY_KEYS = ("values", "column", "table", *DECLARED, "by_context", "burden")
@@ -198,7 +200,7 @@ def _declared_in(entries: Any) -> dict[Label, dict[str, Any]]:
 
 def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
     """What [confidence] says of the population behind counts."""
-    check_keys(section, ("level", "interval", "independent_cells"), "[confidence]")
+    check_keys(section, ("level", "interval", "independent_cells", "select"), "[confidence]")
     found: dict[str, Any] = {"confidence": section["level"]} if "level" in section else {}
     if "interval" in section:
         if section["interval"] not in METHODS:
@@ -206,6 +208,10 @@ def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
         found["interval"] = section["interval"]
     if "independent_cells" in section:
         found["independent"] = _truth(section, "independent_cells", "confidence")
+    if "select" in section:
+        if section["select"] not in SELECTIONS:
+            raise InputError(f"[confidence] select is {shown(section['select'])}; {nearest(str(section['select']), SELECTIONS)}")
+        found["select"] = section["select"]
     return found
 
 

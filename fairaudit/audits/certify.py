@@ -17,6 +17,7 @@ from fairaudit.inference.anytime import Arrivals
 from fairaudit.inference.changes import Window, change_of
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method
+from fairaudit.inference.half_split import Selection
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
@@ -48,6 +49,7 @@ def certify(
     confidence: Number | None = 0.95,
     interval: Method | None = None,
     independent: bool = False,
+    select: Selection = "bonferroni",
     declared: Mapping[str, Number] | None = None,
     declared_in: ByContext | None = None,
     max_drift: Number | None = None,
@@ -80,6 +82,9 @@ def certify(
     independent : bool
         Whether the draws of different cells are independent of each other, which narrows intervals and is an assumption of the
         certificate. Decisions on the same profiles with only the group exchanged are not.
+    select : {"bonferroni", "half-split"}
+        How the lower end of many pairs is found, to be chosen before looking: all pairs share the error; or, of `independent` cells of
+        draws that are 0 or one positive number, one half of the draws chooses a pair and the other half tests it at the full error.
     declared : mapping, optional
         Constants that hold whatever the table says: ``gamma`` and ``m``, the greatest and least value of g over everything that could be
         drawn; for a policy behind filters also ``tau``, a floor of every group's expected utility behind the filter, ``global_tau``, a
@@ -151,6 +156,8 @@ def certify(
             law = deployment.law
             table = replace(table, law=law)
         subject = deployment or law
+    if select != "bonferroni" and (deployment is not None or arrivals is not None or level is None or law.kind != "counts"):
+        raise InputError(f"select {shown(select)} is for the population behind a table or log of counts, at a confidence")
     local, overall = local_fairness(law, table), global_fairness(law, table)
     if local is None and overall is None:
         raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
@@ -168,12 +175,15 @@ def certify(
         intervals, notes = intervals_of_stream(law, table, arrivals, measured, constants, 1 - equal_share(1 - level, len(named)), named)
     elif level is not None:
         comparisons, notes = possible_comparisons(subject, utility, table, measured, constants, named, embed_table)
+        if select != "bonferroni" and not comparisons:
+            raise InputError(f"select {shown(select)} needs draws of the population: {'; '.join(notes)}")
     # A verdict rests on one end. Targets share the error, so that their verdicts hold together; what has no target has all of it.
     judging = sum(quantity in comparisons for quantity, _, _ in limits)
     for quantity, comparison in comparisons.items():
         alpha = equal_share(1 - Fraction(level or 0), judging if quantity in named else 1)
         method = interval or "hoeffding-kl"
         options: dict[str, Any] = {"method": method, "independent": independent, "ends": "each" if quantity in named else "together"}
+        options["select"] = select
         options["region"] = default_region(comparison, interval, independent=independent, alpha=alpha)
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, **options)
         notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))

@@ -19,6 +19,7 @@ from fairaudit.audits.result import Result
 from fairaudit.errors import InputError, ManyRowsError, naming
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.ends import Method
+from fairaudit.inference.half_split import Selection
 from fairaudit.inference.levels import confidence_level
 from fairaudit.measures.limits import MEASURED, without_bare_limits
 from fairaudit.model.law import Law
@@ -37,6 +38,8 @@ __all__ = ["audit"]
 
 DEFAULT_CONFIDENCE: Number = 0.95
 """Recognised by its identity, so that the same number given by the caller is one that was asked for."""
+
+DEFAULT_SELECTION: Selection = "bonferroni"
 
 
 @without_bare_limits(MEASURED)
@@ -69,6 +72,7 @@ def audit(
     confidence: Number | None = DEFAULT_CONFIDENCE,
     interval: Method | None = None,
     independent: bool = False,
+    select: Selection = DEFAULT_SELECTION,
     declared: Mapping[str, Number] | None = None,
     declared_in: ByContext | None = None,
     max_drift: Number | None = None,
@@ -121,7 +125,7 @@ def audit(
         With `group_filter`: how many fresh releases of a group one memory sees.
     max_local_ratio, max_global_ratio, max_local_log, max_global_log
         Targets, as for `certify`.
-    confidence, interval, independent, declared, declared_in, max_drift, all_bounds, burden, embed_table
+    confidence, interval, independent, select, declared, declared_in, max_drift, all_bounds, burden, embed_table
         As for `certify`. A confidence that is given needs counts; without one, a table that has none is judged as it stands.
     engine, table, query, memory
         As for `read_log`.
@@ -182,6 +186,7 @@ def audit(
         default=confidence is DEFAULT_CONFIDENCE,  # the object itself: whoever gives 0.95 asks for it
         interval=interval,
         independent=independent,
+        select=select,
         declared=declared or {},
         declared_in={names(label): constants for label, constants in (declared_in or {}).items()},
         max_drift=max_drift,
@@ -208,7 +213,7 @@ def audit(
     if utility_column is None:
         _needed(given)
     of_policies = {"declared_in": declared_in, "max_drift": max_drift, "all_bounds": all_bounds, **filters, "releases": releases != 1}
-    unfit = unfit_for_parts(reading, {"positive": positive, "declared": declared, **of_policies})
+    unfit = unfit_for_parts(reading, {"positive": positive, "declared": declared, "select": select != DEFAULT_SELECTION, **of_policies})
     if not isinstance(source, (str, os.PathLike, list, tuple)):
         unfit = "a table in memory"
     if in_parts and unfit:
@@ -235,6 +240,7 @@ class _Asked:
     default: bool
     interval: Method | None
     independent: bool
+    select: Selection
     declared: Mapping[str, Number]
     declared_in: Mapping[Label, Mapping[str, Number]]
     max_drift: Number | None
@@ -246,7 +252,7 @@ class _Asked:
     def certify(self, subject: Law | Deployment, utility: Utility) -> Result:
         """Certify what is held in memory."""
         asked = None if self.default or self.confidence is None else approximate(self.confidence)
-        others = {"interval": self.interval is not None, "independent": self.independent}
+        others = {"interval": self.interval is not None, "independent": self.independent, "select": self.select != DEFAULT_SELECTION}
         confidence = confidence_for(subject, self.confidence, asked, others)
         return certify(
             subject,
@@ -255,6 +261,7 @@ class _Asked:
             confidence=confidence,
             interval=self.interval,
             independent=self.independent,
+            select=self.select,
             declared=self.declared,
             declared_in=self.declared_in,
             max_drift=self.max_drift,
@@ -292,6 +299,7 @@ def _from_audit_file(audit: Audit, asked: _Asked) -> Result:
         "targets": {**audit.targets, **asked.targets},
         "interval": sampling.get("interval") if asked.interval is None else asked.interval,
         "independent": asked.independent or sampling.get("independent", False),
+        "select": sampling.get("select", DEFAULT_SELECTION) if asked.select == DEFAULT_SELECTION else asked.select,
         "declared": {**audit.declared, **asked.declared},
         "declared_in": {**audit.declared_in, **asked.declared_in},
         "max_drift": audit.max_drift if asked.max_drift is None else asked.max_drift,

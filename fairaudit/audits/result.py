@@ -337,6 +337,7 @@ class Result(Faces):
         for quantity, own in self.intervals.items():
             if own.ends == "each":
                 options = {name: own.evidence[name] for name in ("method", "region", "independent")}
+                options["select"] = "half-split" if "split" in own.evidence else "bonferroni"
                 found[quantity] = ratio_interval(self.comparisons[quantity], own.confidence, **options)
         return found
 

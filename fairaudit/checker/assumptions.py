@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from .certificate import Certificate
 from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, NEAR, RULES, Claim, is_about_population
-from .intervals import Interval, StreamEvidence
+from .intervals import Interval, PairEvidence, StreamEvidence
 from .json_values import Labels
 from .rates import DIFFERENCES, OVERALL
 from .rationals import ZERO, as_pair, written
@@ -36,6 +36,7 @@ from .sentences import (
     POOLED,
     RANGE,
     RELEASES,
+    SPLIT,
     STATED_POPULATION,
     UNITS,
     WINDOWS,
@@ -105,7 +106,8 @@ def _assumed_by_interval(interval: Interval, table: Table) -> Sentences:
     if isinstance(interval.evidence, StreamEvidence):
         past = OWN_PAST if interval.region == "box" else PAST
         return Sentences((past, *((MIX,) if overall else ()), ORDER, *common))
-    cells = (CELLS,) if interval.independent else ()
+    split = (SPLIT,) if isinstance(interval.evidence, PairEvidence) and interval.evidence.seed is not None else ()
+    cells = (*((CELLS,) if interval.independent else ()), *split)
     if table.policy is not None:
         return Sentences((DRAWS, *((STATED_POPULATION,) if overall else ()), *common, *cells))
     if overall:

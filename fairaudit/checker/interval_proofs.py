@@ -18,6 +18,7 @@ from .rationals import ONE, Rational, as_pair, at_most, bits_of, reduced, widest
 from .regions import prove_by_box, prove_by_ladders, prove_by_pairs, prove_difference
 from .rows import read_table
 from .samples import Sampling
+from .split import names_of_cells
 from .table import Table, place_of
 from .tails import Sample
 from .text import Finding, compared, finding_of, shown
@@ -54,7 +55,8 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
         spanned = max(len(one | other) for block in supports for one, other in combinations(block, 2))
         prove_by_box(interval, interval.evidence, comparison, len(used), spanned)
     elif isinstance(interval.evidence, PairEvidence):
-        prove_by_pairs(interval, interval.evidence, comparison)
+        names = [] if interval.evidence.seed is None else names_of_cells(interval.quantity, table)
+        prove_by_pairs(interval, interval.evidence, comparison, names)
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, PAIR_EXACT, interval.each)
     elif isinstance(interval.evidence, ContrastEvidence):
         prove_by_contrasts(interval, interval.evidence, comparison)

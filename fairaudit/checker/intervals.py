@@ -61,11 +61,15 @@ class LadderEvidence:
 
 @dataclass(frozen=True)
 class PairEvidence:
-    """Ladders for the upper end, one for each ordered pair of each block in turn, and one for the lower end; the levels are of one pair."""
+    """Ladders for the upper end, one for each ordered pair of each block in turn, and one for the lower end; the levels are of one pair.
+
+    With a seed one half of the draws chose the pair of the lower end, and the other half proves it.
+    """
 
     levels: tuple[Fraction, Fraction]
     upper: list[Ladder] | None
     lower: tuple[Place, Ladder] | None
+    seed: str | None
 
 
 @dataclass(frozen=True)
@@ -183,7 +187,8 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
     if name == "local" and subject.kind == "counts" and not of_stream and isinstance(value, dict) and "units" in value:
         keys += ["units", "estimand", "measured"]
     of_contrasts = isinstance(value, dict) and value.get("region") == "contrasts"
-    members = read_object(value, where, keys + ["pair"] * (of_box or of_contrasts))
+    optional = ("split",) if subject.kind == "counts" and isinstance(value, dict) and value.get("region") == "pairs" else ()
+    members = read_object(value, where, keys + ["pair"] * (of_box or of_contrasts), optional=optional)
     each = read_choice(members["ends"], f"{where}.ends", ("together",) if of_stream else ("together", "each")) == "each"
     region = read_choice(members["region"], f"{where}.region", ("box", "product") if of_stream else REGIONS)
     levels = read_object(members["levels"], f"{where}.levels", ("expected", "order") if of_stream else ("upper", "lower"))
@@ -214,7 +219,11 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
         )
         if region == "pairs":
             one, other = (_level(levels[name], f"{where}.levels.{name}") for name in ("upper", "lower"))
-            evidence = PairEvidence((one, other), ladders, least)
+            seed = None
+            if "split" in members:
+                split = read_object(members["split"], f"{where}.split", ("seed",))
+                seed = read_digest(split["seed"], f"{where}.split.seed")
+            evidence = PairEvidence((one, other), ladders, least, seed)
         else:
             two = read_two(levels["upper"], f"{where}.levels.upper"), read_two(levels["lower"], f"{where}.levels.lower")
             evidence = LadderEvidence(two, ladders, least)

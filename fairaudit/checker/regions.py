@@ -6,8 +6,9 @@ A ladder is a list of knots between which the tails of two independent means are
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
-from itertools import chain, pairwise, permutations, product
+from itertools import chain, pairwise, permutations, product, repeat
 from math import prod
 from typing import TypeVar
 
@@ -17,6 +18,7 @@ from .pair_exact import Pair, fault_of_ladder, order_scale
 from .rates import Share
 from .rationals import INFINITY, ONE, Affine, Rational, as_pair, bits_of, over_common_denominator
 from .samples import Comparison
+from .split import chosen_by, halves_of, seed_of
 from .tails import PRECISION, Sample, Tail, fault_of_ends, log_form, tail_rarity, tails_at_most
 from .text import shown
 from .work import spend
@@ -216,10 +218,11 @@ def prove_by_ladders(interval: Interval, evidence: LadderEvidence, comparison: C
         _check_ladder(ladder, one, another, Fraction(low[1], low[0]), other_b, other_c, "lower")
 
 
-def prove_by_pairs(interval: Interval, evidence: PairEvidence, comparison: Comparison) -> None:
+def prove_by_pairs(interval: Interval, evidence: PairEvidence, comparison: Comparison, names: Sequence[Sequence[bytes]]) -> None:
     """Make sure that ladders prove an interval of the ratio, each of one ordered pair of cells of two-valued draws.
 
-    The pair that attains the ratio is one, whatever is drawn; the pair that proves the lower end is one of all of them.
+    The pair that attains the ratio is one, whatever is drawn; the pair that proves the lower end is one of all of them, or that which one
+    half of the draws chooses, of cells with these names.
     """
     if not interval.independent:
         raise Unproven("the exact pair bound is for independent cells only")
@@ -230,8 +233,9 @@ def prove_by_pairs(interval: Interval, evidence: PairEvidence, comparison: Compa
         raise Unproven("the exact pair bound is for draws that are 0 or one positive number only")
     pairs = sum(len(block) * (len(block) - 1) for block in blocks)
     share = (1 - Fraction(*interval.confidence)) / (1 if interval.each else 2)
-    if evidence.levels != (share, share / pairs):
-        raise Unproven(f"the levels must be {shown(as_pair(share))} and {shown(as_pair(share / pairs))}")
+    least = share / (pairs if evidence.seed is None else 1)
+    if evidence.levels != (share, least):
+        raise Unproven(f"the levels must be {shown(as_pair(share))} and {shown(as_pair(least))}")
     # What orders the outcomes follows from the level of a one-sided end.
     upper, lower = (order_scale(level * (1 if interval.each else 2)) for level in evidence.levels)
     low, high = interval.ratio
@@ -240,19 +244,42 @@ def prove_by_pairs(interval: Interval, evidence: PairEvidence, comparison: Compa
         ordered = [pair for block in blocks for pair in permutations(block, 2)]
         for number, (pair, ladder) in enumerate(zip(ordered, evidence.upper, strict=True)):
             _check_pair(pair, Fraction(*high), share, upper, ladder, f"upper[{number}]")
+    tested = blocks if evidence.seed is None else _second_halves(evidence, evidence.seed, names, blocks)
     if evidence.lower is not None:
         place, ladder = evidence.lower
-        one, other = pair_at(place, blocks)
-        _check_pair((other, one), Fraction(low[1], low[0]), share / pairs, lower, ladder, "lower")
+        one, other = pair_at(place, tested)
+        _check_pair((other, one), Fraction(low[1], low[0]), least, lower, ladder, "lower")
+
+
+def _second_halves(evidence: PairEvidence, seed: str, names: Sequence[Sequence[bytes]], blocks: list[list[Sample]]) -> list[list[Sample]]:
+    """Split the draws again: the halves that test, after making sure of the seed and that the other halves choose the pair."""
+    counts = [[(_successes(sample), sample.draws) for sample in block] for block in blocks]
+    if seed != seed_of(names, counts):
+        raise Unproven("the seed is not that of the names and counts of the cells")
+    if evidence.lower is None:
+        return blocks
+    halves = [[*map(halves_of, repeat(seed), *part)] for part in zip(names, counts, strict=True)]
+    first = [[half for half, _ in block] for block in halves]
+    if evidence.lower[0] != chosen_by(first, [[sample.high for sample in block] for block in blocks], names):
+        raise Unproven("the first half chooses another pair")
+    return [
+        [replace(sample, draws=n, total=k * sample.high, squares=k * sample.high**2) for sample, (_, (k, n)) in zip(*part, strict=True)]
+        for part in zip(blocks, halves, strict=True)
+    ]
+
+
+def _successes(sample: Sample) -> int:
+    """Count the draws that are not 0."""
+    number = sample.total / sample.high
+    if number.denominator != 1:
+        raise Unproven("the counts are not integers")
+    return number.numerator
 
 
 def _check_pair(pair: tuple[Sample, Sample], ratio: Fraction, level: Fraction, scale: Fraction, knots: Ladder, where: str) -> None:
     """Make sure that knots prove that one mean is less than ``ratio`` times another one."""
     one, other = pair
-    successes = [sample.total / sample.high for sample in pair]
-    if any(k.denominator != 1 for k in successes):
-        raise Unproven(f"the counts of {where} are not integers")
-    k, m = (number.numerator for number in successes)
+    k, m = map(_successes, pair)
     spend(8, bits_of(ratio), bits_of(one.high, other.high))
     fault = fault_of_ladder(Pair((k, one.draws), (m, other.draws), scale, False), ratio * other.high / one.high, level, knots)
     if fault:

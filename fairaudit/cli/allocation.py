@@ -22,6 +22,7 @@ NOT_HERE = (
     "unit",
     "interval",
     "independent_cells",
+    "select",
     "two_sided",
     "utility_range",
     "placebo",

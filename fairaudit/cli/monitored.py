@@ -36,6 +36,7 @@ SETTLED = (
     "interval",
     "utility_range",
     "independent_cells",
+    "select",
     "two_sided",
     "placebo",
     "claimed_exp_epsilon",

@@ -189,6 +189,8 @@ def parts(text: str) -> Iterator[tuple[str, bool]]:
 
 METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
 
+SELECTIONS = ("bonferroni", "half-split")
+
 DEFAULT = "0.95"
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.options import METHODS, confidence_option, utility_range
+from fairaudit.cli.options import METHODS, SELECTIONS, confidence_option, utility_range
 from fairaudit.cli.source import option
 
 if TYPE_CHECKING:
@@ -60,6 +60,13 @@ def add_population(parser: argparse.ArgumentParser) -> None:
         help="decisions in different cells were drawn independently (not the same profiles with the group exchanged): narrower intervals",
     )
     sampling.add_argument(
+        "--select",
+        choices=SELECTIONS,
+        default=None,
+        help="how the lower end finds its pair of groups: all pairs share the error (default), or, of independent cells, one half of the "
+        "decisions chooses a pair for the other half to test",
+    )
+    sampling.add_argument(
         "--placebo", metavar="TABLE", help="the same columns under edits that should not matter: is the effect above that?"
     )
     sampling.add_argument("--placebo-group", metavar="COL", action="append", help="the column of the edits there (default: as --group)")
@@ -82,10 +89,11 @@ def population_options(arguments: argparse.Namespace, subject: Law | Deployment,
         "confidence": chosen,
         "interval": arguments.interval or given.get("interval"),
         "independent": arguments.independent_cells or given.get("independent", False),
+        "select": arguments.select or given.get("select", SELECTIONS[0]),
     }
 
 
-ONLY_SAMPLES = ("interval", "independent_cells", "two_sided", "placebo", "claimed_exp_epsilon")
+ONLY_SAMPLES = ("interval", "independent_cells", "select", "two_sided", "placebo", "claimed_exp_epsilon")
 
 
 def findings_beside(arguments: argparse.Namespace, result: Result, utility: Utility, chosen: Mapping[str, Any]) -> list[Finding]:

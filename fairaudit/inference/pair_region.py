@@ -11,6 +11,8 @@ from typing import Any
 
 from fairaudit.exact.extended import Extended, extended_text
 from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.half_split import MOST_DRAWS as MOST_TO_SPLIT
+from fairaudit.inference.half_split import HalfSplit, Selection
 from fairaudit.inference.levels import Holding, pair_errors
 from fairaudit.inference.pair_exact import LEVELS, MAX_DRAWS, Pair, order_scale, pair_excludes, pair_upper
 
@@ -19,6 +21,9 @@ MOST_STEPS = 45_000_000
 
 LADDER = 17_500
 """Steps of a ladder, by the square root of the draws of a cell; pairs that do not decide take a twentieth of one."""
+
+HASH = 15
+"""Steps of a draw that is put into one of two halves."""
 
 LOOKED_AT = 3
 """Pairs that floats find furthest apart, of which the best lower end is taken."""
@@ -30,29 +35,35 @@ Place = tuple[int, int, int]
 """A block, and the positions of two of its forms, the higher one first."""
 
 
-def fits_pairs(comparison: Comparison, alpha: Fraction) -> bool:
+def fits_pairs(comparison: Comparison, alpha: Fraction, select: Selection = "bonferroni") -> bool:
     """Whether every pair that is compared is one of two cells of draws that are 0 or some positive number, few enough for ladders."""
     cells = [comparison.cells[form[0][0]] for block in comparison.blocks if len(block) > 1 for form in block]
     two_valued = all(cell.binary and cell.low == 0 < cell.high and 0 < cell.draws <= MAX_DRAWS for cell in cells)
     if not cells or not two_valued or not comparison.single or comparison.dependent:
         return False
     steps = LADDER * sqrt(max(cell.draws for cell in cells)) * (2 + comparison.pairs / 20)
+    if select == "half-split":
+        drawn = sum(cell.draws for cell in cells)
+        steps += HASH * drawn if drawn <= MOST_TO_SPLIT else inf
     return steps <= MOST_STEPS and LEVELS[0] <= alpha / (2 * comparison.pairs) and alpha <= LEVELS[1]
 
 
-def pairs_interval(comparison: Comparison, alpha: Fraction, ends: Holding) -> tuple[Fraction, Extended, dict[str, Any]]:
+def pairs_interval(
+    comparison: Comparison, alpha: Fraction, ends: Holding, select: Selection = "bonferroni"
+) -> tuple[Fraction, Extended, dict[str, Any]]:
     """Both ends of the ratio, each ordered pair by itself, with their evidence.
 
     The pair that attains R does not depend on the draws, so that the greatest of all upper ends needs no correction for many pairs; the
-    pair that proves the lower end does, so that all of them share its error.
+    pair that proves the lower end does, so that all of them share its error, unless one half of the draws chooses it for the other half.
     """
-    pairs = _Pairs(comparison, alpha, ends)
+    pairs = _Pairs(comparison, alpha, ends, HalfSplit(comparison) if select == "half-split" else None)
     upper, knots = (inf, None) if ends == "lower" else pairs.upper()
     lower, proof = (Fraction(1), None) if ends == "upper" else pairs.lower()
     levels = {
         name: None if level is None else extended_text(level) for name, level in (("upper", pairs.errors[0]), ("lower", pairs.errors[1]))
     }
-    return lower, upper, {"levels": levels, "upper": knots, "lower": proof}
+    split = {} if pairs.split is None else {"split": {"seed": pairs.split.seed}}
+    return lower, upper, {"levels": levels, "upper": knots, "lower": proof, **split}
 
 
 def pairs_driver(comparison: Comparison, alpha: Fraction, ends: Holding, upper: Extended) -> Place | None:
@@ -72,11 +83,12 @@ class _Pairs:
     comparison: Comparison
     alpha: Fraction
     ends: Holding
+    split: HalfSplit | None = None
 
     @cached_property
     def errors(self) -> tuple[Fraction | None, Fraction | None]:
         """The levels of the upper end of a pair, and of the lower one."""
-        return pair_errors(self.comparison.pairs, self.alpha, self.ends)
+        return pair_errors(self.comparison.pairs if self.split is None else 1, self.alpha, self.ends)
 
     @cached_property
     def places(self) -> list[Place]:
@@ -91,10 +103,14 @@ class _Pairs:
     def pair(self, place: Place, *, lower: bool) -> tuple[Pair, Fraction, Fraction]:
         """The pair for the upper end of its ratio (or for its lower end, exchanged), by what its ratio is multiplied, and the level."""
         level = self.errors[1 if lower else 0] or Fraction(0)
-        one, other = (self.comparison.cells[i] for i in (reversed(self.cells(place)) if lower else self.cells(place)))
+        numbers = self.cells(place)[:: -1 if lower else 1]
+        one, other = (self.comparison.cells[i] for i in numbers)
+        (k, n), (m, size) = ((int(cell.successes), cell.draws) for cell in (one, other))
+        if lower and self.split is not None:
+            (k, n), (m, size) = (self.split.halves(i)[1] for i in numbers)
         # A two-sided end orders outcomes as its one-sided end does, so that it is never the narrower one.
         scale = order_scale(2 * level if self.ends == "together" else level)
-        return Pair(int(one.successes), one.draws, int(other.successes), other.draws, scale), one.high / other.high, level
+        return Pair(k, n, m, size, scale), one.high / other.high, level
 
     def knots(self, place: Place, limit: Fraction, *, lower: bool) -> tuple[Fraction, ...] | None:
         """What proves that a ratio is less than a limit; None if nothing does."""
@@ -133,9 +149,9 @@ class _Pairs:
         return inf, None
 
     def lower(self) -> tuple[Fraction, dict[str, Any] | None]:
-        """The greatest lower end of those pairs that are furthest apart, and its knots."""
+        """The greatest lower end of those pairs that are furthest apart, or that of the pair which one half chose, and its knots."""
         best, proof = Fraction(1), None
-        for place in self.ranked(upper=False)[:LOOKED_AT]:
+        for place in self.ranked(upper=False)[:LOOKED_AT] if self.split is None else self.split.chosen:
             pair, factor, level = self.pair(place, lower=True)
             found = pair_upper(pair, level)
             value = found.value * factor

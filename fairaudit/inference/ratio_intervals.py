@@ -16,18 +16,24 @@ from fairaudit.inference.cells import cell_entries
 from fairaudit.inference.comparisons import Comparison, witness_of
 from fairaudit.inference.contrast_region import contrasts_driver, contrasts_interval, fits_contrasts
 from fairaudit.inference.ends import Method
+from fairaudit.inference.half_split import Selection
 from fairaudit.inference.interval import Interval, Region
 from fairaudit.inference.levels import Holding, confidence_level
 from fairaudit.inference.pair_region import fits_pairs, pairs_driver, pairs_interval
 from fairaudit.inference.product_region import product_driver, product_interval
 from fairaudit.inference.quotients import extreme_ratio, sample_ratio, vanishing_pair
 from fairaudit.measures.ratios import Witness
-from fairaudit.theorems.assumptions import CELLS
+from fairaudit.theorems.assumptions import CELLS, SPLIT
 
 BY_REGION = {"pairs": "pair-exact", "contrasts": "symmetric-betting"}
 """How claims name the method of a region that has one of its own, whatever the cells are."""
 
 TIGHT_CELLS = 500  # so many have their ladders in a few seconds
+
+NO_SPLIT = (
+    "the half-split needs cells that were declared independent, draws that are 0 or one positive number, at most 1,000,000 of them in all, "
+    "and not too many pairs for the exact pair bound; without it all pairs share the error"
+)
 
 
 def ratio_interval(
@@ -38,6 +44,7 @@ def ratio_interval(
     region: Region = "box",
     independent: bool = False,
     ends: Holding = "together",
+    select: Selection = "bonferroni",
 ) -> Interval:
     """Bound the greatest quotient of two compared forms at a confidence, for finite samples.
 
@@ -58,6 +65,9 @@ def ratio_interval(
     ends : {"together", "each", "lower", "upper"}
         What the confidence is of: both ends at once; each end by itself, as a verdict on a limit needs it, which rests on one of them; or
         one end alone, the other being trivial.
+    select : {"bonferroni", "half-split"}
+        How the lower end of the region "pairs" finds its pair: all pairs share the error; or one half of the draws chooses a pair, which
+        the other half tests at the full error.
 
     Returns
     -------
@@ -67,7 +77,7 @@ def ratio_interval(
     Raises
     ------
     InputError
-        If the confidence is not in (0, 1), the method is not known, nothing is compared, or the region does not fit.
+        If the confidence is not in (0, 1), the method or the selection is not known, nothing is compared, or the region does not fit.
 
     Examples
     --------
@@ -85,6 +95,8 @@ def ratio_interval(
     level = confidence_level(confidence)
     if method not in get_args(Method):
         raise InputError(f"the method {shown(method)} is not known; {nearest(str(method), get_args(Method))}")
+    if select not in get_args(Selection):
+        raise InputError(f"the selection {shown(select)} is not known; {nearest(str(select), get_args(Selection))}")
     if not any(len(block) > 1 for block in comparison.blocks):
         raise InputError("nothing is compared: no context has two groups")
     if independent and comparison.dependent:
@@ -95,6 +107,8 @@ def ratio_interval(
             "the method hoeffding-kl; use the box"
         )
     alpha = 1 - level
+    if select == "half-split" and not (region == "pairs" and comparison.labels and fits_pairs(comparison, alpha, select)):
+        raise InputError(NO_SPLIT)
     if region == "pairs" and not (independent and fits_pairs(comparison, alpha)):
         raise InputError(
             "the exact pair bound needs independent cells of draws that are 0 or one positive number, not too many pairs, and a confidence "
@@ -108,7 +122,7 @@ def ratio_interval(
     used = comparison.used
     region = region if used else "box"
     if region == "pairs":
-        lower, upper, evidence = pairs_interval(comparison, alpha, ends)
+        lower, upper, evidence = pairs_interval(comparison, alpha, ends, select)
     elif region == "contrasts":
         lower, upper, evidence = contrasts_interval(comparison, alpha, ends)
     elif region == "product":
@@ -116,7 +130,8 @@ def ratio_interval(
     else:
         lower, upper, evidence = box_interval(comparison, alpha, method, independent, ends)
     kinds = {BY_REGION[region]} if region in BY_REGION else {"binomial" if comparison.cells[i].binary else method for i in used}
-    assumptions = (*comparison.assumptions, *((CELLS,) if independent else ()))
+    split = (SPLIT,) if select == "half-split" else ()
+    assumptions = (*comparison.assumptions, *((CELLS,) if independent else ()), *split)
     evidence = {
         "confidence": extended_text(level),
         "ends": ends,

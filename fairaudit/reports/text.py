@@ -235,7 +235,7 @@ def _interval_rows(found: Mapping[Quantity, Interval]) -> list[str]:
         each = own.ends == "each"
         logs = ends_text(_rounded(own.log[0], up=False), _rounded(own.log[1], up=True), each=each)
         ends = ends_text(approximate(own.lower, "down"), approximate(own.upper, "up"), each=each)
-        method = ", ".join(own.methods) or "nothing was drawn at random"
+        method = ", ".join((*own.methods, *(("half-split",) if "split" in own.evidence else ()))) or "nothing was drawn at random"
         of = "" if own.of_units is None else f", {own.estimand}"
         sure = f"{'each at' if each else 'at confidence'} {percent(own.confidence)} ({method})"
         rows.append((f"{quantity} ratio R{of}", ends, f"log R {logs}", sure))

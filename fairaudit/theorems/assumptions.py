@@ -60,6 +60,8 @@ DRAWS = (
 
 CELLS = "the draws of different cells are independent of each other"
 
+SPLIT = "the hash SHA-256, by which draws are split into a half that chooses a pair of cells and a half that tests it, behaves as random"
+
 DECLARED = "utility, method and confidence were chosen without looking at the draws"
 
 ONE_ROW = "a sampling unit can have no more than one row in a cell, as is the case here"
@@ -112,6 +114,7 @@ SENTENCES: dict[str, str] = {
     "own-range": OWN_RANGE,
     "chosen": DECLARED,
     "cells": CELLS,
+    "split": SPLIT,
     "given-labels": GIVEN_TRUTH,
     "chosen-labels": DECLARED_POSITIVE,
     "past": PAST,

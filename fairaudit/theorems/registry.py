@@ -59,7 +59,7 @@ DIFFERENCES = ("equal_opportunity", "equalized_odds_true_label", "equal_opportun
 OF_FLOORS = ("declared-floor", "declared-floor-in", "declared-mean-floor")
 """What claims about policies that keep floors list, as they were declared."""
 
-OF_DRAWS = ("draws", "units", "one-row", "pooled", "stated-population", "range", "own-range", "cells")
+OF_DRAWS = ("draws", "units", "one-row", "pooled", "stated-population", "range", "own-range", "cells", "split")
 """What claims about draws can list besides, as their interval asks for."""
 
 
