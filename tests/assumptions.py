@@ -88,7 +88,7 @@ def _of_interval(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
         names = ["draws", "stated-population" if document["subject"]["kind"] == "policy" else "pooled"]
     else:
         names = ["units" if "units" in interval else "draws"]
-    names += ["chosen", *(["cells"] if interval["independent"] else [])]
+    names += ["chosen", *(["cells"] if interval["independent"] else []), *(["split"] if "split" in interval else [])]
     return [limits, *(said[name] for name in names)]
 
 

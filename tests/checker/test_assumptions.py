@@ -23,6 +23,11 @@ def document(seed: int) -> Any:
     return json.loads(random_certificate(seed).text)
 
 
+def of_halves() -> Any:
+    law = fa.Law.from_array([[30, 10], [20, 20]], kind="counts", decisions=["yes", "no"])
+    return json.loads(fa.certify(law, {"yes": 1}, independent=True, select="half-split").certificate.text)
+
+
 def test_the_sentences_of_the_pages_are_those_of_the_checker() -> None:
     known = {text for name, text in vars(checker.sentences).items() if name.isupper() and isinstance(text, str)}
     for name, text in sentences().items():
@@ -41,9 +46,17 @@ def test_every_claim_of_the_writer_lists_what_the_pages_ask_for(seed: int) -> No
 
 
 def test_the_writer_lists_every_sentence_of_the_pages_somewhere() -> None:
-    listed = {text for seed in SEEDS for claim in document(seed)["claims"] for text in claim["assumptions"]}
+    written = [*map(document, SEEDS), of_halves()]
+    listed = {text for one in written for claim in one["claims"] for text in claim["assumptions"]}
     rest = {name for name, text in sentences().items() if text not in listed and "{" not in text}
     assert not rest
+
+
+def test_a_split_is_listed_as_the_pages_ask() -> None:
+    written = of_halves()
+    population = [claim for claim in written["claims"] if claim["by"] == "pair-exact"]
+    assert population and all(set(claim["assumptions"]) == set(needed(claim, written)) for claim in population)
+    assert all(sentences()["split"] in claim["assumptions"] for claim in population)
 
 
 @pytest.mark.parametrize("seed", range(len(KINDS)))
