@@ -118,7 +118,7 @@ def _comparison(
 ) -> Comparison:
     if isinstance(subject, Law):
         compare = local_comparison if quantity == "local" else global_comparison
-        return replace(compare(subject, table, limits=limits), limits=limits)
+        return replace(compare(subject, table, limits=limits), limits=limits, listed=not utility.observed)
     places = [(x, a) for x in subject.contexts for a in subject.groups]
     population = None if subject.mass is None else dict(zip(places, subject.mass, strict=True))
     context = subject.context_filter

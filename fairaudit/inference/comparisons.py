@@ -28,7 +28,7 @@ Form = tuple[tuple[int, Fraction], ...]
 """Cells by their index, each with a positive weight."""
 
 Tally = Mapping[Fraction, int]
-"""How often each value was drawn."""
+"""How often each value was drawn, also of those that never were."""
 
 Estimand = Literal["mean over rows", "mean over units"]
 
@@ -56,6 +56,8 @@ class Comparison:
         The sampling units of the log.
     drawn : callable or None
         What tells how often each value was drawn in each cell, for `tallies`; None where that is not known.
+    listed : bool
+        Whether the values of g were listed beforehand, and not read off the draws.
 
     Examples
     --------
@@ -75,6 +77,7 @@ class Comparison:
     limits: Ends | None = None
     units: Units | None = None
     drawn: Callable[[], Sequence[Tally]] | None = field(default=None, repr=False, compare=False)
+    listed: bool = True
 
     @cached_property
     def tallies(self) -> Sequence[Tally]:

@@ -32,17 +32,22 @@ def contrast_steps(comparison: Comparison) -> float:
     """How many steps a reader may need to check the contrasts of all pairs; infinite if it is no matter of contrasts.
 
     It is one for independent cells with draws, some of them of more than two values, whose expected utilities are the mean of one cell.
+    How the draws came out has no say in it, since nobody may choose a method by that: only how many they are, and which values there are.
     """
     cells = [comparison.cells[form[0][0]] for block in comparison.blocks if len(block) > 1 for form in block]
     if not comparison.drawn or not comparison.single or comparison.dependent or all(cell.binary for cell in cells):
         return inf
     if any(cell.high <= 0 or not cell.draws for cell in cells) or 1_000 * comparison.pairs > MOST_STEPS:
         return inf
-    tallies = comparison.tallies
-    values = [v for tally in tallies for v in tally]
-    if max(map(len, tallies)) > MOST_VALUES or any(max(n.bit_length() for n in v.as_integer_ratio()) > MOST_BITS for v in values):
+    if any(max(n.bit_length() for n in v.as_integer_ratio()) > MOST_BITS for tally in comparison.tallies for v in tally):
         return inf
-    of_values = [sum(250 + (8 + 4 * len(tally).bit_length()) * min(n, 128) for n in tally.values()) for tally in tallies]
+    listed = comparison.listed and comparison.estimand == "mean over rows"
+    of_values = []
+    for cell, tally in zip(comparison.cells, comparison.tallies, strict=True):
+        values = min(cell.draws, len(tally)) if listed else cell.draws
+        if values > MOST_VALUES:
+            return inf
+        of_values.append(250 * values + (8 + 4 * values.bit_length()) * min(cell.draws, 128 * values))
     total, most = 0, 0
     for one, other in _pairs_of_cells(comparison):
         n, m = (comparison.cells[i].draws for i in (one, other))
@@ -109,7 +114,7 @@ class _Contrasts:
     def drawn(self) -> list[ValueCounts]:
         """How often each value was drawn, as a part of the greatest that there could be."""
         tallies = zip(self.comparison.cells, self.comparison.tallies, strict=True)
-        return [ValueCounts({v / cell.high: n for v, n in sorted(tally.items())}) for cell, tally in tallies]
+        return [ValueCounts({v / cell.high: n for v, n in sorted(tally.items()) if n}) for cell, tally in tallies]
 
     def cells(self, place: Place) -> tuple[int, int]:
         """The cells of a pair."""

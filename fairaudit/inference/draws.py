@@ -87,7 +87,7 @@ class SampledUtility:
         ]
 
     def tallies(self, chosen: NDArray[np.bool_]) -> list[dict[Fraction, int]]:
-        """How often each value was drawn in the cells that are chosen; of sampling units each mean."""
+        """How often each value was drawn in the cells that are chosen, if ever; of sampling units each mean."""
         return [self._tally(i) for i in np.flatnonzero(chosen).tolist()]
 
     def pooled_tallies(self, groups: Sequence[int]) -> list[dict[Fraction, int]]:
@@ -107,7 +107,7 @@ class SampledUtility:
         else:
             for n, value in zip(whole_counts(law, index), values, strict=True):
                 found[value] += n
-        return {value: n for value, n in found.items() if n}
+        return dict(found)
 
     def _summed(self, weights: NDArray[np.int64], labels: Sequence[tuple[Any, ...]]) -> list[Cell]:
         values = self.common

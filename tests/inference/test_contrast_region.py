@@ -10,6 +10,7 @@ import json
 import os
 import random
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from fractions import Fraction
 from itertools import permutations
 from math import comb, inf
@@ -326,7 +327,7 @@ def test_means_over_units_that_have_one_group_each() -> None:
 
 def test_pooled_rows_are_one_cell_for_each_group() -> None:
     comparison = global_comparison(LAW, fa.Utility(WORTH).on(LAW))
-    assert [dict(tally) for tally in comparison.tallies] == [{ONE: 50, HALF: 160, ZERO: 40}, {ONE: 35, HALF: 140, ZERO: 65}]
+    assert [*comparison.tallies] == [{ONE: 50, HALF: 160, ZERO: 40}, {ONE: 35, HALF: 140, ZERO: 65}]
     drawn = [ValueCounts(dict(tally)) for tally in comparison.tallies]
     expected = max(upper_end(drawn[i], drawn[j], F(1, 20)) for i, j in ((0, 1), (1, 0)))
     assert contrasts(comparison, ends="upper").upper == expected
@@ -451,3 +452,19 @@ def test_claims_name_the_method() -> None:
         for claim in altered["claims"]:
             claim["by"] = by if claim["by"] == "symmetric-betting" else claim["by"]
         assert outcome(altered) != "true"
+
+
+def test_how_draws_came_out_has_no_say_in_the_method() -> None:
+    """As many draws of the same values are as much to check, whichever came; of values that nobody listed all might have been different."""
+    worth = {"a": 1, "b": "1/2", "c": "1/3", "d": 0}
+    steps = []
+    for counts in ([[50, 0, 0, 0], [50, 0, 0, 0]], [[12, 13, 12, 13], [0, 10, 40, 0]]):
+        law = fa.Law.from_array(counts, kind="counts", decisions=[*worth])
+        comparison = local_comparison(law, fa.Utility(worth).on(law))
+        steps.append(contrast_steps(comparison))
+        assert contrast_steps(replace(comparison, listed=False)) > steps[-1]
+    assert steps[0] == steps[1]
+    table = {"u": ["x", "y", "x", "y"], "a": ["f", "f", "m", "m"], "g": ["1", "0.5", "0.7", "0"], "n": [10, 20, 20, 10]}
+    columns = {"decision": "u", "group": "a", "utility_column": "g", "count": "n", "declared": {"gamma": 1, "m": 0}}
+    seen = fa.audit(table, independent=True, **columns)  # type: ignore[arg-type]
+    assert not seen.comparisons["local"].listed and seen.intervals["local"].region == "contrasts"
