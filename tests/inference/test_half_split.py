@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 import split_oracle
 from certificates import outcome
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import fairaudit as fa
@@ -36,7 +36,7 @@ from fairaudit.reports.text import verdict
 F = Fraction
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 ALTERED, TABLES = (2000, 2000) if FULL else (120, 250)
-LABEL = st.text(st.characters(exclude_categories=("Cs",)), max_size=4).map("l{}l".format)
+LABEL = st.one_of(st.sampled_from("fmo"), st.text(st.characters(exclude_categories=("Cs",)), max_size=4).map("l{}l".format))
 
 
 def compared(counts: np.ndarray[Any, Any], draws: int) -> Comparison:
@@ -71,11 +71,9 @@ ROWS = [("x", "f", 30, 41), ("x", "m", 12, 40), ("x", "o", 9, 17), ("y", "f", 21
     )
 )
 def test_the_split_is_that_of_the_page(cells: dict[tuple[str, str], tuple[int, int]]) -> None:
+    assume(len({x for x, _ in cells}) < len(cells))  # some context has two groups
     own = law([(x, a, k, n) for (x, a), (k, n) in cells.items()])
-    utility = fa.Utility({"yes": 1}).on(own)
-    if not any(own.compared):
-        return
-    split = HalfSplit(local_comparison(own, utility))
+    split = HalfSplit(local_comparison(own, fa.Utility({"yes": 1}).on(own)))
     blocks: dict[str, dict[bytes, tuple[int, int]]] = {}
     for (x, a), counts in cells.items():
         blocks.setdefault(x, {})[split_oracle.name(({"shop": x}, {"sex": a}))] = counts
