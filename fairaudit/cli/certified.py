@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from fairaudit.cli.population import Finding
     from fairaudit.inference.interval import Interval
     from fairaudit.measures.distances import Distance
-    from fairaudit.measures.ratios import Ratio
+    from fairaudit.measures.ratios import Ratio, Witness
     from fairaudit.theorems.t13_near import DriftRadius
 
 __all__ = ["certified", "target_entries"]
@@ -84,6 +85,10 @@ def _details(result: Result, top: int, findings: list[Finding], *, two_sided: bo
                 "decides": planned.decides,
                 "total": planned.total,
                 "total_if_equal": planned.total_if_equal,
+                "expected_power": None if planned.power is None else Fraction(round(1000 * planned.power), 1000),
+                "method": planned.method,
+                "pair": _labels(planned.pair),
+                "pair_draws": planned.pair_draws,
                 "sentence": planned.sentence,
             }
             for target, planned in result.further_draws
@@ -109,9 +114,13 @@ def _decided(deciding: Deciding, result: Result) -> dict[str, Any]:
     from fairaudit.certificates.numbers import number
 
     pair = deciding.pair
-    labels = None if pair is None else {"context": pair.context, "higher": pair.higher, "lower": pair.lower}
+    labels = _labels(pair)
     sized = {} if pair is None else _sized(result.sizes_of(pair))
     return {"quantity": deciding.quantity, "end": deciding.end, "value": number(deciding.value), "by": deciding.by, "pair": labels, **sized}
+
+
+def _labels(pair: Witness | None) -> dict[str, Any] | None:
+    return None if pair is None else {"context": pair.context, "higher": pair.higher, "lower": pair.lower}
 
 
 def _sizes(measured: Ratio | Distance, result: Result) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import exp, log, log1p, pi, sqrt
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,16 +63,45 @@ def float_tail(n: float, k: float, p: float, binary: bool) -> float:
 def float_upper_ends(n: Floats, k: Floats, binary: NDArray[np.bool_], level: float) -> Floats:
     """Upper ends of many cells at once, by the formula of `float_tail` for many draws."""
     below, above = k / n, np.ones(len(n))
-    with np.errstate(all="ignore"):
-        for _ in range(50):
-            p = (below + above) / 2
-            exponent = np.where(k > 0, k * np.log(k / (n * p)), 0) + (n - k) * (np.log((n - k) / n) - np.log1p(-p))
-            ratio = k * (1 - p) / ((n - k + 1) * p)
-            factor = np.where(binary & (k > 0) & (ratio < 1), np.minimum(1, np.sqrt(n / (2 * pi * k * (n - k))) / (1 - ratio)), 1)
-            inside = np.exp(-np.maximum(exponent, 0)) * factor > level
-            below, above = np.where(inside, p, below), np.where(inside, above, p)
+    for _ in range(50):
+        p = (below + above) / 2
+        inside = _closed_tails(n, k, p, binary) > level
+        below, above = np.where(inside, p, below), np.where(inside, above, p)
     found: Floats = np.where(k < n, above, 1.0)
     return found
+
+
+def _closed_tails(n: Any, k: Any, p: Any, binary: Any) -> Floats:
+    """The formula of `float_tail` for many draws, for arrays."""
+    with np.errstate(all="ignore"):
+        exponent = np.where(k > 0, k * np.log(k / (n * p)), 0) + np.where(k < n, (n - k) * (np.log((n - k) / n) - np.log1p(-p)), 0)
+        ratio = k * (1 - p) / ((n - k + 1) * p)
+        factor = np.where(binary & (k > 0) & (ratio < 1), np.minimum(1, np.sqrt(n / (2 * pi * k * (n - k))) / (1 - ratio)), 1)
+        found: Floats = np.exp(-np.maximum(exponent, 0)) * factor
+    return found
+
+
+def float_tails(n: float, k: Floats, p: Floats, *, binary: bool) -> Floats:
+    """`float_tail` of arrays of sums and of means, one number of draws."""
+    if binary and n <= EXACT_DRAWS:
+        from scipy.special import bdtr
+
+        tails = bdtr(k, int(n), p)
+    else:
+        tails = np.where(k >= n * p, 1.0, _closed_tails(n, k, p, binary))
+    found: Floats = np.where((k >= n) | (p <= 0), 1.0, np.where(p >= 1, 0.0, tails))
+    return found
+
+
+def float_ends(n: float, k: Floats, level: float, side: Literal["lower", "upper"], *, binary: bool) -> Floats:
+    """The lower or the upper end of the mean, by an array of sums, one number of draws."""
+    if side == "lower":
+        return np.asarray(1 - float_ends(n, n - k, level, "upper", binary=binary))
+    if binary and n <= EXACT_DRAWS:
+        from scipy.special import betaincinv
+
+        return np.where(k < n, betaincinv(k + 1, np.maximum(n - k, 1), 1 - level), 1.0)
+    return float_upper_ends(np.full(len(k), n), k, np.full(len(k), binary), level)
 
 
 def closed_ends(share: Floats, cost: Floats) -> tuple[Floats, Floats]:

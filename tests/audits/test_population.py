@@ -421,9 +421,27 @@ def test_planning(run: Callable[..., tuple[int, str, str]]) -> None:
     code, out, _ = run("--guess", "0.5,0.4", "--guess", "0.2,0.2", "--max-ratio", "5/4", verb="plan")
     assert code == 1 and "no number of draws" in out
     code, out, _ = run("--guess", "0.5,0.4", "--guess", "0.2,0.2", "--max-ratio", "2", "--format", "json", verb="plan")
-    assert code == 0 and len(result_of(out)["draws"]) == 4
+    found = result_of(out)
+    assert code == 0 and len(found["draws"]) == 4 and found["method"] == "the box of the ends of cells"
+    assert found["by_context"] == found["by_group"] == [2 * found["draws"][0]] * 2 and F(4, 5) <= F(found["expected_power"]) < 1
+    code, out, _ = run(
+        *("--guess", "0.5", "--groups", "3", "--contexts", "2", "--shares", "1,1,2", "--max-ratio", "2", "--independent-cells"),
+        *("--format", "json"),
+        verb="plan",
+    )
+    few = result_of(out)
+    assert code == 0 and few["by_group"][2] == 2 * few["by_group"][0] and few["draws"][:3] == few["draws"][3:]
+    assert few["method"] == "the exact pair bound" and few["decides"] == "within"
+    code, out, _ = run("--guess", "0.5,0.5", "--guess", "0.8,0.8", "--max-ratio", "3/2", "--independent-cells", verb="plan")
+    assert code == 0 and "The verdict hangs on context 1, groups 1 and 2." in out and "About as good: in contexts 1, 2" in out
+    code, out, _ = run("--guess", "0.5,0.5", "--units", "--max-ratio", "3/2", verb="plan")
+    assert code == 0 and "units per cell" in out and "In all cells together" in out
     for options, words in (
         (["--guess", "0.5", "--max-log", "1"], "names one group"),
+        (["--guess", "0.5", "--groups", "1", "--max-log", "1"], "--groups 1 is not accepted"),
+        (["--guess", "0.5,0.5", "--groups", "2", "--max-log", "1"], "one guess for all groups"),
+        (["--guess", "0.5,0.5", "--guess", "0.5,0.5", "--contexts", "2", "--max-log", "1"], "--guess once"),
+        (["--guess", "0.5,0.5", "--shares", "1,0", "--max-log", "1"], "shares are needed for every group"),
         (["--guess", "0.5,2", "--max-log", "1"], "between 0 and 1"),
         (["--guess", "0.5,x", "--max-log", "1"], "'x' is not a number"),
         (["--guess", "0.5,0.5", "--max-log", "-1"], "at least 0"),
