@@ -25,7 +25,7 @@ def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "u
     """
     if not isinstance(value, Fraction):
         return "infinite"
-    if rounding == "nearest" and (value == 0 or Fraction(1, 10**300) < value < 10**300):
+    if rounding == "nearest" and (value == 0 or Fraction(1, 10**300) < abs(value) < 10**300):
         return f"{float(value):.{digits}g}"
     towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
     with localcontext(Context(prec=digits, rounding=towards, Emin=-999_999, Emax=999_999)) as context:

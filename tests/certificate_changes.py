@@ -50,12 +50,20 @@ def truly_judged(target: Any, metrics: Any) -> bool:
     """Whether a target is well formed and its verdict true, decided with decimals of many digits."""
     if not isinstance(target, dict) or set(target) != {"quantity", "limit", "unit", "judged", "verdict"}:
         return False
-    if not texts(target.values()) or target["quantity"] not in ("local", "global") or target["unit"] not in ("log", "ratio"):
+    if not texts(target.values()) or target["quantity"] not in ("local", "global") or target["unit"] not in ("log", "ratio", "difference"):
         return False
     match = re.fullmatch(r"(0|[1-9][0-9]*)(?:/([1-9][0-9]*))?", target["limit"])
     if not match or not match[0].isascii() or (match[2] and (match[2] == "1" or gcd(int(match[1]), int(match[2])) > 1)):
         return False
     limit, metric = Fraction(target["limit"]), metrics[target["quantity"]]
+    if target["unit"] == "difference":
+        if f"{target['quantity']}_difference" not in metrics or target["judged"] != "this table":
+            return False
+        apart = metrics[f"{target['quantity']}_difference"]
+        verdict = "inconclusive" if apart is None else "exceeds" if Fraction(apart["value"]) > limit else "within"
+        return bool(target["verdict"] == verdict)
+    if metric is None and metrics.get(f"{target['quantity']}_difference"):  # of a utility below 0
+        return False
     if target["judged"] != "this table" or (target["unit"] == "ratio" and limit < 1):
         return False
     if metric is None:

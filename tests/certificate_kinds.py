@@ -148,6 +148,34 @@ def true_labels(**options: Any) -> fa.Result:
     return fa.certify(law, {"yes": 1, "call": 1}, positive="fit", **options)
 
 
+def _differences(options: dict[str, Any]) -> dict[str, Any]:
+    """The same options, with limits on differences in the place of those on ratios."""
+    rest = {name: value for name, value in options.items() if name not in FOUR or name == "confidence"}
+    limits = {"max_difference": "1/3", "max_global_difference": 1} if len(rest) < len(options) else {}
+    return {"difference": True, **limits, **rest}
+
+
+def both_contrasts(**options: Any) -> fa.Result:
+    """Ratios and differences beside each other."""
+    limits = {"max_difference": "1/3", "max_global_difference": 1} if options.keys() & FOUR.keys() else {}
+    law = fa.Law.from_array([[[3, 1, 2], [1, 1, 0], [2, 0, 5]], [[1, 4, 1], [2, 2, 2], [0, 0, 0]]], kind="counts")
+    return fa.certify(law, {"0": 1, "1": "2/3"}, **options, **limits, difference=True)
+
+
+def signed(**options: Any) -> fa.Result:
+    """A utility below 0, of which nothing but differences is stated."""
+    law = fa.Law.from_array([[[3, 1, 2], [1, 1, 0], [2, 0, 5]], [[1, 4, 1], [2, 2, 2], [0, 0, 0]]], kind="counts")
+    return fa.certify(law, {"0": 1, "1": "-2/3"}, **_differences(options))
+
+
+def signed_by_cell(**options: Any) -> fa.Result:
+    """A utility below 0 that depends on context and group, of probabilities with a population."""
+    array = [[["1/2", "1/3", "1/6"], ["1/4", "1/4", "1/2"]], [["2/3", 0, "1/3"], ["1/5", "4/5", 0]]]
+    law = fa.Law.from_array(array, population=[[3, 2], [1, 5]])
+    utility = fa.Utility.from_function(lambda u, x, a: f"{int(u) - 1 - int(x[0])}/{2 + int(a[0])}", law, signed=True)
+    return fa.certify(law, utility, **_differences(options))
+
+
 def profiles(**options: Any) -> fa.Result:
     entry = fa.example("hr-navigation")
     law = fa.Law.from_probabilities(
@@ -174,6 +202,9 @@ KINDS: list[Callable[..., fa.Result]] = [
     one_decision,
     rows_dropped,
     true_labels,
+    both_contrasts,
+    signed,
+    signed_by_cell,
     profiles,
 ]
 

@@ -66,6 +66,18 @@ def sample_of_cells(pick: Pick) -> Certificate:
     return fa.certify(law, utility, **_sampling(pick, {"yes": 1, "maybe": 1}), **_limits(pick)).certificate
 
 
+def differences(pick: Pick) -> Certificate:
+    """Counts, with intervals of differences; some utilities are below 0."""
+    signed = pick.random() < 0.6
+    utility = pick.choice([{"yes": 1, "no": -1}, {"yes": 2, "maybe": "-1/2"}, {"no": -1}] if signed else [{"yes": 1}, _utility(pick)])
+    options = _sampling(pick, {"yes": 1} if len(utility) < 2 else utility)
+    if "declared" in options:
+        options["declared"] = {"gamma": 4, "m": -2 if signed else 0}
+    limits = {"max_difference": pick.choice(["1/4", 1]), "max_global_difference": pick.choice(["1/10", 2])}
+    limits = {name: limit for name, limit in limits.items() if pick.random() < 0.5} | ({} if signed else _limits(pick))
+    return fa.certify(_counts(pick, pick.randint(1, 2), 2), utility, difference=True, **options, **limits).certificate
+
+
 def probabilities(pick: Pick) -> Certificate:
     """Probabilities, with or without a population."""
     array = np.array([[_row(pick) for _ in range(3)] for _ in range(2)], dtype=object)
@@ -182,6 +194,7 @@ KINDS: tuple[Callable[[Pick], Certificate], ...] = (
     probabilities,
     left_out,
     units,
+    differences,
     policy,
     policy,
     policy,

@@ -23,7 +23,7 @@ from fairaudit.theorems.bound import (
     THIS_LAW,
     THIS_POLICY,
 )
-from fairaudit.theorems.registry import DIFFERENCES, EVERY_UTILITY, KINDS, ONE_SIDED, RATIOS, SAMPLED, Kind
+from fairaudit.theorems.registry import DIFFERENCES, EVERY_UTILITY, EXPECTED_DIFFERENCES, KINDS, ONE_SIDED, RATIOS, SAMPLED, Kind
 
 ROOT = Path(__file__).resolve().parents[1]
 PROOFS = ROOT / "proofs"
@@ -57,7 +57,7 @@ SHAPES: dict[str, Any] = {
     "pairs": {"type": "array"},
     "attained": {"$ref": "#/$defs/attained"},
     "policy": {"$ref": "#/$defs/attaining_policy"},
-    "interval": {"enum": ["local", "global", *DIFFERENCES]},
+    "interval": {"enum": ["local", "global", *EXPECTED_DIFFERENCES, *DIFFERENCES]},
 }
 """What the evidence is, by its key; any other key holds a number."""
 

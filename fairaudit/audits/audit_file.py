@@ -11,6 +11,7 @@ from fairaudit.audits.sections import check_keys, check_targets, read_section, r
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.inference.ends import Method
 from fairaudit.inference.half_split import Selection
+from fairaudit.measures.limits import DIFFERENCE_LIMITS
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse
 from fairaudit.model.policy import Deployment, Policy
@@ -35,7 +36,7 @@ METHODS: tuple[Method, ...] = get_args(Method)
 SELECTIONS: tuple[Selection, ...] = get_args(Selection)
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 DECLARED = ("gamma", "m", "tau", "global_tau", "lipschitz")
-UTILITY_KEYS = ("values", "column", "table", *DECLARED, "by_context", "burden")
+UTILITY_KEYS = ("values", "column", "table", *DECLARED, "by_context", "burden", "difference")
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class Audit:
     burden: bool = False
     declared_in: dict[Label, dict[str, Any]] = field(default_factory=dict)
     max_drift: Any = None
+    difference: bool = False
 
 
 SAID_THERE = (
@@ -92,8 +94,15 @@ def refuse_beside(path: str, given: Mapping[str, object], spelled: Callable[[str
             raise InputError(f"{spelled(name)} goes with a table; {why}")
 
 
-def read_audit(path: str) -> Audit:
+def read_audit(path: str, *, signed: bool = False) -> Audit:
     """Read an audit file; paths in it are relative to it, and numbers are exact as written.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    signed : bool
+        Whether differences are asked for besides what the file says, so that utilities may be negative.
 
     Raises
     ------
@@ -102,7 +111,7 @@ def read_audit(path: str) -> Audit:
     """
     document = read_toml(Path(path))[0]
     try:
-        return _audit(document, Path(path).parent)
+        return _audit(document, Path(path).parent, signed=signed)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -137,7 +146,7 @@ def read_policy(path: str) -> tuple[Policy, Utility, Any]:
         raise InputError(f"{path}: {error}") from None
 
 
-def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
+def _audit(document: Mapping[str, Any], folder: Path, *, signed: bool) -> Audit:
     check_keys(document, SECTIONS, "the file")
     sections = {name: read_section(document, name) for name in SECTIONS}
     if ("law" in document) == ("policy" in document):
@@ -164,10 +173,11 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
                 raise InputError(f"[{name}] goes with [policy]; [law] is the law after any filter")
     wanted = sections["utility"]
     check_keys(wanted, UTILITY_KEYS, "[utility]")
-    utility = _utility(wanted, table, law, folder, _missing(source, about))
-    declared = {name: wanted[name] for name in DECLARED if name in wanted}
     targets = sections["targets"]
-    check_targets(targets)
+    check_targets(targets, differences=True)
+    difference = signed or _truth(wanted, "difference", "utility") or bool(targets.keys() & DIFFERENCE_LIMITS.keys())
+    utility = _utility(wanted, table, law, folder, _missing(source, about), signed=difference)
+    declared = {name: wanted[name] for name in DECLARED if name in wanted}
     positive = _text(source, "positive", about) if "positive" in source else None
     return Audit(
         subject,
@@ -179,6 +189,7 @@ def _audit(document: Mapping[str, Any], folder: Path) -> Audit:
         _truth(wanted, "burden", "utility"),
         _declared_in(wanted.get("by_context", [])),
         source.get("max_drift"),
+        difference,
     )
 
 
@@ -368,7 +379,7 @@ def _population(section: Mapping[str, Any], law: Law, folder: Path) -> dict[tupl
     return masses
 
 
-def _utility(section: Mapping[str, Any], table: Table, law: Law, folder: Path, missing: Missing) -> Utility:
+def _utility(section: Mapping[str, Any], table: Table, law: Law, folder: Path, missing: Missing, *, signed: bool = False) -> Utility:
     given = [key for key in ("values", "column", "table") if key in section]
     if len(given) != 1:
         raise InputError("[utility] needs exactly one of values, column and table")
@@ -376,7 +387,7 @@ def _utility(section: Mapping[str, Any], table: Table, law: Law, folder: Path, m
         values = section["values"]
         if not isinstance(values, dict):
             raise InputError("[utility] values must be a table such as {Admitted = 1}")
-        return Utility(values)
+        return Utility(values, signed=signed)
     columns = law.columns
     if given == ["column"]:
         return Utility.from_table(
@@ -386,10 +397,13 @@ def _utility(section: Mapping[str, Any], table: Table, law: Law, folder: Path, m
             group=columns.group,
             context=columns.context,
             missing=missing,
+            signed=signed,
         )
     values_table = read_csv(folder / _text(section, "table", "utility"))
     for name in (columns.decision, *columns.group, *columns.context, "utility"):
         if name not in values_table.columns:
             raise InputError(f"[utility]: its table has no column {shown(name)}; {nearest(name, values_table.columns)}")
     values_table = values_table.with_numbers(["utility"])
-    return Utility.from_table(values_table, utility="utility", decision=columns.decision, group=columns.group, context=columns.context)
+    return Utility.from_table(
+        values_table, utility="utility", decision=columns.decision, group=columns.group, context=columns.context, signed=signed
+    )

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 from fairaudit.audits.declared import ByContext, read_declared
+from fairaudit.audits.differences import judged_differences, measured_differences, refuse_signed, with_ratios
 from fairaudit.audits.population import decisions_given_truth, intervals_of_stream, possible_comparisons, two_means_note
 from fairaudit.audits.result import Result, not_compared
 from fairaudit.audits.targets import judged, judged_by_window
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.anytime import Arrivals
+from fairaudit.inference.bounded_differences import bound_differences
 from fairaudit.inference.changes import Window, change_of
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method
@@ -21,9 +23,10 @@ from fairaudit.inference.half_split import Selection
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
+from fairaudit.inference.verdicts import foremost_verdict
+from fairaudit.measures.differences import least_signed_expectation
 from fairaudit.measures.distances import demographic_parity, equalized_odds
-from fairaudit.measures.expectations import least_expectation
-from fairaudit.measures.limits import MEASURED, Quantity, limits_of, without_bare_limits
+from fairaudit.measures.limits import MEASURED, Quantity, difference_limits_of, limits_of, without_bare_limits
 from fairaudit.measures.ratios import Ratio, global_fairness, global_supremum, local_fairness, local_supremum
 from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment, Policy
@@ -46,6 +49,9 @@ def certify(
     max_global_ratio: Number | None = None,
     max_local_log: Number | None = None,
     max_global_log: Number | None = None,
+    difference: bool = False,
+    max_difference: Number | None = None,
+    max_global_difference: Number | None = None,
     confidence: Number | None = 0.95,
     interval: Method | None = None,
     independent: bool = False,
@@ -72,6 +78,11 @@ def certify(
         Targets for R and R̄, such as ``"5/4"``; one under 1 is least over greatest, so that 0.8 is 5/4.
     max_local_log, max_global_log : number or str, optional
         Targets for L and L̄, their natural logarithms. Floats are read as the decimals that they are printed as.
+    difference : bool
+        Whether to state differences of expected utilities, too: the greatest within contexts (D), and of group means. They do not depend on
+        the origin of the utility, which may then be negative; ratios, and whatever bounds them, are left out of such an audit.
+    max_difference, max_global_difference : number or str, optional
+        Targets for these differences, on the scale of the utility.
     confidence : float or None
         Targets on counts are judged for the population from which they were drawn, all of them together at this confidence. None judges
         the table itself. Probabilities carry no sample size: the table itself is judged.
@@ -87,9 +98,10 @@ def certify(
         draws that are 0 or one positive number, one half of the draws chooses a pair and the other half tests it at the full error.
     declared : mapping, optional
         Constants that hold whatever the table says: ``gamma`` and ``m``, the greatest and least value of g over everything that could be
-        drawn; for a policy behind filters also ``tau``, a floor of every group's expected utility behind the filter, ``global_tau``, a
-        floor of every group's mean, and ``lipschitz``, a bound of the difference of g between groups. What is said of every policy that
-        keeps a floor needs a declared floor, and what is said of any utility needs ``gamma`` and ``m``.
+        drawn, at least 0 unless differences are asked for; for a policy behind filters also ``tau``, a floor of every group's expected
+        utility behind the filter, ``global_tau``, a floor of every group's mean, and ``lipschitz``, a bound of the difference of g between
+        groups. What is said of every policy that keeps a floor needs a declared floor, and what is said of any utility needs ``gamma`` and
+        ``m``.
     declared_in : mapping of label to mapping, optional
         ``gamma``, ``m`` and ``tau`` of single contexts of a policy behind filters.
     max_drift : number or str, optional
@@ -144,11 +156,14 @@ def certify(
             "max_global_log": max_global_log,
         }
     )
+    of_differences = difference_limits_of({"max_difference": max_difference, "max_global_difference": max_global_difference})
+    difference = difference or bool(of_differences)
     deployment = subject if isinstance(subject, Deployment) else None
     law = subject.law if isinstance(subject, Deployment) else subject
     level = None if confidence is None else confidence_level(confidence)
-    utility = utility if isinstance(utility, Utility) else Utility(utility)
+    utility = utility if isinstance(utility, Utility) else Utility(utility, signed=difference)
     table = utility.on(law)
+    refuse_signed(subject, table, asked=difference, ratios=limits)
     if table.law is not law:
         law = table.law
         if deployment is not None:
@@ -156,30 +171,41 @@ def certify(
             law = deployment.law
             table = replace(table, law=law)
         subject = deployment or law
-    if select != "bonferroni" and (deployment is not None or arrivals is not None or level is None or law.kind != "counts"):
-        raise InputError(f"select {shown(select)} is for the population behind a table or log of counts, at a confidence")
-    local, overall = local_fairness(law, table), global_fairness(law, table)
-    if local is None and overall is None:
+    _check_selection(select, subject, arrivals, level)
+    local, overall = (None, None) if table.signed else _both(law, table)
+    differences = measured_differences(law, table) if difference else {}
+    if not any((local, overall, *differences.values())):
         raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
-    tau = least_expectation(law, table)
-    constants, constants_in = read_declared(table, tau, declared or {}, declared_in or {}, max_drift, deployment)
+    tau = least_signed_expectation(law, table)
+    constants, constants_in = read_declared(
+        table, tau, declared or {}, declared_in or {}, max_drift, deployment, signed=difference and deployment is None
+    )
     given, said = decisions_given_truth(subject, table, positive, None if arrivals else level, embed_table)
     case = None if deployment is None else Case(deployment, law, table, constants, declared_in=constants_in)
     found = Guarantees() if case is None else guarantees(case, tau, all_bounds=all_bounds)
     named = {quantity for quantity, _, _ in limits}
+    named_differences = {quantity for quantity, _, _ in of_differences}
     comparisons: dict[Quantity, Comparison] = {}
     notes: tuple[str, ...] = ()
     intervals: dict[Quantity, Interval] = {}
     if arrivals is not None and level is not None:
         intervals, notes = intervals_of_stream(law, table, arrivals, measured, constants, 1 - equal_share(1 - level, len(named)), named)
     elif level is not None:
-        comparisons, notes = possible_comparisons(subject, utility, table, measured, constants, named, embed_table)
-        if select != "bonferroni" and not comparisons:
-            raise InputError(f"select {shown(select)} needs draws of the population: {'; '.join(notes)}")
+        compared = {quantity: measured[quantity] or differences.get(quantity) for quantity in measured}
+        what = "ratio" if not difference else "difference" if table.signed else "ratio or difference"
+        comparisons, notes = possible_comparisons(
+            subject, utility, table, compared, constants, named | named_differences, embed_table, what
+        )
+        _check_drawn(select, comparisons, notes)
     # A verdict rests on one end. Targets share the error, so that their verdicts hold together; what has no target has all of it.
-    judging = sum(quantity in comparisons for quantity, _, _ in limits)
-    for quantity, comparison in comparisons.items():
+    judging = sum(quantity in comparisons for quantity, _, _ in (*limits, *of_differences))
+    errors = {q: equal_share(1 - Fraction(level or 0), judging if q in named_differences else 1) for q in comparisons}
+    chosen: dict[str, Any] = {"method": interval or "hoeffding-kl", "independent": independent}
+    found_differences = bound_differences(differences, comparisons, errors, named_differences, **chosen) if difference else None
+    of_ratios, said_of_sign = with_ratios(table, comparisons, constants, limits, select)
+    notes = (*notes, *said_of_sign)
+    for quantity, comparison in of_ratios.items():
         alpha = equal_share(1 - Fraction(level or 0), judging if quantity in named else 1)
         method = interval or "hoeffding-kl"
         options: dict[str, Any] = {"method": method, "independent": independent, "ends": "each" if quantity in named else "together"}
@@ -195,6 +221,9 @@ def certify(
         change = change_of(intervals[changed[0]], changed[1], changed[0], (constants["m"], constants["gamma"]))
         intervals = {quantity: own for quantity, own in intervals.items() if quantity not in change.withdrawn}
     targets, verdict = judged(measured, limits, sampled, intervals, found.bounds, constants, group_free=not table.depends_on_group)
+    if found_differences is not None:
+        targets = (*targets, *judged_differences(found_differences, of_differences, sampled))
+        verdict = foremost_verdict(target.verdict for target in targets)
     if change is not None:
         targets, verdict = judged_by_window(targets, verdict, change)
     without = deployment.unfiltered if deployment else None
@@ -205,8 +234,8 @@ def certify(
         global_=overall,
         demographic_parity=demographic_parity(law),
         equalized_odds=equalized_odds(law),
-        local_supremum=local_supremum(law),
-        global_supremum=global_supremum(law),
+        local_supremum=None if table.signed else local_supremum(law),
+        global_supremum=None if table.signed else global_supremum(law),
         tau=tau,
         not_compared=(*not_compared(law), *(given.not_compared if given else ())),
         targets=targets,
@@ -225,13 +254,27 @@ def certify(
         declared=constants,
         declared_in=constants_in,
         intervals=intervals,
-        comparisons=comparisons,
+        comparisons=of_ratios,
+        differences=found_differences,
         embed=embed_table,
         given_truth=given,
         burden=burden,
         changed=change,
         method=interval,
     )
+
+
+def _check_selection(select: Selection, subject: Law | Deployment, arrivals: Arrivals | None, level: Fraction | None) -> None:
+    """Refuse a way to choose a pair where nothing is drawn from a table of counts."""
+    sampled = isinstance(subject, Law) and subject.kind == "counts" and arrivals is None and level is not None
+    if select != "bonferroni" and not sampled:
+        raise InputError(f"select {shown(select)} is for the population behind a table or log of counts, at a confidence")
+
+
+def _check_drawn(select: Selection, comparisons: Mapping[Quantity, Comparison], notes: Sequence[str]) -> None:
+    """The same where no interval is possible."""
+    if select != "bonferroni" and not comparisons:
+        raise InputError(f"select {shown(select)} needs draws of the population: {'; '.join(notes)}")
 
 
 def _unseen(deployment: Deployment) -> Iterator[str]:

@@ -93,6 +93,9 @@ def claims_of(result: Result) -> Iterator[Claim]:
     for quantity, interval in result.intervals.items():
         by = next((method for method in interval.methods if method != "binomial"), "binomial")
         yield from _ends(BY_ID[f"{by}-interval"], f"{quantity}_ratio", quantity, interval)
+    for quantity, found in (result.differences.intervals if result.differences else {}).items():
+        by = next((method for method in found.methods if method != "binomial"), "binomial")
+        yield from _ends(BY_ID[f"{by}-interval"], f"{quantity}_difference", f"{quantity}_difference", found)
     for supremum in result.suprema:
         yield _over_policies(supremum, result)
     for bound in result.bounds:
@@ -127,11 +130,14 @@ def _figures(result: Result, about: tuple[str, ...]) -> Iterator[Claim]:
     for name, difference in (result.given_truth.differences if result.given_truth else {}).items():
         if difference is not None:
             yield _claim(figure, name, difference.value, about, digest)
+    for quantity, apart in (result.differences.measured if result.differences else {}).items():
+        if apart is not None:
+            yield _claim(figure, f"{quantity}_difference", apart.value, about, digest)
 
 
 def _ends(kind: Kind, quantity: str, key: str, interval: Interval | DifferenceInterval) -> Iterator[Claim]:
     """Both ends of an interval of the population."""
-    scope = population_at(interval.confidence, each=isinstance(interval, Interval) and interval.ends == "each")
+    scope = population_at(interval.confidence, each=interval.ends == "each")
     for relation, end in zip(kind.relations, (interval.lower, interval.upper), strict=True):
         yield Claim(quantity, relation, end, kind.by, {kind.evidence: key}, scope, interval.assumptions)
 

@@ -19,6 +19,9 @@ from fairaudit.words import approximate
 GREATEST = ("gamma", "lipschitz")
 """Constants that the table must not exceed; it must not fall below the others."""
 
+RANGE = ("gamma", "m")
+"""The ends of what could be drawn."""
+
 OF_POLICIES = ("tau", "global_tau", "lipschitz")
 """Constants that are declared of a policy behind filters only."""
 
@@ -35,6 +38,8 @@ def read_declared(
     declared_in: ByContext,
     max_drift: Any,
     deployment: Deployment | None,
+    *,
+    signed: bool = False,
 ) -> tuple[Constants, dict[Label, Constants]]:
     """Constants that were declared, of all contexts and of single ones, as exact rationals.
 
@@ -48,6 +53,8 @@ def read_declared(
         As given to `certify`.
     deployment : Deployment or None
         The policy behind filters, if that is what is audited.
+    signed : bool
+        Whether the range of the utility may be declared with negative ends, as differences allow it.
 
     Raises
     ------
@@ -63,7 +70,7 @@ def read_declared(
     measured = {"gamma": table.gamma, "m": table.m, "tau": tau, "global_tau": None, "lipschitz": table.lipschitz()}
     if "global_tau" in declared:
         measured["global_tau"] = _least_mean(table)
-    constants = _read(declared, measured, "")
+    constants = _read(declared, measured, "", signed=signed)
     if max_drift is not None:
         constants["max_drift"] = read_drift(max_drift, "max_drift")
         if deployment is not None and deployment.releases > 1:
@@ -71,7 +78,7 @@ def read_declared(
     return constants, {} if deployment is None else _read_in(table, declared_in, deployment)
 
 
-def _read(declared: Mapping[str, Any], measured: Mapping[str, Fraction | None], where: str) -> Constants:
+def _read(declared: Mapping[str, Any], measured: Mapping[str, Fraction | None], where: str, *, signed: bool = False) -> Constants:
     constants: Constants = {}
     for name, value in declared.items():
         if name not in measured:
@@ -81,8 +88,9 @@ def _read(declared: Mapping[str, Any], measured: Mapping[str, Fraction | None], 
         except InputError as error:
             raise InputError(f"the declared {name}{where}: {error}") from None
         found = measured[name]
-        if constants[name] < 0:
-            raise InputError(f"the declared {name}{where} is {shown(value)}; it must be at least 0")
+        if constants[name] < 0 and not (signed and name in RANGE):
+            beside = "" if name not in RANGE else ", unless differences alone are asked for (difference, --difference)"
+            raise InputError(f"the declared {name}{where} is {shown(value)}; it must be at least 0{beside}")
         if found is None:
             continue
         if name in GREATEST and constants[name] < found:

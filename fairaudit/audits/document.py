@@ -8,6 +8,7 @@ from fairaudit import __version__
 from fairaudit.audits.claims import population_at
 from fairaudit.certificates.certificate import FORMAT, Certificate, with_table
 from fairaudit.certificates.entries import (
+    add_differences,
     add_given_truth,
     change_entry,
     distance_entry,
@@ -63,6 +64,8 @@ def document(result: Result) -> dict[str, Any]:
             quantity: interval_entry(interval, result.comparisons.get(quantity), result.law if quantity == "local" else None)
             for quantity, interval in result.intervals.items()
         }
+    if result.differences is not None:
+        add_differences(made, result.differences, result.law)
     if result.given_truth is not None:
         add_given_truth(made, result.given_truth)
     if result.changed is not None:

@@ -69,6 +69,9 @@ def audit(
     max_global_ratio: Number | None = None,
     max_local_log: Number | None = None,
     max_global_log: Number | None = None,
+    difference: bool = False,
+    max_difference: Number | None = None,
+    max_global_difference: Number | None = None,
     confidence: Number | None = DEFAULT_CONFIDENCE,
     interval: Method | None = None,
     independent: bool = False,
@@ -123,8 +126,10 @@ def audit(
         With `group_filter`: P(context, group).
     releases : int
         With `group_filter`: how many fresh releases of a group one memory sees.
-    max_local_ratio, max_global_ratio, max_local_log, max_global_log
+    max_local_ratio, max_global_ratio, max_local_log, max_global_log, max_difference, max_global_difference
         Targets, as for `certify`.
+    difference : bool
+        Whether to state differences of expected utilities, too, which may then be negative, as for `certify`.
     confidence, interval, independent, select, declared, declared_in, max_drift, all_bounds, burden, embed_table
         As for `certify`. A confidence that is given needs counts; without one, a table that has none is judged as it stands.
     engine, table, query, memory
@@ -158,7 +163,10 @@ def audit(
         "max_global_ratio": max_global_ratio,
         "max_local_log": max_local_log,
         "max_global_log": max_global_log,
+        "max_difference": max_difference,
+        "max_global_difference": max_global_difference,
     }
+    signed = difference or max_difference is not None or max_global_difference is not None
     roles: dict[str, Any] = {
         "decision": decision,
         "group": names(group),
@@ -179,7 +187,8 @@ def audit(
         "population": population,
         "releases": releases,
     }
-    given = Utility(utility_values(utility)) if isinstance(utility, str) else Utility(utility) if isinstance(utility, Mapping) else utility
+    values = utility_values(utility) if isinstance(utility, str) else utility
+    given = Utility(values, signed=signed) if isinstance(values, Mapping) else values
     asked = _Asked(
         targets={name: limit for name, limit in limits.items() if limit is not None},
         confidence=None if confidence is None else confidence_level(confidence),
@@ -194,6 +203,7 @@ def audit(
         positive=positive,
         burden=burden,
         embed_table=embed_table,
+        difference=difference,
     )
     beside = {**roles, "missing": missing != "error", "table": table, "query": query, "in_parts": in_parts}
     if isinstance(source, (Law, Deployment)):
@@ -203,17 +213,18 @@ def audit(
         return asked.certify(_behind(source, **filters), _needed(given))
     if isinstance(source, (str, os.PathLike)) and os.fspath(source).endswith(".toml"):
         refuse_beside(os.fspath(source), {**beside, **filters, "releases": releases != 1, "utility": utility, "positive": positive})
-        return _from_audit_file(read_audit(os.fspath(source)), asked)
+        return _from_audit_file(read_audit(os.fspath(source), signed=signed), asked)
     if decision is None and utility_column is None:
         raise InputError("no decision column was named; give decision, the name of the column")
     if not group:
         raise InputError("no group column was named; give group, the name of one column or of several")
     roles["decision"] = decision or utility_column
-    reading = Reading(**roles, missing=missing, access=Access(engine, table, query, memory))
+    reading = Reading(**roles, missing=missing, signed=signed, access=Access(engine, table, query, memory))
     if utility_column is None:
         _needed(given)
     of_policies = {"declared_in": declared_in, "max_drift": max_drift, "all_bounds": all_bounds, **filters, "releases": releases != 1}
-    unfit = unfit_for_parts(reading, {"positive": positive, "declared": declared, "select": select != DEFAULT_SELECTION, **of_policies})
+    others: dict[str, object] = {"declared": declared, "difference": signed, "select": select != DEFAULT_SELECTION}
+    unfit = unfit_for_parts(reading, {"positive": positive, **others, **of_policies})
     if not isinstance(source, (str, os.PathLike, list, tuple)):
         unfit = "a table in memory"
     if in_parts and unfit:
@@ -248,6 +259,7 @@ class _Asked:
     positive: LabelLike | None
     burden: bool
     embed_table: bool | None
+    difference: bool = False
 
     def certify(self, subject: Law | Deployment, utility: Utility) -> Result:
         """Certify what is held in memory."""
@@ -269,6 +281,7 @@ class _Asked:
             positive=self.positive,
             burden=self.burden,
             embed_table=self.embed_table,
+            difference=self.difference,
         )
 
     def certify_in_parts(self, source: Any, utility: Utility, reading: Reading) -> Result:
@@ -305,6 +318,7 @@ def _from_audit_file(audit: Audit, asked: _Asked) -> Result:
         "max_drift": audit.max_drift if asked.max_drift is None else asked.max_drift,
         "positive": audit.positive,
         "burden": asked.burden or audit.burden,
+        "difference": asked.difference or audit.difference,
     }
     return replace(asked, **said).certify(audit.subject, audit.utility)
 

@@ -14,6 +14,7 @@ from fairaudit.inference.interval import Interval
 from fairaudit.inference.policy_comparisons import policy_comparison
 from fairaudit.inference.rates import GivenTruth, with_intervals
 from fairaudit.inference.table_comparisons import global_comparison, local_comparison
+from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.limits import Quantity
 from fairaudit.measures.rates import given_truth
 from fairaudit.measures.ratios import Ratio
@@ -80,25 +81,32 @@ def possible_comparisons(
     subject: Law | Deployment,
     utility: Utility,
     table: UtilityTable,
-    measured: Mapping[Quantity, Ratio | None],
+    measured: Mapping[Quantity, Ratio | MeanDifference | None],
     declared: Mapping[str, Fraction],
     named: set[Quantity],
     embed: bool | None,
+    what: str = "ratio",
 ) -> tuple[dict[Quantity, Comparison], tuple[str, ...]]:
     """What the draws behind counts say of the population, as far as an interval is possible, and why it is not."""
     law = subject.policy.law if isinstance(subject, Deployment) else subject
     if law.kind != "counts":
         return {}, ()
-    limits = (declared.get("m", Fraction(0)), declared.get("gamma", table.gamma)) if {"gamma", "m"} & declared.keys() else None
+    whole = min(Fraction(0), table.m), max(Fraction(0), table.gamma)
+    limits = (declared.get("m", whole[0]), declared.get("gamma", whole[1])) if {"gamma", "m"} & declared.keys() else None
     made: dict[Quantity, Comparison] = {}
     notes: list[str] = []
     wanted: list[Quantity] = [quantity for quantity, ratio in measured.items() if ratio is not None]
     for quantity in wanted:
         try:
-            if utility.observed and "gamma" not in declared:
+            if utility.observed and not declared.keys() >= ({"gamma", "m"} if table.signed else {"gamma"}):
                 raise InputError(
                     "the utility was read from a column, and the greatest value seen there does not bound what could have been drawn; "
                     "declare its range (gamma and m, or --utility-range LOW,HIGH)"
+                )
+            if table.signed and not table.by_decision and not declared.keys() >= {"gamma", "m"}:
+                raise InputError(
+                    "the utility depends on more than the decision, and can be negative; declare its range (gamma and m, or "
+                    "--utility-range LOW,HIGH)"
                 )
             if embed is False:
                 raise InputError("the ends of intervals would disclose the counts of a certificate without its table")
@@ -107,7 +115,7 @@ def possible_comparisons(
         except InputError as error:
             if quantity in named:
                 raise InputError(f"{error}; confidence none (--confidence none) judges the table itself") from None
-            notes.append(f"no interval for the {quantity} ratio is claimed: {error}")
+            notes.append(f"no interval for the {quantity} {what} is claimed: {error}")
     if len(wanted) == 2 and not made:
         notes = [f"no interval is claimed:{notes[0].partition(':')[2]}"]
     return made, tuple(notes)

@@ -84,6 +84,8 @@ class Reading:
         How the table is reached.
     spelled : callable
         How the one who asks writes the name of an option, for messages.
+    signed : bool
+        Whether utilities may be negative.
     """
 
     decision: str
@@ -101,6 +103,7 @@ class Reading:
     label_map: LabelMap | None = None
     access: Access = Access()
     spelled: Callable[[str], str] = str
+    signed: bool = False
 
     @property
     def labelled(self) -> tuple[str, ...]:
@@ -185,7 +188,7 @@ def read_audited(
         law = _law(table, reading)
         if reading.utility_column is not None:
             columns: dict[str, Any] = {"decision": reading.decision, "group": reading.group, "context": reading.context}
-            utility = Utility.from_table(table, utility=reading.utility_column, **columns, missing=reading.missing)
+            utility = Utility.from_table(table, utility=reading.utility_column, **columns, missing=reading.missing, signed=reading.signed)
         if utility is None:
             raise InputError(f"no utility was given; give {reading.spelled('utility')} or {reading.spelled('utility_column')}")
         utility.on(law)

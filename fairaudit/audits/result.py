@@ -10,6 +10,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.audits.claims import Claim, claims_of
+from fairaudit.audits.differences import decide_difference, difference_pair, difference_sentence
 from fairaudit.audits.document import certificate_of
 from fairaudit.audits.faces import Faces
 from fairaudit.audits.sentences import (
@@ -30,6 +31,7 @@ from fairaudit.audits.targets import Target
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.certificates.table import WrittenTable
 from fairaudit.errors import InputError
+from fairaudit.inference.bounded_differences import Differences
 from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.contrast_region import fits_contrasts
@@ -56,7 +58,7 @@ from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.supremum import Supremum
 from fairaudit.theorems.t13_cases import NEAR_STEPS
 from fairaudit.theorems.t13_near import DriftRadius, drift_radius, near_steps
-from fairaudit.words import approximate, brief, ends_text, plain, words_for
+from fairaudit.words import approximate, brief, ends_text, place, plain, words_for
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -149,6 +151,8 @@ class Result(Faces):
         A window that contradicts the stream, so that nothing is said of one constant ratio.
     method : {"hoeffding-kl", "empirical-bernstein", "intersection"} or None
         The interval that was asked for, if one was.
+    differences : Differences or None
+        Differences of expected utilities, with their intervals, where they were asked for.
 
     Examples
     --------
@@ -186,6 +190,7 @@ class Result(Faces):
     burden: bool = False
     changed: Change | None = None
     method: Method | None = field(default=None, repr=False)
+    differences: Differences | None = None
 
     @property
     def exit_code(self) -> int:
@@ -203,8 +208,14 @@ class Result(Faces):
         mean = "as mean over units" if deciding and self._by_unit(deciding) else "in the table"
         contexts = bool(self.columns.context)
         options: dict[str, Any] = {"sizes_of": self.sizes_of, "contexts": contexts, "mean": mean}
-        said = sentence(deciding, self.local, self.global_, words_for(burden=self.burden), **options)
-        headline = headline_pair(deciding, self.local, self.global_)
+        words = words_for(burden=self.burden)
+        if self.differences is not None and (self.utility.signed or (deciding is not None and deciding.unit == "difference")):
+            measured = self.differences.measured
+            said = difference_sentence(deciding, measured, words, name=place, **options)
+            headline = difference_pair(deciding, measured)
+        else:
+            said = sentence(deciding, self.local, self.global_, words, **options)
+            headline = headline_pair(deciding, self.local, self.global_)
         identifiers = identifier_text(self.law, self.columns, None if self.partial is None else self.partial.table.header["contexts"])
         first = caution(headline, None if headline is None else self.sizes_of(headline), identifiers)
         changed = ""
@@ -224,6 +235,11 @@ class Result(Faces):
         """For each target the pair of groups that decided it, or what else did; None where nothing could be compared."""
         found: list[Deciding | None] = []
         for target in self.targets:
+            if target.unit == "difference" and self.differences is not None:
+                apart, own = self.differences.measured[target.quantity], self.differences.intervals.get(target.quantity)
+                ends = None if own is None else (own.lower, own.upper)
+                found.append(decide_difference(target, apart, ends, self.differences.drivers.get(target.quantity, (None, None))))
+                continue
             interval = self.intervals.get(target.quantity)
             measured = self.local if target.quantity == "local" else self.global_
             lower = None if interval is None else interval.lower
@@ -241,6 +257,8 @@ class Result(Faces):
 
     def _drift_radius(self, target: Target) -> DriftRadius | None:
         at, table = self.deployment, self.utility
+        if target.unit == "difference":
+            return None
         if at is None or at.releases > 1 or target.confidence is not None or near_steps(at, table, target.quantity) > NEAR_STEPS:
             return None
         return drift_radius(at, table, target.quantity, target.limit, target.unit)
@@ -287,7 +305,7 @@ class Result(Faces):
     def _repr_html_(self) -> str:
         """What a notebook shows: verdict, sentence and figures."""
         rows = []
-        for name, measured in (("local ratio", self.local), ("global ratio", self.global_)):
+        for name, measured in () if self.utility.signed else (("local ratio", self.local), ("global ratio", self.global_)):
             if measured is None:
                 rows.append(f"<tr><td>{name}</td><td>not compared</td><td></td></tr>")
             else:
@@ -304,10 +322,28 @@ class Result(Faces):
             of = "" if interval.of_units is None else f" ({interval.estimand}; {approximate(interval.of_units.ratio)} in this log)"
             name = f"{quantity} ratio of the population{of}, {'each end ' if each else ''}at confidence {interval.confidence}"
             rows.append(f"<tr><td>{name}</td><td>{ends}</td><td></td></tr>")
+        rows += self._difference_rows()
         verdict = "no target was set" if self.verdict == "none" else self.verdict
         noted = said({"spellings": self.spellings, "preparation": self.preparation})
         before = "".join(f"<p><bdi>{escape(plain(text))}</bdi></p>" for text in noted)
         return f"{before}<p><strong>{verdict}</strong>. <bdi>{escape(plain(self.sentence))}</bdi></p><table>{''.join(rows)}</table>"
+
+    def _difference_rows(self) -> list[str]:
+        """Differences, in the table and in the population, as rows of what a notebook shows."""
+        rows = []
+        for quantity, measured in (self.differences.measured if self.differences else {}).items():
+            cells = (
+                "<td>not compared</td><td></td>"
+                if measured is None
+                else f"<td>{approximate(measured.value)}</td><td>{_exactly(measured.value)}</td>"
+            )
+            rows.append(f"<tr><td>{quantity} difference</td>{cells}</tr>")
+        for quantity, found in (self.differences.intervals if self.differences else {}).items():
+            each = found.ends == "each"
+            ends = ends_text(approximate(found.lower, "down"), approximate(found.upper, "up"), each=each)
+            name = f"{quantity} difference of the population, {'each end ' if each else ''}at confidence {found.confidence}"
+            rows.append(f"<tr><td>{name}</td><td>{ends}</td><td></td></tr>")
+        return rows
 
     @cached_property
     def if_independent(self) -> Mapping[Quantity, tuple[Fraction, Fraction | float]]:
@@ -316,7 +352,8 @@ class Result(Faces):
         They are no statement about the population: whether cells are independent has to be known, and declared, before anybody looks.
         """
         found: dict[Quantity, tuple[Fraction, Fraction | float]] = {}
-        for quantity in {target.quantity for target in self.targets if target.verdict == "inconclusive" and target.confidence is not None}:
+        open_targets = [t for t in self.targets if t.verdict == "inconclusive" and t.confidence is not None and t.unit != "difference"]
+        for quantity in {target.quantity for target in open_targets}:
             compared, interval = self.comparisons.get(quantity), self.intervals.get(quantity)
             if compared is None or interval is None or interval.evidence["independent"] or compared.pairs > FEW_PAIRS:
                 continue
@@ -345,7 +382,9 @@ class Result(Faces):
     def further_draws(self) -> tuple[tuple[Target, Planning], ...]:
         """For each target that the draws do not decide, an estimate of how many more would: for planning, no guarantee."""
         open_targets = [
-            t for t in self.targets if t.verdict == "inconclusive" and t.confidence is not None and t.quantity in self.comparisons
+            t
+            for t in self.targets
+            if t.verdict == "inconclusive" and t.confidence is not None and t.quantity in self.comparisons and t.unit != "difference"
         ]
         planned = []
         for t in open_targets:
@@ -380,6 +419,8 @@ class Result(Faces):
     def most_unequal_pairs(self, count: int = 3) -> dict[str, tuple[Ratio, ...]]:
         """Rank the most unequal pairs by ratio alone: ``local`` and ``global`` of `most_unequal`."""
         law, utility = self.law, self.utility
+        if utility.signed:
+            return {"local": (), "global": ()}
         local = self.partial.pairs[:count] if self.partial else most_unequal_ratios(law, utility, count, within_context=True)
         return {"local": local, "global": most_unequal_ratios(law, utility, count, within_context=False)}
 

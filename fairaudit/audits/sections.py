@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.measures.limits import LIMITS, refuse_bare
+from fairaudit.measures.limits import DIFFERENCE_LIMITS, LIMITS, refuse_bare
 
 __all__ = ["check_keys", "check_targets", "read_section", "read_toml"]
 
@@ -70,8 +70,8 @@ def check_keys(given: Mapping[str, Any], keys: Sequence[str], where: str) -> Non
             raise InputError(f"{where} has the unknown key {shown(key)}; {nearest(key, keys)}")
 
 
-def check_targets(given: Mapping[str, Any]) -> None:
-    """Refuse keys of the section [targets] that are no limits.
+def check_targets(given: Mapping[str, Any], *, differences: bool = False) -> None:
+    """Refuse keys of the section [targets] that are no limits; those on differences where nothing could judge them.
 
     Raises
     ------
@@ -79,4 +79,4 @@ def check_targets(given: Mapping[str, Any]) -> None:
         If there is one; where it does not tell a ratio from its logarithm, the message names both that do.
     """
     refuse_bare(given, where="[targets] ")
-    check_keys(given, tuple(LIMITS), "[targets]")
+    check_keys(given, (*LIMITS, *(DIFFERENCE_LIMITS if differences else ())), "[targets]")

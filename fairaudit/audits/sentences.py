@@ -112,6 +112,8 @@ class Deciding:
     pair : Witness or None
         The pair of groups whose ratio or end it is, with what each gets in the table; None where a theorem bounds every pair, where nothing
         is known of the population, and where all groups are alike.
+    unit : {"ratio", "difference"}
+        What `value` is.
     """
 
     quantity: Literal["local", "global"]
@@ -121,6 +123,7 @@ class Deciding:
     by: str
     confidence: Fraction | None
     pair: Witness | None
+    unit: Literal["ratio", "difference"] = "ratio"
 
 
 def decide(target: Target, measured: Ratio | None, lower: Fraction | float | None, drivers: Drivers) -> Deciding | None:

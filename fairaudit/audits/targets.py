@@ -32,16 +32,16 @@ class Target:
     quantity : {"local", "global"}
         What is limited.
     limit : Fraction
-        The limit: on L or L̄ (``unit="log"``, nats) or on R or R̄ (``unit="ratio"``).
-    unit : {"log", "ratio"}
-        Which of the two.
+        The limit: on L or L̄ (``unit="log"``, nats), on R or R̄ (``unit="ratio"``), or on a difference (``unit="difference"``).
+    unit : {"log", "ratio", "difference"}
+        Which of them.
     verdict : {"within", "exceeds", "inconclusive", "changed"}
         Decided exactly; inconclusive when nothing was compared, the draws do not decide, or they decide both ways because the ends cross;
         changed when a window contradicts the stream.
     confidence : Fraction or None
         What was judged: the population behind the draws, all targets together at this confidence, or, if None, the table itself.
     upper : tuple of (Fraction or float, str) or None
-        Of a target about the population, the smallest sound upper end of the ratio, and where it comes from: a theorem, or the interval.
+        Of a target about the population, the smallest sound upper end, and where it comes from: a theorem, or the interval.
     estimand : {"mean over rows", "mean over units"}
         Of which means the ratio is judged.
 

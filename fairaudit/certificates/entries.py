@@ -12,10 +12,12 @@ from fairaudit.certificates.numbers import log_text, number
 from fairaudit.certificates.table import Table
 from fairaudit.errors import InputError
 from fairaudit.exact.rationals import rational_text
+from fairaudit.inference.bounded_differences import Differences
 from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.rates import GivenTruth
+from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.distances import Distance
 from fairaudit.measures.rates import Difference, Rate
 from fairaudit.measures.ratios import Ratio
@@ -79,6 +81,29 @@ def add_given_truth(document: dict[str, Any], given: GivenTruth) -> None:
         document.setdefault("intervals", {}).update({name: interval.evidence for name, interval in given.intervals.items()})
 
 
+def add_differences(document: dict[str, Any], found: Differences, law: Law) -> None:
+    """Put differences of expected utilities into a certificate: docs/certificate.md."""
+    document["metrics"] |= {f"{quantity}_difference": mean_difference_entry(measured) for quantity, measured in found.measured.items()}
+    for quantity, interval in found.intervals.items():
+        limits = found.comparisons[quantity].limits
+        entry = {key: value for key, value in interval.evidence.items() if key not in ("cells", "blocks")}
+        entry["limits"] = None if limits is None else [number(limit) for limit in limits]
+        entry["difference"] = [number(interval.lower), number(interval.upper)]
+        if quantity == "local" and interval.of_units is not None:
+            entry |= _units_entry(law, interval.estimand, mean_difference_entry(interval.of_units))
+        document.setdefault("intervals", {})[f"{quantity}_difference"] = entry
+
+
+def mean_difference_entry(measured: MeanDifference | None) -> dict[str, Any] | None:
+    """A difference of expected utilities with its witness; None where nothing could be compared."""
+    if measured is None:
+        return None
+    witness = measured.witness
+    entry: dict[str, Any] = {} if witness.context is None else {"context": witness.context}
+    entry |= {"higher": witness.higher, "lower": witness.lower, "expectations": [number(v) for v in witness.expectations]}
+    return {"value": number(measured.value), "witness": entry}
+
+
 def rate_entry(law: Law, rate: Rate) -> dict[str, Any]:
     """One group's rate given the true label, in its context or over all of them."""
     where = {} if rate.context is None else {"context": law.context_label(rate.context)}
@@ -99,11 +124,18 @@ def interval_entry(interval: Interval, comparison: Comparison | None, law: Law |
     if comparison is not None:
         entry["limits"] = None if comparison.limits is None else [number(limit) for limit in comparison.limits]
     entry["ratio"] = [number(interval.lower), number(interval.upper)]
-    if law is not None and law.units is not None and interval.of_units is not None:
-        entry |= {"estimand": interval.estimand, "measured": ratio_entry(interval.of_units)}
-        compared = np.flatnonzero(law.compared).tolist()
-        entry["units"] = [[[n, list(rows)] for n, rows in law.units.profiles[cell]] for cell in compared]
+    if law is not None and interval.of_units is not None:
+        entry |= _units_entry(law, interval.estimand, ratio_entry(interval.of_units))
     return entry
+
+
+def _units_entry(law: Law, estimand: str, measured: dict[str, Any] | None) -> dict[str, Any]:
+    """The sampling units behind an interval, and what they give in the sample."""
+    if law.units is None:
+        return {}
+    compared = np.flatnonzero(law.compared).tolist()
+    units = [[[n, list(rows)] for n, rows in law.units.profiles[cell]] for cell in compared]
+    return {"estimand": estimand, "measured": measured, "units": units}
 
 
 def ratio_entry(measured: Ratio | None) -> dict[str, Any] | None:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
 from fairaudit.exact.rationals import common_denominator
+from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns, Truth, Units
@@ -28,7 +29,7 @@ from fairaudit.model.releases import check_releases
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import INT64
 
-__all__ = ["Subject", "load", "number", "ratio", "subject"]
+__all__ = ["Subject", "load", "mean_difference", "number", "ratio", "subject"]
 
 
 FORMAT = "fairaudit-certificate/1"
@@ -106,6 +107,15 @@ def ratio(entry: Mapping[str, Any] | None) -> Ratio | None:
     return Ratio(number(entry["ratio"]), Witness(found.get("context"), found["higher"], found["lower"], pair, found.get("decision")))
 
 
+def mean_difference(entry: Mapping[str, Any] | None) -> MeanDifference | None:
+    """Read a difference of expected utilities with its witness; None where it was not measured."""
+    if entry is None:
+        return None
+    found = entry["witness"]
+    pair = (_rational(found["expectations"][0]), _rational(found["expectations"][1]))
+    return MeanDifference(_rational(entry["value"]), Witness(found.get("context"), found["higher"], found["lower"], pair))
+
+
 def subject(document: Mapping[str, Any]) -> Subject | None:
     """Read the table of a certificate back; None when the certificate does not hold it.
 
@@ -128,7 +138,9 @@ def subject(document: Mapping[str, Any]) -> Subject | None:
             return None
         if table["header"]["kind"] == "policy":
             return _policy(table["header"], table["rows"])
-        return _plain(table["header"], table["rows"], document.get("intervals", {}).get("local", {}).get("units"))
+        intervals = document.get("intervals", {})
+        units = (intervals.get(name, {}).get("units") for name in ("local", "local_difference"))
+        return _plain(table["header"], table["rows"], next(filter(None, units), None))
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ZeroDivisionError) as error:
         if isinstance(error, InputError):
             raise
@@ -218,7 +230,7 @@ def _mechanism(factors: list[dict[str, Any]] | None) -> Mechanism | None:
 
 def _array(rows: Iterable[list[int]], width: int) -> NDArray[Any]:
     listed = list(rows)
-    small = all(sum(row) <= INT64 for row in listed)
+    small = all(sum(map(abs, row)) <= INT64 for row in listed)
     array = np.empty((len(listed), width), dtype=np.int64 if small else object)
     for i, row in enumerate(listed):
         array[i] = row

@@ -29,7 +29,7 @@ filters         ``filters``
 figures         ``figures``, ``rates``, ``table``, ``rows``, ``metrics``: what the lines of a table add up to, and what is stated of it
 claims          ``sentences``, ``claims``: what they assume, and their rules; then by family
 of classes      ``utility_class``, ``program``, ``worst_case``
-of populations  ``intervals``, ``tails``, ``samples``, ``pair_exact``, ``split``, ``regions``, ``betting``,
+of populations  ``intervals``, ``tails``, ``samples``, ``pair_exact``, ``split``, ``regions``, ``difference_regions``, ``betting``,
                 ``paired_betting``, ``symmetric_betting``, ``contrasts``, ``interval_proofs``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
                 ``floored``, ``near``; then ``judgement`` of claims of all families

@@ -12,7 +12,7 @@ from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, NEAR, RULES, Clai
 from .intervals import Interval, PairEvidence, StreamEvidence
 from .json_values import Labels
 from .rates import DIFFERENCES, OVERALL
-from .rationals import ZERO, as_pair, written
+from .rationals import ZERO, as_pair, extreme_positions, written
 from .sentences import (
     CELLS,
     CHOSEN,
@@ -98,8 +98,9 @@ def _json(labels: Labels) -> str:
 
 def _assumed_by_interval(interval: Interval, table: Table) -> Sentences:
     """Say what the claims have to list that repeat an end of an interval, besides what all claims about a policy do."""
-    gamma = constants(table)["gamma"]
-    low, high = (ZERO, gamma if isinstance(gamma, tuple) else ZERO) if interval.limits is None else map(as_pair, interval.limits)
+    ends = [ZERO, *(value for name in ("m", "gamma") if isinstance(value := constants(table)[name], tuple))]
+    top, bottom = extreme_positions(ends)
+    low, high = (ends[bottom], ends[top]) if interval.limits is None else map(as_pair, interval.limits)
     own_range = interval.limits is None and table.header.utility is None
     common = OWN_RANGE if own_range else RANGE.format(written(low), written(high)), CHOSEN
     overall = interval.quantity == "global"

@@ -8,8 +8,9 @@ from fractions import Fraction
 
 from .claims import OVER_UNITS, POPULATION, RULES, UTILITIES, Claim, is_about_population
 from .declared import DeclaredIn, read_declared
+from .figures import EXPECTED_DIFFERENCES
 from .header import Positive, Subject, has_truth, is_about_policy, read_positive, read_subject
-from .intervals import Change, DifferenceInterval, Interval, read_change, read_confidence, read_intervals
+from .intervals import Change, Interval, read_change, read_confidence, read_intervals
 from .json_values import (
     Labels,
     decoded,
@@ -46,6 +47,11 @@ class Target:
     verdict: str
     of_units: bool  # whether the mean over units is judged
 
+    @property
+    def judged_by(self) -> str:
+        """The name of the metric, and of the interval, that it limits."""
+        return f"{self.quantity}_difference" if self.unit == "difference" else self.quantity
+
 
 @dataclass(frozen=True)
 class Certificate:
@@ -69,10 +75,15 @@ class Certificate:
     intervals: dict[str, Interval]  # by quantity
     positive: Positive | None  # this, the rates, and some metrics are of counts with true labels
     rates: Rates
-    differences: dict[str, DifferenceInterval]  # intervals, by metric
+    differences: dict[str, Interval]  # of rates, by metric
     preparation: tuple[Step, ...]
     spellings: tuple[tuple[str, Labels], ...]
     change: Change | None = None
+
+    @property
+    def of_differences(self) -> bool:
+        """Whether differences of expectations are stated, besides ratios or in their place."""
+        return EXPECTED_DIFFERENCES[0] in self.metrics
 
     @property
     def withdrawn(self) -> frozenset[str]:
@@ -123,7 +134,11 @@ def _read_claim(value: object, where: str, parameters: int | None) -> Claim:
 
 def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], parameters: int | None) -> object:
     if is_about_population(key):
-        return read_choice(read_object(value, where, ("interval",))["interval"], f"{where}.interval", ("local", "global", *DIFFERENCES))
+        return read_choice(
+            read_object(value, where, ("interval",))["interval"],
+            f"{where}.interval",
+            ("local", "global", *EXPECTED_DIFFERENCES, *DIFFERENCES),
+        )
     rule = RULES.get(key)
     if rule is None:  # an unknown claim is found false, whatever is offered as evidence
         return read_object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
@@ -154,7 +169,7 @@ def _read_target(value: object, where: str) -> Target:
     target = Target(
         read_choice(members["quantity"], f"{where}.quantity", ("local", "global")),
         read_rational(members["limit"], f"{where}.limit", nonnegative=True),
-        read_choice(members["unit"], f"{where}.unit", ("log", "ratio")),
+        read_choice(members["unit"], f"{where}.unit", ("log", "ratio", "difference")),
         judged,
         read_confidence(judged.removeprefix(POPULATION), f"{where}.judged") if of_population else None,
         read_choice(members["verdict"], f"{where}.verdict", ("within", "exceeds", "inconclusive", "changed")),
@@ -168,7 +183,7 @@ def _read_target(value: object, where: str) -> Target:
 def _check_estimands(targets: Iterable[Target], intervals: Mapping[str, Interval]) -> None:
     """Make sure that those targets say that the mean over units is judged which are judged by an interval with units."""
     for i, target in enumerate(targets):
-        interval = intervals.get(target.quantity)
+        interval = intervals.get(target.judged_by)
         of_units = target.confidence is not None and interval is not None and interval.units is not None
         if of_units and not target.of_units:
             raise malformed(f"targets[{i}]", f"lacks the key 'estimand', being judged by an interval for the {OVER_UNITS}")
@@ -197,9 +212,10 @@ def read_certificate(raw: bytes) -> Certificate:
         table = read_object(table, "subject.table", ("sha256", "cells", "header", "rows"))
         embedded = (table["header"], *read_list(table["rows"], "subject.table.rows"))
     rates, differences = stated_given_truth(subject.columns)
-    metrics = read_object(top["metrics"], "metrics", [*METRICS, *rates, *differences] + ["unfiltered"] * of_policy)
+    asked = EXPECTED_DIFFERENCES if isinstance(top["metrics"], dict) and top["metrics"].keys() & set(EXPECTED_DIFFERENCES) else ()
+    metrics = read_object(top["metrics"], "metrics", [*METRICS, *asked, *rates, *differences] + ["unfiltered"] * of_policy)
     intervals: dict[str, Interval] = {}
-    of_differences: dict[str, DifferenceInterval] = {}
+    of_differences: dict[str, Interval] = {}
     if "intervals" in top:
         intervals, of_differences = read_intervals(top["intervals"], "intervals", subject, differences)
     change = read_change(top["changed"], "changed", subject) if "changed" in top else None
@@ -215,7 +231,7 @@ def read_certificate(raw: bytes) -> Certificate:
         utilities,
         _read_privacy(about["privacy"], "subject.privacy") if of_policy else None,
         *(read_declared(about["declared"], "subject.declared") if of_policy else ({}, ())),
-        {name: read_metric(metrics[name], f"metrics.{name}", name, subject.columns) for name in [*METRICS, *differences]},
+        {name: read_metric(metrics[name], f"metrics.{name}", name, subject.columns) for name in [*METRICS, *asked, *differences]},
         read_unfiltered(metrics["unfiltered"], "metrics.unfiltered", subject.columns) if of_policy else None,
         [
             read_not_compared(item, f"not_compared[{i}]", subject.columns)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .figures import EXPECTED_DIFFERENCES
 from .rates import DIFFERENCES
 from .rationals import Rational
 from .sentences import STATED_POPULATION
@@ -65,7 +66,7 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ("equalized_odds", "<=", "T7", LAW): Rule("equalized_odds", "supremum", source="local_supremum"),
     ("demographic_parity", "<=", "T7", LAW): Rule("demographic_parity", "supremum", source="global_supremum"),
     ("global_ratio", "<=", "T5", LAW): Rule("global", "table", ("independent",), source="local"),
-    **{(name, "=", "enumeration", LAW): Rule(name, "table", source=name) for name in DIFFERENCES},
+    **{(name, "=", "enumeration", LAW): Rule(name, "table", source=name) for name in (*EXPECTED_DIFFERENCES, *DIFFERENCES)},
     ("local_ratio", "<=", "T2", POLICIES): Rule("local", "", ("one release", "a-free", "finite")),
     ("local_ratio", "<=", "T1-paper", LAW): Rule("local", "", ("finite",)),
     ("local_ratio", "<=", "T1-paper", FLOORED): Rule(
@@ -124,7 +125,7 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
 def is_about_population(key: tuple[str, str, str, str]) -> bool:
     """Whether a claim of this quantity, relation, method and scope is about the population behind a sample."""
     quantity, relation, by, scope = key
-    of_ratio = quantity in ("local_ratio", "global_ratio") and by in ("binomial", PAIR_EXACT, CONTRASTS, *METHODS)
+    of_cells = quantity in ("local_ratio", "global_ratio", *EXPECTED_DIFFERENCES) and by in ("binomial", PAIR_EXACT, CONTRASTS, *METHODS)
     of_stream = quantity in ("local_ratio", "global_ratio") and by == BETTING
-    together = (of_ratio or of_stream or (quantity in DIFFERENCES and by == "binomial")) and scope.startswith(POPULATION)
-    return relation in ("<=", ">=") and (together or (of_ratio and scope.startswith(ONE_SIDED)))
+    together = (of_cells or of_stream or (quantity in DIFFERENCES and by == "binomial")) and scope.startswith(POPULATION)
+    return relation in ("<=", ">=") and (together or (of_cells and scope.startswith(ONE_SIDED)))

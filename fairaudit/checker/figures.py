@@ -1,4 +1,4 @@
-"""The figures of a table, while its cells pass by: the greatest ratios and distances of groups, with their witnesses."""
+"""The figures of a table, while its cells pass by: the greatest ratios, differences and distances of groups, with their witnesses."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import Generic, TypeVar
 
 from .header import Cell, Header
 from .laws import Law, gains_of, mean_of, widest_distance
-from .rationals import ZERO, Rational, RunningTotal, at_most, extreme_positions, reduced, widest_ratio
+from .rationals import ZERO, Rational, RunningTotal, at_most, extreme_positions, reduced, widest_gap, widest_ratio
+
+EXPECTED_DIFFERENCES = ("local_difference", "global_difference")  # of expectations, which may be of any sign; stated both, or neither
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,9 @@ class Greatest(Generic[T]):
 
 
 class ComparedGroups:
-    """The three metrics that compare groups, be it in each context or once."""
+    """The metrics that compare groups, be it in each context or once; the difference of expectations only if it is asked for."""
 
-    def __init__(self, header: Header, expectations_only: bool) -> None:
+    def __init__(self, header: Header, expectations_only: bool, differences: bool) -> None:
         def raised(left: Law, right: Law) -> dict[str, object]:
             (p, m), (q, n) = left, right
             return {"decisions": [u for u, a, b in zip(header.decisions, p, q, strict=True) if a * n > b * m]}
@@ -80,6 +82,7 @@ class ComparedGroups:
             return lambda left, right: {name: [reduced(*left), reduced(*right)]}
 
         self.header, self.expectations_only = header, expectations_only
+        self.apart = Greatest[Rational](widest_gap, both("expectations")) if differences else None
         self.means = Greatest[Rational](widest_ratio, both("expectations"))
         self.laws = Greatest[Law](widest_distance, raised)
         self.single = Greatest[Rational](widest_ratio, both("probabilities"))
@@ -87,6 +90,8 @@ class ComparedGroups:
     def add(self, groups: Sequence[int], laws: Sequence[Law], means: Sequence[Rational], context: int | None = None) -> None:
         """Compare at least two groups."""
         self.means.offer(means, groups, context)
+        if self.apart is not None:
+            self.apart.offer(means, groups, context)
         if self.expectations_only:
             return
         self.laws.offer(laws, groups, context)
@@ -96,6 +101,8 @@ class ComparedGroups:
     def maxima(self, ratio: str, distance: str, supremum: str) -> dict[str, Maximum | None]:
         """The metrics by these names."""
         metrics = {ratio: self.means.maximum(self.header)}
+        if self.apart is not None:
+            metrics[f"{ratio}_difference"] = self.apart.maximum(self.header)
         if not self.expectations_only:
             metrics |= {distance: self.laws.maximum(self.header), supremum: self.single.maximum(self.header)}
         return metrics
@@ -109,10 +116,10 @@ class Figures:
     but not of all either those groups or the others, whichever are fewer: no more than what ``not_compared`` has to name.
     """
 
-    def __init__(self, header: Header, expectations_only: bool = False) -> None:
+    def __init__(self, header: Header, expectations_only: bool = False, differences: bool = False) -> None:
         n = len(header.groups)
         self.header, self.cells = header, 0
-        self.local = ComparedGroups(header, expectations_only)
+        self.local = ComparedGroups(header, expectations_only, differences)
         self.sizes = [0] * len(header.contexts)  # the number of cells
         self.rarer: dict[int, tuple[int, ...]] = {}
         self.with_cells = [False] * n

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from .json_values import Labels, check_distinct, read_choice, read_hexadecimal, read_label_lists, read_object, read_string, read_strings
 from .laws import Law
-from .rationals import Rational, read_rationals
+from .rationals import Rational, read_signed
 from .text import malformed
 
 TABLE_FORMAT = "fairaudit-table/1"
@@ -121,7 +121,7 @@ def read_header(value: object, where: str) -> Header:
         decisions,
         read_label_lists(members["groups"], f"{where}.groups", len(subject.columns.group)),
         read_label_lists(members["contexts"], f"{where}.contexts", len(subject.columns.context)),
-        None if utility is None else tuple(read_rationals(utility, f"{where}.utility", len(decisions))),
+        None if utility is None else tuple(read_signed(utility, f"{where}.utility", len(decisions))),
     )
     if "truths" in members:
         header = replace(header, truths=read_strings(members["truths"], f"{where}.truths"))

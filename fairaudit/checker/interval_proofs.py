@@ -9,17 +9,18 @@ from itertools import chain, combinations
 from .betting import StreamProof
 from .claims import BETTING, CONTRASTS, PAIR_EXACT
 from .contrasts import prove_by_contrasts
+from .difference_regions import prove_difference_by_box, prove_difference_by_pairs
 from .figures import Greatest
 from .header import Cell
-from .intervals import BoxEvidence, Change, ContrastEvidence, DifferenceInterval, Interval, PairEvidence, Proven, StreamEvidence, Unproven
+from .intervals import BoxEvidence, Change, ContrastEvidence, Interval, PairEvidence, Proven, StreamEvidence, Unproven
 from .logarithms import log_enclosure
-from .rates import DIFFERENCES
-from .rationals import ONE, Rational, as_pair, at_most, bits_of, reduced, widest_ratio
-from .regions import prove_by_box, prove_by_ladders, prove_by_pairs, prove_difference
+from .rates import DIFFERENCES, Share
+from .rationals import ONE, Rational, as_pair, at_most, bits_of, reduced, widest_gap, widest_ratio
+from .regions import prove_by_box, prove_by_ladders, prove_by_pairs
 from .rows import read_table
-from .samples import Sampling
+from .samples import Comparison, Sampling
 from .split import names_of_cells
-from .table import Table, place_of
+from .table import Table, is_signed, place_of
 from .tails import Sample
 from .text import Finding, compared, finding_of, shown
 from .work import spend, working_on
@@ -32,6 +33,7 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
         values = {g for utility in {cell.utility for cell in table.cells} for g in utility if g is not None}
         if not all(low <= Fraction(*g) <= high for g in values):
             raise Unproven("a utility in the table is outside the limits")
+    _check_sign(interval, table)
     if isinstance(interval.evidence, StreamEvidence):
         StreamProof(interval, interval.evidence, table).prove()
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, BETTING)
@@ -43,21 +45,27 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
     if not blocks:
         raise Unproven("the table does not give this quantity")
     if interval.measured is not None:
-        _check_measured(interval.measured, samples, table)
+        _check_measured(interval.measured, samples, table, interval.difference)
     if interval.independent and comparison.shared:
         raise Unproven("samples that share draws are not independent")
-    if not at_most(ONE, interval.ratio[0]) or not at_most(ONE, interval.ratio[1]):
+    if not interval.difference and not (at_most(ONE, interval.ratio[0]) and at_most(ONE, interval.ratio[1])):
         raise Unproven("no ratio is less than 1")
     supports = [[frozenset(i for i in form if samples[i].informative) for form, _ in block] for block in blocks]
     used: frozenset[int] = frozenset().union(*chain.from_iterable(supports))
     spend(sum(len(block) * sum(4 + len(support) for support in block) for block in supports))
     if isinstance(interval.evidence, BoxEvidence):
         spanned = max(len(one | other) for block in supports for one, other in combinations(block, 2))
-        prove_by_box(interval, interval.evidence, comparison, len(used), spanned)
+        prove = prove_difference_by_box if interval.difference else prove_by_box
+        prove(interval, interval.evidence, comparison, len(used), spanned)
     elif isinstance(interval.evidence, PairEvidence):
-        names = [] if interval.evidence.seed is None else names_of_cells(interval.quantity, table)
-        prove_by_pairs(interval, interval.evidence, comparison, names)
+        if interval.difference:
+            prove_difference_by_pairs(interval, interval.evidence, comparison)
+        else:
+            names = [] if interval.evidence.seed is None else names_of_cells(interval.quantity, table)
+            prove_by_pairs(interval, interval.evidence, comparison, names)
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, PAIR_EXACT, interval.each)
+    elif interval.difference:
+        raise Unproven("another region than a box, or pairs, is for ratios only")
     elif isinstance(interval.evidence, ContrastEvidence):
         prove_by_contrasts(interval, interval.evidence, comparison)
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, CONTRASTS, interval.each)
@@ -67,31 +75,46 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
     return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by, interval.each)
 
 
-def _check_measured(stated: Mapping[str, object], samples: Sequence[Sample], table: Table) -> None:
-    """Make sure that the ratio of the means over units is stated as the units of the local interval give it."""
+def _check_sign(interval: Interval, table: Table) -> None:
+    """Make sure that no ratio is bounded where expectations can be negative: it would depend on the origin."""
+    signed = is_signed(table)
+    if not interval.difference and (signed or (interval.limits is not None and interval.limits[0] < 0)):
+        raise Unproven("utilities can be below 0, and ratios depend on the origin")
+    if signed and interval.limits is None and table.header.utility is None:
+        raise Unproven("the range of utilities that depend on more than the decision, and can be below 0, has to be declared")
+
+
+def _check_measured(stated: Mapping[str, object], samples: Sequence[Sample], table: Table, difference: bool) -> None:
+    """Make sure that the ratio, or the difference, of the means over units is stated as the units of the local interval give it."""
     means = iter([as_pair(sample.total / sample.draws) for sample in samples])
-    found = Greatest[Rational](widest_ratio, lambda left, right: {"expectations": [reduced(*left), reduced(*right)]})
+    widest = widest_gap if difference else widest_ratio
+    found = Greatest[Rational](widest, lambda left, right: {"expectations": [reduced(*left), reduced(*right)]})
     for cells in table.by_context():
         if len(cells) > 1:
             found.offer([next(means) for _ in cells], [cell.group for cell in cells], cells[0].context)
     actual = found.maximum(table.header)
-    expected = None if actual is None else {"ratio": actual.value, "log": log_enclosure(actual.value), "witness": actual.witness}
+    expected: dict[str, object] = {}
+    if actual is not None:
+        expected = {"value": actual.value} if difference else {"ratio": actual.value, "log": log_enclosure(actual.value)}
+        expected["witness"] = actual.witness
     if actual is None or stated != expected:
         raise Unproven("measured is not what the units give" + ("" if actual is None else f": {shown(actual.value)}"))
 
 
 def check_intervals(stated: Mapping[str, Interval], table: Table) -> tuple[list[Finding], dict[str, Proven]]:
-    """Check the intervals of ratios, and say what holds by those that are proven."""
+    """Check the intervals of ratios and differences of expectations, and say what holds by those that are proven."""
     findings: list[Finding] = []
     proven: dict[str, Proven] = {}
     for name, interval in stated.items():
         fault = ""
         working_on(f"intervals.{name}")
         try:
-            local = stated.get("local")
-            units = [] if local is None or name == "local" else local.units or []
-            if any(sum(rows) > 1 for cell in units for _, rows in cell) or (units and interval.independent):
-                raise Unproven("the units of the local interval are no independent draws of the groups")
+            for units in (other.units for other in stated.values() if other.units and other is not interval):
+                if interval.units is not None:
+                    if interval.units != units:
+                        raise Unproven("the units are not those of the other local interval")
+                elif any(sum(rows) > 1 for cell in units for _, rows in cell) or interval.independent:
+                    raise Unproven("the units of the local interval are no independent draws of the groups")
             proven[name] = _prove_interval(interval, table)
         except Unproven as error:
             fault = str(error)
@@ -104,7 +127,7 @@ def check_intervals(stated: Mapping[str, Interval], table: Table) -> tuple[list[
 
 
 def check_differences(
-    stated: Mapping[str, DifferenceInterval], intervals: Mapping[str, Interval], table: Table
+    stated: Mapping[str, Interval], intervals: Mapping[str, Interval], table: Table
 ) -> tuple[list[Finding], dict[str, Proven]]:
     """Check the intervals of differences of rates, which stand beside those of ratios, and say what holds by those that are proven."""
     findings: list[Finding] = []
@@ -117,14 +140,26 @@ def check_differences(
             lists = [] if table.given is None else [table.given.blocks(rate) for rate in DIFFERENCES[name]]
             if not lists or not all(lists):
                 raise Unproven("the table does not give this quantity")
-            prove_difference(interval, [*chain.from_iterable(lists)])
-            proven[name] = Proven(interval.difference, 1 - interval.confidence, interval.scope, "binomial")
+            _prove_rates(interval, [*chain.from_iterable(lists)])
+            proven[name] = Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, "binomial")
         except Unproven as error:
             fault = str(error)
-        ends = " and ".join(map(shown, interval.difference))
-        statement = f"intervals.{name}: between {ends} at confidence {shown(as_pair(interval.confidence))}"
+        ends = " and ".join(map(shown, interval.ratio))
+        statement = f"intervals.{name}: between {ends} at confidence {shown(interval.confidence)}"
         findings.append(finding_of(statement, not fault, fault))
     return findings, proven
+
+
+def _prove_rates(interval: Interval, blocks: Sequence[Sequence[Share]]) -> None:
+    """Make sure that the ends of all rates prove the interval of the greatest difference of two rates of one block."""
+    shares = [*chain.from_iterable(blocks)]
+    if any(number.denominator != 1 for share in shares for number in (share.draws, share.positives)):
+        raise Unproven("the counts are not integers")
+    samples = [Sample(share.draws.numerator, share.positives, share.positives, Fraction(0), Fraction(1), binary=True) for share in shares]
+    numbers = iter(range(len(samples)))
+    comparison = Comparison(samples, [[({next(numbers): 1}, 1) for _ in block] for block in blocks], True, [])
+    if isinstance(interval.evidence, BoxEvidence):
+        prove_difference_by_box(interval, interval.evidence, comparison, len(samples), 2)
 
 
 def check_change(change: Change, table: Table) -> tuple[list[Finding], Proven | None]:

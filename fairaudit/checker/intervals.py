@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from .claims import BETTING, METHODS, ONE_SIDED, OVER_UNITS, POPULATION
+from .figures import EXPECTED_DIFFERENCES
 from .header import Columns, Subject
 from .json_values import read_boolean, read_choice, read_digest, read_integer, read_list, read_object, read_string, read_strings
 from .metrics import read_metric
-from .rationals import Rational, as_pair, read_extended, read_rational, read_rationals, read_two
+from .rationals import Rational, as_pair, read_extended, read_rational, read_rationals, read_two, read_two_signed
 from .text import malformed, shown
 
 
@@ -97,7 +98,7 @@ Evidence = BoxEvidence | LadderEvidence | PairEvidence | ContrastEvidence | Stre
 
 @dataclass(frozen=True)
 class Interval:
-    """An interval as the certificate states it."""
+    """An interval of a ratio, or of a difference of expectations, as the certificate states it."""
 
     quantity: str
     confidence: Rational
@@ -107,9 +108,10 @@ class Interval:
     method: str
     limits: tuple[Fraction, Fraction] | None
     units: list[list[tuple[int, list[int]]]] | None
-    measured: dict[str, object] | None  # with units, the ratio of their means in the sample
+    measured: dict[str, object] | None  # with units, what their means give in the sample
     ratio: tuple[Rational, Rational]
     evidence: Evidence
+    difference: bool = False  # whether the ends, which stand under ``ratio``, are those of a difference
 
     @property
     def region(self) -> str:
@@ -131,34 +133,21 @@ class Proven:
     each: bool = False
 
 
-@dataclass(frozen=True)
-class DifferenceInterval:
-    """An interval of a greatest difference of rates, with ends of all rates in use at the levels for its upper and for its lower end."""
-
-    confidence: Fraction
-    scope: str
-    levels: tuple[Fraction, Fraction]
-    upper: Box
-    lower: Box
-    difference: tuple[Rational, Rational]
-
-
-def _read_difference(value: object, where: str) -> DifferenceInterval:
+def _read_difference(value: object, where: str, name: str) -> Interval:
+    """Read an interval of a greatest difference of rates, with ends of all rates in use."""
     members = read_object(value, where, ("confidence", "levels", "upper", "lower", "difference"))
     levels = read_object(members["levels"], f"{where}.levels", ("upper", "lower"))
     upper, lower = (
-        [read_two(item, f"{where}.{name}[{i}]") for i, item in enumerate(read_list(members[name], f"{where}.{name}"))]
-        for name in ("upper", "lower")
+        [read_two(item, f"{where}.{side}[{i}]") for i, item in enumerate(read_list(members[side], f"{where}.{side}"))]
+        for side in ("upper", "lower")
     )
     low, high = read_rationals(members["difference"], f"{where}.difference", 2)
-    return DifferenceInterval(
-        read_confidence(members["confidence"], f"{where}.confidence"),
-        POPULATION + read_string(members["confidence"], f"{where}.confidence"),
-        (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
-        upper,
-        lower,
-        (low, high),
+    box = BoxEvidence(
+        (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")), upper, lower, None
     )
+    confidence = as_pair(read_confidence(members["confidence"], f"{where}.confidence"))
+    scope = POPULATION + read_string(members["confidence"], f"{where}.confidence")
+    return Interval(name, confidence, False, scope, False, METHODS[0], None, None, None, (low, high), box, difference=True)
 
 
 def read_confidence(value: object, where: str) -> Fraction:
@@ -171,24 +160,27 @@ def read_confidence(value: object, where: str) -> Fraction:
 
 def read_intervals(
     value: object, where: str, subject: Subject, differences: Sequence[str]
-) -> tuple[dict[str, Interval], dict[str, DifferenceInterval]]:
-    """Read the intervals, those of ratios and those of differences of rates."""
-    members = read_object(value, where, (), optional=("local", "global", *differences))
+) -> tuple[dict[str, Interval], dict[str, Interval]]:
+    """Read the intervals, those of ratios and differences of expectations and those of differences of rates."""
+    members = read_object(value, where, (), optional=("local", "global", *EXPECTED_DIFFERENCES, *differences))
     if not members:
         raise malformed(where, "must not be empty")
     ratios = {name: _read_interval(members[name], f"{where}.{name}", name, subject) for name in members if name not in differences}
-    return ratios, {name: _read_difference(members[name], f"{where}.{name}") for name in members if name in differences}
+    return ratios, {name: _read_difference(members[name], f"{where}.{name}", name) for name in members if name in differences}
 
 
 def _read_interval(value: object, where: str, name: str, subject: Subject) -> Interval:
-    keys = ["confidence", "ends", "region", "independent", "method", "limits", "ratio", "levels", "upper", "lower"]
+    difference = name in EXPECTED_DIFFERENCES
+    given = "difference" if difference else "ratio"
+    keys = ["confidence", "ends", "region", "independent", "method", "limits", given, "levels", "upper", "lower"]
     of_box = isinstance(value, dict) and value.get("region") == "box"
-    of_stream = isinstance(value, dict) and value.get("method") == BETTING
-    if name == "local" and subject.kind == "counts" and not of_stream and isinstance(value, dict) and "units" in value:
+    of_stream = isinstance(value, dict) and value.get("method") == BETTING and not difference
+    if name.startswith("local") and subject.kind == "counts" and not of_stream and isinstance(value, dict) and "units" in value:
         keys += ["units", "estimand", "measured"]
     of_contrasts = isinstance(value, dict) and value.get("region") == "contrasts"
-    optional = ("split",) if subject.kind == "counts" and isinstance(value, dict) and value.get("region") == "pairs" else ()
-    members = read_object(value, where, keys + ["pair"] * (of_box or of_contrasts), optional=optional)
+    splits = subject.kind == "counts" and isinstance(value, dict) and value.get("region") == "pairs" and not difference
+    optional = ("split",) if splits else ()
+    members = read_object(value, where, keys + ["pair"] * ((of_box and not difference) or of_contrasts), optional=optional)
     each = read_choice(members["ends"], f"{where}.ends", ("together",) if of_stream else ("together", "each")) == "each"
     region = read_choice(members["region"], f"{where}.region", ("box", "product") if of_stream else REGIONS)
     levels = read_object(members["levels"], f"{where}.levels", ("expected", "order") if of_stream else ("upper", "lower"))
@@ -198,10 +190,11 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
     if of_stream:
         evidence = _read_stream(members, levels, where, of_box)
     elif of_box:
+        of_two = read_two_signed if difference else read_two
         evidence = BoxEvidence(
             (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
-            [read_two(item, f"{where}.upper[{i}]") for i, item in enumerate(read_list(upper, f"{where}.upper"))],
-            [read_two(item, f"{where}.lower[{i}]") for i, item in enumerate(read_list(lower, f"{where}.lower"))],
+            [of_two(item, f"{where}.upper[{i}]") for i, item in enumerate(read_list(upper, f"{where}.upper"))],
+            [of_two(item, f"{where}.lower[{i}]") for i, item in enumerate(read_list(lower, f"{where}.lower"))],
             pair,
         )
     elif of_contrasts:
@@ -227,23 +220,25 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
         else:
             two = read_two(levels["upper"], f"{where}.levels.upper"), read_two(levels["lower"], f"{where}.levels.lower")
             evidence = LadderEvidence(two, ladders, least)
-    limits = None if members["limits"] is None else read_two(members["limits"], f"{where}.limits")
+    limits = None if members["limits"] is None else (read_two_signed if difference else read_two)(members["limits"], f"{where}.limits")
     if limits is not None and limits[0] > limits[1]:
         raise malformed(f"{where}.limits", "must have the lower one first")
-    ends = read_list(members["ratio"], f"{where}.ratio", 2)
+    ends = read_list(members[given], f"{where}.{given}", 2)
+    last = read_rational(ends[1], f"{where}.{given}[1]") if difference else read_extended(ends[1], f"{where}.{given}[1]")
     confidence = read_confidence(members["confidence"], f"{where}.confidence")
     return Interval(
-        name,
+        name.removesuffix("_difference"),
         as_pair(confidence),
         each,
         (ONE_SIDED if each else POPULATION) + read_string(members["confidence"], f"{where}.confidence"),
         read_boolean(members["independent"], f"{where}.independent"),
-        read_choice(members["method"], f"{where}.method", (*METHODS, BETTING)),
+        read_choice(members["method"], f"{where}.method", METHODS if difference else (*METHODS, BETTING)),
         limits,
         _read_units(members["units"], f"{where}.units") if "units" in members else None,
-        _read_measured(members, where, subject.columns) if "units" in members else None,
-        (read_rational(ends[0], f"{where}.ratio[0]"), read_extended(ends[1], f"{where}.ratio[1]")),
+        _read_measured(members, where, name, subject.columns) if "units" in members else None,
+        (read_rational(ends[0], f"{where}.{given}[0]"), last),
         evidence,
+        difference,
     )
 
 
@@ -312,9 +307,9 @@ def _read_pair(value: object, where: str) -> Place:
     return block, higher, lower
 
 
-def _read_measured(members: Mapping[str, object], where: str, columns: Columns) -> dict[str, object]:
+def _read_measured(members: Mapping[str, object], where: str, name: str, columns: Columns) -> dict[str, object]:
     read_choice(members["estimand"], f"{where}.estimand", (OVER_UNITS,))
-    metric = read_metric(members["measured"], f"{where}.measured", "local", columns)
+    metric = read_metric(members["measured"], f"{where}.measured", name, columns)
     if metric is None:
         raise malformed(f"{where}.measured", "must not be null")
     return metric

@@ -9,7 +9,7 @@ from functools import cached_property
 from .bounds import fault_of_bound
 from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, LAW, NEAR, POLICIES, RULES, UTILITIES, Claim, Rule, is_about_population
 from .declared import DeclaredIn
-from .figures import Maximum
+from .figures import EXPECTED_DIFFERENCES, Maximum
 from .floored import fault_of_floored
 from .intervals import Proven
 from .near import fault_of_near
@@ -78,13 +78,13 @@ def _fault_about_population(claim: Claim, proven: Mapping[str, Proven]) -> str:
     if interval is None:
         return "there is no interval that holds"
     if claim.evidence != quantity.removesuffix("_ratio"):
-        return "the evidence is the interval of the other ratio"
+        return "the evidence is the interval of another quantity"
     if scope != interval.scope:
         return f"the interval is for {shown(interval.scope)}"
     if by != interval.by:
         return f"the method is {shown(interval.by)}"
     low, high = interval.ratio
-    least = ZERO if quantity in DIFFERENCES else ONE
+    least = ZERO if quantity in (*EXPECTED_DIFFERENCES, *DIFFERENCES) else ONE
     true = at_most(high, claim.value) if relation == "<=" else at_most(least, claim.value) and at_most(claim.value, low)
     return "" if true else f"the interval is from {shown(low)} to {shown(high)}"
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 
-from .figures import Maximum
+from .figures import EXPECTED_DIFFERENCES, Maximum
 from .header import Columns
 from .json_values import read_choice, read_list, read_object, read_string, read_strings
 from .logarithms import log_enclosure
@@ -28,9 +28,11 @@ METRICS: dict[str, tuple[bool, tuple[str, ...]]] = {
     "global_supremum": (True, ("decision", "higher", "lower", "probabilities")),
 }
 
-SHAPES = METRICS | {
-    name: (False, ("context",) * (not name.endswith(OVERALL)) + ("rate", "higher", "lower", "rates")) for name in DIFFERENCES
-}
+SHAPES = (
+    METRICS
+    | {name: (False, ("context",) * name.startswith("local") + ("higher", "lower", "expectations")) for name in EXPECTED_DIFFERENCES}
+    | {name: (False, ("context",) * (not name.endswith(OVERALL)) + ("rate", "higher", "lower", "rates")) for name in DIFFERENCES}
+)
 
 _LOG = re.compile(r"0|inf|(?:0|[1-9][0-9]*)\.[0-9]{12}")
 

@@ -91,6 +91,12 @@ def read_two(value: object, where: str) -> tuple[Fraction, Fraction]:
     return Fraction(*first), Fraction(*second)
 
 
+def read_two_signed(value: object, where: str) -> tuple[Fraction, Fraction]:
+    """Read two rationals of either sign, as fractions."""
+    first, second = read_signed(value, where, 2)
+    return Fraction(*first), Fraction(*second)
+
+
 def written(value: Rational) -> str:
     """Write a finite rational in full, as the format has it."""
     numerator, denominator = value
@@ -205,6 +211,14 @@ def widest_ratio(values: Sequence[Rational]) -> tuple[Rational, int, int]:
     if p == 0:  # any positive value over 0 is infinite, not only the greatest
         return INFINITY, next(i for i, value in enumerate(values) if value[0] > 0), low
     return (n * q, d * p), top, low
+
+
+def widest_gap(values: Sequence[Rational]) -> tuple[Rational, int, int]:
+    """Find the greatest difference of two of the values, and the first positions (higher, lower) that attain it."""
+    top, low = extreme_positions(values)
+    (n, d), (p, q) = values[top], values[low]
+    spend(3, d.bit_length(), q.bit_length())
+    return (ZERO, 0, 1) if n * q == p * d else ((n * q - p * d, d * q), top, low)
 
 
 Vector = tuple[list[int], int]  # numerators over one denominator

@@ -8,14 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from itertools import chain, pairwise, permutations, product, repeat
+from itertools import pairwise, permutations, product, repeat
 from math import prod
 from typing import TypeVar
 
-from .claims import METHODS
-from .intervals import Box, BoxEvidence, DifferenceInterval, Interval, Ladder, LadderEvidence, PairEvidence, Place, Unproven
+from .intervals import Box, BoxEvidence, Interval, Ladder, LadderEvidence, PairEvidence, Place, Unproven
 from .pair_exact import Pair, fault_of_ladder, order_scale
-from .rates import Share
 from .rationals import INFINITY, ONE, Affine, Rational, as_pair, bits_of, over_common_denominator
 from .samples import Comparison
 from .split import chosen_by, halves_of, seed_of
@@ -54,51 +52,29 @@ def check_rising(knots: Ladder, where: str) -> None:
         raise Unproven(f"{where} is not a strictly rising list of positive knots")
 
 
-def prove_difference(interval: DifferenceInterval, blocks: Sequence[Sequence[Share]]) -> None:
-    """Make sure that the ends of all rates prove the interval of the greatest difference of two rates of one block."""
-    samples = []
-    for share in chain.from_iterable(blocks):
-        if share.draws.denominator != 1 or share.positives.denominator != 1:
-            raise Unproven("the counts are not integers")
-        samples.append(Sample(share.draws.numerator, share.positives, share.positives, Fraction(0), Fraction(1), binary=True))
-    beta, other = interval.levels
-    if not 0 < other <= beta < 1:
-        raise Unproven("the levels must be positive and less than 1, and that for the lower end no greater")
-    # The pair with the greatest difference needs one end of each of its two rates; which pair proves the lower end depends on the draws.
-    spent = 2 * beta + (2 * len(samples) - 2) * other
-    if spent > 1 - interval.confidence:
-        raise Unproven(f"the levels add up to {shown(as_pair(spent))}")
-    for name, ends, level in (("upper", interval.upper, beta), ("lower", interval.lower, other)):
-        if len(ends) != len(samples):
-            raise Unproven(f"{name} must list the ends of {len(samples)} rates, not of {len(ends)}")
-        for i, (sample, (lo, hi)) in enumerate(zip(samples, ends, strict=True)):
-            if fault := fault_of_ends(sample, lo, hi, level, METHODS[0]):
-                raise Unproven(f"{name}[{i}] {fault}")
-    greatest, least, first = Fraction(0), Fraction(0), 0
-    for block in blocks:
-        outer, inner = (ends[first : first + len(block)] for ends in (interval.upper, interval.lower))
-        first += len(block)
-        greatest = max(greatest, _widest_gap([hi for _, hi in outer], [lo for lo, _ in outer]))
-        least = max(least, _widest_gap([lo for lo, _ in inner], [hi for _, hi in inner]))
-    low, high = (Fraction(*end) for end in interval.difference)
-    if high < min(greatest, Fraction(1)):
-        raise Unproven("two rates can be further apart than the upper end")
-    if not 0 <= low <= least:
-        raise Unproven("no two rates are surely as far apart as the lower end")
-
-
-def _widest_gap(tops: Sequence[Fraction], bottoms: Sequence[Fraction]) -> Fraction:
-    """The greatest top less the bottom of another one, of at least two."""
-    low = sorted(range(len(bottoms)), key=bottoms.__getitem__)[:2]
-    return max(top - bottoms[low[0] if i != low[0] else low[1]] for i, top in enumerate(tops))
-
-
 def prove_by_box(interval: Interval, evidence: BoxEvidence, comparison: Comparison, used: int, spanned: int) -> None:
     """Make sure that ends of all means prove an interval of the ratio.
 
     ``used`` samples say something, and no two forms rest on more than ``spanned`` of them together.
     """
-    samples, blocks = comparison.samples, comparison.blocks
+    blocks = comparison.blocks
+    check_box(interval, evidence, comparison.samples, used, spanned)
+    low, high = interval.ratio
+    if high != INFINITY:
+        box = _scaled_box(evidence.upper)
+        for number, block in enumerate(blocks):
+            _check_block(block, number, Fraction(*high), box)
+    check_named(interval.ratio, evidence.pair)
+    if evidence.pair is not None:
+        higher, lower = pair_at(evidence.pair, blocks)
+        box = _scaled_box(evidence.lower)
+        nothing = not any(box[i][0] for i in {*higher[0], *lower[0]})  # 0/0 is 1
+        if nothing or not _at_most_times(lower, higher, Fraction(low[1], low[0]), box):
+            raise Unproven("the least quotient of the pair is less than the lower end")
+
+
+def check_box(interval: Interval, evidence: BoxEvidence, samples: Sequence[Sample], used: int, spanned: int) -> None:
+    """Make sure that the ends of means hold at their levels, which the confidence leaves room for."""
     confidence = Fraction(*interval.confidence)
     beta, other = evidence.levels
     if not (0 < beta < 1 and 0 < other < 1 if used else beta == other == 0):
@@ -117,18 +93,6 @@ def prove_by_box(interval: Interval, evidence: BoxEvidence, comparison: Comparis
         for i, (sample, (lo, hi)) in enumerate(zip(samples, ends, strict=True)):
             if fault := fault_of_ends(sample, lo, hi, level, interval.method):
                 raise Unproven(f"{name}[{i}] {fault}")
-    low, high = interval.ratio
-    if high != INFINITY:
-        box = _scaled_box(evidence.upper)
-        for number, block in enumerate(blocks):
-            _check_block(block, number, Fraction(*high), box)
-    check_named(interval.ratio, evidence.pair)
-    if evidence.pair is not None:
-        higher, lower = pair_at(evidence.pair, blocks)
-        box = _scaled_box(evidence.lower)
-        nothing = not any(box[i][0] for i in {*higher[0], *lower[0]})  # 0/0 is 1
-        if nothing or not _at_most_times(lower, higher, Fraction(low[1], low[0]), box):
-            raise Unproven("the least quotient of the pair is less than the lower end")
 
 
 def _all_hold(wrong: Sequence[tuple[Fraction, int]], confidence: Fraction) -> bool:

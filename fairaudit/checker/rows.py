@@ -60,14 +60,17 @@ def _read_utility(value: object, where: str, weights: Sequence[int]) -> tuple[Ra
     for i, (item, weight) in enumerate(zip(read_list(value, where, len(weights)), weights, strict=True)):
         if item is None and weight:
             raise malformed(f"{where}[{i}]", "is null where the weight is positive")
-        entries.append(None if item is None else read_rational(item, f"{where}[{i}]", nonnegative=True))
+        entries.append(None if item is None else read_rational(item, f"{where}[{i}]"))
     return tuple(entries)
 
 
-def read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = True, positive: Positive | None = None) -> Table:
+def read_table(
+    lines: Iterable[tuple[str, object, bytes | None]], keep: bool = True, positive: Positive | None = None, differences: bool = False
+) -> Table:
     """Read a table from (where, value, bytes in the file or None if embedded), the header first.
 
-    What is read is not kept when only the figures of the table are needed.  Figures given the true label need to know what is positive.
+    What is read is not kept when only the figures of the table are needed.  Figures given the true label need to know what is positive;
+    differences of expectations are formed where they are asked for.
     """
     digest = hashlib.sha256()
     reader: _Rows | None = None
@@ -75,9 +78,9 @@ def read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = T
         if reader is None:
             header = read_header(value, where)
             if isinstance(value, dict) and "filters" in value:
-                reader = _PolicyRows(header, *read_filters(header, value["filters"], f"{where}.filters"))
+                reader = _PolicyRows(header, differences, *read_filters(header, value["filters"], f"{where}.filters"))
             else:
-                reader = _Rows(header, keep, positive)
+                reader = _Rows(header, differences, keep, positive)
         else:
             reader.add(value, where)
         if raw is not None:
@@ -94,10 +97,10 @@ def read_table(lines: Iterable[tuple[str, object, bytes | None]], keep: bool = T
 class _Rows:
     """The lines of a table after its header, as they are read."""
 
-    def __init__(self, header: Header, keep: bool = True, positive: Positive | None = None) -> None:
-        self.header = header
+    def __init__(self, header: Header, differences: bool, keep: bool = True, positive: Positive | None = None) -> None:
+        self.header, self.differences = header, differences
         self.given_truth = None if header.truths is None or positive is None else GivenTruth(header, positive)
-        self.figures = Figures(header)
+        self.figures = Figures(header, differences=differences)
         self.kept: list[Cell] | None = [] if keep else None
         self.keys = _given_with_cells(header)
         self.gains = None if header.utility is None else gains_of(header.utility)
@@ -163,8 +166,8 @@ def lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]
 class _PolicyRows(_Rows):
     """The lines of a policy's table: the rows of the policy, then the true cells if masses or utilities are given."""
 
-    def __init__(self, header: Header, group: Filter, context: Filter | None, releases: int) -> None:
-        super().__init__(header)
+    def __init__(self, header: Header, differences: bool, group: Filter, context: Filter | None, releases: int) -> None:
+        super().__init__(header, differences)
         self.group, self.context, self.releases = group, context, releases
         self.true = replace(header, groups=tuple(self.group.inputs))
         if self.context is not None:
@@ -244,7 +247,7 @@ class _PolicyRows(_Rows):
             Cell(*divmod(i, len(self.true.groups)), law, mass, expectation(law, utility), utility)
             for i, (law, (mass, utility)) in enumerate(zip(laws, given, strict=True))
         )
-        figures = Figures(self.true, expectations_only=policy is None)
+        figures = Figures(self.true, expectations_only=policy is None, differences=self.differences and policy is not None)
         for cell in cells:
             figures.add(cell)
         return Table(self.true, cells, len(self.laws), digest, figures.of_all(), policy)

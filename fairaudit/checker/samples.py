@@ -96,7 +96,8 @@ class Sampling:
             return self.interval.limits
         if self.partly:
             return Fraction(0), self.greatest
-        return Fraction(0), max(Fraction(*g) for cell in cells for g in set(cell.utility) if g is not None)
+        values = [Fraction(*g) for cell in cells for g in set(cell.utility) if g is not None]
+        return min(Fraction(0), *values), max(Fraction(0), *values)
 
     def of_counts(self) -> Comparison:
         """Take a sample from each cell that is compared, or from each group, whose rows are pooled over the contexts."""

@@ -13,6 +13,8 @@ from .rates import GivenTruth
 from .rationals import ZERO, Rational, extreme_positions
 from .text import shown
 
+RATIOS = ("local", "global", "local_supremum", "global_supremum")
+
 
 @dataclass(frozen=True)
 class Table:
@@ -83,15 +85,25 @@ def globally_compared(table: Table) -> list[int]:
 
 
 def measure(table: Table) -> dict[str, Maximum | None]:
-    """Compute the six metrics of a table, or if only these were asked for the two of them that compare expectations."""
+    """Compute the metrics of a table, or if only these were asked for those that compare expectations.
+
+    Of utilities below 0 there are no ratios, nor what bounds them: they depend on the origin.
+    """
     local = table.figures.local
-    overall = ComparedGroups(table.header, local.expectations_only)
+    overall = ComparedGroups(table.header, local.expectations_only, local.apart is not None)
     groups = globally_compared(table)
     if groups:
         laws, means = zip(*map(table.figures.of_group, groups), strict=True)
         overall.add(groups, laws, means)
     metrics = local.maxima("local", "equalized_odds", "local_supremum")
-    return metrics | overall.maxima("global", "demographic_parity", "global_supremum")
+    metrics |= overall.maxima("global", "demographic_parity", "global_supremum")
+    return metrics | dict.fromkeys(RATIOS) if is_signed(table) else metrics
+
+
+def is_signed(table: Table) -> bool:
+    """Whether some utility is below 0."""
+    ends = table.header.utility or table.figures.ends or ()
+    return any(n < 0 for n, _ in ends)
 
 
 def constants(table: Table) -> dict[str, Rational | bool | None]:

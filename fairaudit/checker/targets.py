@@ -7,16 +7,18 @@ from fractions import Fraction
 
 from .certificate import Certificate, Target
 from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, POLICIES, Claim
+from .figures import EXPECTED_DIFFERENCES
 from .intervals import Proven
 from .judgement import Facts
 from .logarithms import log_at_most
 from .rationals import INFINITY, ONE, ZERO, Rational, as_pair, at_most
+from .table import is_signed
 from .text import Finding, compared, finding_of, shown
 from .work import working_on
 
 
 def _judge(target: Target, ends: tuple[Rational, Rational]) -> str:
-    """Judge a ratio of which only ends are known."""
+    """Judge a ratio, or a difference, of which only ends are known."""
     decide = log_at_most if target.unit == "log" else at_most
     exceeds, within = not decide(ends[0], target.limit), decide(ends[1], target.limit)
     return "inconclusive" if exceeds == within else "exceeds" if exceeds else "within"  # both: the ends cross
@@ -34,8 +36,9 @@ def _holds_of_any_sampled(claim: Claim, facts: Facts) -> bool:
 
 
 def ends_of_population(quantity: str, facts: Facts, true_claims: Iterable[Claim]) -> tuple[Rational, Rational]:
-    """Find the ends of a ratio of the population: those of the interval, and bounds that hold whatever was sampled."""
-    low, high = facts.proven[quantity].ratio if quantity in facts.proven else (ONE, INFINITY)
+    """Find the ends of a ratio, or of a difference, of the population: those of the interval, and bounds that hold whatever was sampled."""
+    least = ZERO if quantity in EXPECTED_DIFFERENCES else ONE
+    low, high = facts.proven[quantity].ratio if quantity in facts.proven else (least, INFINITY)
     for claim in true_claims:
         if claim.key[0] == f"{quantity}_ratio" and _holds_of_any_sampled(claim, facts) and at_most(claim.value, high):
             high = claim.value
@@ -47,7 +50,7 @@ def _spent(targets: Iterable[Target], facts: Facts) -> Fraction:
 
     A verdict rests on one end: where each end holds by itself, each target has its own error; ends that hold together have one for all.
     """
-    named = [target.quantity for target in targets if target.confidence is not None and target.quantity in facts.proven]
+    named = [target.judged_by for target in targets if target.confidence is not None and target.judged_by in facts.proven]
     each = [facts.proven[quantity].error for quantity in named if facts.proven[quantity].each]
     together = [facts.proven[quantity].error for quantity in set(named) if not facts.proven[quantity].each]
     return sum((*each, *together), Fraction(0))
@@ -61,12 +64,12 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
     seen: set[tuple[str, str]] = set()
     for i, target in enumerate(stated.targets):
         working_on(f"targets[{i}]")
-        metric = facts.metrics[target.quantity]
+        metric, difference = facts.metrics.get(target.judged_by), target.unit == "difference"
         ends = (ONE, INFINITY) if metric is None else (metric.value, metric.value)
         if target.confidence is not None:
-            ends = ends_of_population(target.quantity, facts, true_claims)
+            ends = ends_of_population(target.judged_by, facts, true_claims)
         verdicts.append(_judge(target, ends))
-        if stated.change is not None and target.quantity in stated.withdrawn and target.confidence is not None:
+        if stated.change is not None and target.quantity in stated.withdrawn and target.confidence is not None and not difference:
             exceeded = window is not None and stated.change.quantity == target.quantity and _judge(target, window.ratio) == "exceeds"
             # Which window contradicts the stream depends on the draws: those up to it have to hold together.
             exceeded = exceeded and window is not None and stated.change.window**2 * window.error <= 1 - target.confidence
@@ -81,6 +84,10 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
                 fault = "another target is judged at another confidence"
             if spent > 1 - target.confidence:
                 fault = f"the intervals do not hold together at this confidence, but only at {shown(as_pair(1 - spent))}"
+        if not difference and is_signed(facts.table):
+            fault = "utilities can be below 0, and ratios depend on the origin"
+        if difference and not stated.of_differences:
+            fault = "no difference is stated"
         if (target.quantity, target.unit) in seen:
             fault = "a target that occurs twice"
         seen.add((target.quantity, target.unit))

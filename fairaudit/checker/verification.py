@@ -16,10 +16,10 @@ from .metrics import check_metrics, check_not_compared, check_rates, check_unfil
 from .preparation import check_preparation, check_spellings
 from .program import Program
 from .rows import lines_of_file, read_table
-from .table import Table, constants, measure
+from .table import Table, constants, is_signed, measure
 from .tails import tail_rarity
 from .targets import check_targets
-from .text import Finding, Report, TableNeeded, compared
+from .text import Finding, Report, TableNeeded, compared, malformed
 from .work import CURRENT_WORK, Work, grant_bytes, working_on
 from .worst_case import check_class
 
@@ -63,6 +63,7 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
     working_on("the table")
     findings: list[Finding] = []
     table = _read_law(stated, lines, findings)
+    _check_sign(stated, table)
     working_on("the class of utilities")
     program = None if stated.utilities is None else Program(stated.utilities, table)
     working_on("the metrics")
@@ -100,15 +101,26 @@ def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list
     if stated.embedded is None and lines is None:
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
     if stated.embedded is None:
-        return read_table(lines_of_file(lines or ()), keep, stated.positive)
+        return read_table(lines_of_file(lines or ()), keep, stated.positive, stated.of_differences)
     names = chain(["subject.table.header"], (f"subject.table.rows[{i}]" for i in range(len(stated.embedded) - 1)))
-    table = read_table(((name, value, None) for name, value in zip(names, stated.embedded, strict=True)), keep, stated.positive)
+    table = read_table(
+        ((name, value, None) for name, value in zip(names, stated.embedded, strict=True)), keep, stated.positive, stated.of_differences
+    )
     if lines is not None:
         digest = hashlib.sha256()
         for line in lines:
             digest.update(line)
         findings.append(compared("the digest of the table file", digest.hexdigest(), table.digest))
     return table
+
+
+def _check_sign(stated: Certificate, table: Table) -> None:
+    """Refuse utilities below 0 where anything but differences would be stated of them."""
+    if is_signed(table) and (table.policy is not None or stated.utilities is not None or not stated.of_differences):
+        raise malformed(
+            "the table of the certificate",
+            "has utilities below 0, of which differences have to be stated, without filters or a class of utilities",
+        )
 
 
 def _check_intervals(stated: Certificate, table: Table, findings: list[Finding]) -> tuple[dict[str, Proven], Proven | None]:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
@@ -42,6 +43,23 @@ def plugins(group: str) -> Iterator[Any]:
             print(f"fairaudit: the plug-in {entry.name} cannot be loaded: {error}", file=sys.stderr)
 
 
+def with_negative_values(given: Sequence[str]) -> list[str]:
+    """Tie values that begin with a minus and a digit to their option: argparse would take ``-2,2`` for an option.
+
+    Examples
+    --------
+    >>> with_negative_values(["certify", "--utility-range", "-2,2", "-o", "c.json"])
+    ['certify', '--utility-range=-2,2', '-o', 'c.json']
+    """
+    tied: list[str] = []
+    for text in given:
+        if re.match(r"-\.?[0-9]", text) and tied and re.fullmatch("--[a-z-]+", tied[-1]):
+            tied[-1] += f"={text}"
+        else:
+            tied.append(text)
+    return tied
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -69,7 +87,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     for module in CORE:
         module.add(commands)
-    given = list(sys.argv[1:] if argv is None else argv)
+    given = with_negative_values(sys.argv[1:] if argv is None else argv)
     if not given or given[0] not in commands.choices:
         for module in plugins(ENTRY_POINT):
             module.add(commands)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from fairaudit.audits.sentences import Deciding, Sizes
     from fairaudit.certificates.certificate import Certificate
     from fairaudit.cli.population import Finding
+    from fairaudit.inference.differences import DifferenceInterval
     from fairaudit.inference.interval import Interval
     from fairaudit.measures.distances import Distance
     from fairaudit.measures.ratios import Ratio, Witness
@@ -93,15 +94,20 @@ def _details(result: Result, top: int, findings: list[Finding], *, two_sided: bo
             }
             for target, planned in result.further_draws
         ],
-        **({"two_sided": {quantity: _two_sided(found) for quantity, found in result.two_sided.items()}} if two_sided else {}),
+        **({"two_sided": _two_sided(result)} if two_sided else {}),
     }
 
 
-def _two_sided(found: Interval) -> dict[str, Any]:
-    """An interval with half of the error on each side."""
+def _two_sided(result: Result) -> dict[str, Any]:
+    """The intervals with half of the error on each side."""
     from fairaudit.certificates.numbers import number
 
-    return {"confidence": number(found.confidence), "ratio": [number(found.lower), number(found.upper)]}
+    def entry(found: Interval | DifferenceInterval, name: str) -> dict[str, Any]:
+        return {"confidence": number(found.confidence), name: [number(found.lower), number(found.upper)]}
+
+    apart = result.differences.two_sided if result.differences else {}
+    of_ratios: dict[str, Any] = {quantity: entry(found, "ratio") for quantity, found in result.two_sided.items()}
+    return {**of_ratios, **{f"{quantity}_difference": entry(found, "difference") for quantity, found in apart.items()}}
 
 
 def _radius(found: DriftRadius) -> dict[str, Any]:
@@ -116,7 +122,16 @@ def _decided(deciding: Deciding, result: Result) -> dict[str, Any]:
     pair = deciding.pair
     labels = _labels(pair)
     sized = {} if pair is None else _sized(result.sizes_of(pair))
-    return {"quantity": deciding.quantity, "end": deciding.end, "value": number(deciding.value), "by": deciding.by, "pair": labels, **sized}
+    unit = {"unit": deciding.unit} if deciding.unit == "difference" else {}
+    return {
+        "quantity": deciding.quantity,
+        **unit,
+        "end": deciding.end,
+        "value": number(deciding.value),
+        "by": deciding.by,
+        "pair": labels,
+        **sized,
+    }
 
 
 def _labels(pair: Witness | None) -> dict[str, Any] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.certified import certified
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from fairaudit.model.law import Law
     from fairaudit.model.utility import Utility
 
+
+DIFFERENCES = ("difference", "max_difference", "max_global_difference")
 
 DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
 
@@ -55,7 +58,8 @@ def add(commands: Any) -> None:
     _add_columns(parser)
     _add_choice(parser)
     _add_utility(parser)
-    add_limits(parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)"))
+    targets = parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)")
+    add_limits(targets, differences=True)
     add_population(parser)
     _add_guarantees(parser)
     _add_input_and_output(parser)
@@ -90,6 +94,11 @@ def _add_utility(parser: argparse.ArgumentParser) -> None:
     kind.add_argument("--utility-column", metavar="COL", help="column with the utility of each row; --decision may then be left out")
     worth.add_argument(
         "--positive", metavar="LABEL", help="the positive true label, where the decisions that are worth something do not name it"
+    )
+    worth.add_argument(
+        "--difference",
+        action="store_true",
+        help="state differences of expected utilities, too; utilities may then be negative, and of negative ones no ratio is stated",
     )
     worth.add_argument(
         "--burden", action="store_true", help="the utility counts a burden: the group with more of it is disadvantaged, not favoured"
@@ -135,10 +144,11 @@ def run(arguments: argparse.Namespace) -> Answer:
         return _list_examples()
     if isinstance(arguments.table, list):
         arguments.table = arguments.table if len(arguments.table) > 1 else arguments.table[0] if arguments.table else None
-    for name in ("truth", "positive"):
-        if getattr(arguments, name) is not None and (arguments.from_monitor or arguments.slots):
+    for name in ("truth", "positive", *DIFFERENCES):
+        if getattr(arguments, name) and (arguments.from_monitor or arguments.slots):
             other = "--from-monitor" if arguments.from_monitor else "--slots"
-            raise InputError(f"--{name} does not go with {other}; true labels go with counts and logs of decisions")
+            what = "differences go" if name in DIFFERENCES else "true labels go"
+            raise InputError(f"{option(name)} does not go with {other}; {what} with counts and logs of decisions")
     if arguments.from_monitor is not None:
         from fairaudit.cli.monitored import certify_state
 
@@ -200,6 +210,7 @@ def _certify(arguments: argparse.Namespace) -> Answer:
             embed_table=False if arguments.no_table else None,
             positive=audit.positive if audit else arguments.positive,
             burden=burden,
+            difference=arguments.difference or (audit is not None and audit.difference),
         )
         findings = findings_beside(arguments, result, utility, options)
     return certified(arguments, result, findings)
@@ -210,7 +221,7 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
     from fairaudit.audits.reading import unfit_for_parts
 
     others = ("positive", "report", "placebo", "claimed_exp_epsilon", "utility_range", "two_sided", "select", "max_drift", "all_bounds")
-    return unfit_for_parts(reading, {name: getattr(arguments, name) for name in others})
+    return unfit_for_parts(reading, {name: getattr(arguments, name) for name in (*others, *DIFFERENCES)})
 
 
 def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
@@ -254,7 +265,12 @@ def _audit_file(arguments: argparse.Namespace) -> Audit:
     refuse_beside(arguments.table, {name: getattr(arguments, name) for name in (*SAID_THERE, "placebo")}, option)
     others = {"missing": arguments.missing != "error", "fold_labels": arguments.fold_labels, "map": arguments.map}
     refuse_beside(arguments.table, others, option)
-    return read_audit(arguments.table)
+    return read_audit(arguments.table, signed=_signed(arguments))
+
+
+def _signed(arguments: argparse.Namespace) -> bool:
+    """Whether differences are asked for, so that utilities may be negative."""
+    return any(getattr(arguments, name) for name in DIFFERENCES)
 
 
 def _positive(text: str) -> int:
@@ -310,8 +326,9 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
         raise InputError(
             "no utility was given; use --utility, such as --utility Admitted or --utility yes=1,maybe=0.5, or --utility-column COL"
         )
-    reading = reading_of(arguments)
-    given = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"))
+    signed = _signed(arguments)
+    reading = replace(reading_of(arguments), signed=signed)
+    given = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"), signed=signed)
     with progress() as told:
         most = None if _unfit_for_parts(arguments, reading) else MOST_ROWS
         return read_audited(arguments.table, reading, given, report=told, most=most)

@@ -35,8 +35,8 @@ def add_command(commands: Any, name: str, run: Any, summary: str, description: s
     return parser
 
 
-def add_limits(group: Any) -> None:
-    """Declare the limits on the local and the global ratio."""
+def add_limits(group: Any, *, differences: bool = False) -> None:
+    """Declare the limits on the local and the global ratio, and those on differences where they are judged."""
     group.add_argument(
         "--max-local-ratio", action=_Once, metavar="Q", help="limit on R, the worst ratio within a context: 5/4, or 0.8 (least/greatest)"
     )
@@ -45,15 +45,21 @@ def add_limits(group: Any) -> None:
     group.add_argument(
         "--max-global-log", action=_Once, metavar="L", help="limit on the natural logarithm of the worst ratio of group means"
     )
+    if differences:
+        group.add_argument(
+            "--max-difference", action=_Once, metavar="D", help="limit on D, the greatest difference of expected utilities within a context"
+        )
+        group.add_argument("--max-global-difference", action=_Once, metavar="D", help="limit on the greatest difference of group means")
     for quantity in ("local", "global"):
         _refuse(group, f"--max-{quantity}", (f"--max-{quantity}-ratio", f"--max-{quantity}-log"))
 
 
 def given_limits(arguments: argparse.Namespace) -> dict[str, Any]:
     """The limits that were given, by name."""
-    from fairaudit.measures.limits import LIMITS
+    from fairaudit.measures.limits import DIFFERENCE_LIMITS, LIMITS
 
-    return {name: getattr(arguments, name) for name in LIMITS if getattr(arguments, name) is not None}
+    named = (*LIMITS, *DIFFERENCE_LIMITS)
+    return {name: limit for name in named if (limit := getattr(arguments, name, None)) is not None}
 
 
 def add_limit(parser: Any, *, required: bool = False, several: bool = False) -> None:

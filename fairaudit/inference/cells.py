@@ -55,7 +55,7 @@ class Cell:
         total, bottom = self.total.numerator, self.total.denominator
         above, below = total * low_bottom - self.draws * low * bottom, self.draws * high * bottom - total * high_bottom
         width = high * low_bottom - low * high_bottom
-        if self.draws < 0 or low < 0 or width < 0 or above < 0 or below < 0:
+        if self.draws < 0 or width < 0 or above < 0 or below < 0:
             raise InputError(f"{self.draws} draws between {self.low} and {self.high} cannot sum to {self.total}")
         if self.binary and width and above * high_bottom % (bottom * width):
             raise InputError(f"{self.draws} draws, each {self.low} or {self.high}, cannot sum to {self.total}")

@@ -43,7 +43,8 @@ def whole_counts(law: Law, cell: int) -> list[int]:
 
 def range_assumption(utility: UtilityTable, limits: Ends | None) -> str:
     """What the reader must accept of the range of a draw: the declared one, else that of all decisions, or of each cell its own."""
-    return OWN_RANGE if limits is None and not utility.by_decision else range_said(*(limits or (Fraction(0), utility.gamma)))
+    whole = min(Fraction(0), utility.m), max(Fraction(0), utility.gamma)
+    return OWN_RANGE if limits is None and not utility.by_decision else range_said(*(limits or whole))
 
 
 class SampledUtility:
@@ -133,14 +134,14 @@ def _summable(law: Law, values: _Scaled, *, over_contexts: bool = False) -> bool
     if law.kind != "counts" or law.scale != 1 or law.weights.dtype != np.int64 or values.outside:
         return False
     most = 2 * float(law.weights.sum(dtype=np.float64)) if over_contexts else int(law.weights.max()) * law.weights.shape[1]
-    return bool(most <= MAX_DRAWS and int(most) * max(1, max(values.whole) ** 2) < 2**63)
+    return bool(most <= MAX_DRAWS and int(most) * max(1, *(v * v for v in values.whole)) < 2**63)
 
 
 def declared_range(limits: tuple[Any, Any]) -> Ends:
     """Read the declared range of a utility."""
     low, high = (Fraction(*option_value(v)) for v in limits)
-    if not 0 <= low <= high:
-        raise InputError(f"a utility between {low} and {high} is not accepted; the limits are at least 0, the lower one first")
+    if low > high:
+        raise InputError(f"a utility between {low} and {high} is not accepted; the lower limit comes first")
     return low, high
 
 
@@ -166,8 +167,8 @@ class _Scaled:
 
 
 def scaled_values(values: Sequence[Fraction], declared: Ends | None) -> _Scaled:
-    """Lay out the values of g in a cell; without a declared range it goes from 0 to the greatest of them."""
-    low, high = declared or (Fraction(0), max(values))
+    """Lay out the values of g in a cell; without a declared range it goes from 0, or the least of them, to the greatest, or 0."""
+    low, high = declared or (min(Fraction(0), *values), max(Fraction(0), *values))
     bottom = lcm(*(v.denominator for v in values))
     whole = tuple(v.numerator * (bottom // v.denominator) for v in values)
     outside = tuple(i for i, v in enumerate(values) if not low <= v <= high)

@@ -14,7 +14,7 @@ from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.half_split import MOST_DRAWS as MOST_TO_SPLIT
 from fairaudit.inference.half_split import HalfSplit, Selection
 from fairaudit.inference.levels import Holding, pair_errors
-from fairaudit.inference.pair_exact import LEVELS, MAX_DRAWS, Pair, order_scale, pair_excludes, pair_upper
+from fairaudit.inference.pair_exact import LEVELS, MAX_DRAWS, Contrast, Pair, order_scale, pair_excludes, pair_upper
 
 MOST_STEPS = 45_000_000
 """Of those that docs/certificate.md lets a document ask of its reader."""
@@ -35,10 +35,17 @@ Place = tuple[int, int, int]
 """A block, and the positions of two of its forms, the higher one first."""
 
 
-def fits_pairs(comparison: Comparison, alpha: Fraction, select: Selection = "bonferroni") -> bool:
-    """Whether every pair that is compared is one of two cells of draws that are 0 or some positive number, few enough for ladders."""
+def fits_pairs(comparison: Comparison, alpha: Fraction, select: Selection = "bonferroni", contrast: Contrast = "ratio") -> bool:
+    """Whether every pair that is compared is one of two cells of two-valued draws, few enough for ladders.
+
+    For ratios the values are 0 and some positive number; for differences they are the same two in all cells.
+    """
     cells = [comparison.cells[form[0][0]] for block in comparison.blocks if len(block) > 1 for form in block]
-    two_valued = all(cell.binary and cell.low == 0 < cell.high and 0 < cell.draws <= MAX_DRAWS for cell in cells)
+    two_valued = all(cell.binary and cell.low < cell.high and 0 < cell.draws <= MAX_DRAWS for cell in cells)
+    if contrast == "ratio":
+        two_valued = two_valued and all(cell.low == 0 for cell in cells)
+    else:
+        two_valued = two_valued and len({(cell.low, cell.high) for cell in cells}) == 1
     if not cells or not two_valued or not comparison.single or comparison.dependent:
         return False
     steps = LADDER * sqrt(max(cell.draws for cell in cells)) * (2 + comparison.pairs / 20)
@@ -49,16 +56,17 @@ def fits_pairs(comparison: Comparison, alpha: Fraction, select: Selection = "bon
 
 
 def pairs_interval(
-    comparison: Comparison, alpha: Fraction, ends: Holding, select: Selection = "bonferroni"
+    comparison: Comparison, alpha: Fraction, ends: Holding, select: Selection = "bonferroni", contrast: Contrast = "ratio"
 ) -> tuple[Fraction, Extended, dict[str, Any]]:
-    """Both ends of the ratio, each ordered pair by itself, with their evidence.
+    """Both ends of the ratio, or of the difference, each ordered pair by itself, with their evidence.
 
-    The pair that attains R does not depend on the draws, so that the greatest of all upper ends needs no correction for many pairs; the
-    pair that proves the lower end does, so that all of them share its error, unless one half of the draws chooses it for the other half.
+    The pair that attains R, or D, does not depend on the draws, so that the greatest of all upper ends needs no correction for many
+    pairs; the pair that proves the lower end does, so that all of them share its error, unless one half of the draws chooses it for the
+    other half.
     """
-    pairs = _Pairs(comparison, alpha, ends, HalfSplit(comparison) if select == "half-split" else None)
-    upper, knots = (inf, None) if ends == "lower" else pairs.upper()
-    lower, proof = (Fraction(1), None) if ends == "upper" else pairs.lower()
+    pairs = _Pairs(comparison, alpha, ends, HalfSplit(comparison) if select == "half-split" else None, contrast)
+    upper, knots = (pairs.greatest, None) if ends == "lower" else pairs.upper()
+    lower, proof = (pairs.least, None) if ends == "upper" else pairs.lower()
     levels = {
         name: None if level is None else extended_text(level) for name, level in (("upper", pairs.errors[0]), ("lower", pairs.errors[1]))
     }
@@ -66,14 +74,16 @@ def pairs_interval(
     return lower, upper, {"levels": levels, "upper": knots, "lower": proof, **split}
 
 
-def pairs_driver(comparison: Comparison, alpha: Fraction, ends: Holding, upper: Extended) -> Place | None:
+def pairs_driver(comparison: Comparison, alpha: Fraction, ends: Holding, upper: Extended, contrast: Contrast = "ratio") -> Place | None:
     """The pair that drives the upper end: the first, by floats, that is not excluded a little below it; or the most unequal."""
-    pairs = _Pairs(comparison, alpha, ends)
+    pairs = _Pairs(comparison, alpha, ends, contrast=contrast)
     ranked = pairs.ranked(upper=True)
     if upper == inf:
         return next((place for place in ranked if not comparison.cells[pairs.cells(place)[1]].successes), None)
     below = Fraction(upper) * (1 - Fraction(1, 100))
-    return next((place for place in ranked if below <= 1 or pairs.knots(place, below, lower=False) is None), None) if upper > 1 else None
+    if upper <= pairs.least:
+        return None
+    return next((place for place in ranked if below <= pairs.least or pairs.knots(place, below, lower=False) is None), None)
 
 
 @dataclass(frozen=True)
@@ -84,6 +94,23 @@ class _Pairs:
     alpha: Fraction
     ends: Holding
     split: HalfSplit | None = None
+    contrast: Contrast = "ratio"
+
+    @property
+    def least(self) -> Fraction:
+        """Of ratios and differences of groups that are alike."""
+        return Fraction(1 if self.contrast == "ratio" else 0)
+
+    @property
+    def greatest(self) -> Extended:
+        """What no draws are needed for."""
+        return inf if self.contrast == "ratio" else self.width
+
+    @cached_property
+    def width(self) -> Fraction:
+        """How far apart the two values of a draw are, where they are the same everywhere."""
+        cell = self.comparison.cells[self.cells(self.places[0])[0]]
+        return cell.high - cell.low
 
     @cached_property
     def errors(self) -> tuple[Fraction | None, Fraction | None]:
@@ -101,7 +128,7 @@ class _Pairs:
         return block[place[1]][0][0], block[place[2]][0][0]
 
     def pair(self, place: Place, *, lower: bool) -> tuple[Pair, Fraction, Fraction]:
-        """The pair for the upper end of its ratio (or for its lower end, exchanged), by what its ratio is multiplied, and the level."""
+        """The pair for the upper end of its contrast (or for its lower end, exchanged), by what that is multiplied, and the level."""
         level = self.errors[1 if lower else 0] or Fraction(0)
         numbers = self.cells(place)[:: -1 if lower else 1]
         one, other = (self.comparison.cells[i] for i in numbers)
@@ -110,10 +137,11 @@ class _Pairs:
             (k, n), (m, size) = (self.split.halves(i)[1] for i in numbers)
         # A two-sided end orders outcomes as its one-sided end does, so that it is never the narrower one.
         scale = order_scale(2 * level if self.ends == "together" else level)
-        return Pair(k, n, m, size, scale), one.high / other.high, level
+        factor = one.high / other.high if self.contrast == "ratio" else self.width
+        return Pair(k, n, m, size, scale, self.contrast), factor, level
 
     def knots(self, place: Place, limit: Fraction, *, lower: bool) -> tuple[Fraction, ...] | None:
-        """What proves that a ratio is less than a limit; None if nothing does."""
+        """What proves that a ratio, or a difference, is less than a limit; None if nothing does."""
         pair, factor, level = self.pair(place, lower=lower)
         return pair_excludes(pair, limit / factor, level)
 
@@ -125,36 +153,40 @@ class _Pairs:
             for i in self.cells(place):
                 cell = self.comparison.cells[i]
                 share = (float(cell.successes) + 0.5) / (cell.draws + 1)
-                means.append(log(share) + log(float(cell.high)))
-                variance += (1 - share) / share / (cell.draws + 1)
+                of_ratio = self.contrast == "ratio"
+                means.append(log(share) + log(float(cell.high)) if of_ratio else share)
+                variance += (1 - share) / share / (cell.draws + 1) if of_ratio else (1 - share) * share / (cell.draws + 1)
             return means[0] - means[1] + (2 if upper else -3) * sqrt(variance)
 
         return sorted(self.places, key=promise, reverse=True)
 
     def upper(self) -> tuple[Extended, list[list[str]] | None]:
         """The greatest upper end of a pair, and knots for every pair."""
-        end: Extended = Fraction(1)
+        end: Extended = self.least
         for place in self.ranked(upper=True):
-            if end > 1 and self.knots(place, Fraction(end), lower=False) is not None:
+            if end > self.least and self.knots(place, Fraction(end), lower=False) is not None:
                 continue
             pair, factor, level = self.pair(place, lower=False)
             end = max(end, pair_upper(pair, level).value * factor)
-            if end == inf:
-                return inf, None
+            if end >= self.greatest:
+                return self.greatest, None
         for _ in range(LOOKED_AT):
             found = [self.knots(place, Fraction(end), lower=False) for place in self.places]
             if None not in found:
                 return end, [[extended_text(q) for q in knots or ()] for knots in found]
-            end *= WIDER
-        return inf, None
+            end = end * WIDER if self.contrast == "ratio" else end + (WIDER - 1) * self.width
+        return self.greatest, None
 
     def lower(self) -> tuple[Fraction, dict[str, Any] | None]:
         """The greatest lower end of those pairs that are furthest apart, or that of the pair which one half chose, and its knots."""
-        best, proof = Fraction(1), None
+        best, proof = self.least, None
         for place in self.ranked(upper=False)[:LOOKED_AT] if self.split is None else self.split.chosen:
             pair, factor, level = self.pair(place, lower=True)
             found = pair_upper(pair, level)
-            value = found.value * factor
-            if 0 < value < 1 / best and found.knots is not None:
-                best, proof = 1 / Fraction(value), {"pair": list(place), "knots": [extended_text(q) for q in found.knots]}
+            if found.knots is None or (self.contrast == "ratio" and found.value <= 0):
+                continue
+            exchanged = Fraction(found.value) * factor
+            value = 1 / exchanged if self.contrast == "ratio" else -exchanged
+            if value > best:
+                best, proof = value, {"pair": list(place), "knots": [extended_text(q) for q in found.knots]}
         return best, proof

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from fairaudit.inference.differences import DifferenceInterval, difference_interval
+from fairaudit.inference.differences import DifferenceInterval, difference_of_rates
 from fairaudit.measures.rates import KINDS, OVERALL, RatesGivenTruth, blocks
 from fairaudit.theorems.assumptions import DECLARED_POSITIVE, GIVEN_TRUTH, POOLED
 from fairaudit.words import brief
@@ -39,4 +39,4 @@ def _interval(given: RatesGivenTruth, name: str, confidence: Fraction) -> Differ
     compared = [block for kind in (KINDS if name.startswith("equalized") else KINDS[:1]) for block in blocks(given.rates[kind + suffix])]
     draws = [[(int(rate.positives), int(rate.draws)) for rate in block] for block in compared]
     assumptions = (GIVEN_TRUTH, *((POOLED,) if suffix else ()), DECLARED_POSITIVE, *given.law.assumptions)
-    return difference_interval(draws, confidence, assumptions)
+    return difference_of_rates(draws, confidence, assumptions)

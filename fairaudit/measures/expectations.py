@@ -79,7 +79,14 @@ def cell_expectation(law: Law, utility: UtilityTable, cell: int) -> Pair:
     return top, sum(row) * utility.scale
 
 
+def _refuse_negative(utility: UtilityTable) -> None:
+    if utility.signed:
+        raise InputError("ratios depend on the origin of the utility, which is negative for some decision; measure differences instead")
+
+
 def expectation_grid(law: Law, utility: UtilityTable) -> Grid:
+    """E(x,a) of the compared cells, for a utility of at least 0."""
+    _refuse_negative(utility)
     cells = np.flatnonzero(law.compared)
     everything = len(cells) == len(law.weights)
     weights = law.weights if everything else law.weights[cells]
@@ -204,7 +211,8 @@ def listed_grid(table: Sequence[Sequence[Pair]]) -> Grid:
 
 
 def mean_grid(law: Law, utility: UtilityTable) -> Grid:
-    """Ē(a) of the globally compared groups."""
+    """Ē(a) of the globally compared groups, for a utility of at least 0."""
+    _refuse_negative(utility)
     if law.floating and law.global_groups:
         return _float_mean_grid(law, utility)
     return listed_grid([[mean] for mean in _group_means(law, utility)])

@@ -1,8 +1,8 @@
-"""Limits on the worst ratio: their names, how they are read, and how they are said.
+"""Limits on the worst ratio, and on the greatest difference: their names, how they are read, and how they are said.
 
 A limit is one on the ratio itself (R, R̄) or on its natural logarithm (L, L̄), and its name says which: a bare number such as 0.8 is a
 ratio to one reader and a logarithm to the next, and the two differ by far. A limit on the ratio under 1 is read as least over greatest,
-so that 0.8, the four-fifths rule, is 5/4.
+so that 0.8, the four-fifths rule, is 5/4. A limit on the difference of expectations (D, D̄) is on the scale of the utility.
 """
 
 from __future__ import annotations
@@ -21,11 +21,13 @@ from fairaudit.words import approximate
 
 __all__ = [
     "ALONE",
+    "DIFFERENCE_LIMITS",
     "LIMITS",
     "MEASURED",
     "Limit",
     "Quantity",
     "Unit",
+    "difference_limits_of",
     "instead",
     "limit_cells",
     "limit_readings",
@@ -40,7 +42,7 @@ __all__ = [
 
 Quantity = Literal["local", "global"]
 
-Unit = Literal["log", "ratio"]
+Unit = Literal["log", "ratio", "difference"]
 
 Limit = tuple[Quantity, Unit, Fraction]
 
@@ -51,6 +53,8 @@ LIMITS: dict[str, tuple[Quantity, Unit]] = {
     "max_global_log": ("global", "log"),
     "max_global_ratio": ("global", "ratio"),
 }
+
+DIFFERENCE_LIMITS: dict[str, Quantity] = {"max_difference": "local", "max_global_difference": "global"}
 
 MEASURED = {"max_local": ("max_local_ratio", "max_local_log"), "max_global": ("max_global_ratio", "max_global_log")}
 
@@ -157,6 +161,34 @@ def limits_of(given: Mapping[str, Any]) -> list[Limit]:
     return [(quantity, unit, read_limit(name, value)) for quantity, unit, name, value in asked if value is not None]
 
 
+def difference_limits_of(given: Mapping[str, Any]) -> list[Limit]:
+    """Limits on differences that were asked for, by the names of `DIFFERENCE_LIMITS`, as exact rationals.
+
+    Raises
+    ------
+    InputError
+        If one is no number, or negative.
+
+    Examples
+    --------
+    >>> difference_limits_of({"max_difference": 0.2})
+    [('local', 'difference', Fraction(1, 5))]
+    """
+    found: list[Limit] = []
+    for name, quantity in DIFFERENCE_LIMITS.items():
+        value = given.get(name)
+        if value is None:
+            continue
+        try:
+            limit = Fraction(*option_value(value))
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
+        if limit < 0:
+            raise InputError(f"{name} is {shown(value)}; a difference of at least 0 is accepted, which is perfect parity")
+        found.append((quantity, "difference", limit))
+    return found
+
+
 def one_limit(max_ratio: Any, max_log: Any) -> tuple[Unit, Fraction]:
     """The one limit that was given.
 
@@ -179,7 +211,7 @@ def one_limit(max_ratio: Any, max_log: Any) -> tuple[Unit, Fraction]:
 
 
 def limit_text(quantity: str, unit: str, limit: Fraction) -> str:
-    """Say a limit in both readings, the way it is said everywhere.
+    """Say a limit in its readings, the way it is said everywhere.
 
     Examples
     --------
@@ -187,7 +219,11 @@ def limit_text(quantity: str, unit: str, limit: Fraction) -> str:
     'local ratio at most 1.25 (least at least 0.8 of the greatest; log 0.2231)'
     >>> limit_text("global", "log", Fraction(1, 5))
     'global log-ratio at most 0.2 (ratio 1.221; least at least 0.8187 of the greatest)'
+    >>> limit_text("local", "difference", Fraction(1, 5))
+    'local difference at most 0.2'
     """
+    if unit == "difference":
+        return f"{quantity} difference at most {approximate(limit)}"
     if unit == "ratio" and limit < 1:  # no limit of ours, but a document of others may say it
         return f"{quantity} ratio at most {approximate(limit)}"
     ratio, least, log = limit_cells(unit, limit)
@@ -210,13 +246,17 @@ def limit_cells(unit: str, limit: Fraction) -> tuple[str, str, str]:
 
 
 def limit_readings(unit: str, limit: Fraction) -> dict[str, list[str]]:
-    """Both readings of a limit as a program reads them: what is exact as a rational twice, the rest between two decimals.
+    """The readings of a limit as a program reads them: what is exact as a rational twice, the rest between two decimals.
 
     Examples
     --------
     >>> limit_readings("ratio", Fraction(5, 4))
     {'ratio': ['5/4', '5/4'], 'least_over_greatest': ['4/5', '4/5'], 'log': ['0.223143551314', '0.223143551315']}
+    >>> limit_readings("difference", Fraction(1, 5))
+    {'difference': ['1/5', '1/5']}
     """
+    if unit == "difference":
+        return {"difference": _ends((limit, limit))}
     ratio, least, log = _readings(unit, limit)
     return {"ratio": _ends(ratio), "least_over_greatest": _ends(least), "log": _ends(log)}
 

@@ -266,8 +266,8 @@ def positive_labels(law: Law, utility: UtilityTable, positive: Any = None) -> Po
     if positive is not None and wanted not in truths:
         raise InputError(f"the positive label {shown(positive)} is no true label of column {name}; {nearest(str(wanted), truths)}")
     worth = utility.values.tolist() if utility.by_decision else []
-    if len({value for value in worth if value}) == 1:
-        chosen = tuple(label for label, value in zip(law.decisions, worth, strict=True) if value)
+    if len({value for value in worth if value > 0}) == 1:
+        chosen = tuple(label for label, value in zip(law.decisions, worth, strict=True) if value > 0)
     elif wanted is not None and wanted in law.decisions:
         chosen = (wanted,)
     else:

@@ -1,4 +1,7 @@
-"""The utility g(u,x,a) ≥ 0 of the person with context x and group a when decision u is taken, and its constants."""
+"""The utility g(u,x,a) of the person with context x and group a when decision u is taken, and its constants.
+
+It is at least 0 wherever ratios are formed; one that may be negative is said to be `signed`, and has differences only.
+"""
 
 from __future__ import annotations
 
@@ -31,6 +34,8 @@ Values = ByLabel[Number]
 
 Metric = Callable[[Label, Label], Any]
 
+SIGNED = "or ask for differences alone: difference, --difference"
+
 MISSPELT = 0.8  # of difflib's measure: 'yess' is yes, 'not hired' is not hired
 
 Entry = tuple[str, Label, Label]
@@ -49,20 +54,27 @@ class Utility:
         g(u,x,a) where it varies; set by `from_table` and `from_function`.
     observed : bool
         Whether the values were read off a table, so that the greatest one seen does not bound those that were not.
+    signed : bool
+        Whether values may be negative. Such a utility has differences between groups and no ratios, which depend on the origin.
 
     Examples
     --------
     >>> Utility({"yes": 1, "maybe": "0.5"}).gamma
     Fraction(1, 1)
+    >>> Utility({"better": 1, "worse": -1}, signed=True).m
+    Fraction(-1, 1)
     """
 
     values: Mapping[str, Fraction]
     entries: Mapping[Entry, tuple[int, int]] | None = field(default=None, repr=False)
     observed: bool = field(default=False, repr=False)
+    signed: bool = field(default=False, repr=False)
 
     if TYPE_CHECKING:  # what is accepted; the attributes are what is kept of it
 
-        def __init__(self, values: Values, entries: Mapping[Entry, tuple[int, int]] | None = None, observed: bool = False) -> None: ...
+        def __init__(
+            self, values: Values, entries: Mapping[Entry, tuple[int, int]] | None = None, observed: bool = False, signed: bool = False
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         """Read the values as exact rationals."""
@@ -77,9 +89,9 @@ class Utility:
                 pair = option_value(value)
             except InputError as error:
                 raise InputError(f"the utility of decision {shown(label)}: {error}") from None
-            if pair[0] < 0:
+            if pair[0] < 0 and not self.signed:
                 raise InputError(
-                    f"the utility of decision {shown(label)} is negative; utilities are at least 0 (shift them, or audit the burden)"
+                    f"the utility of decision {shown(label)} is negative; utilities are at least 0 (audit the burden, {SIGNED})"
                 )
             exact[label] = pair
         object.__setattr__(self, "values", {label: Fraction(*pair) for label, pair in exact.items()})
@@ -95,6 +107,7 @@ class Utility:
         group: str | Sequence[str] = (),
         context: str | Sequence[str] | None = None,
         missing: Missing = "error",
+        signed: bool = False,
     ) -> Utility:
         """Read g(u,x,a) from a column of a table.
 
@@ -110,6 +123,8 @@ class Utility:
             Columns on which g may depend.
         missing : {"error", "drop", "group"}
             With "group" an empty label is the level ``(missing)``, as in `Law.from_counts`; otherwise such rows are passed over.
+        signed : bool
+            Whether values may be negative.
 
         Returns
         -------
@@ -142,8 +157,8 @@ class Utility:
                     if label_text(value) is None:
                         raise InputError("the utility is missing")
                     pair = rational(value)
-                    if pair[0] < 0:
-                        raise InputError(f"{shown(value)} is negative; utilities are at least 0")
+                    if pair[0] < 0 and not signed:
+                        raise InputError(f"{shown(value)} is negative; utilities are at least 0 ({SIGNED})")
                 except InputError as error:
                     raise InputError(f"column {shown(utility)}, {where(position)}: {error}") from None
                 cache[cached] = pair
@@ -153,18 +168,20 @@ class Utility:
                     f"column {shown(utility)}, {where(position)}: the utility {shown(value)} differs from that of an earlier row with the "
                     "same decision, context and group; leave out the decision column so that each value counts as its own decision"
                 )
-        return Utility(*_simplest(entries), observed=True)
+        return Utility(*_simplest(entries), observed=True, signed=signed)
 
     @staticmethod
-    def from_function(function: Callable[[str, Label, Label], Number], law: Law) -> Utility:
+    def from_function(function: Callable[[str, Label, Label], Number], law: Law, *, signed: bool = False) -> Utility:
         """Tabulate g(u, x, a) over the decisions, contexts and groups of a law.
 
         Parameters
         ----------
         function : callable
-            Takes a decision label and the label tuples of context and group; returns a number ≥ 0.
+            Takes a decision label and the label tuples of context and group; returns a number.
         law : Law
             Where the labels come from.
+        signed : bool
+            Whether values may be negative.
 
         Returns
         -------
@@ -187,10 +204,10 @@ class Utility:
             for u in law.decisions:
                 value = function(u, law.contexts[x], law.groups[a])
                 pair = option_value(value)
-                if pair[0] < 0:
-                    raise InputError(f"the utility of decision {shown(u)} is {shown(value)}; utilities are at least 0")
+                if pair[0] < 0 and not signed:
+                    raise InputError(f"the utility of decision {shown(u)} is {shown(value)}; utilities are at least 0 ({SIGNED})")
                 entries[u, law.contexts[x], law.groups[a]] = pair
-        return Utility(*_simplest(entries))
+        return Utility(*_simplest(entries), signed=signed)
 
     @property
     def gamma(self) -> Fraction:
@@ -313,6 +330,11 @@ class UtilityTable:
         return self.values if self.given is None else self.values[self.given]
 
     @property
+    def signed(self) -> bool:
+        """Whether a value is negative, so that ratios of expectations say nothing: they depend on the origin."""
+        return self.m < 0
+
+    @property
     def depends_on_group(self) -> bool:
         """Whether g differs between two groups somewhere."""
         return self.lipschitz() > 0
@@ -370,7 +392,7 @@ def _alike(one: str, other: str) -> bool:
 
 
 def _array(values: list[int]) -> NDArray[Any]:
-    return np.array(values, dtype=np.int64 if max(values) <= INT64 else object)
+    return np.array(values, dtype=np.int64 if min(values) >= -INT64 and max(values) <= INT64 else object)
 
 
 def _simplest(entries: dict[Entry, tuple[int, int]]) -> tuple[dict[str, Fraction], dict[Entry, tuple[int, int]] | None]:

@@ -305,32 +305,32 @@
 
   // Metrics. A block is a list of [group, value]; the first greatest quotient wins.
   const named = (columns, label) => Object.fromEntries(columns.map((c, i) => [c, label[i]]));
-  async function greatest(blocks) {
+  async function greatest(blocks, contrast = quotient) {
     let best = null;
     for (const block of blocks) {
       let top = block.list[0][1], low = top;
       for (const [, v] of block.list) { if (compare(v, top) > 0) top = v; if (compare(v, low) < 0) low = v; }
-      const r = quotient(top, low);
+      const r = contrast(top, low);
       if (!best || compare(r, best.r) > 0) best = { r, block, top, low };
       if (late()) await turn();
     }
     if (!best) return null;
     const list = best.block.list, first = (test) => list.find(([, v]) => test(v));
     let pair = [list[0], list[1]];
-    if (compare(best.r, ONE) !== 0) {
+    if (compare(best.r, contrast === minus ? ZERO : ONE) !== 0) {
       pair = best.r[1] === 0n ? [first((v) => v[0] > 0n), first((v) => v[0] === 0n)]
         : [first((v) => compare(v, best.top) === 0), first((v) => compare(v, best.low) === 0)];
     }
     return { r: best.r, block: best.block, higher: pair[0], lower: pair[1] };
   }
-  function stated(law, found, valued) {
+  function stated(law, found, valued, apart = false) {
     if (!found) return null;
     const w = {};
     if (found.block.x !== undefined) w.context = named(law.columns.context, law.contexts[found.block.x]);
     if (found.block.u !== undefined) w.decision = law.decisions[found.block.u];
     w.higher = named(law.columns.group, law.groups[found.higher[0]]); w.lower = named(law.columns.group, law.groups[found.lower[0]]);
     w[valued] = [text(found.higher[1]), text(found.lower[1])];
-    return { ratio: text(found.r), log: logText(found.r), witness: w };
+    return apart ? { value: text(found.r), witness: w } : { ratio: text(found.r), log: logText(found.r), witness: w };
   }
   async function distance(law, blocks) {  // blocks: {x, list: [[group, w, s]]}
     const pairs = blocks.reduce((n, b) => n + b.list.length * (b.list.length - 1) / 2, 0), two = law.decisions.length <= 2;
@@ -382,12 +382,16 @@
     }
     return made;
   }
-  async function ratios(law, groups) {
-    const local = await greatest(localBlocks(law).map((b) => ({ x: b[0].x, list: b.map((c) => [c.a, c.e]) })));
-    const overall = await greatest(groups.length ? [{ list: groups.map((g) => [g.a, g.mean]) }] : []);
-    return { local: stated(law, local, "expectations"), global: stated(law, overall, "expectations") };
+  async function ratios(law, groups, contrast = quotient) {
+    const local = await greatest(localBlocks(law).map((b) => ({ x: b[0].x, list: b.map((c) => [c.a, c.e]) })), contrast);
+    const overall = await greatest(groups.length ? [{ list: groups.map((g) => [g.a, g.mean]) }] : [], contrast);
+    return { local: stated(law, local, "expectations", contrast === minus), global: stated(law, overall, "expectations", contrast === minus) };
   }
-  async function overUnits(law, units) {  // the greatest quotient of the means over units, cell by cell as they are compared
+  async function apart(law, groups) {  // differences, which do not depend on the origin of the utility
+    const found = await ratios(law, groups, minus);
+    return { local_difference: found.local, global_difference: found.global };
+  }
+  async function overUnits(law, units, contrast = quotient) {  // the greatest contrast of the means over units, cell by cell as they are compared
     const lists = units[Symbol.iterator](), mean = (c) => {
       const draws = lists.next().value, sums = draws.map(([n, rows]) => {
         const [g, d] = whole(c.g.map((v) => v || ZERO));
@@ -396,14 +400,16 @@
       return over(total(sums), [draws.reduce((t, [n]) => t + BigInt(n), 0n), 1n]);
     };
     const blocks = localBlocks(law).map((b) => ({ x: b[0].x, list: b.map((c) => [c.a, mean(c)]) }));
-    return stated(law, await greatest(blocks), "expectations");
+    return stated(law, await greatest(blocks, contrast), "expectations", contrast === minus);
   }
   async function measure(law, groups) {
     const blocks = localBlocks(law), each = law.decisions.map((_, u) => u);
-    const found = await ratios(law, groups);
+    const signed = law.cells.some((c) => c.g.some((v) => v !== null && v[0] < 0n)) || (law.shared || []).some((v) => v[0] < 0n);
+    const found = signed ? { local: null, global: null } : await ratios(law, groups);
     found.equalized_odds = await distance(law, blocks.map((b) => ({ x: b[0].x, list: b.map((c) => [c.a, c.w, c.s]) })));
     found.demographic_parity = await distance(law, groups.length ? [{ list: groups.map((g) => [g.a, g.w, g.s]) }] : []);
     const chances = blocks.flatMap((b) => each.map((u) => ({ x: b[0].x, u, list: b.map((c) => [c.a, [c.w[u], c.s]]) })));
+    if (signed) return { ...found, local_supremum: null, global_supremum: null };
     found.local_supremum = stated(law, await greatest(chances), "probabilities");
     const overall = groups.length ? each.map((u) => ({ u, list: groups.map((g) => [g.a, [g.w[u], g.s]]) })) : [];
     found.global_supremum = stated(law, await greatest(overall), "probabilities");
@@ -617,9 +623,10 @@
   const NEAR = POLICIES + " within the declared drift of this one", RANGE = POLICIES + ", any utility of the declared range";
   const RANGE_FLOORED = FLOORED + ", any utility of the declared range";
   const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ", ONE_SIDED = "population, one-sided at confidence ";
-  const QUANTITIES = [...RATIOS, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
+  const EXPECTED = ["local_difference", "global_difference"];
+  const QUANTITIES = [...RATIOS, ...EXPECTED, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
   const KNOWN = [
-    ["=", "enumeration", ["local_ratio", "global_ratio", "demographic_parity", "equalized_odds", "equal_opportunity", "equalized_odds_true_label", "equal_opportunity_overall", "equalized_odds_true_label_overall"], [LAW], "any"],
+    ["=", "enumeration", ["local_ratio", "global_ratio", "local_difference", "global_difference", "demographic_parity", "equalized_odds", "equal_opportunity", "equalized_odds_true_label", "equal_opportunity_overall", "equalized_odds_true_label_overall"], [LAW], "any"],
     ["=", "T6", ["local_ratio_supremum", "global_ratio_supremum"], [LAW], "any"],
     ["<=", "T7", ["demographic_parity", "equalized_odds"], [LAW], "any"],
     ["<=", "T5", ["global_ratio"], [LAW], "any"],
@@ -650,7 +657,8 @@
       const interval = (f.doc.intervals || {})[claim.evidence.interval];
       const difference = DIFFERENCES.includes(claim.quantity);
       if (difference && (claim.quantity !== claim.evidence.interval || claim.by !== "binomial")) return false;
-      return (difference || (RATIOS.includes(claim.quantity) && claim.quantity === claim.evidence.interval + "_ratio")) && [">=", "<="].includes(claim.relation) && interval && claim.scope === (interval.ends === "each" ? ONE_SIDED : POPULATION) + interval.confidence
+      const expected = EXPECTED.includes(claim.quantity) && claim.quantity === claim.evidence.interval;
+      return (difference || expected || (RATIOS.includes(claim.quantity) && claim.quantity === claim.evidence.interval + "_ratio")) && [">=", "<="].includes(claim.relation) && interval && claim.scope === (interval.ends === "each" ? ONE_SIDED : POPULATION) + interval.confidence
         && (BY_REGION[interval.region] || ["binomial", interval.method]).includes(claim.by) && claim.assumptions.length > 0;
     }
     const kind = KNOWN.find(([relation, by, quantities, scopes]) => relation === claim.relation && by === claim.by
@@ -765,11 +773,12 @@
     return true;
   }
 
+  const judgedBy = (target) => target.quantity + (target.unit === "difference" ? "_difference" : "");
   function holdTogether(doc) {  // verdicts about the population: one confidence, which the intervals share
     const judged = doc.targets.filter((t) => t.judged.startsWith(POPULATION)), said = new Set(judged.map((t) => t.judged));
     if (!judged.length) return true;
     if (said.size > 1 || doc.subject.kind === "probabilities") return false;
-    const named = judged.map((t) => t.quantity).filter((q) => q in (doc.intervals || {})), each = (q) => doc.intervals[q].ends === "each";
+    const named = judged.map(judgedBy).filter((q) => q in (doc.intervals || {})), each = (q) => doc.intervals[q].ends === "each";
     const names = [...named.filter(each), ...new Set(named.filter((q) => !each(q)))];  // each end by itself: every target has its own error
     const error = (c) => minus(ONE, rational(c)), spent = names.reduce((t, q) => add(t, error(doc.intervals[q].confidence)), ZERO);
     return compare(spent, error(judged[0].judged.slice(POPULATION.length))) <= 0;
@@ -784,18 +793,20 @@
     return ["exceeds", "inconclusive", "within"].find((v) => verdicts.includes(v)) || "none";
   }
   function judgeTarget(target, f) {  // true, false, or undefined when it rests on an interval
-    const r = f.metric(target.quantity + "_ratio"), limit = rational(target.limit);
+    const apart_ = target.unit === "difference", key_ = target.quantity + (apart_ ? "_difference" : "_ratio");
+    const r = f.metric(key_), limit = rational(target.limit);
     if (r === undefined) return undefined;
-    if (!["local", "global"].includes(target.quantity) || !["ratio", "log"].includes(target.unit)) return false;
-    const atMost = (v) => (target.unit === "ratio" ? compare(v, limit) <= 0 : logAtMost(v, limit));
+    if (!["local", "global"].includes(target.quantity) || !["ratio", "log", "difference"].includes(target.unit)) return false;
+    if (apart_ ? !(key_ in f.doc.metrics) : f.constants.m[0] < 0n) return false;  // of utilities below 0 there are differences only
+    const atMost = (v) => (target.unit !== "log" ? compare(v, limit) <= 0 : logAtMost(v, limit));
     if (target.judged === "this table") return !("estimand" in target) && target.verdict === (r === null ? "inconclusive" : atMost(r) ? "within" : "exceeds");
     if (!target.judged.startsWith(POPULATION) || !f.together) return false;
-    if (withdrawn(f.doc).includes(target.quantity)) return ["changed", "exceeds"].includes(target.verdict) ? undefined : false;
-    const interval = (f.doc.intervals || {})[target.quantity];
+    if (!apart_ && withdrawn(f.doc).includes(target.quantity)) return ["changed", "exceeds"].includes(target.verdict) ? undefined : false;
+    const interval = (f.doc.intervals || {})[judgedBy(target)];
     if (target.estimand !== (interval && interval.units ? "mean over units" : undefined)) return false;
-    let [low, high] = interval ? interval.ratio.map(rational) : [ONE, INF], open = false;
+    let [low, high] = interval ? (interval.ratio || interval.difference).map(rational) : [apart_ ? ZERO : ONE, INF], open = false;
     for (const claim of f.doc.claims) {
-      const own = claim.quantity === target.quantity + "_ratio" && claim.relation === "<=", declared = f.doc.subject.declared || {};
+      const own = !apart_ && claim.quantity === key_ && claim.relation === "<=", declared = f.doc.subject.declared || {};
       const needs = { T2: [], T5: [], "T5-decision": [], T4: ["gamma", "m"] }[claim.by];
       const floored = claim.scope === FLOORED && "gamma" in declared;
       const any = claim.scope === POLICIES && needs && needs.every((n) => n in declared);
@@ -844,6 +855,9 @@
     const law = about.kind === "policy" ? await readPolicy(table.header, table.rows) : await readLaw(table.header, table.rows);
     if (!law) { say("the law behind the filters", undefined, "too large for this page"); return { findings, law }; }
     const groups = await groupLaws(law), metrics = await measure(law, groups), found = await constants(law);
+    const asked = EXPECTED.some((name) => name in doc.metrics);
+    if (asked) Object.assign(metrics, await apart(law, groups));
+    if (found.m[0] < 0n) say("of utilities below 0 differences are stated", asked && !law.policy && !about.class);
     const stateable = { gamma: text(found.gamma), m: text(found.m), tau: found.tau && text(found.tau), lipschitz: text(found.lipschitz), depends_on_group: found.lipschitz[0] > 0n };
     say("constants of the utility", same(about.utility.burden === true ? { ...stateable, burden: true } : stateable, about.utility));
     const given = table.header.truths ? await givenTruth(law, table.rows, table.header.truths, about.positive) : null;
@@ -886,9 +900,10 @@
       const why = good !== undefined ? "" : aboutPopulation(claim) ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
       say("claim " + claim.quantity.replace(/_/g, " ") + " " + claim.relation + " " + claim.value.slice(0, 60) + " by " + claim.by + ", about " + claim.scope, good, why);
     }
-    const local = (doc.intervals || {}).local;
+    const { local, local_difference: between } = doc.intervals || {};
+    if (between && between.units) say("the difference of the means over units", between.estimand === "mean over units" && same(await overUnits(law, between.units, minus), between.measured));
     if (local && local.units) say("the ratio of the means over units", local.estimand === "mean over units" && same(await overUnits(law, local.units), local.measured));
-    for (const name of Object.keys(doc.intervals || {})) say("interval of the " + (DIFFERENCES.includes(name) ? "difference " + name.replace(/_/g, " ") : name + " ratio"), undefined, "only fairaudit verify checks this");
+    for (const name of Object.keys(doc.intervals || {})) say("interval of the " + (DIFFERENCES.includes(name) ? "difference " + name.replace(/_/g, " ") : EXPECTED.includes(name) ? name.replace("_", " ") : name + " ratio"), undefined, "only fairaudit verify checks this");
     for (const [key, what] of [["preparation", "what was done to the log before it was counted"], ["spellings", "labels that differ in spelling alone"]]) {
       if (doc.subject[key]) say(what, undefined, "only fairaudit verify checks this");
     }

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, wraps
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
+from fairaudit.audits.differences import decide_difference, difference_pair, difference_sentence
 from fairaudit.audits.sentences import (
     Deciding,
     Drivers,
@@ -24,12 +26,15 @@ from fairaudit.audits.sentences import (
     size_text,
     sizes,
 )
+from fairaudit.audits.targets import Target
 from fairaudit.certificates.certificate import Certificate
-from fairaudit.certificates.reader import Subject, number, ratio, subject
+from fairaudit.certificates.reader import Subject, mean_difference, number, ratio, subject
 from fairaudit.errors import InputError
 from fairaudit.inference.anytime import stream_drivers
+from fairaudit.inference.differences import difference_drivers
 from fairaudit.inference.ratio_intervals import drivers as interval_drivers
-from fairaudit.measures.limits import limit_text
+from fairaudit.measures.differences import MeanDifference
+from fairaudit.measures.limits import Quantity, limit_text
 from fairaudit.measures.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.reports.expectations import Expectations, Matrix, Panel
@@ -152,6 +157,29 @@ class Content:
         return {name: ratio(self.document["metrics"][name]) for name in ("local", "global")}
 
     @cached_property
+    def differences(self) -> dict[Quantity, MeanDifference | None]:
+        """The differences of the table; empty where they were not asked for."""
+        metrics, names = self.document["metrics"], get_args(Quantity)
+        return {name: mean_difference(metrics[f"{name}_difference"]) for name in names if f"{name}_difference" in metrics}
+
+    @property
+    def signed(self) -> bool:
+        """Whether utilities can be negative: then ratios, which depend on the origin, are left out."""
+        return number(self.document["subject"]["utility"]["m"]) < 0
+
+    @property
+    def apart(self) -> str:
+        """What the number is that says how far apart groups are."""
+        return "apart" if self.signed else "times"
+
+    def _difference_drivers(self, quantity: Quantity) -> Drivers:
+        """The pairs of groups that drive both ends of the interval of a difference; none without the table."""
+        entry = self.document.get("intervals", {}).get(f"{quantity}_difference")
+        if entry is None or self.expectations is None or quantity not in self.expectations.comparisons:
+            return None, None
+        return difference_drivers(self.expectations.comparisons[quantity], entry, Fraction(number(entry["difference"][1])))
+
+    @cached_property
     def drivers(self) -> dict[str, Drivers]:
         """For each interval the pairs of groups that drive its lower and its upper end; none without the table."""
         found: dict[str, Drivers] = {}
@@ -171,10 +199,13 @@ class Content:
     @cached_property
     def deciding(self) -> tuple[Deciding | None, ...]:
         """For each target the pair of groups that decided it, or what else did; None where nothing could be compared."""
-        return tuple(
-            decide(target, self.measured[target.quantity], lower, self.drivers.get(target.quantity, (None, None)))
-            for target, lower in judged_targets(self.document)
-        )
+        return tuple(itertools.starmap(self._decide, judged_targets(self.document)))
+
+    def _decide(self, target: Target, lower: Fraction | float | None) -> Deciding | None:
+        if target.unit != "difference":
+            return decide(target, self.measured[target.quantity], lower, self.drivers.get(target.quantity, (None, None)))
+        ends = None if lower is None or target.upper is None else (Fraction(lower), Fraction(target.upper[0]))
+        return decide_difference(target, self.differences[target.quantity], ends, self._difference_drivers(target.quantity))
 
     def sizes_of(self, witness: Witness) -> Sizes | None:
         """How much was recorded of the two groups of a pair; None where that is not known."""
@@ -197,8 +228,11 @@ class Content:
         units = self.subject is not None and self.subject.law.units is not None and self.subject.law.units.repeated
         mean = "as mean over units" if units and deciding is not None and deciding.quantity == "local" else "in the table"
         contexts = bool(self.document["subject"]["columns"]["context"])
-        said = sentence(deciding, local, overall, words, sizes_of=self.sizes_of, name=name, contexts=contexts, mean=mean)
-        pair = headline_pair(deciding, local, overall)
+        options: dict[str, Any] = {"sizes_of": self.sizes_of, "name": name, "contexts": contexts, "mean": mean}
+        if self.signed or (deciding is not None and deciding.unit == "difference"):
+            said, pair = difference_sentence(deciding, self.differences, words, **options), difference_pair(deciding, self.differences)
+        else:
+            said, pair = sentence(deciding, local, overall, words, **options), headline_pair(deciding, local, overall)
         identifiers = "" if self.subject is None else identifier_text(self.subject.law, self.subject.law.columns)
         first = caution(pair, None if pair is None else self.sizes_of(pair), identifiers, name)
         few = few_of_policy(None if self.subject is None else self.subject.deployment, pair)
@@ -322,8 +356,12 @@ class Content:
         if self.burden:
             most = "of the burden falls on the most disadvantaged group as on the least"
         for key, name, question in (
-            ("local", "Within contexts", f"How many times as much {most}, in the same context?"),
-            ("global", "Overall", "The same for the averages of the groups over all contexts."),
+            ()
+            if self.signed
+            else (
+                ("local", "Within contexts", f"How many times as much {most}, in the same context?"),
+                ("global", "Overall", "The same for the averages of the groups over all contexts."),
+            )
         ):
             found = self.measured[key]
             sure, confidence, over_units = None, "", ratio(intervals.get(key, {}).get("measured"))
@@ -335,6 +373,7 @@ class Content:
             of_units = None if over_units is None else Value(over_units.ratio)
             each = key in intervals and intervals[key]["ends"] == "each"
             listed.append(Figure(key, name, question, value, "" if value is None else value.log, who, sure, confidence, each, of_units))
+        listed += self._difference_figures(intervals)
         for key, name, question in (
             (
                 "equalized_odds",
@@ -348,6 +387,28 @@ class Content:
             entry = metrics[key]
             who = "" if entry is None else _who(entry["witness"].get("context"), entry["witness"]["higher"], entry["witness"]["lower"])
             listed.append(Figure(key, name, question, None if entry is None else Value(number(entry["value"])), "", who))
+        return listed
+
+    def _difference_figures(self, intervals: Mapping[str, Any]) -> list[Figure]:
+        """Differences of expectations, where they were asked for."""
+        much = "does the most disadvantaged group bear than the least" if self.burden else "does the most favoured group get than the least"
+        named_ = {
+            "local": ("Difference within contexts", f"How much more {much}, in the same context?"),
+            "global": ("Difference overall", "The same for the averages of the groups over all contexts."),
+        }
+        listed = []
+        for measured, found in self.differences.items():
+            (name, question), key = named_[measured], f"{measured}_difference"
+            entry, sure, confidence, over_units = intervals.get(key), None, "", None
+            if entry is not None:
+                low, high = map(number, entry["difference"])
+                sure, confidence = (Value(low, "down"), Value(high, "up")), percent(number(entry["confidence"]))
+                over_units = mean_difference(entry.get("measured"))
+            value = None if found is None else Value(found.value)
+            who = "" if found is None else self._pair(found.witness)
+            of_units = None if over_units is None else Value(over_units.value)
+            each = entry is not None and entry["ends"] == "each"
+            listed.append(Figure(key, name, question, value, "", who, sure, confidence, each, of_units))
         return listed
 
     @cached_property
@@ -395,8 +456,10 @@ class Content:
     @cached_property
     def expectations(self) -> Expectations | None:
         """What each group gets; None without a table."""
-        ratios = {name: entry for name, entry in self.document.get("intervals", {}).items() if "ratio" in entry}
-        return None if self.subject is None else Expectations(self.subject, ratios)
+        stated = self.document.get("intervals", {})
+        of_differences = {name: stated[f"{name}_difference"] for name in get_args(Quantity) if f"{name}_difference" in stated}
+        ratios = {name: entry for name, entry in stated.items() if "ratio" in entry}
+        return None if self.subject is None else Expectations(self.subject, {**of_differences, **ratios})
 
     @property
     def panels(self) -> list[Panel]:
@@ -469,7 +532,8 @@ class Content:
             )
         else:
             said.append("The probabilities in the table are taken as given.")
-        if about["population"] == "equal" and self.document["metrics"]["global"] is not None and about["columns"]["context"]:
+        overall = self.document["metrics"]["global"] is not None or self.differences.get("global") is not None
+        if about["population"] == "equal" and overall and about["columns"]["context"]:
             said.append("No population was given: the overall figures weigh all contexts equally.")
         said.append("Nobody can see from it whether the table is genuine, complete or representative, nor why groups differ.")
         if not self.burden:

@@ -86,7 +86,7 @@ class Expectations:
         law = self.subject.law
         values = self._expectations
         blocks = [(a, b) for a, b in pairwise(law.starts.tolist()) if b - a > 1]
-        spread = {block: quotient(max(values[slice(*block)]), min(values[slice(*block)])) for block in blocks}
+        spread = {block: self._spread(values[slice(*block)]) for block in blocks}
         worst = sorted(blocks, key=spread.__getitem__, reverse=True)[:PANELS]
         panels = []
         for start, end in worst:
@@ -126,7 +126,16 @@ class Expectations:
         law = self.subject.law
         entries = [(law.group_label(a), value, None, self._amount(np.flatnonzero(law.cell_group == a).tolist())) for a, value in means]
         values = [value for _, value in means]
-        return self._panel("All contexts together", entries, self._ends("global", None), quotient(max(values), min(values)))
+        return self._panel("All contexts together", entries, self._ends("global", None), self._spread(values))
+
+    @property
+    def signed(self) -> bool:
+        """Whether utilities can be negative, so that groups are apart by differences and not by factors."""
+        return self.subject.utility.signed
+
+    def _spread(self, values: Sequence[Fraction]) -> Any:
+        """How far apart the groups of a panel are."""
+        return max(values) - min(values) if self.signed else quotient(max(values), min(values))
 
     def _panel(self, title: str, entries: Sequence[tuple[dict[str, str], Fraction, Fraction | None, str]], ends: Any, spread: Any) -> Panel:
         ordered = sorted(entries, key=lambda entry: -entry[1])
@@ -238,7 +247,9 @@ class Expectations:
 
     @cached_property
     def matrices(self) -> list[Matrix]:
-        """Pairwise ratios within the most unequal contexts, then overall."""
+        """Pairwise ratios within the most unequal contexts, then overall; none of utilities that can be negative."""
+        if self.signed:
+            return []
         listed = [self._matrix(panel) for panel in self.panels]
         return [*listed, self._matrix(self.overall)] if self.overall else listed
 

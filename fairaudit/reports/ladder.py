@@ -70,7 +70,7 @@ def ladder(document: Mapping[str, Any], name: Literal["local", "global"]) -> lis
         of = ", mean over units" if over_units is not None and "interval" in claim["evidence"] else ""
         rungs.append(Rung(bounded, title, scope(claim["scope"]) + of, claimed(claim)))
     for target in document["targets"]:
-        if target["quantity"] != name:
+        if target["quantity"] != name or target["unit"] == "difference":
             continue
         limit = number(target["limit"])
         shown = Value(limit) if target["unit"] == "ratio" else _exponential(limit)
@@ -120,7 +120,7 @@ def _calibrated(document: Mapping[str, Any], mechanism: Mechanism) -> Calibrated
         return None
     tau = constants["tau"] if declared else Fraction(0)
     widest = min(3.0, log(constants["gamma"] / tau) if declared else 3.0)
-    asked = [_target_log(target) for target in document["targets"] if target["quantity"] == "local"]
+    asked = [_target_log(target) for target in document["targets"] if target["quantity"] == "local" and target["unit"] != "difference"]
     points = []
     for step in range(1, 13):
         target = Fraction(round(widest * step / 12 * 1000), 1000)

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Mapping
+from fractions import Fraction
 from functools import cache
 from importlib.resources import files
 from math import inf
@@ -65,6 +66,8 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         embedded = embedded.replace(character, f"\\u{ord(character):04x}")
     shown = [*page.panels, *([page.overall] if page.overall else [])]
     top = max((end for panel in shown for m in panel.members for end in _reach(m)), key=float, default=Value(inf))
+    least = min((end for panel in shown for m in panel.members for end in _reach(m)), key=float, default=top)
+    least = least if page.signed and float(least) < 0 else Value(Fraction(0))
     text: str = environment.get_template("page.html.j2").render(
         page=page,
         checked=checked,
@@ -77,7 +80,8 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         top=top,
         whiskers=any(m.ends for panel in shown for m in panel.members),
         hidden_contexts=_hidden(page),
-        share=lambda value, most: f"{share(value, most):.2f}%",
+        bottom=least,
+        share=lambda value, most: f"{share(value, most, float(least)):.2f}%",
         rail=lambda rung, rungs: markup(rail(rung, rungs)),
         heat=heat,
         curve=markup(curve(page.calibration)) if page.calibration else "",
@@ -141,4 +145,4 @@ def _hidden(page: Content) -> str:
 
 
 def _reach(member: Any) -> list[Value]:
-    return [member.value, *([member.ends[1]] if member.ends else []), *([member.before] if member.before else [])]
+    return [member.value, *(member.ends or ()), *([member.before] if member.before else [])]

@@ -16,10 +16,10 @@ CURVE = (420, 250)
 MARGIN = (48, 14, 14, 42)
 
 
-def share(value: Value, most: Value) -> float:
-    """Where a value stands on a scale from 0, in per cent."""
-    top = float(most)
-    return min(100.0, 100 * float(value) / top) if top > 0 else 0.0
+def share(value: Value, most: Value, least: float = 0.0) -> float:
+    """Where a value stands on a scale from 0, or from a lesser number, in per cent."""
+    width = float(most) - least
+    return min(100.0, 100 * (float(value) - least) / width) if width > 0 else 0.0
 
 
 def heat(value: Value | None) -> str:

@@ -20,6 +20,7 @@ from fairaudit.measures.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.epsilon_delta import exp_epsilon
+from fairaudit.reports.difference_text import difference_rows, difference_target, differences
 from fairaudit.reports.words import REACH
 from fairaudit.tables.preparation import said
 from fairaudit.theorems.applicable import to_judge
@@ -61,6 +62,7 @@ def summary(result: Result, top: int, written: Sequence[str], findings: Sequence
         prepared_text(result.preparation),
         _figures(result),
         intervals(result),
+        differences(result),
         two_sided_text(result) if two_sided else "",
         given_truth(result),
         "\n".join(findings),
@@ -101,10 +103,11 @@ def verdict(result: Result) -> str:
     lines = []
     for target, deciding, radius in zip(result.targets, result.deciding, result.drift_radii, strict=True):
         measured = result.local if target.quantity == "local" else result.global_
-        lines.append(f"{target.verdict.upper():<13}{_target(target, measured, result)}")
+        said = difference_target(target, result) if target.unit == "difference" else _target(target, measured, result)
+        lines.append(f"{target.verdict.upper():<13}{said}")
         if deciding is not None:
             lines.append(f"{'':<13}{_decided(deciding, result)}")
-        if target.verdict == "inconclusive" and target.quantity in result.if_independent:
+        if target.verdict == "inconclusive" and target.unit != "difference" and target.quantity in result.if_independent:
             lines += [f"{'':<13}{said}" for said in independence_text(*result.if_independent[target.quantity], target.unit)]
         if radius is not None and measured is not None:
             lines += [f"{'':<13}{said}" for said in [drift_text(radius)] if said]
@@ -224,8 +227,12 @@ def intervals(result: Result) -> str:
 
 
 def two_sided_text(result: Result) -> str:
-    """The intervals of ratios with a target, with half of the error on each side."""
-    return "\n".join([TWO_SIDED, *_interval_rows(result.two_sided)]) if result.two_sided else ""
+    """The intervals of ratios and differences with a target, with half of the error on each side."""
+    rows = [
+        *(_interval_rows(result.two_sided) if result.two_sided else []),
+        *difference_rows(result.differences.two_sided if result.differences else {}),
+    ]
+    return "\n".join([TWO_SIDED, *rows]) if rows else ""
 
 
 def _interval_rows(found: Mapping[Quantity, Interval]) -> list[str]:
@@ -299,6 +306,26 @@ def _exact(value: Fraction | float) -> str:
 
 
 def _figures(result: Result) -> str:
+    rows: list[tuple[str, str, str, str]] = [] if result.utility.signed else _ratio_rows(result)
+    if result.differences is not None:
+        rows.append(("", "difference", "", "" if rows else "exactly"))
+        for quantity, apart in result.differences.measured.items():
+            name = "greatest within a context (D)" if quantity == "local" else "greatest of group means"
+            rows.append((name, approximate(apart.value), "", _exact(apart.value)) if apart else (name, "-", "", "not compared"))
+    rows.append(("", "distance", "", ""))
+    for name, distance in result.distances.items():
+        if distance:
+            rows.append((name, approximate(distance.value), "", _exact(distance.value)))
+        else:
+            rows.append((name, "-", "", "not compared"))
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    return "\n".join(
+        f"{name.ljust(widths[0])}  {value.rjust(widths[1])}  {log.rjust(widths[2])}  {exact}".rstrip() for name, value, log, exact in rows
+    )
+
+
+def _ratio_rows(result: Result) -> list[tuple[str, str, str, str]]:
+    """The ratios of the table, with and without filters."""
     rows: list[tuple[str, str, str, str]] = [("", "ratio R", "log R", "exactly")]
     over_units = result.intervals["local"].of_units if "local" in result.intervals else None
     if over_units is not None and result.local is not None and over_units.ratio == result.local.ratio:
@@ -321,16 +348,7 @@ def _figures(result: Result) -> str:
                 rows.append((title, approximate(ratio.ratio), _log(ratio), _exact(ratio.ratio)))
             else:
                 rows.append((title, "-", "-", "the policy lacks a true context or group"))
-    rows.append(("", "distance", "", ""))
-    for name, distance in result.distances.items():
-        if distance:
-            rows.append((name, approximate(distance.value), "", _exact(distance.value)))
-        else:
-            rows.append((name, "-", "", "not compared"))
-    widths = [max(len(row[i]) for row in rows) for i in range(3)]
-    return "\n".join(
-        f"{name.ljust(widths[0])}  {value.rjust(widths[1])}  {log.rjust(widths[2])}  {exact}".rstrip() for name, value, log, exact in rows
-    )
+    return rows
 
 
 def _filters(result: Result) -> str:
@@ -440,6 +458,7 @@ def _logarithm(value: Extended) -> str:
 def _assumed(result: Result) -> str:
     """What claims rest on besides what stands beside intervals and bounds."""
     intervals: tuple[Any, ...] = (*result.intervals.values(), *(result.given_truth.intervals.values() if result.given_truth else ()))
+    intervals = (*intervals, *(result.differences.intervals.values() if result.differences else ()))
     listed = (*intervals, *result.bounds, *result.suprema)
     said = {text for found in listed for text in found.assumptions}
     needed = [*(claim.assumptions for claim in result.claims), change_assumptions(result.changed) if result.changed else ()]
@@ -503,7 +522,7 @@ def _not_compared(result: Result) -> str:
 
 def _limits(result: Result) -> str:
     said = []
-    if result.intervals:
+    if result.intervals or (result.differences and result.differences.intervals):
         said.append("The figures above the intervals describe this table; small counts vary by chance, as the intervals show.")
     elif (result.deployment.policy.law if result.deployment else result.law).kind == "counts":
         said.append("It describes this table, not the population behind it: small counts vary by chance, and no interval is claimed.")

@@ -17,11 +17,14 @@ __all__ = ["judged_targets"]
 def judged_targets(document: Mapping[str, Any]) -> Iterator[tuple[Target, Fraction | float | None]]:
     """Each target with the smallest upper end that it was judged by, and the lower end of its interval, where there is one."""
     for entry in document["targets"]:
-        quantity, interval = entry["quantity"], document.get("intervals", {}).get(entry["quantity"])
-        lower = None if interval is None else number(interval["ratio"][0])
-        judged = entry["judged"]
+        quantity, apart = entry["quantity"], entry["unit"] == "difference"
+        interval = document.get("intervals", {}).get(f"{quantity}_difference" if apart else quantity)
+        low, high = (None, None) if interval is None else map(number, interval["difference" if apart else "ratio"])
+        lower, judged = low, entry["judged"]
         confidence = None if judged == THIS_TABLE else Fraction(judged.rpartition(" ")[2])
         upper = None if confidence is None else _upper(document, quantity)
+        if apart:
+            upper = None if confidence is None or high is None else (high, THE_INTERVAL)
         yield Target(quantity, Fraction(entry["limit"]), entry["unit"], entry["verdict"], confidence, upper), lower
 
 

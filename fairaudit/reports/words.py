@@ -39,6 +39,8 @@ QUANTITIES = {
     "global_ratio": "global ratio",
     "local_ratio_supremum": "worst local ratio over utilities that ignore the group",
     "global_ratio_supremum": "worst global ratio over utilities that ignore the group",
+    "local_difference": "local difference D of expected utilities",
+    "global_difference": "global difference of expected utilities",
     "equalized_odds": PARITY_WITHIN,
     "demographic_parity": "demographic parity",
     **NAMES,

@@ -50,6 +50,8 @@ ONE_SIDED = "population, one-sided at confidence "
 
 RATIOS = ("local_ratio", "global_ratio")
 
+EXPECTED_DIFFERENCES = ("local_difference", "global_difference")
+
 DISTANCES = ("demographic_parity", "equalized_odds")
 
 SUPREMA = ("local_ratio_supremum", "global_ratio_supremum")
@@ -160,18 +162,18 @@ _WRITTEN = f"Not machine-checked: written proofs in docs/certificate-samples.md,
 
 
 def _interval(by: str, says: str, how: str) -> Kind:
-    """An interval of a ratio of the population behind draws."""
+    """An interval of a ratio, or of a difference, of the population behind draws."""
     return Kind(
         id=f"{by}-interval",
         by=by,
         says=says,
         how=how,
-        quantities=RATIOS,
+        quantities=(*RATIOS, *EXPECTED_DIFFERENCES),
         relations=(">=", "<="),
         scopes=(SAMPLED, ONE_SIDED),
         subject="sample",
         evidence="interval",
-        code=("fairaudit.inference.ratio_intervals.ratio_interval",),
+        code=("fairaudit.inference.ratio_intervals.ratio_interval", "fairaudit.inference.differences.difference_interval"),
         anchor="certificate-samples.md#evidence-of-an-interval",
         reason=_WRITTEN,
         assumes=("chosen",),
@@ -205,7 +207,7 @@ KINDS: tuple[Kind, ...] = (
         by="enumeration",
         says="The figure is the one that the table gives.",
         how="counted in the table",
-        quantities=(*RATIOS, *DISTANCES, *DIFFERENCES),
+        quantities=(*RATIOS, *EXPECTED_DIFFERENCES, *DISTANCES, *DIFFERENCES),
         relations=("=",),
         scopes=(THIS_LAW,),
         subject="any",
@@ -213,6 +215,8 @@ KINDS: tuple[Kind, ...] = (
         code=(
             "fairaudit.measures.ratios.local_fairness",
             "fairaudit.measures.ratios.global_fairness",
+            "fairaudit.measures.differences.local_difference",
+            "fairaudit.measures.differences.global_difference",
             "fairaudit.measures.distances.demographic_parity",
             "fairaudit.measures.distances.equalized_odds",
             "fairaudit.measures.rates.given_truth",

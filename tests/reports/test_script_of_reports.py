@@ -20,7 +20,18 @@ from fairaudit.reports.page import html
 NODE = shutil.which("node")
 SPELT = ("2/4", "01", "-1", "+1", "0/3", "x", "inf", "1/1", "fairaudit-certificate/2")
 # What has the shape of a certificate, and is malformed because of something elsewhere in it; the script compares these values themselves.
-ELSEWHERE = ("subject.table", "metrics", "subject.columns", "intervals.local.measured", "the table", "a row of")
+ELSEWHERE = (
+    *(
+        "subject.table",
+        "metrics",
+        "subject.columns",
+        "intervals.local.measured",
+        "intervals.local_difference.measured",
+        "the table",
+        "a row of",
+    ),
+    *(f"intervals.{name}.lower must be the same as upper" for name in ("local", "global")),
+)
 
 
 def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

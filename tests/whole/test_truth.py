@@ -25,7 +25,7 @@ from fairaudit import checker
 from fairaudit.certificates.certificate import Certificate, schema
 from fairaudit.certificates.table import Table
 from fairaudit.cli import main
-from fairaudit.inference.differences import difference_interval
+from fairaudit.inference.differences import difference_of_rates
 from fairaudit.reports.markdown import markdown
 from fairaudit.reports.page import html
 
@@ -284,7 +284,7 @@ def test_intervals_contain_the_truth_often_enough_by_exact_enumeration(blocks: l
     known: dict[tuple[int, ...], tuple[Fraction, Fraction]] = {}
     for outcome in all_outcomes(draws):
         parts = iter(outcome)
-        found = difference_interval([[(next(parts), n) for n in block] for block in blocks], 1 - Fraction(alpha))
+        found = difference_of_rates([[(next(parts), n) for n in block] for block in blocks], 1 - Fraction(alpha))
         known[outcome] = found.lower, found.upper
     grid = [Fraction(i, 8) for i in range(9)]
     for chances in random.Random(1).sample(list(product(grid, repeat=len(draws))), 80):
@@ -313,8 +313,8 @@ def test_many_rates_are_bounded_fast_and_their_evidence_holds() -> None:
     assert time.monotonic() - started < 60
     assert 0 < interval.lower < result.given_truth.differences["equal_opportunity"].value <= interval.upper
     accepted(result.certificate)
-    few = difference_interval([[(90, 100), (50, 100)]] * 40, "0.95")
-    many = difference_interval([[(90, 100), (50, 100)]] * 60, "0.95")
+    few = difference_of_rates([[(90, 100), (50, 100)]] * 40, "0.95")
+    many = difference_of_rates([[(90, 100), (50, 100)]] * 60, "0.95")
     assert few.lower > many.lower > 0 and few.upper == many.upper  # the upper end does not pay for the number of rates
 
 
