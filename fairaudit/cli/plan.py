@@ -51,6 +51,7 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--independent-cells", action="store_true", help="certify will be told that cells are independent: fewer are needed"
     )
+    parser.add_argument("--select", choices=("bonferroni", "half-split"), default="bonferroni", help="as certify will be told")
     parser.add_argument("--utility-range", metavar="LOW,HIGH", default="0,1", help="least and greatest utility (default 0,1)")
     parser.add_argument("--many-valued", action="store_true", help="the utility takes values between the two")
     parser.add_argument("--units", action="store_true", help="count sampling units, each with several rows in its cell (certify --unit)")
@@ -84,6 +85,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         binary=not arguments.many_valued,
         shares=(shares if len(shares) > 1 else shares[0]) if shares else None,
         units=arguments.units,
+        select=arguments.select,
     )
     found = planned(independent=arguments.independent_cells)
     sizes = [len(row) for row in rows]

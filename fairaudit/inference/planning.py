@@ -16,8 +16,10 @@ from fairaudit.exact.rationals import Number, option_value
 from fairaudit.inference.cells import Cell, exact_sum
 from fairaudit.inference.comparisons import Comparison, unit_form, witness_of
 from fairaudit.inference.draws import declared_range
+from fairaudit.inference.half_split import Selection
 from fairaudit.inference.interval import Interval, Region
 from fairaudit.inference.levels import confidence_level
+from fairaudit.inference.pair_region import fits_pairs
 from fairaudit.inference.power import Audit, Chance, Chances, Side
 from fairaudit.inference.quotients import extreme_ratio, sample_ratio
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
@@ -34,8 +36,15 @@ MANY = 2_000  # cells: so many, whatever is declared about them, have the box
 
 LOSS = 0.01  # of power, for a plan with fewer draws where they are not needed
 
-METHODS = {"pairs": "the exact pair bound", "product": "the product region", "box": "the box of the ends of cells"}
+METHODS = {
+    "pairs": "the exact pair bound",
+    "contrasts": "bets on the contrast of draws",
+    "product": "the product region",
+    "box": "the box of the ends of cells",
+}
 """What a plan simulates, by region."""
+
+SPLIT = ", of the pair that half of the draws chooses"
 
 
 @brief
@@ -163,7 +172,9 @@ def further_draws(
         return Planning(None, None, "Planning estimate: none for utilities above 10^300, which floating point does not hold.")
     goal = _Goal(*one_limit(max_ratio, max_log), 1 - confidence_level(confidence))
     interval = interval or ratio_interval(comparison, confidence, ends="each")
-    design = _Design(comparison, goal, power, interval.evidence["independent"], interval.evidence["method"])
+    method = None if interval.region == "contrasts" else interval.evidence["method"]
+    select: Selection = "half-split" if "split" in interval.evidence else "bonferroni"
+    design = _Design(comparison, goal, power, interval.evidence["independent"], method, select)
     measured = sample_ratio(comparison) or Fraction(1)
     side = goal.side(measured)
     means = [float(cell.mean) for cell in cells]
@@ -206,6 +217,7 @@ class _Design:
     power: float
     independent: bool
     method: Any
+    select: Selection
 
     def least(self, means: Sequence[float], side: Side | None) -> _Found | None:
         """The least size that decides on a side, if the cells have these means."""
@@ -213,7 +225,7 @@ class _Design:
         if side is None:
             return None
         supposed = [_supposed(cell, mean) for cell, mean in zip(compared.cells, means, strict=True)]
-        audit = _audit(compared, supposed, side, self.goal, self.independent, self.method)
+        audit = _audit(compared, supposed, side, self.goal, self.independent, self.method, self.select)
         if side == "within" and _vanishing(compared, means):
             return None
         units = compared.units
@@ -224,7 +236,7 @@ class _Design:
         if size is None:
             return None
         chance = chances(size / now)
-        method = METHODS[audit.region(size / now)]
+        method = _method(audit, size / now)
         draws = tuple(ceil(cell.draws * size / now) - cell.draws for cell in compared.cells)
         if units or not compared.single:
             pair = None if chance.pair is None or not compared.labels else witness_of(compared, chance.pair)
@@ -267,7 +279,9 @@ def _supposed(cell: Cell, mean: float) -> Supposed:
     return Supposed(cell.draws, share, sqrt(max(variance, 0.0)), low, low + width, cell.binary)
 
 
-def _audit(comparison: Comparison, supposed: Sequence[Supposed], side: Side, goal: _Goal, independent: bool, method: Any) -> Audit:
+def _audit(
+    comparison: Comparison, supposed: Sequence[Supposed], side: Side, goal: _Goal, independent: bool, method: Any, select: Selection
+) -> Audit:
     """The audit that `certify` would make, by its size: there may be too many draws for the exact pair bound."""
     of_sizes: dict[int, Region] = {}
 
@@ -278,11 +292,19 @@ def _audit(comparison: Comparison, supposed: Sequence[Supposed], side: Side, goa
         if most not in of_sizes:
             sizes = [int(cell.grown(factor).draws) for cell in supposed]
             drawn = tuple(replace(cell, draws=n, total=n * cell.low) for cell, n in zip(comparison.cells, sizes, strict=True))
-            found = default_region(replace(comparison, cells=drawn), method, independent=True, alpha=goal.alpha)
+            grown = replace(comparison, cells=drawn)
+            found = default_region(grown, method, independent=True, alpha=goal.alpha)
+            if select == "half-split" and not fits_pairs(grown, goal.alpha, select):
+                found = "box"
             of_sizes[most] = found if found in METHODS else "box"
         return of_sizes[most]
 
-    return Audit(comparison, supposed, side, goal.ratio, goal.alpha, method, independent, region)
+    return Audit(comparison, supposed, side, goal.ratio, goal.alpha, method or "hoeffding-kl", independent, region, select)
+
+
+def _method(audit: Audit, factor: float) -> str:
+    """What is simulated at a size."""
+    return METHODS[audit.region(factor)] + (SPLIT if audit.select == "half-split" and audit.side == "exceeds" else "")
 
 
 def _vanishing(comparison: Comparison, means: Sequence[float]) -> bool:
@@ -355,6 +377,7 @@ def plan(
     independent: bool = False,
     shares: Sequence[Number] | Sequence[Sequence[Number]] | None = None,
     units: bool = False,
+    select: Selection = "bonferroni",
 ) -> Planning:
     """Estimate the draws per cell that would show that a target is kept or exceeded, before any are taken.
 
@@ -378,6 +401,8 @@ def plan(
         The sizes of the groups in proportion to each other, the same in every context or for each; by default all are equal.
     units : bool
         Whether sampling units are counted, each with several rows in its cell, whose mean may then lie anywhere in the range.
+    select : {"bonferroni", "half-split"}
+        How `certify` will be told to find the pair that exceeds.
 
     Returns
     -------
@@ -402,9 +427,11 @@ def plan(
         comparison = guesses
         exact = [cell.mean if cell.draws else cell.high for cell in guesses.cells]
     else:
-        comparison, exact = _guessed(guesses, limits, binary=binary and not units)
+        comparison, exact = _guessed(guesses, limits, binary=binary and not units, many=units)
     if independent and comparison.dependent:
         raise InputError("cells share draws or sampling units, so they are not independent")
+    if select != "bonferroni" and not (independent and all(cell.binary for cell in comparison.cells)):
+        raise InputError(f"select {shown(select)} needs independent cells of draws of two values; say so, or leave it out")
     weights = _weights(comparison, shares)
     ratio, _ = extreme_ratio(comparison, {i: (mean, mean) for i, mean in enumerate(exact)}, upper=True)
     side = goal.side(ratio)
@@ -417,13 +444,13 @@ def plan(
         )
     means = [float(mean) for mean in exact]
     supposed = [replace(_supposed(cell, mean), draws=w) for cell, mean, w in zip(comparison.cells, means, weights, strict=True)]
-    audit = _audit(comparison, supposed, side, goal, independent, "hoeffding-kl")
+    audit = _audit(comparison, supposed, side, goal, independent, None, select)
     chances = lru_cache(Chances(audit).at)
     possible = side == "exceeds" or not _vanishing(comparison, means)
     size = _least(lambda n: chances(float(n)).power >= power, 1, GREATEST_DRAWS) if possible else None
     if size is None:
         return Planning(None, None, "Planning estimate: no number of draws is expected to decide; the guesses are too close to the limit.")
-    chance, method = chances(float(size)), METHODS[audit.region(float(size))]
+    chance, method = chances(float(size)), _method(audit, size)
     draws = tuple(int(cell.grown(float(size)).draws) for cell in supposed)
     cells = Chances(audit).deciding(chance)
     fewest = None
@@ -459,7 +486,7 @@ def _supposed_pair(comparison: Comparison, pair: tuple[int, int, int] | None, me
     return replace(found, expectations=(higher, lower))
 
 
-def _guessed(guesses: Any, limits: tuple[Number, Number], *, binary: bool) -> tuple[Comparison, list[Fraction]]:
+def _guessed(guesses: Any, limits: tuple[Number, Number], *, binary: bool, many: bool) -> tuple[Comparison, list[Fraction]]:
     """The cells that are compared, by numbers of contexts and groups, and their supposed means."""
     low, high = declared_range(limits)
     listed = [list(part) if isinstance(part, (list, tuple)) else [part] for part in guesses]
@@ -476,7 +503,8 @@ def _guessed(guesses: Any, limits: tuple[Number, Number], *, binary: bool) -> tu
         for x, row in enumerate(values, 1)
     )
     cells = (Cell(1, low, None, low, high, binary),) * sum(map(len, values))
-    return Comparison(cells, blocks, labels), [v for row in values for v in row]
+    tallies = [dict.fromkeys((low, (low + high) / 2, high), 0) for _ in cells]
+    return Comparison(cells, blocks, labels, drawn=lambda: tallies, listed=not many), [v for row in values for v in row]
 
 
 def _weights(comparison: Comparison, shares: Any) -> list[float]:

@@ -19,9 +19,10 @@ import numpy as np
 from fairaudit.exact.dense import Floats
 from fairaudit.inference.comparisons import Comparison, Form
 from fairaudit.inference.ends import Method
+from fairaudit.inference.half_split import SCALE, Selection
 from fairaudit.inference.interval import Region
 from fairaudit.inference.levels import box_levels, pair_errors, product_levels
-from fairaudit.inference.rejections import Rejects, Supposed, by_boxes, by_pairs, by_products, end_of_sums
+from fairaudit.inference.rejections import Rejects, Supposed, by_boxes, by_contrasts, by_pairs, by_products, end_of_sums, score_end
 
 Side = Literal["within", "exceeds"]
 
@@ -58,6 +59,8 @@ class Audit:
         Whether cells are declared independent.
     region : callable
         By the size, the region that the audit will use.
+    select : {"bonferroni", "half-split"}
+        How `exceeds` finds its pair.
     only : tuple of int or None
         A block and the higher and lower form of the only pair that is to be shown.
     """
@@ -70,6 +73,7 @@ class Audit:
     method: Method
     independent: bool
     region: Callable[[float], Region]
+    select: Selection = "bonferroni"
     only: tuple[int, int, int] | None = None
 
 
@@ -85,11 +89,14 @@ class Chance:
         Block, higher and lower form of the pair that decides: the one that most often leaves it open, or most often shows it.
     rates : tuple
         For each pair of classes of each block how often it does.
+    cells : tuple of int
+        Those of the pairs that most often show it, if half of the draws chooses one.
     """
 
     power: float
     pair: tuple[int, int, int] | None
     rates: tuple[tuple[float, _Block, tuple[int, int]], ...] = ()
+    cells: tuple[int, ...] = ()
 
 
 Kept = tuple[tuple[Supposed, int], ...]
@@ -116,6 +123,10 @@ class Chances:
         region = self.audit.region(factor)
         if not self.audit.comparison.single:
             return self._of_forms(factor)
+        if self.audit.select == "half-split" and region != "pairs":  # certify refuses it
+            return Chance(0.0, None)
+        if self.audit.select == "half-split" and self.audit.side == "exceeds":
+            return self._of_halves(factor)
         rejects = self._rule(region)
         open_, found = 1.0, list[tuple[float, _Block, tuple[int, int]]]()
         for number, block in enumerate(self.blocks):
@@ -127,6 +138,8 @@ class Chances:
 
     def deciding(self, chance: Chance) -> tuple[int, ...]:
         """The cells of the pairs that decide at least half as often as the one that does most often."""
+        if chance.cells:
+            return chance.cells
         most = max((rate for rate, _, _ in chance.rates), default=0.0)
         found = set()
         for rate, block, pair in chance.rates:
@@ -185,9 +198,9 @@ class Chances:
     def _rule(self, region: Region) -> Rejects:
         """By which draws of two cells an audit shows what is wanted."""
         compared, alpha, upper = self.audit.comparison, self.audit.alpha, self.audit.side == "within"
-        if region == "pairs":
-            level = pair_errors(compared.pairs, alpha, "each")[0 if upper else 1]
-            return by_pairs(level or alpha)
+        if region in ("pairs", "contrasts"):
+            level = pair_errors(compared.pairs, alpha, "each")[0 if upper else 1] or alpha
+            return by_pairs(level) if region == "pairs" else by_contrasts(level)
         if region == "product":
             levels = product_levels(self.used, compared.pairs, alpha, "each")
             guard, c = (levels.upper if upper else levels.lower) or (alpha, alpha)
@@ -234,6 +247,59 @@ class Chances:
         high, low = (block.classes[c][0] for c in pair)
         at = next(i for i, form in enumerate(forms) if self.audit.supposed[form[0][0]] == high)
         return block.places[0], at, next(j for j, form in enumerate(forms) if j != at and self.audit.supposed[form[0][0]] == low)
+
+    def _of_halves(self, factor: float) -> Chance:
+        """The chance that the second half of the draws shows the pair which the first half finds furthest apart."""
+        compared, supposed = self.audit.comparison, self.audit.supposed
+        listed = [compared.blocks[b] for b in ([self.audit.only[0]] if self.audit.only else range(len(compared.blocks)))]
+        blocks = [np.array([form[0][0] for form in block]) for block in listed if len(block) > 1]
+        if self.audit.only:
+            blocks = [blocks[0][list(self.audit.only[1:])]]
+        tables = max(TABLES // 8, min(TABLES, 3 * MOST_SUMS // sum(map(len, blocks))))
+        generator = np.random.default_rng(SEED)
+        furthest, chosen = np.full(tables, -inf), np.zeros((2, tables), dtype=np.int64)
+        with np.errstate(divide="ignore"):
+            for block in blocks:
+                ends = np.array([self._first_half(supposed[i].grown(factor), generator, tables) for i in block.tolist()])
+                high, low = ends[:, 0].argmax(axis=0), ends[:, 1].argmin(axis=0)
+                every = np.arange(tables)
+                apart = np.where(high == low, -inf, ends[high, 0, every] - ends[low, 1, every])
+                better = apart > furthest
+                furthest[better] = apart[better]
+                chosen[:, better] = block[high[better]], block[low[better]]
+        kinds = {cell: number for number, cell in enumerate(dict.fromkeys(supposed))}
+        kind = np.array([kinds[cell] for cell in supposed])
+        codes = np.where(furthest > -inf, kind[chosen[0]] * len(kinds) + kind[chosen[1]], -1)
+        rejects, shown, cells = by_pairs(self.audit.alpha), np.zeros(tables, dtype=np.bool_), list(kinds)
+        for code in sorted({*codes.tolist()} - {-1}):
+            at = codes == code
+            top, bottom = (cells[c].grown(factor) for c in divmod(code, len(kinds)))
+            top, bottom = (replace(cell, draws=cell.draws - cell.draws // 2) for cell in (top, bottom))
+            of_top, of_bottom = (cell.sums(generator, (int(at.sum()),)) for cell in (top, bottom))
+            shown[at] = rejects(bottom, of_bottom, top, of_top, 1 / self.audit.limit)
+        found = Counter(zip(*chosen[:, shown].tolist(), strict=True)) if shown.any() else Counter({tuple(blocks[0][:2].tolist()): 1})
+        often = {pair for pair, times in found.items() if times >= max(found.values()) / 2}
+        return Chance(
+            float(shown.mean()), self._of_cells(*found.most_common(1)[0][0]), (), tuple(sorted({i for pair in often for i in pair}))
+        )
+
+    @staticmethod
+    def _first_half(cell: Supposed, generator: np.random.Generator, tables: int) -> tuple[Floats, Floats]:
+        """Logarithms of the ends by which the first half of a cell's draws chooses; without draws it is never chosen."""
+        half = cell.draws // 2
+        if not half:
+            return np.full(tables, -inf), np.full(tables, inf)
+        sums, scale = replace(cell, draws=half).sums(generator, (tables,)), float(SCALE)
+        low, high = (np.log(score_end(half, sums, scale, side)) + log(cell.high) for side in (-1, 1))
+        return low, high
+
+    def _of_cells(self, high: int, low: int) -> tuple[int, int, int]:
+        """The block of two cells, and where they are in it."""
+        for b, block in enumerate(self.audit.comparison.blocks):
+            members = [form[0][0] for form in block]
+            if high in members:
+                return b, members.index(high), members.index(low)
+        raise ValueError(high)
 
     def _of_forms(self, factor: float) -> Chance:
         """The chance for forms of several cells, over the box."""

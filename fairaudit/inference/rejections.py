@@ -18,7 +18,9 @@ from fairaudit.exact.dense import Floats
 from fairaudit.inference.ends import Method
 from fairaudit.inference.float_tails import float_ends, float_tails
 from fairaudit.inference.pair_exact import GUARD, order_scale
+from fairaudit.inference.paired_betting import bets
 from fairaudit.inference.product_region import SLACK
+from fairaudit.inference.symmetric_betting import MOST_PAIRS
 
 Side = Literal["lower", "upper"]
 
@@ -146,13 +148,30 @@ def by_pairs(level: Fraction) -> Rejects:
         else:
             found = usual + max(shifts)
         with np.errstate(divide="ignore"):
-            order = np.log(_score_end(one.draws, sums, scale, 1)) - np.log(_score_end(other.draws, others, scale, -1))
+            order = np.log(score_end(one.draws, sums, scale, 1)) - np.log(score_end(other.draws, others, scale, -1))
         return order <= found
 
     return rejects
 
 
-def _score_end(draws: float, sums: Floats, scale: float, side: int) -> Floats:
+def by_contrasts(level: Fraction) -> Rejects:
+    """The rule of bets on contrasts, with what they win to the second order: the mean and the spread of the draws."""
+
+    def rejects(one: Supposed, sums: Floats, other: Supposed, others: Floats, limit: float) -> Any:
+        n, m = int(one.draws), int(other.draws)
+        pairs = min(n, m, MOST_PAIRS)
+        bound = limit * other.high / one.high
+        means = [(cell.low + (cell.high - cell.low) * s / cell.draws) / cell.high for cell, s in ((one, sums), (other, others))]
+        spread = [((cell.high - cell.low) / cell.high * cell.deviation) ** 2 / cell.draws for cell in (one, other)]
+        gap, variance = bound * means[1] - means[0], spread[0] + bound**2 * spread[1]
+        made = [float(bet) for bet in bets(pairs**2 * (Fraction(1, n) + Fraction(1, m)))]
+        won = [pairs * np.log1p(bet * gap) - (pairs * bet) ** 2 * variance / (1 + bet * gap) ** 2 / 2 for bet in made]
+        return np.logaddexp.reduce(won) - log(len(made)) >= -log(level)
+
+    return rejects
+
+
+def score_end(draws: float, sums: Floats, scale: float, side: int) -> Floats:
     """The end of the score interval on one side, exactly 0 where it is."""
     root = np.sqrt(scale * (sums * (draws - sums) / draws + scale / 4))
     found: Floats = (sums + scale / 2 + side * root) / (draws + scale)
@@ -189,7 +208,7 @@ def _threshold(one: Supposed, other: Supposed, limit: float, level: float, scale
     others, other_law = _laws(m, means)
     tails = np.zeros((MEANS, len(others) + 1))
     tails[:, :-1] = np.cumsum(other_law[:, ::-1], axis=1)[:, ::-1]
-    top, bottom = _score_end(n, outcomes, scale, 1), _score_end(m, others, scale, -1)
+    top, bottom = score_end(n, outcomes, scale, 1), score_end(m, others, scale, -1)
     goal = level - guard
 
     def kept(order: float) -> bool:

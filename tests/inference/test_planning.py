@@ -20,6 +20,7 @@ from fairaudit import Law, RandomizedResponse, Utility
 from fairaudit.errors import InputError
 from fairaudit.inference.cells import Cell
 from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.half_split import Selection
 from fairaudit.inference.planning import further_draws, plan
 from fairaudit.inference.policy_comparisons import policy_comparison
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
@@ -27,16 +28,27 @@ from fairaudit.inference.table_comparisons import local_comparison
 from fairaudit.inference.verdicts import verdict
 
 
-def decided(rows: list[list[float]], draws: tuple[int, ...], side: str, *, independent: bool, limit: str, runs: int = 40) -> float:
+def decided(
+    rows: list[list[float]],
+    draws: tuple[int, ...],
+    side: str,
+    *,
+    independent: bool,
+    limit: str,
+    runs: int = 40,
+    select: Selection = "bonferroni",
+) -> float:
     """How often an audit decides on a side."""
     pick = np.random.default_rng(len(draws))
     found = 0
     for _ in range(runs):
         counts = [binary(n, int(pick.binomial(n, p))) for n, p in zip(draws, [p for row in rows for p in row], strict=True)]
         places = iter(range(len(counts)))
-        compared = Comparison(tuple(counts), tuple(tuple(((next(places), F(1)),) for _ in row) for row in rows))
+        blocks = tuple(tuple(((next(places), F(1)),) for _ in row) for row in rows)
+        labels = tuple(({"x": str(x)}, tuple({"a": str(a)} for a in range(len(row)))) for x, row in enumerate(rows))
+        compared = Comparison(tuple(counts), blocks, labels)
         region = default_region(compared, independent=independent)
-        interval = ratio_interval(compared, region=region, independent=independent, ends="each")
+        interval = ratio_interval(compared, region=region, independent=independent, ends="each", select=select)
         found += verdict(interval, max_ratio=limit) == side
     return found / runs
 
@@ -55,6 +67,40 @@ def test_an_audit_that_follows_a_plan_decides_as_often_as_it_says(rows: list[lis
     found = plan([[str(p) for p in row] for row in rows], max_ratio=limit, independent=independent)
     assert found.draws is not None and found.decides is not None and found.power is not None and 0.8 <= found.power < 0.9
     assert decided(rows, found.draws, found.decides, independent=independent, limit=limit) == pytest.approx(found.power, abs=0.2)
+
+
+def test_half_of_the_draws_may_choose() -> None:
+    rows = [[0.6, 0.2], [0.5, 0.5], [0.5, 0.5]]
+    guesses = [[str(p) for p in row] for row in rows]
+    found = plan(guesses, max_ratio="5/4", independent=True, select="half-split")
+    assert found.draws is not None and found.decides == "exceeds" and found.power is not None and found.cells == (0, 1)
+    assert found.method is not None and "half of the draws" in found.method
+    often = decided(rows, found.draws, "exceeds", independent=True, limit="5/4", select="half-split")
+    assert often == pytest.approx(found.power, abs=0.2)
+    within = [plan(["0.5", "0.5"], max_ratio=2, independent=True, select=each).draws for each in ("bonferroni", "half-split")]
+    assert within[0] == within[1]
+    with pytest.raises(InputError, match="half-split"):
+        plan(guesses, max_ratio="5/4", select="half-split")
+
+
+def test_many_values_in_independent_cells() -> None:
+    """The method that certify takes for them, and audits that follow decide as often as is said."""
+    assert plan(["0.5", "0.5"], max_ratio=2, independent=True, binary=False).method == "bets on the contrast of draws"
+    pick = np.random.default_rng(3)
+
+    def drawn(n: int) -> Comparison:
+        rows = pick.multinomial(n, [0.2, 0.6, 0.2], 2)
+        law = Law.from_array(rows, kind="counts", decisions=["no", "half", "yes"])
+        return local_comparison(law, Utility({"yes": 1, "half": "0.5"}).on(law))
+
+    law = Law.from_array([[10, 30, 10], [10, 30, 10]], kind="counts", decisions=["no", "half", "yes"])
+    compared = local_comparison(law, Utility({"yes": 1, "half": "0.5"}).on(law))
+    interval = ratio_interval(compared, region="contrasts", independent=True, ends="each")
+    found = further_draws(compared, max_ratio="4/3", interval=interval)
+    assert found.method == "bets on the contrast of draws" and found.draws is not None and found.decides == "within"
+    n = 50 + found.draws[0]
+    ends = [ratio_interval(drawn(n), region="contrasts", independent=True, ends="each") for _ in range(40)]
+    assert sum(verdict(each, max_ratio="4/3") == "within" for each in ends) / 40 == pytest.approx(0.8, abs=0.2)
 
 
 def test_the_figures_of_another_simulation() -> None:

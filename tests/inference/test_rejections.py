@@ -11,13 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from interval_oracle import F, binary, bounded, one_block
 
+from fairaudit.inference.betting import ValueCounts
 from fairaudit.inference.cells import Cell
 from fairaudit.inference.ends import cell_ends
 from fairaudit.inference.float_tails import float_ends, float_tail, float_tails
 from fairaudit.inference.levels import product_levels
 from fairaudit.inference.pair_exact import Pair, order_scale, pair_excludes
 from fairaudit.inference.ratio_intervals import ratio_interval
-from fairaudit.inference.rejections import Rejects, Supposed, by_boxes, by_pairs, by_products, end_of_sums
+from fairaudit.inference.rejections import Rejects, Supposed, by_boxes, by_contrasts, by_pairs, by_products, end_of_sums
+from fairaudit.inference.symmetric_betting import upper_end
 
 LEVEL = F(1, 20)
 
@@ -97,3 +99,25 @@ def test_sums_have_the_mean_and_spread_that_is_supposed() -> None:
         assert sums.mean() == pytest.approx(each.draws * each.share, abs=0.15)
         assert sums.std() == pytest.approx(sqrt(each.draws) * each.deviation, rel=0.03)
         assert sums.min() >= 0 and sums.max() <= each.draws
+
+
+@pytest.mark.parametrize("size", [(60, 60), (200, 80), (400, 400)])
+@pytest.mark.parametrize(("one", "other"), [((1, 8, 1), (1, 8, 1)), ((4, 2, 4), (5, 2, 3)), ((6, 3, 1), (3, 4, 3))])
+def test_bets_on_contrasts_win_about_as_much(one: tuple[int, ...], other: tuple[int, ...], size: tuple[int, int]) -> None:
+    """The limit from which on a table rejects, against that of the sums over all pairings: within a tenth of its distance."""
+    tallies = [{F(v, 2): w * n // 10 for v, w in enumerate(weights)} for weights, n in zip((one, other), size, strict=True)]
+    counts = [ValueCounts(tally) for tally in tallies]
+    exact = float(upper_end(*counts, LEVEL))
+    cells = []
+    for tally in tallies:
+        n = sum(tally.values())
+        mean = sum(v * w for v, w in tally.items()) / n
+        cells.append(
+            (Supposed(n, float(mean), sqrt(sum(w * (v - mean) ** 2 for v, w in tally.items()) / n), 0.0, 1.0, False), n * float(mean))
+        )
+    (top, k), (bottom, m) = cells
+    rule = by_contrasts(LEVEL)
+    tried = np.exp(np.linspace(-1, 3, 4001))
+    found = next(r for r in tried if rule(top, np.array([k]), bottom, np.array([m]), float(r))[0])
+    apart = abs(np.log(exact / (top.share / bottom.share)))
+    assert np.log(found) == pytest.approx(np.log(exact), abs=0.1 * apart + 0.002)
