@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from math import ceil, exp, sqrt
-from typing import Any, Literal
+from typing import Any
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.enclosures import compare_log
@@ -24,7 +24,7 @@ from fairaudit.inference.power import Audit, Chance, Chances, Side
 from fairaudit.inference.quotients import extreme_ratio, sample_ratio
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
 from fairaudit.inference.rejections import Supposed
-from fairaudit.measures.limits import ALONE, one_limit, without_bare_limits
+from fairaudit.measures.limits import ALONE, Unit, one_limit, without_bare_limits
 from fairaudit.measures.ratios import Witness
 from fairaudit.words import approximate, brief, percent, place
 
@@ -102,7 +102,7 @@ class Planning:
 class _Goal:
     """A limit, and the error that may be made."""
 
-    unit: Literal["log", "ratio"]
+    unit: Unit
     limit: Fraction
     alpha: Fraction
 
