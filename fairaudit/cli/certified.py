@@ -42,7 +42,7 @@ def certified(arguments: argparse.Namespace, result: Result, findings: list[Find
             result,
             arguments.top,
             [str(path) for path in written],
-            [plain(found.sentence) for found in findings],
+            [plain(line) for found in findings for line in (found.sentence, *found.lines)],
             two_sided=arguments.two_sided,
         ),
         code=1 if any(finding.refuted for finding in findings) else result.exit_code,

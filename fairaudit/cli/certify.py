@@ -220,7 +220,20 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
     """Name an option that does not go with contexts that are read in parts; empty if there is none."""
     from fairaudit.audits.reading import unfit_for_parts
 
-    others = ("positive", "report", "placebo", "claimed_exp_epsilon", "utility_range", "two_sided", "select", "max_drift", "all_bounds")
+    others = (
+        "positive",
+        "report",
+        "placebo",
+        "claimed_exp_epsilon",
+        "utility_range",
+        "two_sided",
+        "select",
+        "by_context",
+        "min_cell",
+        "pool_small",
+        "max_drift",
+        "all_bounds",
+    )
     return unfit_for_parts(reading, {name: getattr(arguments, name) for name in (*others, *DIFFERENCES)})
 
 

@@ -27,6 +27,7 @@ class Finding:
     sentence: str
     refuted: bool
     figures: dict[str, Any]
+    lines: tuple[str, ...] = ()
 
 
 def add_population(parser: argparse.ArgumentParser) -> None:
@@ -71,6 +72,14 @@ def add_population(parser: argparse.ArgumentParser) -> None:
     )
     sampling.add_argument("--placebo-group", metavar="COL", action="append", help="the column of the edits there (default: as --group)")
     sampling.add_argument(
+        "--by-context",
+        metavar="Q",
+        help="list each context by itself, and flag those above the limit of the local ratio (or above 1) at the false discovery rate Q, "
+        "such as 0.1; needs independent cells",
+    )
+    sampling.add_argument("--min-cell", metavar="N", type=int, help="with --by-context: leave contexts out that have a smaller cell")
+    sampling.add_argument("--pool-small", action="store_true", help="with --min-cell: pool them into one context instead, group by group")
+    sampling.add_argument(
         "--claimed-exp-epsilon",
         metavar="Q",
         help="e^epsilon that a filter claims: do decisions, each through a fresh release of it, refute that? (T11; a release that several "
@@ -93,7 +102,7 @@ def population_options(arguments: argparse.Namespace, subject: Law | Deployment,
     }
 
 
-ONLY_SAMPLES = ("interval", "independent_cells", "select", "two_sided", "placebo", "claimed_exp_epsilon")
+ONLY_SAMPLES = ("interval", "independent_cells", "select", "two_sided", "placebo", "claimed_exp_epsilon", "by_context")
 
 
 def findings_beside(arguments: argparse.Namespace, result: Result, utility: Utility, chosen: Mapping[str, Any]) -> list[Finding]:
@@ -116,11 +125,55 @@ def findings_beside(arguments: argparse.Namespace, result: Result, utility: Util
         tested = refute_epsilon(comparison, arguments.claimed_exp_epsilon, region=region, **made)
         figures = {"refuted": tested.refuted, "interval": _ends(tested.interval), "assumptions": list(tested.assumptions)}
         found.append(Finding("T11", tested.sentence, tested.refuted, figures))
+    if arguments.by_context is not None:
+        found.append(_by_context(arguments, result, chosen))
+    elif arguments.min_cell is not None or arguments.pool_small:
+        raise InputError("--min-cell and --pool-small go with --by-context")
     if arguments.placebo is not None:
         found += _placebo(arguments, result, utility, made)
     elif arguments.placebo_group is not None:
         raise InputError("--placebo-group goes with --placebo")
     return found
+
+
+def _by_context(arguments: argparse.Namespace, result: Result, chosen: Mapping[str, Any]) -> Finding:
+    """Each context by itself, with the false discovery rate of those that are flagged."""
+    from fairaudit.certificates.numbers import number
+    from fairaudit.errors import InputError
+    from fairaudit.inference.by_context import by_context_text, contexts_by_themselves
+    from fairaudit.measures.limits import ratio_above
+
+    if "local" not in result.comparisons or result.law.contexts == ((),):
+        raise InputError("--by-context needs contexts, and an interval for their ratio")
+    if not chosen["independent"]:
+        raise InputError("--by-context needs cells that were declared independent (--independent-cells)")
+    if arguments.pool_small and arguments.min_cell is None:
+        raise InputError("--pool-small goes with --min-cell")
+    limit = max((ratio_above(target.unit, target.limit) for target in result.targets if target.quantity == "local"), default=1)
+    small = {"min_cell": 1 if arguments.min_cell is None else arguments.min_cell, "pool": arguments.pool_small}
+    made = contexts_by_themselves(result.comparisons["local"], limit, rate=arguments.by_context, confidence=chosen["confidence"], **small)
+    sentence, lines = by_context_text(made)
+    table = [
+        {
+            "context": own.context,
+            "draws": own.draws,
+            "interval": _ends(own.interval),
+            "e_value": number(own.e_value),
+            "flagged": own.flagged,
+        }
+        for own in made.findings
+    ]
+    figures = {
+        "limit": number(made.limit),
+        "rate": number(made.rate),
+        "confidence": number(made.confidence),
+        "min_cell": made.min_cell,
+        "contexts": table,
+        "not_judged": list(made.not_judged),
+        "pooled": list(made.pooled),
+        "assumptions": list(made.assumptions),
+    }
+    return Finding("by context", sentence, False, figures, lines)
 
 
 def _placebo(arguments: argparse.Namespace, result: Result, utility: Utility, made: Mapping[str, Any]) -> list[Finding]:

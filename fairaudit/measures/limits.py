@@ -261,6 +261,20 @@ def limit_readings(unit: str, limit: Fraction) -> dict[str, list[str]]:
     return {"ratio": _ends(ratio), "least_over_greatest": _ends(least), "log": _ends(log)}
 
 
+def ratio_above(unit: str, limit: Fraction) -> Fraction:
+    """The ratio of a limit, or one that is a little above that of a logarithm.
+
+    Examples
+    --------
+    >>> ratio_above("ratio", Fraction(5, 4)), round(float(ratio_above("log", Fraction(1, 5))), 6)
+    (Fraction(5, 4), 1.221403)
+    """
+    found = _readings(unit, limit)[0][1]
+    if found == inf:
+        raise InputError(f"a limit of {limit} on a logarithm is above all ratios that can be compared")
+    return Fraction(found)
+
+
 def _readings(unit: str, limit: Fraction) -> tuple[tuple[Any, Any], tuple[Any, Any], tuple[Any, Any]]:
     """Ratio, least over greatest, and logarithm, each between two ends; equal ends are exact."""
     if unit == "ratio":
