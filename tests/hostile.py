@@ -378,6 +378,32 @@ def ladders(pick: Pick) -> Any:
     return table
 
 
+def contrasts(pick: Pick) -> Any:
+    """Many cells and values, or long ones, of which every pair asks for sums over all of its draws."""
+    decisions, groups = pick.choice([(3, 60), (300, 2), (3000, 2), (100, 10), (3, 300)])
+    most = pick.choice([2, 30, 10**6, 10**17])
+    table = _plain(pick, decisions, groups, 1, lambda x, a: {"weights": [str(pick.randrange(1, most)) for _ in range(decisions)]})
+    bottom = 10 ** pick.choice([3, 9, min(4_000, max(9, size(pick, 3) // decisions))])
+    table["subject"]["table"]["header"]["utility"] = ["1", *(_lowest(pick.randrange(bottom), bottom) for _ in range(decisions - 1))]
+    pairs = groups * (groups - 1)
+    table["intervals"] = {
+        "local": {
+            "confidence": "1/1000",
+            "ends": "each",
+            "region": "contrasts",
+            "independent": True,
+            "method": "hoeffding-kl",
+            "limits": None,
+            "ratio": ["1", pick.choice(["11/10", "3", "1000", f"{odd(pick, size(pick, 2))}/{2**64}"])],
+            "levels": {"upper": "999/1000", "lower": _lowest(999, 1000 * pairs)},
+            "upper": None,
+            "lower": None,
+            "pair": None,
+        }
+    }
+    return table
+
+
 def boundary(pick: Pick) -> Any:
     """An end whose tail is so close to its level that logarithms cannot tell, with a long mean."""
     n = pick.choice([50, 500, 4999])
@@ -507,6 +533,7 @@ FAMILIES: tuple[Callable[[Pick], Any], ...] = (
     greatest_ratios,
     streams,
     ladders,
+    contrasts,
     boundary,
     units,
     classes,

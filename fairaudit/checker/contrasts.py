@@ -57,6 +57,7 @@ def _scaled(sample: Sample, tally: Tally) -> Drawn:
 def _is_below(one: Drawn, other: Drawn, limit: Fraction, level: Fraction) -> bool:
     """Decide whether the mean of one cell is at most a multiple of that of another, which their ranges may say by themselves."""
     (sample, tally), (base, values) = one, other
+    spend(12, bits_of(limit), bits_of(sample.high, base.low, base.high))
     if sample.high <= limit * base.low:
         return True
     return proves_below(tally, values, limit * base.high / sample.high, level)

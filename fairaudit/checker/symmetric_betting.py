@@ -64,6 +64,7 @@ def _won(higher: Tally, lower: Tally, limit: Fraction, difference: bool) -> Iter
 def _sum_of_terms(x: Values, y: Values, scale: Fraction, pairs: int, draws: tuple[int, int]) -> Wealth:
     """Add up C(pairs, k) scale^k e(k, y) e(pairs - k, x), rounded down."""
     of_x, of_y = draws
+    spend(1_000)
     s, t = _odds(x, y, scale, pairs, draws)
     (least_x, xs), (least_y, ys) = _law(x, s), _law(y, t)
     first, last = max(least_y, pairs - least_x - len(xs) + 1), min(least_y + len(ys) - 1, pairs - least_x)
@@ -135,7 +136,7 @@ def _binomial(n: int, odds: Fraction) -> Law:
     """Find the probabilities of so many successes among n, as far as they are not less than a unit."""
     a, b = odds.numerator, odds.denominator
     mode = (n + 1) * a // (a + b)
-    spend(20 + 4 * n.bit_length() + min(mode, n - mode), bits_of(odds))
+    spend(40 + 4 * n.bit_length() + min(mode, n - mode), bits_of(odds))
     _spend_on_product(min(mode, n - mode) * n.bit_length())
     m, e = times(quotient(comb(n, mode), 1), times(power(quotient(a, a + b), mode), power(quotient(b, a + b), n - mode)))
     sides: list[list[int]] = []

@@ -37,7 +37,7 @@ def contrast_steps(comparison: Comparison) -> float:
     cells = [comparison.cells[form[0][0]] for block in comparison.blocks if len(block) > 1 for form in block]
     if not comparison.drawn or not comparison.single or comparison.dependent or all(cell.binary for cell in cells):
         return inf
-    if any(cell.high <= 0 or not cell.draws for cell in cells) or 1_000 * comparison.pairs > MOST_STEPS:
+    if any(cell.high <= 0 or not cell.draws for cell in cells) or 2_000 * comparison.pairs > MOST_STEPS:
         return inf
     if any(max(n.bit_length() for n in v.as_integer_ratio()) > MOST_BITS for tally in comparison.tallies for v in tally):
         return inf
@@ -47,13 +47,13 @@ def contrast_steps(comparison: Comparison) -> float:
         values = min(cell.draws, len(tally)) if listed else cell.draws
         if values > MOST_VALUES:
             return inf
-        of_values.append(250 * values + (8 + 4 * values.bit_length()) * min(cell.draws, 128 * values))
+        of_values.append(280 * values + (8 + 4 * values.bit_length()) * min(cell.draws, 128 * values))
     total, most = 0, 0
     for one, other in _pairs_of_cells(comparison):
         n, m = (comparison.cells[i].draws for i in (one, other))
         pairs = min(n, m, MOST_PAIRS)
         made = len(bets(pairs**2 * (Fraction(1, n) + Fraction(1, m))))
-        steps = made * (1_000 + 60 * min(max(n, m), MOST_PAIRS) + of_values[one] + of_values[other])
+        steps = made * (2_000 + 60 * min(max(n, m), MOST_PAIRS) + of_values[one] + of_values[other])
         total, most = total + steps, max(most, steps)
     return total + most
 
