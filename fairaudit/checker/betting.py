@@ -160,7 +160,7 @@ class StreamProof:
             if not box[b][i][0] >= low * box[b][j][1] > 0:
                 raise Unproven("the least quotient of the pair is less than the lower end")
 
-    def _levels(self) -> Levels:
+    def levels(self) -> Levels:
         """For each block, the level of a pair, in either direction, by the rank of the later one of its cells.
 
         The cells that found others in their block share out the error in the order in which they came; each divides its part
@@ -176,7 +176,7 @@ class StreamProof:
         ]
 
     def _prove_by_ladders(self) -> None:
-        levels = self._levels()
+        levels = self.levels()
         low, high = self.interval.ratio
         ladders, proof = self.evidence.ladders, self.evidence.proof
         check_given(self.interval.ratio, ladders, proof, len(self.blocks))

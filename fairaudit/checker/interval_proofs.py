@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import chain, combinations
 
-from .betting import StreamProof
 from .claims import BETTING, CONTRASTS, PAIR_EXACT
 from .contrasts import prove_by_contrasts
 from .difference_regions import prove_difference_by_box, prove_difference_by_pairs
 from .figures import Greatest
 from .header import Cell
 from .intervals import BoxEvidence, Change, ContrastEvidence, Interval, PairEvidence, Proven, StreamEvidence, Unproven
+from .joint_betting import prove_stream
 from .logarithms import log_enclosure
 from .rates import DIFFERENCES, Share
 from .rationals import ONE, Rational, as_pair, at_most, bits_of, reduced, widest_gap, widest_ratio
@@ -35,7 +35,7 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
             raise Unproven("a utility in the table is outside the limits")
     _check_sign(interval, table)
     if isinstance(interval.evidence, StreamEvidence):
-        StreamProof(interval, interval.evidence, table).prove()
+        prove_stream(interval, interval.evidence, table)
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, BETTING)
     sampling = Sampling(interval, table)
     if table.header.subject.kind == "probabilities" or (table.policy is not None and interval.units is not None):

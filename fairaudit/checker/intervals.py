@@ -35,6 +35,7 @@ class Unproven(Exception):
 
 
 REGIONS = ("box", "product", "pairs", "contrasts")
+MOST_RATIOS = 8  # of bets on two cells at once
 
 Ladder = list[Fraction]
 Box = list[tuple[Fraction, Fraction]]
@@ -91,6 +92,7 @@ class StreamEvidence:
     pair: Place | None
     ladders: list[Ladder] | None
     proof: tuple[Place, Ladder] | None
+    ratios: tuple[Fraction, ...] = ()  # of bets on two cells at once; without them bets are on single cells
 
 
 Evidence = BoxEvidence | LadderEvidence | PairEvidence | ContrastEvidence | StreamEvidence
@@ -118,6 +120,8 @@ class Interval:
         """The name of the kind of evidence."""
         if isinstance(self.evidence, PairEvidence | ContrastEvidence):
             return "pairs" if isinstance(self.evidence, PairEvidence) else "contrasts"
+        if isinstance(self.evidence, StreamEvidence) and self.evidence.ratios:
+            return "joint"
         boxed = self.evidence.ends is not None if isinstance(self.evidence, StreamEvidence) else isinstance(self.evidence, BoxEvidence)
         return "box" if boxed else "product"
 
@@ -182,8 +186,9 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
     optional = ("split",) if splits else ()
     members = read_object(value, where, keys + ["pair"] * ((of_box and not difference) or of_contrasts), optional=optional)
     each = read_choice(members["ends"], f"{where}.ends", ("together",) if of_stream else ("together", "each")) == "each"
-    region = read_choice(members["region"], f"{where}.region", ("box", "product") if of_stream else REGIONS)
-    levels = read_object(members["levels"], f"{where}.levels", ("expected", "order") if of_stream else ("upper", "lower"))
+    region = read_choice(members["region"], f"{where}.region", ("box", "product", "joint") if of_stream else REGIONS)
+    of_levels = ("expected", "order", *(("ratios",) if region == "joint" else ())) if of_stream else ("upper", "lower")
+    levels = read_object(members["levels"], f"{where}.levels", of_levels)
     upper, lower = members["upper"], members["lower"]
     pair = None if members.get("pair") is None else _read_pair(members["pair"], f"{where}.pair")
     evidence: Evidence
@@ -291,7 +296,13 @@ def _read_stream(members: Mapping[str, object], levels: Mapping[str, object], wh
     if lower is not None:
         parts = read_object(lower, f"{where}.lower", ("pair", "knots"))
         proof = _read_pair(parts["pair"], f"{where}.lower.pair"), _read_ladder(parts["knots"], f"{where}.lower")
-    return StreamEvidence(expected, order, None, None, ladders, proof)
+    ratios: tuple[Fraction, ...] = ()
+    if "ratios" in levels:
+        given = read_list(levels["ratios"], f"{where}.levels.ratios")
+        ratios = tuple(Fraction(*ratio) for ratio in read_rationals(given, f"{where}.levels.ratios", len(given)))
+        if not 1 <= len(ratios) <= MOST_RATIOS or min(ratios) <= 0:
+            raise malformed(f"{where}.levels.ratios", f"must be 1 to {MOST_RATIOS} positive numbers")
+    return StreamEvidence(expected, order, None, None, ladders, proof, ratios)
 
 
 def _level(value: object, where: str) -> Fraction:

@@ -43,7 +43,7 @@ LOOKED_AT: tuple[str, ...] = ("decision", "group", "context", "utility", "utilit
 AUDIT = (
     *LOOKED_AT,
     *LIMITS,
-    *("confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "log_format", "burden", "run_length"),
+    *("confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "log_format", "burden", "run_length", "bets"),
 )
 
 
@@ -83,6 +83,11 @@ def _add_audit(parser: argparse.ArgumentParser) -> None:
         type=_run_length,
         help="with a target: raise an alarm when the ratio comes to be above it; a false one comes after B pairs of decisions or more in "
         "the mean (default 20000; 0: none)",
+    )
+    audit.add_argument(
+        "--bets",
+        choices=("separate", "joint"),
+        help="by what bounds are found: bets on single cells (default), or on both cells of a pair, narrower unless utilities are rare",
     )
     audit.add_argument("--log-format", choices=("jsonl", "csv"), help="how the log is written (default: by its name)")
     add_renamed(audit, "--input", "--log-format")
@@ -220,6 +225,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         since=arguments.since,
         window=None if arguments.window is None else window_length(arguments.window, "--window"),
         burden=bool(arguments.burden),
+        bets=arguments.bets or "separate",
         run_length=default_run_length(arguments.run_length, targets, unit),
         layout=arguments.log_format or ("csv" if str(arguments.log).endswith(".csv") else "jsonl"),
     )

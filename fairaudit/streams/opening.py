@@ -52,6 +52,7 @@ def monitor(
     log_format: Literal["jsonl", "csv"] | None = None,
     burden: bool = False,
     run_length: int | None = None,
+    bets: Literal["separate", "joint"] | None = None,
     dead_letters: str | os.PathLike[str] | None = None,
 ) -> Monitor:
     r"""Watch a log of decisions, with bounds that hold at every moment, however often one looks; as `fairaudit monitor` does.
@@ -90,6 +91,8 @@ def monitor(
     run_length : int, optional
         Pairs of decisions per direction until the detector of change raises a false alarm, in the mean, at least; 0 for no detector.
         By default 20,000 where there is a target and no unit.
+    bets : {"separate", "joint"}, optional
+        Joint bets, on both cells of a pair at once, are narrower unless utilities are rare; separate ones by default.
     dead_letters : path, optional
         File for lines that cannot be counted.
 
@@ -143,10 +146,12 @@ def monitor(
         "window": None if window is None else window_length(str(window)),
         "burden": burden,
     }
+    chosen = {"log_format": log_format, "run_length": run_length, "bets": bets}
     settings = None
-    if any(audit.values()) or run_length is not None or log_format is not None or expected_cells != EXPECTED or confidence != CONFIDENCE:
+    if any(audit.values()) or any(value is not None for value in chosen.values()) or (expected_cells, confidence) != (EXPECTED, CONFIDENCE):
         layout = log_format or ("csv" if os.fspath(log).endswith(".csv") else "jsonl")
-        settings = _settings(**audit, confidence=_text(confidence), expected=expected_cells, layout=layout, run_length=run_length)
+        audit |= {"layout": layout, "run_length": run_length, "bets": bets or "separate"}
+        settings = _settings(**audit, confidence=_text(confidence), expected=expected_cells)
     held = State(None if state is None else os.fspath(state), settings)
     try:
         return Monitor(held, os.fspath(log), None if dead_letters is None else os.fspath(dead_letters))

@@ -65,6 +65,8 @@ class Settings:
         Whether the utility counts a burden.
     run_length : int
         Pairs of decisions per direction until a detector of change raises a false alarm, in the mean, at least; 0 without a detector.
+    bets : {"separate", "joint"}
+        Whether bounds come from bets on single cells, multiplied, or on both cells of a pair at once.
 
     Examples
     --------
@@ -93,6 +95,7 @@ class Settings:
     layout: str = "jsonl"
     burden: bool = False
     run_length: int = 0
+    bets: str = "separate"
 
     def __post_init__(self) -> None:
         """Refuse what cannot be audited, and write numbers in one way."""
@@ -121,6 +124,12 @@ class Settings:
         }
         for name, value in written.items():
             object.__setattr__(self, name, value)
+        self._refuse_bets()
+        if self.unit and self.context and "global" in self.named:
+            raise InputError("a target for the global ratio cannot be judged with units in several contexts; leave out --unit or --context")
+
+    def _refuse_bets(self) -> None:
+        """Refuse a detector, or joint bets, that nothing could be asked of."""
         if self.run_length and not 100 <= self.run_length <= 10**12:
             raise InputError(f"a run length of {self.run_length} pairs is not accepted; one from 100 to 10^12 is, or 0 for no detector")
         if self.run_length and not self.named:
@@ -129,8 +138,10 @@ class Settings:
             )
         if self.run_length and self.unit:
             raise InputError("a detector of change (--run-length) pairs decisions that do not hang together; leave out --unit, or give 0")
-        if self.unit and self.context and "global" in self.named:
-            raise InputError("a target for the global ratio cannot be judged with units in several contexts; leave out --unit or --context")
+        if self.bets not in ("separate", "joint"):
+            raise InputError(f"bets of the kind {shown(self.bets)} are not known; 'separate' and 'joint' are")
+        if self.bets == "joint" and self.unit:
+            raise InputError("joint bets (--bets joint) need decisions that do not hang together; leave out --unit, or bet separately")
 
     @property
     def limits(self) -> tuple[Fraction, Fraction]:
@@ -161,8 +172,9 @@ class Settings:
 
     @property
     def text(self) -> str:
-        """All settings, as one line of JSON with sorted keys; a burden and a detector are named only where there is one."""
-        stated = {key: value for key, value in asdict(self).items() if key not in ("burden", "run_length") or value}
+        """All settings, as one line of JSON with sorted keys; what came later is named only where it is not as before."""
+        before = {"burden": False, "run_length": 0, "bets": "separate"}
+        stated = {key: value for key, value in asdict(self).items() if key not in before or value != before[key]}
         return json.dumps(stated, sort_keys=True, separators=(",", ":"))
 
     @property

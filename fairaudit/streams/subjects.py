@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from fairaudit.errors import InputError
@@ -10,8 +11,11 @@ from fairaudit.inference.anytime import Arrivals
 from fairaudit.inference.changes import Window
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
+from fairaudit.streams.detection import limit_of
 from fairaudit.streams.settings import Settings
 from fairaudit.streams.state import Counts
+
+GREATEST = 16  # of the ratios of joint bets: beyond, a bet on the lower cell is as great as it can be anyway
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,22 @@ class Subject:
         """The same as a window of a stream."""
         table = self.utility.on(self.law)
         return Window(number, table.law, table, self.arrivals)
+
+
+def joint_ratios(settings: Settings) -> tuple[Fraction, ...]:
+    """The ratios of joint bets: 1, and the limits of the targets; none if bets are separate.
+
+    Examples
+    --------
+    >>> made = Settings(group=("sex",), decision="hired", utility={"yes": "1"}, targets={"max_local_log": "0.2"}, bets="joint")
+    >>> joint_ratios(made)
+    (Fraction(1, 1), Fraction(1221, 1000))
+    """
+    if settings.bets != "joint":
+        return ()
+    limits = [limit_of(settings, quantity) for quantity in ("local", "global")]
+    near = [Fraction(round(1000 * limit), 1000) for limit in limits if limit is not None and limit < GREATEST]
+    return tuple(dict.fromkeys([Fraction(1), *near]))
 
 
 def subject(settings: Settings, counts: Counts, decisions: list[tuple[str, str]]) -> Subject | None:
@@ -46,7 +66,7 @@ def subject(settings: Settings, counts: Counts, decisions: list[tuple[str, str]]
         {**table, count_name: amount}, decision=settings.decision, group=settings.group, context=settings.context, count=count_name
     )
     utility = Utility(dict(decisions))
-    return Subject(law, utility, Arrivals(tuple(counts.order), settings.expected, settings.joint))
+    return Subject(law, utility, Arrivals(tuple(counts.order), settings.expected, settings.joint, joint_ratios(settings)))
 
 
 def alarm_counts(alarm: dict[str, Any]) -> Counts:

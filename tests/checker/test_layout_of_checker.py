@@ -79,4 +79,5 @@ def test_a_plain_certificate_needs_nothing_of_intervals_policies_and_classes(fun
         "betting.py",
         "paired_betting.py",
         "symmetric_betting.py",
+        "joint_betting.py",
     }

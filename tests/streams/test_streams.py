@@ -617,6 +617,30 @@ def test_the_mix_of_contexts_touches_the_global_ratio_alone(tmp_path: Path) -> N
     assert only.withdrawn == frozenset({"global"})
 
 
+@pytest.mark.slow
+def test_joint_bets_are_declared_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, state = write(tmp_path / "log.jsonl", events(3_000)), tmp_path / "s.db"
+    asked = ["monitor", str(log), "--state", str(state), *OPTIONS, "--max-local-ratio", "6/5"]
+    assert main([*asked, "--bets", "joint"]) == 1
+    last = envelopes(capsys.readouterr().out)[-1]["result"]
+    assert main(["certify", "--from-monitor", str(state), "-o", str(tmp_path / "c.json"), "--report", str(tmp_path / "p.html")]) == 1
+    assert main(["verify", str(tmp_path / "c.json")]) == 0
+    document = json.loads((tmp_path / "c.json").read_text())
+    interval = document["intervals"]["local"]
+    assert interval["region"] == "joint" and interval["levels"]["ratios"] == ["1", "6/5"]
+    assert [float(Fraction(end)) for end in interval["ratio"]] == pytest.approx(last["ratio"]["local"], rel=5e-3)
+    capsys.readouterr()
+    assert main(asked) == 2
+    assert "bets is 'joint' there and 'separate' here" in capsys.readouterr().err
+    assert main(["monitor", str(log), *OPTIONS, "--bets", "joint", "--unit", "answer"]) == 2
+    assert "joint bets (--bets joint) need" in capsys.readouterr().err
+    assert main(["monitor", "--state", str(state)]) == 1
+    changing = write(tmp_path / "changing.jsonl", turned(TURNED))
+    args = ["monitor", str(changing), "--state", str(tmp_path / "t.db"), *OPTIONS, "--window", "1500", "--bets", "joint"]
+    assert main([*args, "--max-local-ratio", "3/2", "--run-length", "0"]) == 1
+    assert certified(tmp_path, tmp_path / "t.db", 1)["changed"]["ratio"]["region"] == "joint"
+
+
 # Change by a detector
 
 

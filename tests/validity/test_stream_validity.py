@@ -13,6 +13,7 @@ import pytest
 from scipy.stats import binom
 
 from fairaudit.inference.anytime import Arrivals, stream_interval
+from fairaudit.inference.anytime_joint import joint_bets
 from fairaudit.inference.betting import log_wealth
 from fairaudit.inference.levels import pair_levels, weight
 from fairaudit.model.law import Law
@@ -77,6 +78,41 @@ def test_the_truth_is_excluded_in_no_more_streams_than_stated(scenario: str) -> 
     print(f"{scenario}: of {STREAMS} streams of {EVENTS}, excluded by products {products}, by a box {boxes}; limit {limit:.0f}")
     assert products <= limit
     assert boxes <= limit
+
+
+def joint_excluded(scenario: str, number: int, events: int, rng: np.random.Generator, levels: list[Fraction]) -> list[int]:
+    """Of some streams, how many ever exclude the true ratio by joint bets at each level: at the true mean they would."""
+    means, _ = SCENARIOS[scenario]
+    bets = joint_bets([Fraction(1), Fraction(5, 4)])
+    found = [0] * len(levels)
+    for start in range(0, number, 50):
+        counted, successes = streams(scenario, min(50, number - start), events, rng)
+        ever = np.full(counted.shape[:2], -np.inf)
+        for i, j in ((0, 1), (1, 0)):
+            total = np.full(counted.shape[:2], -np.inf)
+            for one, other, share in bets:
+                won = np.full(counted.shape[:2], log(share))
+                for a, bet in ((i, -float(one)), (j, float(other))):
+                    hits, misses = successes[..., a], counted[..., a] - successes[..., a]
+                    won += hits * log(1 + bet * (1 - means[a])) + misses * log(1 - bet * means[a])
+                total = np.logaddexp(total, won)
+            ever = np.maximum(ever, total)
+        for k, level in enumerate(levels):
+            found[k] += int((ever >= -log(level)).any(axis=1).sum())
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_joint_bets_exclude_the_truth_in_no_more_streams_than_stated(scenario: str) -> None:
+    """At 95 % and, where an error rate is seen, at 50 %."""
+    events = EVENTS // 5
+    errors = [ALPHA, Fraction(1, 2)]
+    levels = [pair_levels([[1, 2]], 1, error)[0][frozenset((0, 1))] for error in errors]
+    found = joint_excluded(scenario, STREAMS, events, np.random.default_rng([6, len(scenario)]), levels)
+    print(f"{scenario}: of {STREAMS} streams of {events}, excluded by joint bets {found} at errors {[str(error) for error in errors]}")
+    for misses, error in zip(found, errors, strict=True):
+        assert misses <= binom.isf(NEVER_BY_CHANCE, STREAMS, float(error))
 
 
 def interval(counts: list[list[int]], joint: bool) -> tuple[float, float]:
