@@ -139,7 +139,7 @@ def altered(interval: dict[str, Any], rng: random.Random) -> None:
     elif kind == 8:
         interval["lower"]["pair"] = [0, rng.randrange(3), rng.randrange(3)]
     else:
-        interval["limits"] = [str(F(rng.randrange(0, 3), 10)), str(F(rng.randrange(8, 40), 10))]
+        interval["limits"] = rng.choice([["3/10", "1"], ["0", "9/10"], ["1/4", "2"], ["1", "1"]])
 
 
 @pytest.mark.slow
@@ -149,7 +149,6 @@ def test_what_is_accepted_holds_and_altered_evidence_is_refused() -> None:
         document = json.loads(made(rng.choice(["0", "1/10"])))
         before = copy.deepcopy(document)
         altered(document["intervals"]["local"], rng)
-        document["claims"] = [claim for claim in document["claims"] if not claim["scope"].startswith("population")]
         if document["intervals"] == before["intervals"]:
             continue
         interval = document["intervals"]["local"]
