@@ -189,7 +189,7 @@ def difference_limits_of(given: Mapping[str, Any]) -> list[Limit]:
     return found
 
 
-def one_limit(max_ratio: Any, max_log: Any) -> tuple[Unit, Fraction]:
+def one_limit(max_ratio: Any, max_log: Any) -> tuple[Literal["log", "ratio"], Fraction]:
     """The one limit that was given.
 
     Raises
