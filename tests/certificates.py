@@ -70,7 +70,7 @@ def differences(pick: Pick) -> Certificate:
     """Counts, with intervals of differences; some utilities are below 0."""
     signed = pick.random() < 0.6
     utility = pick.choice([{"yes": 1, "no": -1}, {"yes": 2, "maybe": "-1/2"}, {"no": -1}] if signed else [{"yes": 1}, _utility(pick)])
-    options = _sampling(pick, {"yes": 1} if len(utility) < 2 else utility)
+    options = _sampling(pick, {"yes": 1} if pick.random() < 0.5 else utility)
     if "declared" in options:
         options["declared"] = {"gamma": 4, "m": -2 if signed else 0}
     limits = {"max_difference": pick.choice(["1/4", 1]), "max_global_difference": pick.choice(["1/10", 2])}

@@ -201,7 +201,7 @@ def certify(
     # A verdict rests on one end. Targets share the error, so that their verdicts hold together; what has no target has all of it.
     judging = sum(quantity in comparisons for quantity, _, _ in (*limits, *of_differences))
     errors = {q: equal_share(1 - Fraction(level or 0), judging if q in named_differences else 1) for q in comparisons}
-    chosen: dict[str, Any] = {"method": interval or "hoeffding-kl", "independent": independent}
+    chosen: dict[str, Any] = {"method": interval, "independent": independent}
     found_differences = bound_differences(differences, comparisons, errors, named_differences, **chosen) if difference else None
     of_ratios, said_of_sign = with_ratios(table, comparisons, constants, limits, select)
     notes = (*notes, *said_of_sign)

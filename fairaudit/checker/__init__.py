@@ -30,7 +30,7 @@ figures         ``figures``, ``rates``, ``table``, ``rows``, ``metrics``: what t
 claims          ``sentences``, ``claims``: what they assume, and their rules; then by family
 of classes      ``utility_class``, ``program``, ``worst_case``
 of populations  ``intervals``, ``tails``, ``samples``, ``pair_exact``, ``split``, ``regions``, ``difference_regions``, ``betting``,
-                ``paired_betting``, ``symmetric_betting``, ``contrasts``, ``joint_betting``, ``interval_proofs``
+                ``paired_betting``, ``symmetric_betting``, ``contrasts``, ``difference_contrasts``, ``joint_betting``, ``interval_proofs``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
                 ``floored``, ``near``; then ``judgement`` of claims of all families
 certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``, ``verification``

@@ -8,6 +8,7 @@ from itertools import chain, combinations
 
 from .claims import BETTING, CONTRASTS, PAIR_EXACT
 from .contrasts import prove_by_contrasts
+from .difference_contrasts import prove_difference_by_contrasts
 from .difference_regions import prove_difference_by_box, prove_difference_by_pairs
 from .figures import Greatest
 from .header import Cell
@@ -64,11 +65,11 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
             names = [] if interval.evidence.seed is None else names_of_cells(interval.quantity, table)
             prove_by_pairs(interval, interval.evidence, comparison, names)
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, PAIR_EXACT, interval.each)
-    elif interval.difference:
-        raise Unproven("another region than a box, or pairs, is for ratios only")
     elif isinstance(interval.evidence, ContrastEvidence):
-        prove_by_contrasts(interval, interval.evidence, comparison)
+        (prove_difference_by_contrasts if interval.difference else prove_by_contrasts)(interval, interval.evidence, comparison)
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, CONTRASTS, interval.each)
+    elif interval.difference:
+        raise Unproven("a product is for ratios only")
     else:
         prove_by_ladders(interval, interval.evidence, comparison, len(used))
     by = "binomial" if all(samples[i].binary for i in used) else interval.method

@@ -61,18 +61,18 @@ def bound_differences(
     errors: Mapping[Quantity, Fraction],
     named: set[Quantity],
     *,
-    method: Method,
+    method: Method | None,
     independent: bool,
 ) -> Differences:
     """Bound the differences in the population, each at its error; of those with a target each end holds by itself."""
     intervals: dict[Quantity, DifferenceInterval] = {}
     for quantity, comparison in comparisons.items():
         alpha = errors[quantity]
-        region = default_difference_region(comparison, independent=independent, alpha=alpha)
+        region = default_difference_region(comparison, method, independent=independent, alpha=alpha)
         intervals[quantity] = difference_interval(
             comparison,
             1 - alpha,
-            method=method,
+            method=method or "hoeffding-kl",
             region=region,
             independent=independent,
             ends="each" if quantity in named else "together",

@@ -14,6 +14,11 @@ from fairaudit.exact.extended import extended_text
 from fairaudit.exact.rationals import rational
 from fairaudit.inference.cells import Cell, Ends, cell_entries
 from fairaudit.inference.comparisons import Comparison, Estimand, Form, unit_form, witness_of
+from fairaudit.inference.difference_contrasts import (
+    difference_contrasts_driver,
+    difference_contrasts_interval,
+    fits_difference_contrasts,
+)
 from fairaudit.inference.ends import Method, cell_ends, ends_of_cells, wide_ends
 from fairaudit.inference.interval import Region
 from fairaudit.inference.levels import Holding, box_levels, confidence_level
@@ -45,7 +50,7 @@ class DifferenceInterval:
         What a checker needs, as docs/certificate-samples.md describes it.
     ends : {"together", "each"}
         Whether the confidence is that of both ends together, or of each by itself.
-    region : {"box", "pairs"}
+    region : {"box", "pairs", "contrasts"}
         How the ends of the cells are joined.
     methods : tuple of str
         How the ends of the cells were found.
@@ -86,8 +91,8 @@ def difference_interval(
         The probability with which the ends are to hold.
     method : {"hoeffding-kl", "empirical-bernstein", "intersection"}
         For cells whose draws are not binary; to be chosen before looking.
-    region : {"box", "pairs"}
-        "pairs" is for independent cells of draws of two values, the same two everywhere.
+    region : {"box", "pairs", "contrasts"}
+        "pairs" is for independent cells of draws of two values, the same two everywhere, "contrasts" for those of more values in one range.
     independent : bool
         Whether the draws of different cells are independent, which the reader must then accept.
     ends : {"together", "each"}
@@ -131,7 +136,11 @@ def difference_interval(
             "the exact pair bound needs independent cells of draws of two values, not too many pairs, and a confidence between 10 and "
             "100 %; use the box"
         )
-    if pairs:
+    if region == "contrasts" and not (independent and fits_difference_contrasts(comparison)):
+        raise InputError("contrasts need independent cells with draws in one range, some of them of more than two values; use the box")
+    if region == "contrasts":
+        lower, upper, evidence = difference_contrasts_interval(comparison, alpha, ends)
+    elif pairs:
         low, high, evidence = pairs_interval(comparison, alpha, ends, contrast="difference")
         lower, upper = low, Fraction(high)
     else:
@@ -146,16 +155,23 @@ def difference_interval(
         "blocks": [[[[i, extended_text(w)] for i, w in form] for form in block] for block in comparison.blocks],
         **evidence,
     }
-    kinds = {"pair-exact"} if pairs else {"binomial" if comparison.cells[i].binary else method for i in comparison.used}
+    named = {"pairs": "pair-exact", "contrasts": "symmetric-betting"}
+    kinds = {named[region]} if region in named else {"binomial" if comparison.cells[i].binary else method for i in comparison.used}
     assumptions = (*comparison.assumptions, *((CELLS,) if independent else ()))
     estimand = comparison.estimand
     of_units = None if estimand == "mean over rows" else _of_units(comparison)
     return DifferenceInterval(lower, upper, level, assumptions, evidence, ends, region, tuple(sorted(kinds)), estimand, of_units)
 
 
-def default_difference_region(comparison: Comparison, *, independent: bool, alpha: Fraction) -> Region:
-    """Of independent cells with draws of two values every pair by itself, else the box: chosen by what is known before the draws."""
-    return "pairs" if independent and fits_pairs(comparison, alpha, contrast="difference") else "box"
+def default_difference_region(comparison: Comparison, method: Method | None = None, *, independent: bool, alpha: Fraction) -> Region:
+    """Choose a region by what is known before the draws.
+
+    Of independent cells with draws of two values every pair by itself, by the exact pair bound; with draws of more values, unless a method
+    was asked for, by bets on their contrast. Else the box.
+    """
+    if independent and fits_pairs(comparison, alpha, contrast="difference"):
+        return "pairs"
+    return "contrasts" if independent and method is None and fits_difference_contrasts(comparison) else "box"
 
 
 def difference_drivers(comparison: Comparison, evidence: Mapping[str, Any], upper: Fraction) -> tuple[Witness | None, Witness | None]:
@@ -164,6 +180,9 @@ def difference_drivers(comparison: Comparison, evidence: Mapping[str, Any], uppe
     if evidence["region"] == "pairs":
         low: Place | None = None if evidence["lower"] is None else evidence["lower"]["pair"]
         high = pairs_driver(comparison, alpha, evidence["ends"], upper, "difference")
+    elif evidence["region"] == "contrasts":
+        low = evidence["pair"]
+        high = difference_contrasts_driver(comparison, alpha, evidence["ends"], upper)
     else:
         inner, outer = ([(Fraction(*rational(a)), Fraction(*rational(b))) for a, b in evidence[name]] for name in ("lower", "upper"))
         least, low = _extreme(comparison, inner, upper=False)

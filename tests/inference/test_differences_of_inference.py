@@ -181,6 +181,46 @@ def test_many_cells_end_where_few_do() -> None:
     assert found.upper == max(ends[i][1] - ends[j][0] for block in range(0, 150, 3) for i, j in permutations(range(block, block + 3), 2))
 
 
+def won(xs: list[Fraction], ys: list[Fraction], limit: Fraction) -> Fraction:
+    """What bets on the contrast of all pairings won against E(x) ≥ E(y) + limit, from the page: elementary symmetric means, exactly."""
+    pairs = min(len(xs), len(ys))
+    most = pairs**2 * (F(1, len(xs)) + F(1, len(ys)))
+    made = [bet for k in range(64) for bet in (F(15, 16) / 2**k, F(2, 3) / 2**k)]
+    stop = next(i for i, bet in enumerate(made) if bet**2 * most <= 24)
+
+    def means(values: list[Fraction]) -> list[Fraction]:
+        sums = [F(1)] + [F(0)] * pairs
+        for v in values:
+            for k in range(pairs, 0, -1):
+                sums[k] += v * sums[k - 1]
+        return [e / comb(len(values), k) for k, e in enumerate(sums)]
+
+    found = []
+    for bet in made[: stop + 1]:
+        of_x, of_y = means([1 + bet * (limit - x) / 2 for x in xs]), means([bet * y / 2 for y in ys])
+        found.append(sum((comb(pairs, k) * of_y[k] * of_x[pairs - k] for k in range(pairs + 1)), F(0)))
+    return sum(found, F(0)) / len(found)
+
+
+@given(st.lists(st.lists(st.integers(1, 6), min_size=3, max_size=3), min_size=2, max_size=3), st.sampled_from(["each", "together"]))
+@settings(max_examples=15, deadline=None)
+def test_contrasts_prove_what_the_page_says(counts: list[list[int]], ends: Any) -> None:
+    law = fa.Law.from_array(counts, kind="counts", decisions=["a", "b", "c"])
+    values = [F(-1), F(0), F(2)]
+    compared = local_comparison(law, fa.Utility(dict(zip("abc", values, strict=True)), signed=True).on(law))
+    found = difference_interval(compared, "0.8", region="contrasts", independent=True, ends=ends)
+    draws = [[(v + 1) / 3 for v, n in zip(values, row, strict=True) for _ in range(n)] for row in counts]
+    couples = [*permutations(range(len(draws)), 2)]
+    level = F(1, 5) / (1 if ends == "each" else 2)
+    assert F(found.evidence["levels"]["lower"]) == level / len(couples)
+    if found.upper < 3:
+        assert all(won(draws[i], draws[j], found.upper / 3) * level >= 1 for i, j in couples)
+        assert any(won(draws[i], draws[j], found.upper / 3 - F(1, 1000)) * level < 1 for i, j in couples)
+    if found.lower > 0:
+        _, i, j = found.evidence["pair"]
+        assert won(draws[j], draws[i], -found.lower / 3) * level / len(couples) >= 1
+
+
 def test_what_is_not_bounded_is_refused() -> None:
     law = fa.Law.from_array([[9, 1, 3], [5, 5, 2]], kind="counts")
     table = fa.Utility({"0": 1, "1": -1}, signed=True).on(law)
@@ -202,17 +242,18 @@ SETTINGS = {
 }
 
 
-@pytest.mark.parametrize("method", ["hoeffding-kl", "empirical-bernstein", "intersection"])
+@pytest.mark.parametrize("method", ["hoeffding-kl", "empirical-bernstein", "intersection", "contrasts"])
 @pytest.mark.parametrize("name", SETTINGS)
 def test_many_valued_draws_are_covered(name: str, method: Any) -> None:
     values, laws, sizes = SETTINGS[name]
     pick = np.random.default_rng(11)
     means = [sum(v * p for v, p in zip(values, law, strict=True)) for law in laws]
-    true, misses, count = max(means) - min(means), [0, 0], 100
+    true, misses, count = max(means) - min(means), [0, 0], 25 if method == "contrasts" else 100
     for _ in range(count):
         array = [pick.multinomial(n, law).tolist() for n, law in zip(sizes, laws, strict=True)]
         law = fa.Law.from_array(array, kind="counts", decisions=["a", "b", "c"])
         compared = local_comparison(law, fa.Utility(dict(zip("abc", values, strict=True)), signed=True).on(law))
-        found = difference_interval(compared, "0.5", method=method, ends="each")
+        options = {"region": "contrasts", "independent": True} if method == "contrasts" else {"method": method}
+        found = difference_interval(compared, "0.5", ends="each", **options)
         misses = [misses[0] + (float(found.upper) < true - 1e-9), misses[1] + (float(found.lower) > true + 1e-9)]
-    assert max(misses) <= 80  # of 100 at 50 %: more would have a probability below one in a billion
+    assert max(misses) <= {25: 24, 100: 80}[count]  # at 50 %: more would have a probability below one in a million
