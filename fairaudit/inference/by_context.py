@@ -142,8 +142,10 @@ def contexts_by_themselves(
     bound, level, share = Fraction(*option_value(limit)), confidence_level(confidence), Fraction(*option_value(rate))
     if not 0 < share < 1 or bound < 1 or min_cell < 1:
         raise InputError("contexts by themselves need a rate between 0 and 1, a limit of at least 1, and cells of at least 1 draw")
-    if comparison.dependent or not comparison.single:
-        raise InputError("contexts by themselves need independent cells, each with an expected utility of its own")
+    if comparison.dependent or not comparison.single or any(cell.low < 0 for cell in comparison.cells):
+        raise InputError(
+            "contexts by themselves need independent cells, each with an expected utility of its own, of which none is negative"
+        )
     parts: list[Comparison] = []
     small: list[Comparison] = []
     for b in range(len(comparison.blocks)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from fractions import Fraction
 from math import comb
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envelopes import envelope
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -134,7 +134,7 @@ def test_the_command_lists_them(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
     found = run("--independent-cells", "--by-context", "0.2", "--max-local-ratio", "5/4")
     assert "0 of 2 flagged for a ratio above 1.25, at a false discovery rate of 20 %" in found and "x=A" in found
-    answer = json.loads(run("--independent-cells", "--by-context", "0.2", "--max-local-log", "0.1", "--format", "json"))
+    answer = envelope(run("--independent-cells", "--by-context", "0.2", "--max-local-log", "0.1", "--format", "json"))
     (entry,) = answer["details"]["findings"]
     assert entry["test"] == "by context" and len(entry["contexts"]) == 2 and 1.105 < float(F(entry["limit"])) < 1.106
     assert "needs cells that were declared independent" in run("--by-context", "0.2")
