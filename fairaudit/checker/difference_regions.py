@@ -24,10 +24,11 @@ def prove_difference_by_box(interval: Interval, evidence: BoxEvidence, compariso
     """
     check_box(interval, evidence, comparison.samples, used, spanned)
     low, high = (Fraction(*end) for end in interval.ratio)
+    outer, inner = ([(Fraction(*lo), Fraction(*hi)) for lo, hi in box] for box in (evidence.upper, evidence.lower))
     for block in comparison.blocks:
-        if _widest(block, evidence.upper, True) > high:
+        if _widest(block, outer, True) > high:
             raise Unproven("two means can be further apart than the upper end")
-    if not low >= 0 or (low > 0 and not any(_widest(block, evidence.lower, False) >= low for block in comparison.blocks)):
+    if not low >= 0 or (low > 0 and not any(_widest(block, inner, False) >= low for block in comparison.blocks)):
         raise Unproven("no two means are surely as far apart as the lower end")
 
 

@@ -51,11 +51,10 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
         raise Unproven("samples that share draws are not independent")
     if not interval.difference and not (at_most(ONE, interval.ratio[0]) and at_most(ONE, interval.ratio[1])):
         raise Unproven("no ratio is less than 1")
-    supports = [[frozenset(i for i in form if samples[i].informative) for form, _ in block] for block in blocks]
-    used: frozenset[int] = frozenset().union(*chain.from_iterable(supports))
-    spend(sum(len(block) * sum(4 + len(support) for support in block) for block in supports))
+    informative = [sample.informative for sample in samples]
+    used = {i for block in blocks for form, _ in block for i in form if informative[i]}
     if isinstance(interval.evidence, BoxEvidence):
-        spanned = max(len(one | other) for block in supports for one, other in combinations(block, 2))
+        spanned = max(_spanned([[i for i in form if informative[i]] for form, _ in block]) for block in blocks)
         prove = prove_difference_by_box if interval.difference else prove_by_box
         prove(interval, interval.evidence, comparison, len(used), spanned)
     elif isinstance(interval.evidence, PairEvidence):
@@ -74,6 +73,16 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
         prove_by_ladders(interval, interval.evidence, comparison, len(used))
     by = "binomial" if all(samples[i].binary for i in used) else interval.method
     return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by, interval.each)
+
+
+def _spanned(supports: Sequence[Sequence[int]]) -> int:
+    """The greatest number of samples that two forms rest on together."""
+    spend(len(supports) * sum(4 + len(support) for support in supports))
+    different = {frozenset(support) for support in supports}
+    longest = max(map(len, different))
+    if longest <= 1 or len(different) == 1:
+        return min(2, len(different - {frozenset()})) * longest
+    return max(len(one | other) for one, other in combinations(different, 2))
 
 
 def _check_sign(interval: Interval, table: Table) -> None:
@@ -156,7 +165,8 @@ def _prove_rates(interval: Interval, blocks: Sequence[Sequence[Share]]) -> None:
     shares = [*chain.from_iterable(blocks)]
     if any(number.denominator != 1 for share in shares for number in (share.draws, share.positives)):
         raise Unproven("the counts are not integers")
-    samples = [Sample(share.draws.numerator, share.positives, share.positives, Fraction(0), Fraction(1), binary=True) for share in shares]
+    counted = [(share.draws.numerator, share.positives.numerator) for share in shares]
+    samples = [Sample(n, k, k, 0, 1, 1, binary=True) for n, k in counted]
     numbers = iter(range(len(samples)))
     comparison = Comparison(samples, [[({next(numbers): 1}, 1) for _ in block] for block in blocks], True, [])
     if isinstance(interval.evidence, BoxEvidence):

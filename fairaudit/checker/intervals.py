@@ -11,7 +11,7 @@ from .figures import EXPECTED_DIFFERENCES
 from .header import Columns, Subject
 from .json_values import read_boolean, read_choice, read_digest, read_integer, read_list, read_object, read_string, read_strings
 from .metrics import read_metric
-from .rationals import Rational, as_pair, read_extended, read_rational, read_rationals, read_two, read_two_signed
+from .rationals import Rational, as_pair, read_extended, read_pairs, read_rational, read_rationals, read_two, read_two_signed
 from .text import malformed, shown
 
 
@@ -39,6 +39,7 @@ MOST_RATIOS = 8  # of bets on two cells at once
 
 Ladder = list[Fraction]
 Box = list[tuple[Fraction, Fraction]]
+Ends = list[tuple[Rational, Rational]]  # a box of many means, in integers
 Place = tuple[int, int, int]  # a block, and the positions of two forms in it, the higher one first
 
 
@@ -47,8 +48,8 @@ class BoxEvidence:
     """Ends of all cells, at the levels for the upper and for the lower end of the ratio."""
 
     levels: tuple[Fraction, Fraction]
-    upper: Box
-    lower: Box
+    upper: Ends
+    lower: Ends
     pair: Place | None
 
 
@@ -141,10 +142,7 @@ def _read_difference(value: object, where: str, name: str) -> Interval:
     """Read an interval of a greatest difference of rates, with ends of all rates in use."""
     members = read_object(value, where, ("confidence", "levels", "upper", "lower", "difference"))
     levels = read_object(members["levels"], f"{where}.levels", ("upper", "lower"))
-    upper, lower = (
-        [read_two(item, f"{where}.{side}[{i}]") for i, item in enumerate(read_list(members[side], f"{where}.{side}"))]
-        for side in ("upper", "lower")
-    )
+    upper, lower = (read_pairs(members[side], f"{where}.{side}") for side in ("upper", "lower"))
     low, high = read_rationals(members["difference"], f"{where}.difference", 2)
     box = BoxEvidence(
         (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")), upper, lower, None
@@ -195,11 +193,10 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
     if of_stream:
         evidence = _read_stream(members, levels, where, of_box)
     elif of_box:
-        of_two = read_two_signed if difference else read_two
         evidence = BoxEvidence(
             (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
-            [of_two(item, f"{where}.upper[{i}]") for i, item in enumerate(read_list(upper, f"{where}.upper"))],
-            [of_two(item, f"{where}.lower[{i}]") for i, item in enumerate(read_list(lower, f"{where}.lower"))],
+            read_pairs(upper, f"{where}.upper", difference),
+            read_pairs(lower, f"{where}.lower", difference),
             pair,
         )
     elif of_contrasts:

@@ -97,6 +97,27 @@ def read_two_signed(value: object, where: str) -> tuple[Fraction, Fraction]:
     return Fraction(*first), Fraction(*second)
 
 
+def _pair(item: object) -> tuple[Rational, Rational]:
+    if type(item) is list and len(item) == 2 and type(item[0]) is type(item[1]) is str and len(item[0]) + len(item[1]) <= 40:
+        return _short(item[0]), _short(item[1])
+    first, second = read_rationals(item, "", 2)
+    return first, second
+
+
+def read_pairs(value: object, where: str, signed: bool = False) -> list[tuple[Rational, Rational]]:
+    """Read pairs of rationals, of which there may be very many; not negative ones unless they are signed."""
+    items = read_list(value, where)
+    if signed:
+        both = [read_signed(item, f"{where}[{i}]", 2) for i, item in enumerate(items)]
+        return [(first, second) for first, second in both]
+    try:
+        return [_pair(item) for item in items]
+    except FormatError:  # to be said again with its place
+        for i, item in enumerate(items):
+            read_rationals(item, f"{where}[{i}]", 2)
+        raise
+
+
 def written(value: Rational) -> str:
     """Write a finite rational in full, as the format has it."""
     numerator, denominator = value

@@ -6,18 +6,18 @@ A ladder is a list of knots between which the tails of two independent means are
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
-from itertools import pairwise, permutations, product, repeat
+from itertools import chain, pairwise, permutations, product, repeat
 from math import prod
 from typing import TypeVar
 
-from .intervals import Box, BoxEvidence, Interval, Ladder, LadderEvidence, PairEvidence, Place, Unproven
+from .claims import METHODS
+from .intervals import BoxEvidence, Ends, Interval, Ladder, LadderEvidence, PairEvidence, Place, Unproven
 from .pair_exact import Pair, fault_of_ladder, order_scale
 from .rationals import INFINITY, ONE, Affine, Rational, as_pair, bits_of, over_common_denominator
 from .samples import Comparison
 from .split import chosen_by, halves_of, seed_of
-from .tails import PRECISION, Sample, Tail, fault_of_ends, log_form, tail_rarity, tails_at_most
+from .tails import PRECISION, Sample, Tail, are_far, fault_of_ends, log_form, reach_of, tail_rarity, tails_at_most
 from .text import shown
 from .work import spend
 
@@ -90,9 +90,19 @@ def check_box(interval: Interval, evidence: BoxEvidence, samples: Sequence[Sampl
     for name, ends, level in (("upper", evidence.upper, beta), ("lower", evidence.lower, other)):
         if len(ends) != len(samples):
             raise Unproven(f"{name} must list the ends of {len(samples)} cells, not of {len(ends)}")
-        for i, (sample, (lo, hi)) in enumerate(zip(samples, ends, strict=True)):
-            if fault := fault_of_ends(sample, lo, hi, level, interval.method):
-                raise Unproven(f"{name}[{i}] {fault}")
+        _check_ends(samples, ends, level, interval.method, name)
+
+
+def _check_ends(samples: Sequence[Sample], listed: Ends, level: Fraction, method: str, name: str) -> None:
+    """Make sure that the draws of all samples exclude what is beyond their ends: quickly of those far from it, else exactly."""
+    reach = reach_of(level) if level else 0
+    spend(40 * len(samples))
+    for i, (sample, ends) in enumerate(zip(samples, listed, strict=True)):
+        if level and (sample.binary or method == METHODS[0]) and are_far(sample, ends, reach):
+            continue
+        lo, hi = ends
+        if fault := fault_of_ends(sample, Fraction(*lo), Fraction(*hi), level, method):
+            raise Unproven(f"{name}[{i}] {fault}")
 
 
 def _all_hold(wrong: Sequence[tuple[Fraction, int]], confidence: Fraction) -> bool:
@@ -111,9 +121,9 @@ def _all_hold(wrong: Sequence[tuple[Fraction, int]], confidence: Fraction) -> bo
     return log_form([*((Fraction(cells), chance) for chance, cells in right), (Fraction(-1), confidence)]) >= 0
 
 
-def _scaled_box(box: Box) -> list[tuple[int, int]]:
+def _scaled_box(box: Ends) -> list[tuple[int, int]]:
     """Multiply all ends by one number, which no quotient depends on."""
-    ends, _ = over_common_denominator([as_pair(end) for ends in box for end in ends])
+    ends, _ = over_common_denominator([*chain.from_iterable(box)])
     return [*zip(ends[::2], ends[1::2], strict=True)]
 
 
@@ -133,6 +143,11 @@ def _at_most_times(one: Affine, other: Affine, ratio: Fraction, box: Sequence[tu
 
 def _check_block(block: Sequence[Affine], number: int, ratio: Fraction, box: Sequence[tuple[int, int]]) -> None:
     """Make sure that no form of a block can be more than ``ratio`` times another one."""
+    cells = [box[i] for form, unit in block if len(form) == 1 for i in form if form[i] == unit]
+    if len(cells) == len(block):  # then the greatest and the least end decide of most
+        spend(len(block))
+        if max(hi for _, hi in cells) * ratio.denominator <= min(lo for lo, _ in cells) * ratio.numerator:
+            return
     ends = [(sum(c * box[i][side] for i, c in form.items()), unit) for side in (0, 1) for form, unit in block]
     values, unit = over_common_denominator(ends)
     spend(4 * len(values) + len(block) ** 2, max(map(int.bit_length, values)) + unit.bit_length(), 256 + bits_of(ratio))
@@ -226,10 +241,13 @@ def _second_halves(evidence: PairEvidence, seed: str, names: Sequence[Sequence[b
     first = [[half for half, _ in block] for block in halves]
     if evidence.lower[0] != chosen_by(first, [[sample.high for sample in block] for block in blocks], names):
         raise Unproven("the first half chooses another pair")
-    return [
-        [replace(sample, draws=n, total=k * sample.high, squares=k * sample.high**2) for sample, (_, (k, n)) in zip(*part, strict=True)]
-        for part in zip(blocks, halves, strict=True)
-    ]
+    return [[_of_half(sample, *half) for sample, (_, half) in zip(*part, strict=True)] for part in zip(blocks, halves, strict=True)]
+
+
+def _of_half(sample: Sample, successes: int, draws: int) -> Sample:
+    """Some draws of a sample of those that are 0 or another number."""
+    total, squares = (successes * sample.high_parts**power for power in (1, 2))
+    return sample._replace(draws=draws, total_parts=total, squares_parts=squares)
 
 
 def _successes(sample: Sample) -> int:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain, product
+from math import lcm
+from operator import mul
 
 from .header import Cell
 from .intervals import ContrastEvidence, Interval, Unproven
+from .laws import gains_of
 from .rationals import Affine, Rational, affine_sum, sum_of, weighted_sum
 from .table import Policy, Table, constants, globally_compared, place_of
 from .tails import Sample
@@ -27,33 +29,61 @@ class Comparison:
 
 
 Tally = dict[Fraction, int]
-Part = tuple[Sequence[int], Sequence[Rational | None]]  # the counts of the decisions, and their utilities
+Utility = Sequence[Rational | None]  # of the decisions
+Part = tuple[Sequence[int], Utility]  # how often they were made, and their utilities
 Units = Sequence[tuple[int, Sequence[int]]]  # how many draws had which counts
 Draws = Sequence[tuple[int, Fraction]]  # how many draws had which value
 
 
-def _sample(parts: Sequence[Part], units: Units | None, limits: tuple[Fraction, Fraction], declared: bool) -> tuple[Sample, Draws]:
-    """Pool counts, and say how often each value was drawn; the units say which rows of a single part belong to one draw.
+class _Range:
+    """The range of a utility and what it is counted in: a draw is so many times 1/unit.
 
-    Draws are of two values only if the utility says so of whatever could have been drawn, which a declared range and units do not.
+    Draws are of two values only if the utility says so of whatever could have been drawn, which a declared range does not.
     """
-    low, high = limits
-    pooled: Counter[Rational | None] = Counter()
-    for counts, utility in parts:
-        for count, g in zip(counts, utility, strict=True):
-            pooled[g] += count
-    values = {g: Fraction(*g) for g in pooled if g is not None}
-    draws = [(pooled[g], value) for g, value in values.items() if pooled[g]]
-    binary = units is None and not declared and None not in pooled and all(value in (low, high) for value in values.values())
-    if units is not None:
-        [(_, utility)] = parts
-        rows = [
-            (n, [(count, values[g]) for count, g in zip(counts, utility, strict=True) if count and g is not None]) for n, counts in units
+
+    def __init__(self, utilities: Iterable[Utility], limits: tuple[Fraction, Fraction], declared: bool) -> None:
+        listed = [(utility, gains_of(utility)) for utility in utilities]
+        self.unit = lcm(*(limit.denominator for limit in limits), *(denominator for _, (_, denominator) in listed))
+        self.low, self.high = (limit.numerator * (self.unit // limit.denominator) for limit in limits)
+        self.gains = {utility: [gain * (self.unit // denominator) for gain in gains] for utility, (gains, denominator) in listed}
+        self.squares = {utility: [gain * gain for gain in gains] for utility, gains in self.gains.items()}
+        values = {gain for gains in self.gains.values() for gain in gains}
+        self.binary = not declared and not any(None in utility for utility in self.gains) and values <= {self.low, self.high}
+
+    def sample(self, counts: Sequence[int], utility: Utility) -> Sample:
+        """Count what was drawn in a cell."""
+        n, gains = sum(counts), self.gains[utility]
+        spend(8 * len(counts), n.bit_length(), 2 * self.unit.bit_length())
+        total = sum(map(mul, counts, gains))
+        return Sample(n, total, sum(map(mul, counts, self.squares[utility])), self.low, self.high, self.unit, self.binary)
+
+    def pooled(self, parts: Iterable[Part]) -> Sample:
+        """Count what was drawn in several cells."""
+        samples = [self.sample(counts, utility) for counts, utility in parts]
+        n, total, squares = (sum(sample[i] for sample in samples) for i in range(3))
+        return Sample(n, total, squares, self.low, self.high, self.unit, self.binary)
+
+    def draws(self, parts: Iterable[Part]) -> Draws:
+        """List how many draws had which value."""
+        return [
+            (count, Fraction(gain, self.unit))
+            for counts, utility in parts
+            for count, gain in zip(counts, self.gains[utility], strict=True)
+            if count
         ]
-        draws = [(n, weighted_sum(own) / sum(c for c, _ in own)) for n, own in rows]
-    spend(40 * len(draws))
-    total, squares = (weighted_sum((n, value**power) for n, value in draws) for power in (1, 2))
-    return Sample(sum(n for n, _ in draws), total, squares, low, high, binary), draws
+
+    def means(self, utility: Utility, units: Units) -> Draws:
+        """List how many units had which mean over their rows."""
+        spend(40 * len(units) * len(utility))
+        return [(n, Fraction(sum(map(mul, counts, self.gains[utility])), sum(counts) * self.unit)) for n, counts in units]
+
+    def of_units(self, utility: Utility, units: Units) -> Sample:
+        """Count draws that are the means over the rows of a unit: of other values than the two of a utility."""
+        draws = self.means(utility, units)
+        total, squares = (weighted_sum((n, value**power) for n, value in draws) for power in (1, 2))
+        unit = lcm(self.unit, total.denominator, squares.denominator)
+        low, high = (end * (unit // self.unit) for end in (self.low, self.high))
+        return Sample(sum(n for n, _ in draws), int(total * unit), int(squares * unit**2), low, high, unit, False)
 
 
 def _tally(draws: Draws) -> Tally:
@@ -86,18 +116,27 @@ class Sampling:
     def __init__(self, interval: Interval, table: Table) -> None:
         self.interval, self.table = interval, table
         self.declared = interval.limits is not None
-        self.partly = any(None in cell.utility for cell in table.cells)
-        given = {g for cell in table.cells for g in cell.utility} if self.partly else set()
+        common = table.header.utility
+        utilities = {cell.utility for cell in table.cells} if common is None else {common}
+        self.partly = any(None in utility for utility in utilities)
+        given = {g for utility in utilities for g in utility} if self.partly else set()
         self.greatest = max((Fraction(*g) for g in given if g is not None), default=Fraction(0))
+        self.common = None if common is None else self._range({common})
 
-    def limits(self, cells: Iterable[Cell]) -> tuple[Fraction, Fraction]:
+    def _range(self, utilities: Iterable[Utility]) -> _Range:
         """The range of g in some cells; if g is not given somewhere, it may be anything up to the greatest one there is."""
         if self.interval.limits is not None:
-            return self.interval.limits
-        if self.partly:
-            return Fraction(0), self.greatest
-        values = [Fraction(*g) for cell in cells for g in set(cell.utility) if g is not None]
-        return min(Fraction(0), *values), max(Fraction(0), *values)
+            limits = self.interval.limits
+        elif self.partly:
+            limits = Fraction(0), self.greatest
+        else:
+            values = [Fraction(*g) for utility in utilities for g in set(utility) if g is not None]
+            limits = min(Fraction(0), *values), max(Fraction(0), *values)
+        return _Range(utilities, limits, self.declared)
+
+    def range_of(self, cells: Iterable[Cell]) -> _Range:
+        """The range of g in some cells, for all of which it is often the same."""
+        return self.common or self._range({cell.utility for cell in cells})
 
     def of_counts(self) -> Comparison:
         """Take a sample from each cell that is compared, or from each group, whose rows are pooled over the contexts."""
@@ -110,16 +149,20 @@ class Sampling:
         samples: list[Sample] = []
         tallies: list[Tally] = []
         for i, cells in enumerate(pools):
-            parts: list[Part] = [(whole_counts(cell, table), cell.utility) for cell in cells]
-            if units is not None:
-                counts, _ = parts[0]
+            known = self.range_of(cells)
+            if units is None:
+                parts = [(whole_counts(cell, table), cell.utility) for cell in cells]
+                samples.append(known.sample(*parts[0]) if len(parts) == 1 else known.pooled(parts))
+            else:
+                [cell] = cells
+                counts = whole_counts(cell, table)
                 rows = [[n * count for count in row] for n, row in units[i]]
                 if any(len(row) != len(counts) for row in rows) or [*map(sum, zip(*rows, strict=True))] != counts:
-                    raise Unproven(f"units[{i}] do not add up to the counts {place_of(table, cells[0])}")
-            sample, draws = _sample(parts, None if units is None else units[i], self.limits(cells), self.declared)
-            samples.append(sample)
+                    raise Unproven(f"units[{i}] do not add up to the counts {place_of(table, cell)}")
+                parts = [(counts, cell.utility)]
+                samples.append(known.of_units(cell.utility, units[i]))
             if tallied:
-                tallies.append(_tally(draws))
+                tallies.append(_tally(known.draws(parts) if units is None else known.means(parts[0][1], units[i])))
         numbers = iter(range(len(samples)))
         return Comparison(samples, [[({next(numbers): 1}, 1) for _ in block] for block in blocks], False, tallies)
 
@@ -153,7 +196,7 @@ class Sampling:
                         keep(40)
                         weights, total = policy.rows[x][a]
                         counts = [weight * (policy.draws[x][a] // total) for weight in weights]
-                        samples.append(_sample([(counts, cell.utility)], None, self.limits([cell]), self.declared)[0])
+                        samples.append(self.range_of([cell]).sample(counts, cell.utility))
             forms.append((form, scale * unit))
         n = len(table.header.groups)
         blocks = [forms[i : i + n] for i in range(0, len(forms), n)]

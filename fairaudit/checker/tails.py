@@ -3,41 +3,96 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import comb, prod
+from typing import NamedTuple
 
 from .logarithms import log_bounds
-from .rationals import as_pair, bits_of
+from .rationals import Rational, as_pair, bits_of
 from .text import shown
 from .work import keep, spend
 
 SUMMED = 5000  # draws up to which binomial tails are exact sums, which take a step for each draw; beyond, bounds take their place
 PRECISION = 256  # bits after the point of the enclosures here: far below every level that a test is made at
+COARSE = 64  # bits after the point of the logarithm of a level, where a quick test is enough
 
 
-@dataclass(frozen=True)
-class Sample:
-    """Independent draws of a number between low and high that have the same mean; binary if they are low or high."""
+class Sample(NamedTuple):
+    """Independent draws of a number between low and high that have the same mean; binary if they are low or high.
+
+    Everything is in integers: what is counted in parts is so many times 1/unit, the sum of the squares so many times 1/unit^2.
+    """
 
     draws: int
-    total: Fraction
-    squares: Fraction
-    low: Fraction
-    high: Fraction
+    total_parts: int
+    squares_parts: int
+    low_parts: int
+    high_parts: int
+    unit: int
     binary: bool
+
+    @property
+    def total(self) -> Fraction:
+        """The sum of the draws."""
+        return Fraction(self.total_parts, self.unit)
+
+    @property
+    def squares(self) -> Fraction:
+        """The sum of their squares."""
+        return Fraction(self.squares_parts, self.unit**2)
+
+    @property
+    def low(self) -> Fraction:
+        """The least that a draw can be."""
+        return Fraction(self.low_parts, self.unit)
+
+    @property
+    def high(self) -> Fraction:
+        """The greatest that a draw can be."""
+        return Fraction(self.high_parts, self.unit)
 
     @property
     def informative(self) -> bool:
         """Whether the draws say more of the mean than the range does."""
-        return self.draws > 0 and self.low < self.high
+        return self.draws > 0 and self.low_parts < self.high_parts
 
     def tail(self, mean: Fraction, below: bool) -> Tail:
         """The lower tail, or the upper one, at a mean; for informative samples."""
         n, width = self.draws, self.high - self.low
         k, p = (self.total - n * self.low) / width, (mean - self.low) / width
         return (n, k, p, self.binary) if below else (n, n - k, 1 - p, self.binary)
+
+
+def reach_of(level: Fraction) -> int:
+    """Bound 2^COARSE log(1/level) from above."""
+    return -(_log_of_level(level) >> (PRECISION - COARSE))
+
+
+def are_far(sample: Sample, ends: tuple[Rational, Rational], reach: int) -> bool:
+    """Decide quickly that draws exclude all that is beyond the ends of their mean, by an inequality that holds of those far from it only.
+
+    With z the mean of the draws and p an end, both on the scale where the range is [0, 1], the bound of the tail is at most exp(-nD) with
+    D the integral of (t - z) / (t (1 - t)) over t from z to p: at least (p - z)^2 / (2v), v being the greatest t (1 - t) on the way.
+    """
+    n, total, _, low, high, unit, _ = sample
+    (a, d), (b, e) = ends
+    above, below = (high - low) * d * n, (high - low) * e * n  # 1, in the units of either end
+    if not above or not below:
+        return False
+    z, p = (total - n * low) * d, (a * unit - low * d) * n
+    if p and not (0 < p < z and _is_far(n, z, p, above, reach)):
+        return False
+    z, p = (total - n * low) * e, (b * unit - low * e) * n
+    return p == below or (z < p < below and _is_far(n, z, p, below, reach))
+
+
+def _is_far(n: int, z: int, p: int, one: int, reach: int) -> bool:
+    """Decide n (p - z)^2 / (2v) >= reach / 2^COARSE, for z and p in units of which ``one`` are 1."""
+    if one.bit_length() > 256:
+        spend(8, one.bit_length(), one.bit_length())
+    middle = sorted((2 * z, 2 * p, one))[1]  # twice the t between z and p that is closest to 1/2
+    return 2 * n * (p - z) ** 2 << COARSE >= reach * middle * (2 * one - middle)
 
 
 def fault_of_ends(sample: Sample, lo: Fraction, hi: Fraction, level: Fraction, method: str) -> str:

@@ -514,3 +514,11 @@ def test_certificates_as_they_are_written(written: list[Path], at: int) -> None:
             continue
         _, refused = compare_readings(certificate, name, derive, lambda changes: pick.sample(changes, 20))
         assert refused > 3
+
+
+def test_how_many_samples_two_forms_rest_on() -> None:
+    pick = random.Random(4)
+    for _ in range(2_000):
+        supports = [pick.sample(range(5), pick.choice([0, 1, 1, 1, 2, 3])) for _ in range(pick.randint(2, 4))]
+        most = max(len({*one, *other}) for one, other in permutations(supports, 2))
+        assert checker.interval_proofs._spanned(supports) == most
