@@ -198,9 +198,8 @@ def over_common_denominator(values: Sequence[Rational]) -> tuple[list[int], int]
 
 def _spend_on_order(first: Rational, rest: Sequence[Rational]) -> None:
     """Count the steps of comparing numbers with the extremes of those before."""
-    bits = max(first[0].bit_length(), first[1].bit_length())
-    for n, d in rest:
-        bits = max(bits, n.bit_length(), d.bit_length())
+    values = [first, *rest]
+    bits = max(max(map(max, values)), -min(map(min, values))).bit_length()
     spend(4 * len(rest), bits, bits)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, product
@@ -17,6 +18,9 @@ from .rationals import ONE, Rational, over_common_denominator, read_rational, re
 from .table import Policy, Table
 from .text import malformed, shown
 from .work import grant_bytes
+
+# A line of most tables as the canonical text has it: two short integers and a list of rationals.
+_PLAIN = re.compile(rb'\{"context":(0|[1-9][0-9]{0,17}),"group":(0|[1-9][0-9]{0,17}),"weights":\["([0-9/]+(?:","[0-9/]+)*)"\]\}\n')
 
 
 def _read_row(
@@ -67,7 +71,7 @@ def _read_utility(value: object, where: str, weights: Sequence[int]) -> tuple[Ra
 def read_table(
     lines: Iterable[tuple[str, object, bytes | None]], keep: bool = True, positive: Positive | None = None, differences: bool = False
 ) -> Table:
-    """Read a table from (where, value, bytes in the file or None if embedded), the header first.
+    """Read a table from (where, value, its canonical text in the file or None if embedded), the header first.
 
     What is read is not kept when only the figures of the table are needed.  Figures given the true label need to know what is positive;
     differences of expectations are formed where they are asked for.
@@ -85,10 +89,7 @@ def read_table(
             reader.add(value, where)
         if raw is not None:
             grant_bytes(len(raw))
-        text = canonical_text(value)
-        if raw is not None and raw != text:
-            raise malformed(where, "is not the canonical text of its value, ended by one line feed")
-        digest.update(text)
+        digest.update(canonical_text(value) if raw is None else raw)
     if reader is None:
         raise malformed("the table", "is empty")
     return reader.table(digest.hexdigest())
@@ -157,10 +158,17 @@ def _check_masses(header: Header, masses: Sequence[Rational]) -> None:
 
 
 def lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]:
-    """Decode the lines of a table file, as ``read_table`` takes them."""
+    """Decode the lines of a table file, as ``read_table`` takes them, and make sure that they are canonical."""
     for number, line in enumerate(lines, 1):
         where = f"line {number} of the table"
-        yield where, decoded(line, where), line
+        if plain := _PLAIN.fullmatch(line):
+            context, group, weights = plain.groups()
+            yield where, {"context": int(context), "group": int(group), "weights": weights.decode("ascii").split('","')}, line
+            continue
+        value = decoded(line, where)
+        if line != canonical_text(value):
+            raise malformed(where, "is not the canonical text of its value, ended by one line feed")
+        yield where, value, line
 
 
 class _PolicyRows(_Rows):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 from collections.abc import Iterable, Iterator
 from itertools import chain
@@ -49,9 +50,13 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
         If the table is not embedded and not given.
     """
     token = CURRENT_WORK.set(Work())
+    collected = gc.isenabled()
+    gc.disable()  # among millions of cells, which refer to each other in no circle, the search for circles takes long
     try:
         return _checked(certificate, table)
     finally:
+        if collected:
+            gc.enable()
         CURRENT_WORK.reset(token)
         tail_rarity.cache_clear()
 
