@@ -88,6 +88,7 @@ def test_every_id_has_an_entry() -> None:
     accepted = {key[2] for key in checker.claims.RULES} | {
         "binomial",
         checker.claims.PAIR_EXACT,
+        checker.claims.CONTRASTS,
         *checker.claims.METHODS,
         checker.claims.BETTING,
     }
