@@ -96,16 +96,17 @@ def left_out(pick: Pick) -> Certificate:
 
 def units(pick: Pick) -> Certificate:
     """A log in which one person may have several rows."""
-    once = pick.random() < 0.5
-    n = 30
+    once, apart, n = pick.random() < 0.5, pick.random() < 0.5, 30
     table = {
         "u": [pick.choice(DECISIONS) for _ in range(n)],
         "a": [pick.choice("fm") for _ in range(n)],
         "person": [str(i if once else pick.randrange(12)) for i in range(n)],
     }
+    if apart:  # no person has two groups
+        table["person"] = [a + person for a, person in zip(table["a"], table["person"], strict=True)]
     law = fa.Law.from_log(table, decision="u", group="a", unit="person")
-    targets: dict[str, Any] = {"max_local_ratio": 2} if pick.random() < 0.5 else {}
-    return fa.certify(law, _utility(pick), **targets).certificate
+    options: dict[str, Any] = {"max_local_ratio": 2} if pick.random() < 0.5 else {}
+    return fa.certify(law, _utility(pick), independent=apart and pick.random() < 0.7, **options).certificate
 
 
 def _row(pick: Pick) -> list[Fraction]:

@@ -28,8 +28,8 @@ def prove_by_contrasts(interval: Interval, evidence: ContrastEvidence, compariso
         raise Unproven("contrasts of cells are for forms of a single cell only")
     if not comparison.tallies:
         raise Unproven("contrasts of cells are for tables of counts only")
-    if any(sample.high <= 0 or not sample.draws for sample in comparison.samples):
-        raise Unproven("contrasts of cells are for cells with draws, of which some could be worth more than nothing")
+    if any(sample.low < 0 or sample.high <= 0 or not sample.draws for sample in comparison.samples):
+        raise Unproven("contrasts of cells are for cells with draws, of which none is worth less than nothing and some could be worth more")
     pairs = sum(len(block) * (len(block) - 1) for block in comparison.blocks)
     share = (1 - Fraction(*interval.confidence)) / (1 if interval.each else 2)
     if evidence.levels != (share, share / pairs):

@@ -7,8 +7,8 @@ with at most a stated probability, its level.
 * What is compared: `cells`, `comparisons`; made by `draws`, `table_comparisons`, `policy_comparisons`.
 * How an error is split: `levels`, and nowhere else.
 * Ends of one cell: `tails` (on `rounding`), `ends`; in floats, for searches, `float_tails`.
-* A ratio from them: `quotients`; joined by the regions `box` and `product_region`; chosen in `ratio_intervals`, with an `interval` as the
-  result and `verdicts` on targets.
+* A ratio from them: `quotients`; joined by the regions `box` and `product_region`, or pair by pair in `pair_region` (on `pair_exact`) and
+  `contrast_region` (on `symmetric_betting`); chosen in `ratio_intervals`, with an `interval` as the result and `verdicts` on targets.
 * Other quantities: `differences`, `rates` given the true label, `estimated_population`, `hypothesis_tests`.
 * Streams, at every moment at once: `betting`, the regions `anytime_box` and `anytime_product` (found by `anytime_search`), joined in
   `anytime`; `changes`.

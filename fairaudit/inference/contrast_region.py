@@ -37,7 +37,7 @@ def contrast_steps(comparison: Comparison) -> float:
     cells = [comparison.cells[form[0][0]] for block in comparison.blocks if len(block) > 1 for form in block]
     if not comparison.drawn or not comparison.single or comparison.dependent or all(cell.binary for cell in cells):
         return inf
-    if any(cell.high <= 0 or not cell.draws for cell in cells) or 2_000 * comparison.pairs > MOST_STEPS:
+    if any(cell.low < 0 or cell.high <= 0 or not cell.draws for cell in cells) or 2_000 * comparison.pairs > MOST_STEPS:
         return inf
     if any(max(n.bit_length() for n in v.as_integer_ratio()) > MOST_BITS for tally in comparison.tallies for v in tally):
         return inf

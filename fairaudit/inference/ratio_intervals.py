@@ -204,10 +204,9 @@ def default_region(comparison: Comparison, method: Method | None = None, *, inde
     """Choose a region by what is known before the draws.
 
     Of independent cells with draws of two values every pair by itself, by the exact pair bound; with draws of more values, unless a method
-    was asked for, by bets on their contrast. Else the product for three or more
-    independent cells of similar size. With two cells the product is usually a fifth narrower than the box, but some per cent wider where
-    one of the two is much the more uncertain, which is not known beforehand; there the box is taken, whose levels are then those of
-    Bonferroni or better.
+    was asked for, by bets on their contrast. Else the product for three or more independent cells of similar size. With two cells the
+    product is usually a fifth narrower than the box, but some per cent wider where one of the two is much the more uncertain, which is not
+    known beforehand; there the box is taken, whose levels are then those of Bonferroni or better.
     """
     if independent and fits_pairs(comparison, alpha):
         return "pairs"
