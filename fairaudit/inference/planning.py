@@ -9,6 +9,8 @@ from functools import lru_cache
 from math import ceil, exp, sqrt
 from typing import Any
 
+import numpy as np
+
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.enclosures import compare_log
 from fairaudit.exact.extended import Extended, extended_pair
@@ -33,6 +35,8 @@ GREATEST_UTILITY = 10**300  # what floats hold
 GREATEST_DRAWS = 10**12  # per cell: nobody draws as many
 
 MANY = 2_000  # cells: so many, whatever is declared about them, have the box
+
+DECISIVE = 200  # contexts of so many cells, which are looked at
 
 LOSS = 0.01  # of power, for a plan with fewer draws where they are not needed
 
@@ -224,10 +228,9 @@ class _Design:
         compared = self.comparison
         if side is None:
             return None
-        supposed = [_supposed(cell, mean) for cell, mean in zip(compared.cells, means, strict=True)]
-        audit = _audit(compared, supposed, side, self.goal, self.independent, self.method, self.select)
         if side == "within" and _vanishing(compared, means):
             return None
+        audit = self._audit(means, side)
         units = compared.units
         now = units.total if units and units.total else sum(cell.draws for cell in compared.cells)
         most = max(cell.draws for cell in compared.cells)
@@ -246,13 +249,29 @@ class _Design:
         if side == "exceeds":
             draws = tuple(of_pair[places.index(i)] if i in places else 0 for i in range(len(draws)))
         else:
-            times = dict(_by_cell(compared, Chances(audit).fewest(size / now, LOSS)))
+            times = dict(_by_cell(audit.comparison, Chances(audit).fewest(size / now, LOSS)))
             draws = tuple(ceil(cell.draws * times.get(i, 1.0)) - cell.draws for i, cell in enumerate(compared.cells))
         return _Found(draws, sum(draws), 1 + sum(draws) / now, chance.power, method, pair, of_pair)
 
+    def _audit(self, means: Sequence[float], side: Side) -> Audit:
+        """The audit, of many cells only with the contexts that decide."""
+        compared = self.comparison
+        if len(compared.cells) <= MANY or not compared.single:
+            supposed = [_supposed(cell, mean) for cell, mean in zip(compared.cells, means, strict=True)]
+            return _audit(compared, supposed, side, self.goal, self.independent, self.method, self.select)
+        places = _foremost(compared, means)
+        labels = tuple(compared.labels[b] for b in places) if compared.labels else ()
+        part = replace(compared, blocks=tuple(compared.blocks[b] for b in places), labels=labels)
+        listed = [Supposed(1, 0.0, 0.0, 0.0, 1.0, True)] * len(means)
+        for block in part.blocks:
+            for ((i, _),) in block:
+                listed[i] = _supposed(compared.cells[i], means[i])
+        whole = _audit(compared, listed, side, self.goal, self.independent, self.method, self.select)
+        return replace(whole, comparison=part)
+
     def _pair(self, audit: Audit, chance: Chance) -> tuple[Witness | None, tuple[int, int], tuple[int, int]]:
         """The pair that decides, its cells, and how many further draws they need for it by itself."""
-        compared = self.comparison
+        compared = audit.comparison
         where = chance.pair or (0, 0, 1)
         high, low = (compared.blocks[where[0]][k][0][0] for k in where[1:])
         own = compared.cells[high].draws, compared.cells[low].draws
@@ -260,6 +279,20 @@ class _Design:
         size = _least(lambda n: chances.at(n / sum(own)).power >= self.power, sum(own), GREATEST_DRAWS) or sum(own)
         more = ceil(own[0] * size / sum(own)) - own[0], ceil(own[1] * size / sum(own)) - own[1]
         return witness_of(compared, where) if compared.labels else None, (high, low), more
+
+
+def _foremost(comparison: Comparison, means: Sequence[float]) -> list[int]:
+    """The blocks whose greatest ratios, two standard errors up, are greatest."""
+    blocks = [(b, [form[0][0] for form in block]) for b, block in enumerate(comparison.blocks) if len(block) > 1]
+    flat = [i for _, members in blocks for i in members]
+    share = np.array([(means[i] / float(comparison.cells[i].high) if means[i] else 0.0) for i in flat])
+    draws = np.array([comparison.cells[i].draws for i in flat], dtype=np.float64)
+    share = (share * draws + 0.5) / (draws + 1)
+    log_means = np.log(share) + np.log([float(comparison.cells[i].high) for i in flat])
+    errors = 2 * np.sqrt(np.maximum(1 - share, 0) / share / (draws + 1))
+    starts = np.cumsum([0, *(len(members) for _, members in blocks[:-1])])
+    apart = np.maximum.reduceat(log_means + errors, starts) - np.minimum.reduceat(log_means - errors, starts)
+    return sorted(blocks[k][0] for k in np.argsort(-apart, kind="stable")[:DECISIVE].tolist())
 
 
 def _by_cell(comparison: Comparison, of_blocks: Sequence[float]) -> list[tuple[int, float]]:
@@ -299,7 +332,10 @@ def _audit(
             of_sizes[most] = found if found in METHODS else "box"
         return of_sizes[most]
 
-    return Audit(comparison, supposed, side, goal.ratio, goal.alpha, method or "hoeffding-kl", independent, region, select)
+    used = {i for block in comparison.blocks if len(block) > 1 for form in block for i, _ in form}
+    span = 2 if comparison.single else replace(comparison, cells=tuple(replace(c, draws=1, total=c.low) for c in comparison.cells)).span
+    counts = comparison.pairs, sum(comparison.cells[i].high > comparison.cells[i].low for i in used), span
+    return Audit(comparison, supposed, side, goal.ratio, goal.alpha, method or "hoeffding-kl", independent, region, *counts, select)
 
 
 def _method(audit: Audit, factor: float) -> str:
@@ -351,7 +387,7 @@ def _measured_sentence(
     verdict = f" ({side})" if expected else ""
     chance = f"with probability {percent(Fraction(str(power)))}, by {found.method}"
     if found.more:
-        said = f"{start} about {found.more} further {what}, {found.times:.3g} times as many in all, would decide{verdict} {chance}."
+        said = f"{start} about {found.more} further {what}, {found.times:.4g} times as many in all, would decide{verdict} {chance}."
     else:
         said = f"{start} as many draws, taken anew, would decide{verdict} {chance}."
     if found.pair is None or not expected:

@@ -59,6 +59,9 @@ class Audit:
         Whether cells are declared independent.
     region : callable
         By the size, the region that the audit will use.
+    pairs, used, span : int
+        Ordered pairs, informative cells, and how many of those are in two forms: of all that is compared, of which only the part that
+        decides may be listed here.
     select : {"bonferroni", "half-split"}
         How `exceeds` finds its pair.
     only : tuple of int or None
@@ -73,6 +76,9 @@ class Audit:
     method: Method
     independent: bool
     region: Callable[[float], Region]
+    pairs: int
+    used: int
+    span: int
     select: Selection = "bonferroni"
     only: tuple[int, int, int] | None = None
 
@@ -197,26 +203,21 @@ class Chances:
 
     def _rule(self, region: Region) -> Rejects:
         """By which draws of two cells an audit shows what is wanted."""
-        compared, alpha, upper = self.audit.comparison, self.audit.alpha, self.audit.side == "within"
+        alpha, upper = self.audit.alpha, self.audit.side == "within"
         if region in ("pairs", "contrasts"):
-            level = pair_errors(compared.pairs, alpha, "each")[0 if upper else 1] or alpha
+            level = pair_errors(self.audit.pairs, alpha, "each")[0 if upper else 1] or alpha
             return by_pairs(level) if region == "pairs" else by_contrasts(level)
         if region == "product":
-            levels = product_levels(self.used, compared.pairs, alpha, "each")
+            levels = product_levels(self.audit.used, self.audit.pairs, alpha, "each")
             guard, c = (levels.upper if upper else levels.lower) or (alpha, alpha)
             return by_products(float(guard), float(c))
         return by_boxes(self._box_level, self.audit.method)
 
     @cached_property
-    def used(self) -> int:
-        """How many cells will be informative."""
-        return len({i for block in self.audit.comparison.blocks if len(block) > 1 for form in block for i, _ in form})
-
-    @cached_property
     def _box_level(self) -> float:
-        drawn = replace(self.audit.comparison, cells=tuple(replace(c, draws=1, total=c.low) for c in self.audit.comparison.cells))
-        levels = box_levels(self.used, drawn.span, self.audit.alpha, independent=self.audit.independent, ends="each")
-        return float(levels[0 if self.audit.side == "within" else 1])
+        audit = self.audit
+        levels = box_levels(audit.used, audit.span, audit.alpha, independent=audit.independent, ends="each")
+        return float(levels[0 if audit.side == "within" else 1])
 
     @cached_property
     def blocks(self) -> list[_Block]:

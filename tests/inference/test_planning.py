@@ -246,6 +246,9 @@ def test_planning_for_many_cells() -> None:
     law = Law.from_array(pick.integers(30, 90, (300, 3, 2)), kind="counts")
     found = further_draws(local_comparison(law, Utility({"0": 1, "1": "0.25"}).on(law)), max_ratio="2.5")
     assert found.decides == "within" and found.pair is not None and found.pair.expectations[1] < F(1, 2)
+    thousands = Law.from_array(np.concatenate([np.array([[[700, 500], [500, 700]]]), np.full((1200, 2, 2), 600)]), kind="counts")
+    one = further_draws(local_comparison(thousands, Utility({"0": 1}).on(thousands)), max_ratio="3/2")
+    assert one.decides == "within" and one.draws is not None and one.draws[0] > 0 and not any(one.draws[2:])
     many = plan([[Fraction(1, 2)] * 2] * 2_000, max_ratio="5/4")
     few = plan([[Fraction(1, 2)] * 2] * 20, max_ratio="5/4")
     assert many.draws is not None and few.draws is not None and few.draws[0] < many.draws[0] < 2 * few.draws[0]

@@ -33,7 +33,9 @@ def audit(rows: list[list[tuple[int, float]]], side: Side, region: Region, limit
     blocks = tuple(tuple(((next(places), F(1)),) for _ in row) for row in rows)
     compared = Comparison((Cell(1, F(0), None, F(0), F(1), True),) * len(cells), blocks)
     listed = [supposed(n, p) for n, p in cells]
-    return Audit(compared, listed, side, float(limit), F(1, 20), "hoeffding-kl", region != "box", lambda _: region)
+    return Audit(
+        compared, listed, side, float(limit), F(1, 20), "hoeffding-kl", region != "box", lambda _: region, compared.pairs, len(cells), 2
+    )
 
 
 def enumerated(cells: list[tuple[int, float]], side: Side, region: Region, limit: Fraction) -> float:
@@ -93,7 +95,17 @@ def test_forms_of_several_cells() -> None:
     halves: tuple[Form, ...] = (((0, F(1, 2)), (2, F(1, 2))), ((1, F(1)),))
     cells = (*plain.comparison.cells, plain.comparison.cells[0])
     apart = Audit(
-        Comparison(cells, (halves,)), [*plain.supposed, supposed(1, 0.5)], "within", 2.0, F(1, 20), "hoeffding-kl", False, lambda _: "box"
+        Comparison(cells, (halves,)),
+        [*plain.supposed, supposed(1, 0.5)],
+        "within",
+        2.0,
+        F(1, 20),
+        "hoeffding-kl",
+        False,
+        lambda _: "box",
+        2,
+        3,
+        3,
     )
     powers = [Chances(each).at(n).power for each in (plain, apart) for n in (60, 200)]
     assert powers[0] < powers[1] and powers[2] < powers[3]
