@@ -47,7 +47,7 @@ def contrast_steps(comparison: Comparison) -> float:
         values = min(cell.draws, len(tally)) if listed else cell.draws
         if values > MOST_VALUES:
             return inf
-        of_values.append(280 * values + (8 + 4 * values.bit_length()) * min(cell.draws, 128 * values))
+        of_values.append(320 * values + (14 + 7 * values.bit_length()) * min(cell.draws - values, 128 * values))
     total, most = 0, 0
     for one, other in _pairs_of_cells(comparison):
         n, m = (comparison.cells[i].draws for i in (one, other))
