@@ -95,7 +95,8 @@ def certify(
         certificate. Decisions on the same profiles with only the group exchanged are not.
     select : {"bonferroni", "half-split"}
         How the lower end of many pairs is found, to be chosen before looking: all pairs share the error; or, of `independent` cells of
-        draws that are 0 or one positive number, one half of the draws chooses a pair and the other half tests it at the full error.
+        draws that are 0 or one positive number, one half of the draws chooses a pair and the other half tests it at the full error. It is
+        for the ratios with a target, for all where there is none.
     declared : mapping, optional
         Constants that hold whatever the table says: ``gamma`` and ``m``, the greatest and least value of g over everything that could be
         drawn, at least 0 unless differences are asked for; for a policy behind filters also ``tau``, a floor of every group's expected
@@ -209,7 +210,7 @@ def certify(
         alpha = equal_share(1 - Fraction(level or 0), judging if quantity in named else 1)
         method = interval or "hoeffding-kl"
         options: dict[str, Any] = {"method": method, "independent": independent, "ends": "each" if quantity in named else "together"}
-        options["select"] = select
+        options["select"] = select if quantity in named or not named else "bonferroni"
         options["region"] = default_region(comparison, interval, independent=independent, alpha=alpha)
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, **options)
         notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))

@@ -46,7 +46,7 @@ def seed_of(names: Sequence[Sequence[bytes]], counts: Sequence[Sequence[Counts]]
 def halves_of(seed: str, name: bytes, counts: Counts) -> tuple[Counts, Counts]:
     """Split the draws of a cell, in order of their values: those of the least hashes are the first half, rounded down."""
     k, n = counts
-    spend(15 * n)
+    spend(9 * n)
     keep(2 * n)
     start = bytes.fromhex(seed) + sha256(name).digest()
     order = sorted((sha256(start + i.to_bytes(8, "big")).digest(), i) for i in range(n))

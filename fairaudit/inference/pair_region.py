@@ -16,13 +16,13 @@ from fairaudit.inference.half_split import HalfSplit, Selection
 from fairaudit.inference.levels import Holding, pair_errors
 from fairaudit.inference.pair_exact import LEVELS, MAX_DRAWS, Contrast, Pair, order_scale, pair_excludes, pair_upper
 
-MOST_STEPS = 45_000_000
-"""Of those that docs/certificate.md lets a document ask of its reader."""
+MOST_STEPS = 22_500_000
+"""Of those that docs/certificate.md lets a document ask of its reader, who has a local and a global ratio to check."""
 
 LADDER = 17_500
-"""Steps of a ladder, by the square root of the draws of a cell; pairs that do not decide take a twentieth of one."""
+"""Steps of a ladder, by the square root of the draws of a cell; an interval takes about three, and its pairs a fortieth of one each."""
 
-HASH = 15
+HASH = 9
 """Steps of a draw that is put into one of two halves."""
 
 LOOKED_AT = 3
@@ -48,7 +48,7 @@ def fits_pairs(comparison: Comparison, alpha: Fraction, select: Selection = "bon
         two_valued = two_valued and len({(cell.low, cell.high) for cell in cells}) == 1
     if not cells or not two_valued or not comparison.single or comparison.dependent:
         return False
-    steps = LADDER * sqrt(max(cell.draws for cell in cells)) * (2 + comparison.pairs / 20)
+    steps = LADDER * sqrt(max(cell.draws for cell in cells)) * (2.8 + comparison.pairs / 40)
     if select == "half-split":
         drawn = sum(cell.draws for cell in cells)
         steps += HASH * drawn if drawn <= MOST_TO_SPLIT else inf

@@ -32,7 +32,7 @@ TIGHT_CELLS = 500  # so many have their ladders in a few seconds
 
 NO_SPLIT = (
     "the half-split needs cells that were declared independent, draws that are 0 or one positive number, at most 1,000,000 of them in all, "
-    "and not too many pairs for the exact pair bound; without it all pairs share the error"
+    "and not too many pairs, or draws of a cell, for the exact pair bound; without it all pairs share the error"
 )
 
 
