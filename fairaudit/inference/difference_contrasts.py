@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import permutations
@@ -11,6 +11,7 @@ from typing import Any
 
 from fairaudit.exact.extended import extended_text
 from fairaudit.inference.betting import ValueCounts
+from fairaudit.inference.cells import Cell
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.contrast_region import fits_contrasts
 from fairaudit.inference.levels import Holding, pair_errors
@@ -19,11 +20,20 @@ from fairaudit.inference.symmetric_betting import is_below, upper_end
 
 
 def fits_difference_contrasts(comparison: Comparison) -> bool:
-    """Whether contrasts bound the differences of these cells, if they are independent: as for ratios, and one range for all of them."""
+    """Whether contrasts bound the differences of these cells, if they are independent: as for ratios, and one range for all of them.
+
+    A difference does not depend on the origin, so that it is asked of the same cells with a range from 0 on.
+    """
     ranges = {
         (comparison.cells[i].low, comparison.cells[i].high) for block in comparison.blocks if len(block) > 1 for ((i, _), *_) in block
     }
-    return fits_contrasts(comparison) and len(ranges) == 1 and all(low < high for low, high in ranges)
+    if len(ranges) != 1 or any(low == high for low, high in ranges):
+        return False
+    raised = tuple(
+        Cell(cell.draws, cell.total - cell.draws * cell.low, None, Fraction(0), cell.high - cell.low, cell.binary)
+        for cell in comparison.cells
+    )
+    return fits_contrasts(replace(comparison, cells=raised))
 
 
 def difference_contrasts_interval(comparison: Comparison, alpha: Fraction, ends: Holding) -> tuple[Fraction, Fraction, dict[str, Any]]:
