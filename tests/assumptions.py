@@ -86,6 +86,8 @@ def _of_interval(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
         names = ["own-past" if interval["region"] == "box" else "past", "order", *(["mix"] if name == "global" else [])]
     elif name == "global":
         names = ["draws", "stated-population" if document["subject"]["kind"] == "policy" else "pooled"]
+    elif interval["region"] == "paired":
+        names = ["paired", *(["by-design"] if interval["missing"] == "drop" else [])]
     else:
         names = ["units" if "units" in interval else "draws"]
     names += ["chosen", *(["cells"] if interval["independent"] else []), *(["split"] if "split" in interval else [])]

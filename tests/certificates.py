@@ -109,6 +109,21 @@ def units(pick: Pick) -> Certificate:
     return fa.certify(law, _utility(pick), independent=apart and pick.random() < 0.7, **options).certificate
 
 
+def paired(pick: Pick) -> Certificate:
+    """A log in which persons are seen in several groups of a context, most of them in all, some of them often."""
+    rows = [
+        (pick.choice(DECISIONS), a, x, f"{x}{i}")
+        for x in "st"[: pick.randint(1, 2)]
+        for i in range(12)
+        for a in "fmn"[: pick.randint(2, 3) if i > 9 else 3]
+        for _ in range(pick.choice([1, 1, 1, 2]))
+    ]
+    table = dict(zip(["u", "a", "x", "person"], map(list, zip(*rows, strict=True)), strict=True))
+    law = fa.Law.from_log(table, decision="u", group="a", context="x", unit="person")
+    targets: dict[str, Any] = {"max_local_ratio": 2, "missing_units": "drop"} if pick.random() < 0.5 else {}
+    return fa.certify(law, _utility(pick), **targets).certificate
+
+
 def _row(pick: Pick) -> list[Fraction]:
     weights = [pick.randint(1, 5) for _ in DECISIONS]
     return [Fraction(w, sum(weights)) for w in weights]
@@ -196,6 +211,7 @@ KINDS: tuple[Callable[[Pick], Certificate], ...] = (
     left_out,
     units,
     differences,
+    paired,
     policy,
     policy,
     policy,

@@ -9,6 +9,7 @@ from typing import Any, cast, get_args
 
 from fairaudit.audits.sections import check_keys, check_targets, read_section, read_toml
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.inference.comparisons import MissingUnits
 from fairaudit.inference.ends import Method
 from fairaudit.inference.half_split import Selection
 from fairaudit.measures.limits import DIFFERENCE_LIMITS
@@ -34,6 +35,7 @@ LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 METHODS: tuple[Method, ...] = get_args(Method)
 SELECTIONS: tuple[Selection, ...] = get_args(Selection)
+MISSING_UNITS: tuple[MissingUnits, ...] = get_args(MissingUnits)
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 DECLARED = ("gamma", "m", "tau", "global_tau", "lipschitz")
 UTILITY_KEYS = ("values", "column", "table", *DECLARED, "by_context", "burden", "difference")
@@ -211,7 +213,7 @@ def _declared_in(entries: Any) -> dict[Label, dict[str, Any]]:
 
 def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
     """What [confidence] says of the population behind counts."""
-    check_keys(section, ("level", "interval", "independent_cells", "select"), "[confidence]")
+    check_keys(section, ("level", "interval", "independent_cells", "select", "missing_units"), "[confidence]")
     found: dict[str, Any] = {"confidence": section["level"]} if "level" in section else {}
     if "interval" in section:
         if section["interval"] not in METHODS:
@@ -223,6 +225,11 @@ def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
         if section["select"] not in SELECTIONS:
             raise InputError(f"[confidence] select is {shown(section['select'])}; {nearest(str(section['select']), SELECTIONS)}")
         found["select"] = section["select"]
+    if "missing_units" in section:
+        if section["missing_units"] not in MISSING_UNITS:
+            asked = section["missing_units"]
+            raise InputError(f"[confidence] missing_units is {shown(asked)}; {nearest(str(asked), MISSING_UNITS)}")
+        found["missing_units"] = section["missing_units"]
     return found
 
 

@@ -9,7 +9,14 @@ from typing import Any
 
 from fairaudit.audits.declared import ByContext, read_declared
 from fairaudit.audits.differences import judged_differences, measured_differences, refuse_signed, with_ratios
-from fairaudit.audits.population import decisions_given_truth, intervals_of_stream, possible_comparisons, two_means_note
+from fairaudit.audits.population import (
+    decisions_given_truth,
+    intervals_of_stream,
+    possible_comparisons,
+    two_means_note,
+    units_note,
+    without_missing_units,
+)
 from fairaudit.audits.result import Result, not_compared
 from fairaudit.audits.targets import judged, judged_by_window
 from fairaudit.errors import InputError, shown
@@ -17,7 +24,7 @@ from fairaudit.exact.rationals import Number
 from fairaudit.inference.anytime import Arrivals
 from fairaudit.inference.bounded_differences import bound_differences
 from fairaudit.inference.changes import Window, change_of
-from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.comparisons import Comparison, MissingUnits
 from fairaudit.inference.ends import Method
 from fairaudit.inference.half_split import Selection
 from fairaudit.inference.interval import Interval
@@ -56,6 +63,7 @@ def certify(
     interval: Method | None = None,
     independent: bool = False,
     select: Selection = "bonferroni",
+    missing_units: MissingUnits = "worst",
     declared: Mapping[str, Number] | None = None,
     declared_in: ByContext | None = None,
     max_drift: Number | None = None,
@@ -97,6 +105,10 @@ def certify(
         How the lower end of many pairs is found, to be chosen before looking: all pairs share the error; or, of `independent` cells of
         draws that are 0 or one positive number, one half of the draws chooses a pair and the other half tests it at the full error. It is
         for the ratios with a target, for all where there is none.
+    missing_units : {"worst", "drop"}
+        Of a log with sampling units that were seen in several groups of a context, which are then compared within the units: whether a unit
+        that was not seen in one of two groups counts as what is worst for each claim, or, because it is missing by design, an assumption of
+        the certificate, is left out of that pair.
     declared : mapping, optional
         Constants that hold whatever the table says: ``gamma`` and ``m``, the greatest and least value of g over everything that could be
         drawn, at least 0 unless differences are asked for; for a policy behind filters also ``tau``, a floor of every group's expected
@@ -199,6 +211,8 @@ def certify(
             subject, utility, table, compared, constants, named | named_differences, embed_table, what
         )
         _check_drawn(select, comparisons, notes)
+    if missing_units != "worst":
+        comparisons = without_missing_units(comparisons, missing_units)
     # A verdict rests on one end. Targets share the error, so that their verdicts hold together; what has no target has all of it.
     judging = sum(quantity in comparisons for quantity, _, _ in (*limits, *of_differences))
     errors = {q: equal_share(1 - Fraction(level or 0), judging if q in named_differences else 1) for q in comparisons}
@@ -214,6 +228,7 @@ def certify(
         options["region"] = default_region(comparison, interval, independent=independent, alpha=alpha)
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, **options)
         notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))
+        notes = (*notes, *units_note(quantity, comparison, intervals[quantity]))
     sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
     change = None
     if changed is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import TYPE_CHECKING, Any
 
 from fairaudit import __version__
@@ -19,7 +20,7 @@ from fairaudit.certificates.entries import (
     ratio_entry,
 )
 from fairaudit.certificates.numbers import number
-from fairaudit.certificates.table import Table, column_names
+from fairaudit.certificates.table import Table, canonical, column_names
 from fairaudit.words import THIS_TABLE
 
 if TYPE_CHECKING:
@@ -34,7 +35,9 @@ def certificate_of(result: Result) -> Certificate:
     if result.partial is not None:
         return with_table(made, result.partial.table, embed=result.embed)
     law = result.deployment.policy.law if result.deployment else result.law
-    certificate = with_table(made, Table(law, result.utility, result.deployment), embed=result.embed)
+    paired = {quantity: interval.evidence["profiles"] for quantity, interval in result.intervals.items() if interval.region == "paired"}
+    digests: dict[str, str] = {quantity: hashlib.sha256(canonical(profiles)).hexdigest() for quantity, profiles in paired.items()}
+    certificate = with_table(made, Table(law, result.utility, result.deployment, profiles=digests), embed=result.embed)
     if given is not None and certificate.table is None:
         made["metrics"] |= {name: [rate_entry(law, rate) for rate in rates] for name, rates in given.rates.items()}
     return certificate

@@ -18,6 +18,7 @@ from fairaudit.audits.reading import MOST_ROWS, Access, Reading, read_audited, u
 from fairaudit.audits.result import Result
 from fairaudit.errors import InputError, ManyRowsError, naming
 from fairaudit.exact.rationals import Number
+from fairaudit.inference.comparisons import MissingUnits
 from fairaudit.inference.ends import Method
 from fairaudit.inference.half_split import Selection
 from fairaudit.inference.levels import confidence_level
@@ -76,6 +77,7 @@ def audit(
     interval: Method | None = None,
     independent: bool = False,
     select: Selection = DEFAULT_SELECTION,
+    missing_units: MissingUnits = "worst",
     declared: Mapping[str, Number] | None = None,
     declared_in: ByContext | None = None,
     max_drift: Number | None = None,
@@ -130,7 +132,7 @@ def audit(
         Targets, as for `certify`.
     difference : bool
         Whether to state differences of expected utilities, too, which may then be negative, as for `certify`.
-    confidence, interval, independent, select, declared, declared_in, max_drift, all_bounds, burden, embed_table
+    confidence, interval, independent, select, missing_units, declared, declared_in, max_drift, all_bounds, burden, embed_table
         As for `certify`. A confidence that is given needs counts; without one, a table that has none is judged as it stands.
     engine, table, query, memory
         As for `read_log`.
@@ -196,6 +198,7 @@ def audit(
         interval=interval,
         independent=independent,
         select=select,
+        missing_units=missing_units,
         declared=declared or {},
         declared_in={names(label): constants for label, constants in (declared_in or {}).items()},
         max_drift=max_drift,
@@ -252,6 +255,7 @@ class _Asked:
     interval: Method | None
     independent: bool
     select: Selection
+    missing_units: MissingUnits
     declared: Mapping[str, Number]
     declared_in: Mapping[Label, Mapping[str, Number]]
     max_drift: Number | None
@@ -264,7 +268,12 @@ class _Asked:
     def certify(self, subject: Law | Deployment, utility: Utility) -> Result:
         """Certify what is held in memory."""
         asked = None if self.default or self.confidence is None else approximate(self.confidence)
-        others = {"interval": self.interval is not None, "independent": self.independent, "select": self.select != DEFAULT_SELECTION}
+        others = {
+            "interval": self.interval is not None,
+            "independent": self.independent,
+            "select": self.select != DEFAULT_SELECTION,
+            "missing_units": self.missing_units != "worst",
+        }
         confidence = confidence_for(subject, self.confidence, asked, others)
         return certify(
             subject,
@@ -274,6 +283,7 @@ class _Asked:
             interval=self.interval,
             independent=self.independent,
             select=self.select,
+            missing_units=self.missing_units,
             declared=self.declared,
             declared_in=self.declared_in,
             max_drift=self.max_drift,
@@ -313,6 +323,7 @@ def _from_audit_file(audit: Audit, asked: _Asked) -> Result:
         "interval": sampling.get("interval") if asked.interval is None else asked.interval,
         "independent": asked.independent or sampling.get("independent", False),
         "select": sampling.get("select", DEFAULT_SELECTION) if asked.select == DEFAULT_SELECTION else asked.select,
+        "missing_units": sampling.get("missing_units", "worst") if asked.missing_units == "worst" else asked.missing_units,
         "declared": {**audit.declared, **asked.declared},
         "declared_in": {**audit.declared_in, **asked.declared_in},
         "max_drift": audit.max_drift if asked.max_drift is None else asked.max_drift,

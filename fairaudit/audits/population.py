@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, get_args
 
-from fairaudit.errors import InputError, shown
+from fairaudit.errors import InputError, nearest, shown
 from fairaudit.inference.anytime import Arrivals, stream_interval
-from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.comparisons import Comparison, MissingUnits
+from fairaudit.inference.draws import unit_columns
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.policy_comparisons import policy_comparison
 from fairaudit.inference.rates import GivenTruth, with_intervals
@@ -144,6 +145,41 @@ def two_means_note(quantity: Quantity, over_rows: Ratio | None, comparison: Comp
     rows, units = approximate(over_rows.ratio), approximate(over_units.ratio)
     said = f"the {quantity} ratio of this log is {rows} as the mean over rows and {units} as the mean over units"
     return (f"{said}; the interval, and a target that is judged by it, is about the mean over units",)
+
+
+def units_note(quantity: Quantity, comparison: Comparison, interval: Interval) -> tuple[str, ...]:
+    """A note on how groups that were seen in the same units were compared, or why they were not compared within them."""
+    if not comparison.profiles or comparison.units is None:
+        return ()
+    total = sum(n for profiles in comparison.profiles for n in profiles.values())
+    everywhere = sum(n for profiles in comparison.profiles for values, n in profiles.items() if None not in values)
+    of = f"the units of {unit_columns(comparison.units)}"
+    if interval.region == "paired":
+        worst = comparison.missing == "worst"
+        rest = "counts as what is worst for each claim" if worst else "is left out of pairs with that group, as missing by design"
+        others = "" if everywhere == total else f"; in a group in which it was not seen, a unit {rest}"
+        where = "groups" if quantity == "global" else "groups of a context"
+        return (f"the {quantity} ratio compares {where} within {of}, {everywhere} of {total} of which were seen in all of them{others}",)
+    if everywhere == total or interval.evidence["method"] != "hoeffding-kl":
+        return ()
+    said = f"the {quantity} ratio does not compare groups within {of}: {total - everywhere} of {total} were not seen in all groups"
+    design = "if that is by design, missing_units drop (--missing-units drop) may leave them out of the pairs that they miss"
+    return (f"{said}; {design}" if comparison.missing == "worst" else said,)
+
+
+def without_missing_units(comparisons: Mapping[Quantity, Comparison], missing: MissingUnits) -> dict[Quantity, Comparison]:
+    """The same comparisons, units that were not seen in a group being left out of pairs with it.
+
+    Raises
+    ------
+    InputError
+        If the value is none that is accepted, or there are no sampling units.
+    """
+    if missing not in get_args(MissingUnits):
+        raise InputError(f"missing_units is {shown(missing)}; {nearest(str(missing), get_args(MissingUnits))}")
+    if not any(comparison.units for comparison in comparisons.values()):
+        raise InputError("missing_units is about a log with sampling units, at a confidence; name their column as unit (--unit)")
+    return {quantity: replace(comparison, missing=missing) for quantity, comparison in comparisons.items()}
 
 
 def _tabulated(utility: Utility, table: UtilityTable) -> Utility:

@@ -267,7 +267,7 @@ class Result(Faces):
     def drivers(self) -> Mapping[Quantity, Drivers]:
         """For each interval the pairs of groups that drive its lower and its upper end."""
         return {
-            quantity: interval_drivers(self.comparisons[quantity], interval.evidence, interval.upper)
+            quantity: interval_drivers(self.comparisons[quantity], interval.evidence, interval.upper, interval.lower)
             if quantity in self.comparisons
             else interval.pairs
             for quantity, interval in self.intervals.items()

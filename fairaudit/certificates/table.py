@@ -6,8 +6,8 @@ import hashlib
 import json
 import tempfile
 import weakref
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import gcd
 from typing import IO, Any
@@ -47,12 +47,15 @@ class Table:
         The policy behind filters.
     salt : str or None
         Random hexadecimal digits that keep the digest of an undisclosed table from being guessed.
+    profiles : mapping of str to str
+        Digests of what sampling units got in all groups, for the intervals that rest on it.
     """
 
     law: Law
     utility: UtilityTable
     deployment: Deployment | None = None
     salt: str | None = None
+    profiles: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def header(self) -> dict[str, Any]:
@@ -77,6 +80,8 @@ class Table:
             head["truths"] = list(law.truth.labels)
         if self.salt is not None:
             head["salt"] = self.salt
+        if self.profiles:
+            head["profiles"] = dict(self.profiles)
         return head
 
     def rows(self) -> Iterator[dict[str, Any]]:

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 
 from .certificate import Certificate
 from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, NEAR, RULES, Claim, is_about_population
-from .intervals import Interval, PairEvidence, StreamEvidence
+from .intervals import Interval, PairEvidence, StreamEvidence, UnitEvidence
 from .json_values import Labels
 from .rates import DIFFERENCES, OVERALL
 from .rationals import ZERO, as_pair, extreme_positions, written
 from .sentences import (
+    BY_DESIGN,
     CELLS,
     CHOSEN,
     CHOSEN_LABELS,
@@ -32,6 +33,7 @@ from .sentences import (
     ORDER,
     OWN_PAST,
     OWN_RANGE,
+    PAIRED,
     PAST,
     POOLED,
     RANGE,
@@ -109,6 +111,8 @@ def _assumed_by_interval(interval: Interval, table: Table) -> Sentences:
         return Sentences((past, *((MIX,) if overall else ()), ORDER, *common))
     split = (SPLIT,) if isinstance(interval.evidence, PairEvidence) and interval.evidence.seed is not None else ()
     cells = (*((CELLS,) if interval.independent else ()), *split)
+    if isinstance(interval.evidence, UnitEvidence):
+        return Sentences((PAIRED, *((BY_DESIGN,) if interval.evidence.drop else ()), *common))
     if table.policy is not None:
         return Sentences((DRAWS, *((STATED_POPULATION,) if overall else ()), *common, *cells))
     if overall:

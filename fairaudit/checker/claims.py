@@ -11,6 +11,7 @@ from .sentences import STATED_POPULATION
 
 # How a claim about a population is proven, where not by binomial tails.
 METHODS = ("hoeffding-kl", "empirical-bernstein", "intersection")
+PAIRED_BETTING = "paired-betting"  # of groups that were seen in the same units, pair by pair
 PAIR_EXACT = "pair-exact"  # of independent cells of two-valued draws, pair by pair
 CONTRASTS = "symmetric-betting"  # of independent cells of draws of several values, pair by pair
 BETTING = "betting"  # for intervals that hold at every moment of a stream
@@ -125,7 +126,8 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
 def is_about_population(key: tuple[str, str, str, str]) -> bool:
     """Whether a claim of this quantity, relation, method and scope is about the population behind a sample."""
     quantity, relation, by, scope = key
-    of_cells = quantity in ("local_ratio", "global_ratio", *EXPECTED_DIFFERENCES) and by in ("binomial", PAIR_EXACT, CONTRASTS, *METHODS)
+    of_interval = by in ("binomial", PAIR_EXACT, CONTRASTS, PAIRED_BETTING, *METHODS)
+    of_cells = quantity in ("local_ratio", "global_ratio", *EXPECTED_DIFFERENCES) and of_interval
     of_stream = quantity in ("local_ratio", "global_ratio") and by == BETTING
     together = (of_cells or of_stream or (quantity in DIFFERENCES and by == "binomial")) and scope.startswith(POPULATION)
     return relation in ("<=", ">=") and (together or (of_cells and scope.startswith(ONE_SIDED)))

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from .json_values import Labels, check_distinct, read_choice, read_hexadecimal, read_label_lists, read_object, read_string, read_strings
+from .json_values import (
+    Labels,
+    check_distinct,
+    read_choice,
+    read_digest,
+    read_hexadecimal,
+    read_label_lists,
+    read_object,
+    read_string,
+    read_strings,
+)
 from .laws import Law
 from .rationals import Rational, read_signed
 from .text import malformed
@@ -51,6 +61,7 @@ class Header:
     contexts: tuple[Labels, ...]
     utility: tuple[Rational, ...] | None
     truths: tuple[str, ...] | None = None  # the true labels
+    profiles: Mapping[str, str] = field(default_factory=dict)  # by quantity the digest of what units got in all groups
 
 
 class Cell(NamedTuple):
@@ -108,7 +119,9 @@ def read_positive(value: object, where: str) -> Positive:
 def read_header(value: object, where: str) -> Header:
     """Read the first line of a table; the filters of a policy are left to ``read_filters``."""
     keys = ["format", "kind", "columns", "population", "decisions", "groups", "contexts", "utility"]
-    members = read_object(value, where, keys + ["filters"] * is_about_policy(value) + ["truths"] * has_truth(value), optional=("salt",))
+    members = read_object(
+        value, where, keys + ["filters"] * is_about_policy(value) + ["truths"] * has_truth(value), optional=("salt", "profiles")
+    )
     read_choice(members["format"], f"{where}.format", (TABLE_FORMAT,))
     if "salt" in members:
         read_hexadecimal(members["salt"], f"{where}.salt", "0123456789abcdefABCDEF", 32)
@@ -126,6 +139,9 @@ def read_header(value: object, where: str) -> Header:
     if "truths" in members:
         header = replace(header, truths=read_strings(members["truths"], f"{where}.truths"))
         check_distinct(header.truths or (), f"{where}.truths")
+    if "profiles" in members:
+        digests = read_object(members["profiles"], f"{where}.profiles", (), optional=("local", "global"))
+        header = replace(header, profiles={name: read_digest(value, f"{where}.profiles.{name}") for name, value in digests.items()})
     return header
 
 

@@ -6,15 +6,16 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import chain, combinations
 
-from .claims import BETTING, CONTRASTS, PAIR_EXACT
+from .claims import BETTING, CONTRASTS, PAIR_EXACT, PAIRED_BETTING
 from .contrasts import prove_by_contrasts
 from .difference_contrasts import prove_difference_by_contrasts
 from .difference_regions import prove_difference_by_box, prove_difference_by_pairs
 from .figures import Greatest
 from .header import Cell
-from .intervals import BoxEvidence, Change, ContrastEvidence, Interval, PairEvidence, Proven, StreamEvidence, Unproven
+from .intervals import BoxEvidence, Change, ContrastEvidence, Interval, PairEvidence, Proven, StreamEvidence, UnitEvidence, Unproven
 from .joint_betting import prove_stream
 from .logarithms import log_enclosure
+from .paired_betting import prove_by_units
 from .rates import DIFFERENCES, Share
 from .rationals import ONE, Rational, as_pair, at_most, bits_of, reduced, widest_gap, widest_ratio
 from .regions import prove_by_box, prove_by_ladders, prove_by_pairs
@@ -64,15 +65,24 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
             names = [] if interval.evidence.seed is None else names_of_cells(interval.quantity, table)
             prove_by_pairs(interval, interval.evidence, comparison, names)
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, PAIR_EXACT, interval.each)
-    elif isinstance(interval.evidence, ContrastEvidence):
-        (prove_difference_by_contrasts if interval.difference else prove_by_contrasts)(interval, interval.evidence, comparison)
-        return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, CONTRASTS, interval.each)
+    elif isinstance(interval.evidence, ContrastEvidence | UnitEvidence):
+        by = _prove_by_bets(interval, interval.evidence, comparison, table)
+        return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by, interval.each)
     elif interval.difference:
         raise Unproven("a product is for ratios only")
     else:
         prove_by_ladders(interval, interval.evidence, comparison, len(used))
     by = "binomial" if all(samples[i].binary for i in used) else interval.method
     return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by, interval.each)
+
+
+def _prove_by_bets(interval: Interval, evidence: ContrastEvidence | UnitEvidence, comparison: Comparison, table: Table) -> str:
+    """Make sure that bets on contrasts prove an interval, and name them."""
+    if isinstance(evidence, UnitEvidence):
+        prove_by_units(interval, evidence, comparison, table)
+        return PAIRED_BETTING
+    (prove_difference_by_contrasts if interval.difference else prove_by_contrasts)(interval, evidence, comparison)
+    return CONTRASTS
 
 
 def _spanned(supports: Sequence[Sequence[int]]) -> int:
@@ -129,9 +139,10 @@ def check_intervals(stated: Mapping[str, Interval], table: Table) -> tuple[list[
         except Unproven as error:
             fault = str(error)
         ends = " and ".join(map(shown, interval.ratio))
-        how = "independent" if interval.independent else "dependent"
+        how = f"a {interval.region} of {'independent' if interval.independent else 'dependent'} cells"
+        how = "contrasts within units" if interval.region == "paired" else how
         sure = f"at confidence {shown(interval.confidence)}{' each' if interval.each else ''}"
-        statement = f"intervals.{name}: between {ends} {sure}, by a {interval.region} of {how} cells"
+        statement = f"intervals.{name}: between {ends} {sure}, by {how}"
         findings.append(finding_of(statement, not fault, fault))
     return findings, proven
 

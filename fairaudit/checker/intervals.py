@@ -5,11 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from hashlib import sha256
 
 from .claims import BETTING, METHODS, ONE_SIDED, OVER_UNITS, POPULATION
 from .figures import EXPECTED_DIFFERENCES
 from .header import Columns, Subject
-from .json_values import read_boolean, read_choice, read_digest, read_integer, read_list, read_object, read_string, read_strings
+from .json_values import (
+    canonical_text,
+    read_boolean,
+    read_choice,
+    read_digest,
+    read_integer,
+    read_list,
+    read_object,
+    read_string,
+    read_strings,
+)
 from .metrics import read_metric
 from .rationals import Rational, as_pair, read_extended, read_pairs, read_rational, read_rationals, read_two, read_two_signed
 from .text import malformed, shown
@@ -34,7 +45,7 @@ class Unproven(Exception):
     """The evidence of an interval does not prove it."""
 
 
-REGIONS = ("box", "product", "pairs", "contrasts")
+REGIONS = ("box", "product", "pairs", "contrasts", "paired")
 MOST_RATIOS = 8  # of bets on two cells at once
 
 Ladder = list[Fraction]
@@ -83,6 +94,19 @@ class ContrastEvidence:
     pair: Place | None
 
 
+Profile = tuple[Fraction | None, ...]  # what a unit got in each group of a block, None where it was not seen
+
+
+@dataclass(frozen=True)
+class UnitEvidence:
+    """By block how many units got what in its groups, with the digest of the list; units that are missing in a group may be dropped."""
+
+    levels: tuple[Fraction, Fraction]
+    profiles: list[dict[Profile, int]]
+    digest: str
+    drop: bool
+
+
 @dataclass(frozen=True)
 class StreamEvidence:
     """Of a stream: the ranks of its cells and how many were expected; ends of all cells with a pair, or ladders."""
@@ -96,7 +120,7 @@ class StreamEvidence:
     ratios: tuple[Fraction, ...] = ()  # of bets on two cells at once; without them bets are on single cells
 
 
-Evidence = BoxEvidence | LadderEvidence | PairEvidence | ContrastEvidence | StreamEvidence
+Evidence = BoxEvidence | LadderEvidence | PairEvidence | ContrastEvidence | UnitEvidence | StreamEvidence
 
 
 @dataclass(frozen=True)
@@ -123,6 +147,8 @@ class Interval:
             return "pairs" if isinstance(self.evidence, PairEvidence) else "contrasts"
         if isinstance(self.evidence, StreamEvidence) and self.evidence.ratios:
             return "joint"
+        if isinstance(self.evidence, UnitEvidence):
+            return "paired"
         boxed = self.evidence.ends is not None if isinstance(self.evidence, StreamEvidence) else isinstance(self.evidence, BoxEvidence)
         return "box" if boxed else "product"
 
@@ -174,8 +200,9 @@ def read_intervals(
 def _read_interval(value: object, where: str, name: str, subject: Subject) -> Interval:
     difference = name in EXPECTED_DIFFERENCES
     given = "difference" if difference else "ratio"
-    keys = ["confidence", "ends", "region", "independent", "method", "limits", given, "levels", "upper", "lower"]
-    of_box = isinstance(value, dict) and value.get("region") == "box"
+    keys = ["confidence", "ends", "region", "independent", "method", "limits", given, "levels"]
+    of_box, of_units = (isinstance(value, dict) and value.get("region") == kind for kind in ("box", "paired"))
+    keys += ["missing", "profiles"] if of_units else ["upper", "lower"]
     of_stream = isinstance(value, dict) and value.get("method") == BETTING and not difference
     if name.startswith("local") and subject.kind == "counts" and not of_stream and isinstance(value, dict) and "units" in value:
         keys += ["units", "estimand", "measured"]
@@ -187,10 +214,15 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
     region = read_choice(members["region"], f"{where}.region", ("box", "product", "joint") if of_stream else REGIONS)
     of_levels = ("expected", "order", *(("ratios",) if region == "joint" else ())) if of_stream else ("upper", "lower")
     levels = read_object(members["levels"], f"{where}.levels", of_levels)
-    upper, lower = members["upper"], members["lower"]
+    upper, lower = members.get("upper"), members.get("lower")
     pair = None if members.get("pair") is None else _read_pair(members["pair"], f"{where}.pair")
     evidence: Evidence
-    if of_stream:
+    if of_units:
+        one, other = (_level(levels[name], f"{where}.levels.{name}") for name in ("upper", "lower"))
+        drop = read_choice(members["missing"], f"{where}.missing", ("worst", "drop")) == "drop"
+        profiles = _read_profiles(members["profiles"], f"{where}.profiles")
+        evidence = UnitEvidence((one, other), profiles, sha256(canonical_text(members["profiles"])).hexdigest(), drop)
+    elif of_stream:
         evidence = _read_stream(members, levels, where, of_box)
     elif of_box:
         evidence = BoxEvidence(
@@ -321,6 +353,28 @@ def _read_measured(members: Mapping[str, object], where: str, name: str, columns
     if metric is None:
         raise malformed(f"{where}.measured", "must not be null")
     return metric
+
+
+def _read_profiles(value: object, where: str) -> list[dict[Profile, int]]:
+    known: dict[object, Fraction | None] = {None: None}
+    blocks: list[dict[Profile, int]] = []
+    for i, entries in enumerate(read_list(value, where)):
+        units: dict[Profile, int] = {}
+        for j, item in enumerate(read_list(entries, f"{where}[{i}]")):
+            place = f"{where}[{i}][{j}]"
+            number, listed = read_list(item, place, 2)
+            texts = read_list(listed, f"{place}[1]")
+            for k, text in enumerate(texts):
+                if not (text is None or (isinstance(text, str) and text in known)):
+                    known[text] = Fraction(*read_rational(text, f"{place}[1][{k}]", nonnegative=True))
+            profile = tuple(known[text] for text in texts)
+            if profile in units or all(got is None for got in profile):
+                raise malformed(f"{place}[1]", "must not be all null, nor what stood there before")
+            units[profile] = read_integer(number, f"{place}[0]")
+            if units[profile] == 0:
+                raise malformed(f"{place}[0]", "must be at least 1")
+        blocks.append(units)
+    return blocks
 
 
 def _read_units(value: object, where: str) -> list[list[tuple[int, list[int]]]]:

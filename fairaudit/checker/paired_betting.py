@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import permutations
 
-from .intervals import Unproven
-from .rationals import bits_of
+from .intervals import Interval, Profile, UnitEvidence, Unproven
+from .rationals import INFINITY, ONE, as_pair, bits_of
+from .samples import Comparison
+from .table import Table
+from .text import shown
 from .work import spend
 
 BETS = (Fraction(15, 16), Fraction(2, 3))  # and their halves, by turns
 SPREAD = 24  # the first bet whose square times the spread of the contrast is not more than this is the last one
 MANTISSA = 128  # bits of what was won and of what it is computed from, rounded down
 
-Profile = tuple[Fraction | None, ...]  # what a unit got in each group of a context, None where it was not seen
 Contrasts = dict[tuple[Fraction, Fraction], int]  # how many units got which two values, scaled to [0, 1]
 Wealth = tuple[int, int]  # m, e: a number of at least m 2^e
 NOTHING: Wealth = (0, 0)
@@ -116,6 +119,33 @@ def contrasts_of(profiles: Mapping[Profile, int], pair: tuple[int, int], limits:
         two = (Fraction(1) if x is None else (x - low) / (high - low), Fraction(0) if y is None else (y - low) / (high - low))
         found[two] = found.get(two, 0) + units
     return found
+
+
+def prove_by_units(interval: Interval, evidence: UnitEvidence, comparison: Comparison, table: Table) -> None:
+    """Make sure that what units got in the groups of each block proves an interval of the ratio.
+
+    The pair that attains the ratio is one, whatever is drawn; of the lower end what was won against all pairs is averaged.
+    """
+    if table.policy is not None or interval.independent or interval.difference:
+        raise Unproven("contrasts within units are for ratios of counts, of cells that were not declared independent")
+    if table.header.profiles.get(interval.quantity) != evidence.digest:
+        raise Unproven("profiles are not those that the header of the table names")
+    share = (1 - Fraction(*interval.confidence)) / (1 if interval.each else 2)
+    if evidence.levels != (share, share):
+        raise Unproven(f"the levels must be {shown(as_pair(share))}")
+    blocks = [[next(iter(form)) for form, _ in block] for block in comparison.blocks]
+    if len(evidence.profiles) != len(blocks):
+        raise Unproven(f"profiles must be listed for {len(blocks)} blocks, not for {len(evidence.profiles)}")
+    pairs: list[Contrasts] = []
+    for number, (block, profiles) in enumerate(zip(blocks, evidence.profiles, strict=True)):
+        limits = Fraction(0), max(comparison.samples[i].high for i in block)  # a ratio has the origin 0
+        check_units(profiles, [comparison.tallies[i] for i in block], limits, f"profiles[{number}]")
+        pairs += [contrasts_of(profiles, pair, limits, evidence.drop) for pair in permutations(range(len(block)), 2)]
+    low, high = interval.ratio
+    if high != INFINITY and not all(proves_below(contrasts, Fraction(*high), share) for contrasts in pairs):
+        raise Unproven("the bets do not show that no pair exceeds the upper end")
+    if low != ONE and not proves_above(pairs, Fraction(*low), share):
+        raise Unproven("the bets do not show that some pair exceeds the lower end")
 
 
 def wealth_of(contrasts: Contrasts, limit: Fraction, difference: bool) -> Wealth:

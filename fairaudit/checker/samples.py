@@ -10,7 +10,7 @@ from math import lcm
 from operator import mul
 
 from .header import Cell
-from .intervals import ContrastEvidence, Interval, Unproven
+from .intervals import ContrastEvidence, Interval, UnitEvidence, Unproven
 from .laws import gains_of
 from .rationals import Affine, Rational, affine_sum, sum_of, weighted_sum
 from .table import Policy, Table, constants, globally_compared, place_of
@@ -145,7 +145,7 @@ class Sampling:
         pools = [*chain.from_iterable(blocks)]
         if units is not None and len(units) != len(pools):
             raise Unproven(f"units must be listed for {len(pools)} cells, not for {len(units)}")
-        tallied = isinstance(self.interval.evidence, ContrastEvidence)
+        tallied = isinstance(self.interval.evidence, ContrastEvidence | UnitEvidence)
         samples: list[Sample] = []
         tallies: list[Tally] = []
         for i, cells in enumerate(pools):

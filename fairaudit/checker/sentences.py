@@ -34,6 +34,13 @@ UNITS = (
 )
 
 ONE_ROW = "a sampling unit can have no more than one row in a cell, as is the case here"
+PAIRED = (
+    "different sampling units are independent, how many there are does not depend on how they came out, and what a unit gets in a group of "
+    "a context, the mean over its rows there, has the same expectation for all units of the context, also for those not seen in that "
+    "group; what a unit gets in one group may depend in any way on what it gets in another"
+)
+
+BY_DESIGN = "in which groups a unit was not seen is by design: it does not depend on what the unit got, or would have got"
 POOLED = "the contexts of each group were drawn from its population, not set by design"
 
 GIVEN_LABELS = (

@@ -26,6 +26,7 @@ NOT_HERE = (
     "by_context",
     "min_cell",
     "pool_small",
+    "missing_units",
     "two_sided",
     "utility_range",
     "placebo",

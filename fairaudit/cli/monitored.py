@@ -40,6 +40,7 @@ SETTLED = (
     "by_context",
     "min_cell",
     "pool_small",
+    "missing_units",
     "two_sided",
     "placebo",
     "claimed_exp_epsilon",

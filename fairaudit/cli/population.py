@@ -43,6 +43,12 @@ def add_population(parser: argparse.ArgumentParser) -> None:
         "--unit", metavar="COL", action="append", help="of a log: rows with the same label are one draw (a run, a profile asked often)"
     )
     sampling.add_argument(
+        "--missing-units",
+        choices=("worst", "drop"),
+        default=None,
+        help="units of --unit not seen in one of two groups: count as what is worst for each claim (default), or are missing by design",
+    )
+    sampling.add_argument(
         "--interval",
         choices=METHODS,
         default=None,
@@ -99,10 +105,11 @@ def population_options(arguments: argparse.Namespace, subject: Law | Deployment,
         "interval": arguments.interval or given.get("interval"),
         "independent": arguments.independent_cells or given.get("independent", False),
         "select": arguments.select or given.get("select", SELECTIONS[0]),
+        "missing_units": arguments.missing_units or given.get("missing_units", "worst"),
     }
 
 
-ONLY_SAMPLES = ("interval", "independent_cells", "select", "two_sided", "placebo", "claimed_exp_epsilon", "by_context")
+ONLY_SAMPLES = ("interval", "independent_cells", "select", "missing_units", "two_sided", "placebo", "claimed_exp_epsilon", "by_context")
 
 
 def findings_beside(arguments: argparse.Namespace, result: Result, utility: Utility, chosen: Mapping[str, Any]) -> list[Finding]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -13,6 +13,9 @@ from fairaudit.exact.extended import extended_text
 
 Ends = tuple[Fraction, Fraction]
 """A lower and an upper end."""
+
+Profiles = Mapping[tuple[Fraction | None, ...], int]
+"""How many units of a context got these values in its groups, None where a unit was not seen."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from typing import Any, Literal
 from fairaudit.errors import InputError
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import option_value
-from fairaudit.inference.cells import Cell, Ends
+from fairaudit.inference.cells import Cell, Ends, Profiles
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.layout import Units
 from fairaudit.tables.values import Label, names
@@ -31,6 +31,8 @@ Tally = Mapping[Fraction, int]
 """How often each value was drawn, also of those that never were."""
 
 Estimand = Literal["mean over rows", "mean over units"]
+
+MissingUnits = Literal["worst", "drop"]
 
 
 @brief
@@ -58,6 +60,10 @@ class Comparison:
         What tells how often each value was drawn in each cell, for `tallies`; None where that is not known.
     listed : bool
         Whether the values of g were listed beforehand, and not read off the draws.
+    profiles : tuple of mapping
+        For each block how many units got which values in its groups, None where they were not seen; empty if no unit was seen in two.
+    missing : {"worst", "drop"}
+        Whether a unit counts as what is worst for the claim in a group in which it was not seen, or pairs with that group leave it out.
 
     Examples
     --------
@@ -78,6 +84,8 @@ class Comparison:
     units: Units | None = None
     drawn: Callable[[], Sequence[Tally]] | None = field(default=None, repr=False, compare=False)
     listed: bool = True
+    profiles: tuple[Profiles, ...] = ()
+    missing: MissingUnits = "worst"
 
     @cached_property
     def tallies(self) -> Sequence[Tally]:

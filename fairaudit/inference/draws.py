@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
 from math import lcm
 from operator import mul
 from typing import Any
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import option_value
-from fairaudit.inference.cells import Cell, Ends, pooled_cell
+from fairaudit.inference.cells import Cell, Ends, Profiles, pooled_cell
 from fairaudit.model.law import MAX_DRAWS, Law
 from fairaudit.model.layout import Units
 from fairaudit.model.utility import UtilityTable
@@ -127,6 +128,31 @@ class SampledUtility:
         if units and units.repeated:
             cell = _by_unit(cell, units.profiles[index], values.values)
         return cell
+
+
+def unit_profiles(utility: UtilityTable) -> tuple[Profiles, ...]:
+    """What the sampling units got in the groups of each context that is compared: the mean over their rows, None where they were not seen.
+
+    Empty if no unit was seen in two groups of a context.
+    """
+    law = utility.law
+    if law.units is None or not law.units.together:
+        return ()
+    shared = _values(utility, 0) if utility.by_decision and utility.given is None else None
+    found: list[Profiles] = []
+    for start, end in pairwise(law.starts.tolist()):
+        if end - start < 2:
+            continue
+        means: list[list[Fraction]] = []
+        for cell in range(start, end):
+            values = shared or _values(utility, cell)
+            means.append([_unit_mean(rows, values) for _, rows in law.units.profiles[cell]])
+        profiles: dict[tuple[Fraction | None, ...], int] = {}
+        for n, positions in law.units.together[int(law.cell_context[start])]:
+            got = tuple(None if k < 0 else own[k] for k, own in zip(positions, means, strict=True))
+            profiles[got] = profiles.get(got, 0) + n
+        found.append(profiles)
+    return tuple(found)
 
 
 def _summable(law: Law, values: _Scaled, *, over_contexts: bool = False) -> bool:

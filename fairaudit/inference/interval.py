@@ -16,7 +16,7 @@ from fairaudit.inference.levels import Holding
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.words import brief
 
-Region = Literal["box", "product", "pairs", "contrasts", "joint"]
+Region = Literal["box", "product", "pairs", "contrasts", "paired", "joint"]
 
 
 @brief
@@ -34,7 +34,7 @@ class Interval:
         The ratio of the sample itself, of the means that are estimated; None if a cell has no draws.
     confidence : Fraction
         The probability, before the draws, that the ends are right, as `ends` says.
-    region : {"box", "product", "pairs", "contrasts", "joint"}
+    region : {"box", "product", "pairs", "contrasts", "paired", "joint"}
         How the ends of the cells are joined.
     methods : tuple of str
         How the ends of the cells were found.

@@ -15,7 +15,7 @@ is declared that units are missing by design. If a utility has one value only, i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -28,15 +28,12 @@ import numpy as np
 from fairaudit.exact.dense import Floats
 from fairaudit.exact.extended import Extended
 from fairaudit.inference.betting import wealth_reaches
-from fairaudit.inference.cells import Ends
+from fairaudit.inference.cells import Ends, Profiles
 from fairaudit.inference.ends import DIGITS
 from fairaudit.inference.rounding import Number, number_below, power_below, product_below, sum_below
 
 Claim = Literal["ratio", "difference"]
 """Of what a limit is: E(x)/E(y), or E(x) − E(y) as a part of the width of the range."""
-
-Profiles = Mapping[tuple[Fraction | None, ...], int]
-"""How many units of a context got these values in its groups, None where a unit was not seen."""
 
 BETS = (Fraction(15, 16), Fraction(2, 3))  # and their halves: a bet leaves at least a sixteenth of the money, whatever comes
 
@@ -112,25 +109,39 @@ def contrasts(profiles: Profiles, higher: int, lower: int, limits: Ends, *, drop
     >>> contrasts({(one, zero): 3, (one, None): 2}, 0, 1, (zero, Fraction(2))).counts
     {(Fraction(1, 2), Fraction(0, 1)): 5}
     """
-    low, high = limits
-    seen: dict[tuple[Fraction | None, Fraction | None], int] = {}
-    for values, count in profiles.items():
-        two = (values[higher], values[lower])
-        seen[two] = seen.get(two, 0) + count
-    counts: dict[tuple[Fraction, Fraction], int] = {}
-    for (x, y), count in seen.items():
-        if not all(v is None or low <= v <= high for v in (x, y)):
-            raise ValueError(f"a value of {x} or {y} is outside the range from {low} to {high}")
-        if count and low < high and not (drop and (x is None or y is None)):
-            pair = (Fraction(1) if x is None else (x - low) / (high - low), Fraction(0) if y is None else (y - low) / (high - low))
-            counts[pair] = counts.get(pair, 0) + count
-    return Contrasts(dict(sorted(counts.items())))
+    return _contrasts(*_scaled(profiles, limits), higher, lower, drop=drop)
 
 
 def ordered_pairs(profiles: Profiles, limits: Ends, *, drop: bool = False) -> list[Contrasts]:
     """The contrasts of all ordered pairs of groups of a context, (0, 1), (0, 2), … first."""
     groups = len(next(iter(profiles), ()))
-    return [contrasts(profiles, i, j, limits, drop=drop) for i, j in permutations(range(groups), 2)]
+    scaled = _scaled(profiles, limits)
+    return [_contrasts(*scaled, i, j, drop=drop) for i, j in permutations(range(groups), 2)]
+
+
+def _scaled(profiles: Profiles, limits: Ends) -> tuple[list[Fraction], list[tuple[tuple[int, ...], int]]]:
+    """Different values as parts of the range, and profiles as positions among them, -1 where a unit was not seen; none without a range."""
+    low, high = limits
+    values = sorted({value for profile in profiles for value in profile if value is not None})
+    if values and not (low <= values[0] and values[-1] <= high):
+        raise ValueError(f"a value of {values[0] if values[0] < low else values[-1]} is outside the range from {low} to {high}")
+    if low == high:
+        return [], []
+    code: dict[Fraction | None, int] = {None: -1, **{value: k for k, value in enumerate(values)}}
+    return [(value - low) / (high - low) for value in values], [(tuple(map(code.__getitem__, own)), n) for own, n in profiles.items()]
+
+
+def _contrasts(values: Sequence[Fraction], coded: Sequence[tuple[tuple[int, ...], int]], i: int, j: int, *, drop: bool) -> Contrasts:
+    seen: dict[tuple[int, int], int] = {}
+    for codes, n in coded:
+        two = codes[i], codes[j]
+        seen[two] = seen.get(two, 0) + n
+    counts: dict[tuple[Fraction, Fraction], int] = {}
+    for (x, y), n in seen.items():
+        if n and not (drop and min(x, y) < 0):
+            pair = Fraction(1) if x < 0 else values[x], Fraction(0) if y < 0 else values[y]
+            counts[pair] = counts.get(pair, 0) + n
+    return Contrasts(dict(sorted(counts.items())))
 
 
 def log_wealth(pair: Contrasts, limit: float, claim: Claim = "ratio") -> float:
@@ -222,17 +233,26 @@ def lower_end(pairs: Sequence[Contrasts], level: Fraction, claim: Claim = "ratio
     >>> float(lower_end(ordered_pairs(apart, (Fraction(0), Fraction(1))), Fraction(1, 20)))
     1.433139
     """
-    nothing = Fraction(1 if claim == "ratio" else 0)
     if not pairs:
-        return nothing
-    opposite = crossing(lambda limit: log_mean(np.array([log_wealth(pair, limit, claim) for pair in pairs])), level, claim)
+        return Fraction(1 if claim == "ratio" else 0)
+
+    def won(limit: float) -> float:
+        return log_mean(np.array([log_wealth(pair, limit, claim) for pair in pairs]))
+
+    return greatest_limit(won, lambda limit: is_above(pairs, limit, level, claim), level, claim)
+
+
+def greatest_limit(search: Callable[[float], float], proved: Callable[[Fraction], bool], level: Fraction, claim: Claim) -> Fraction:
+    """The greatest limit that is proved; the logarithm of what was won against its opposite, a rising function, says where to look."""
+    nothing = Fraction(1 if claim == "ratio" else 0)
+    opposite = crossing(search, level, claim)
     guess = 1 / opposite if claim == "ratio" else -opposite
     if guess <= nothing:
         return nothing
     scale = decimal_scale(guess, claim)
     at = floor(Fraction(guess) * scale)
     for limit in (Fraction(at - step, scale) for step in STEPS):
-        if limit > nothing and is_above(pairs, limit, level, claim):
+        if limit > nothing and proved(limit):
             return limit
     return nothing
 

@@ -20,12 +20,13 @@ from fairaudit.inference.half_split import Selection
 from fairaudit.inference.interval import Interval, Region
 from fairaudit.inference.levels import Holding, confidence_level
 from fairaudit.inference.pair_region import fits_pairs, pairs_driver, pairs_interval
+from fairaudit.inference.paired_region import fits_units, paired_assumptions, paired_drivers, paired_interval, read_profiles
 from fairaudit.inference.product_region import product_driver, product_interval
 from fairaudit.inference.quotients import extreme_ratio, sample_ratio, vanishing_pair
 from fairaudit.measures.ratios import Witness
 from fairaudit.theorems.assumptions import CELLS, SPLIT
 
-BY_REGION = {"pairs": "pair-exact", "contrasts": "symmetric-betting"}
+BY_REGION = {"pairs": "pair-exact", "contrasts": "symmetric-betting", "paired": "paired-betting"}
 """How claims name the method of a region that has one of its own, whatever the cells are."""
 
 TIGHT_CELLS = 500  # so many have their ladders in a few seconds
@@ -56,10 +57,11 @@ def ratio_interval(
         The probability with which the ends are to hold.
     method : {"hoeffding-kl", "empirical-bernstein", "intersection"}
         For cells whose draws are not binary; to be chosen before looking.
-    region : {"box", "product", "pairs", "contrasts"}
+    region : {"box", "product", "pairs", "contrasts", "paired"}
         "product" is narrower where the two cells of a pair are about equally uncertain (by about a fifth on the logarithmic scale); it
         needs independent cells, forms of one cell each, and not the empirical Bernstein method. "pairs" and "contrasts" bound each pair
         of independent cells by itself, by the exact test of two-valued draws or by bets on the contrast of draws of several values.
+        "paired" compares groups within the units that were seen in both.
     independent : bool
         Whether the draws of different cells are independent, which the reader must then accept.
     ends : {"together", "each", "lower", "upper"}
@@ -103,30 +105,18 @@ def ratio_interval(
         raise InputError("ratios depend on the origin of the utility, which may be negative here; bound differences instead")
     if independent and comparison.dependent:
         raise InputError("cells share draws or sampling units, so they are not independent")
-    if region == "product" and not (independent and comparison.single and method == "hoeffding-kl"):
-        raise InputError(
-            "the product region needs independent cells, expected utilities that are the mean of one cell each, and binary utilities or "
-            "the method hoeffding-kl; use the box"
-        )
     alpha = 1 - level
     if select == "half-split" and not (region == "pairs" and comparison.labels and fits_pairs(comparison, alpha, select)):
         raise InputError(NO_SPLIT)
-    if region == "pairs" and not (independent and fits_pairs(comparison, alpha)):
-        raise InputError(
-            "the exact pair bound needs independent cells of draws that are 0 or one positive number, not too many pairs, and a confidence "
-            "between 10 and 100 %; use the box"
-        )
-    if region == "contrasts" and not (independent and fits_contrasts(comparison)):
-        raise InputError(
-            "contrasts of draws need independent cells, each with draws and an expected utility of its own, some of them of more than two "
-            "values, and not too many pairs or values; use the box"
-        )
+    _refuse_unfit(comparison, region, method, alpha, independent=independent)
     used = comparison.used
     region = region if used else "box"
     if region == "pairs":
         lower, upper, evidence = pairs_interval(comparison, alpha, ends, select)
     elif region == "contrasts":
         lower, upper, evidence = contrasts_interval(comparison, alpha, ends)
+    elif region == "paired":
+        lower, upper, evidence = paired_interval(comparison, alpha, ends)
     elif region == "product":
         lower, upper, evidence = product_interval(comparison, alpha, ends)
     else:
@@ -134,6 +124,8 @@ def ratio_interval(
     kinds = {BY_REGION[region]} if region in BY_REGION else {"binomial" if comparison.cells[i].binary else method for i in used}
     split = (SPLIT,) if select == "half-split" else ()
     assumptions = (*comparison.assumptions, *((CELLS,) if independent else ()), *split)
+    if region == "paired":
+        assumptions = paired_assumptions(comparison)
     evidence = {
         "confidence": extended_text(level),
         "ends": ends,
@@ -148,7 +140,30 @@ def ratio_interval(
     return replace(made, estimand=comparison.estimand, of_units=comparison.of_units, ends=ends)
 
 
-def drivers(comparison: Comparison, evidence: Mapping[str, Any], end: Extended | None = None) -> tuple[Witness | None, Witness | None]:
+def _refuse_unfit(comparison: Comparison, region: Region, method: Method, alpha: Fraction, *, independent: bool) -> None:
+    """Refuse a region that does not fit what is compared."""
+    if region == "product" and not (independent and comparison.single and method == "hoeffding-kl"):
+        raise InputError(
+            "the product region needs independent cells, expected utilities that are the mean of one cell each, and binary utilities or "
+            "the method hoeffding-kl; use the box"
+        )
+    if region == "pairs" and not (independent and fits_pairs(comparison, alpha)):
+        raise InputError(
+            "the exact pair bound needs independent cells of draws that are 0 or one positive number, not too many pairs, and a confidence "
+            "between 10 and 100 %; use the box"
+        )
+    if region == "contrasts" and not (independent and fits_contrasts(comparison)):
+        raise InputError(
+            "contrasts of draws need independent cells, each with draws and an expected utility of its own, some of them of more than two "
+            "values, and not too many pairs or values; use the box"
+        )
+    if region == "paired" and not fits_units(comparison):
+        raise InputError("contrasts within units need units of which enough were seen in both groups of every pair; use the box")
+
+
+def drivers(
+    comparison: Comparison, evidence: Mapping[str, Any], end: Extended | None = None, least: Fraction = Fraction(1)
+) -> tuple[Witness | None, Witness | None]:
     """Name the pairs that drive the lower and the upper end of an interval, with the means of their draws.
 
     Parameters
@@ -158,7 +173,9 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any], end: Extended |
     evidence : mapping
         The evidence of the interval, as it has it or as a certificate stores it.
     end : Fraction or float, optional
-        The upper end, by which the driver of the region of pairs is found.
+        The upper end, by which the driver of the regions of pairs is found.
+    least : Fraction
+        The lower end, by which that of contrasts within units is found.
 
     Returns
     -------
@@ -186,6 +203,9 @@ def drivers(comparison: Comparison, evidence: Mapping[str, Any], end: Extended |
         lower = None if evidence["lower"] is None else evidence["lower"]["pair"]
         alpha = 1 - Fraction(*rational(evidence["confidence"]))
         upper = pairs_driver(comparison, alpha, evidence["ends"], inf if end is None else end)
+    elif evidence["region"] == "paired":
+        seen = replace(comparison, profiles=read_profiles(evidence["profiles"]), missing=evidence["missing"])
+        lower, upper = paired_drivers(seen, least, inf if end is None else end)
     elif evidence["region"] == "box":
         lower = evidence["pair"]
         if evidence["upper"] is not None:
@@ -204,14 +224,18 @@ def default_region(comparison: Comparison, method: Method | None = None, *, inde
     """Choose a region by what is known before the draws.
 
     Of independent cells with draws of two values every pair by itself, by the exact pair bound; with draws of more values, unless a method
-    was asked for, by bets on their contrast. Else the product for three or more independent cells of similar size. With two cells the
-    product is usually a fifth narrower than the box, but some per cent wider where one of the two is much the more uncertain, which is not
-    known beforehand; there the box is taken, whose levels are then those of Bonferroni or better.
+    was asked for, by bets on their contrast. Unless a method was asked for, of units that were seen in several groups the
+    contrast within the unit, by bets. Else the product for three or more
+    independent cells of similar size. With two cells the product is usually a fifth narrower than the box, but some per cent wider where
+    one of the two is much the more uncertain, which is not known beforehand; there the box is taken, whose levels are then those of
+    Bonferroni or better.
     """
     if independent and fits_pairs(comparison, alpha):
         return "pairs"
     if independent and method is None and fits_contrasts(comparison):
         return "contrasts"
+    if method is None and fits_units(comparison):
+        return "paired"
     sizes = [comparison.cells[i].draws for i in comparison.used]
     fits = independent and not comparison.dependent and comparison.single and method in (None, "hoeffding-kl")
     return "product" if fits and 2 < len(sizes) <= TIGHT_CELLS and max(sizes) <= 100 * min(sizes) else "box"

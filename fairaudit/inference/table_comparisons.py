@@ -11,7 +11,7 @@ import numpy as np
 
 from fairaudit.errors import InputError, shown
 from fairaudit.inference.comparisons import Comparison, Form, normalised_form, stated_masses, unit_form
-from fairaudit.inference.draws import SampledUtility, declared_range, range_assumption, unit_columns, unit_notes
+from fairaudit.inference.draws import SampledUtility, declared_range, range_assumption, unit_columns, unit_notes, unit_profiles
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label
@@ -72,8 +72,9 @@ def local_comparison(law: Law, utility: UtilityTable, limits: tuple[Any, Any] | 
     assumptions = (*draws, range_assumption(utility, declared), DECLARED, *law.assumptions)
     notes = unit_notes(law.units, cells) if law.units else ()
     dependent = bool(law.units and law.units.spanning)
-    tallies = partial(drawn.tallies, law.compared)
-    return Comparison(tuple(cells), tuple(blocks), tuple(labels), dependent, assumptions, notes, units=law.units, drawn=tallies)
+    tallies, seen = partial(drawn.tallies, law.compared), unit_profiles(utility)
+    given = tuple(cells), tuple(blocks), tuple(labels)
+    return Comparison(*given, dependent, assumptions, notes, units=law.units, profiles=seen, drawn=tallies)
 
 
 def global_comparison(

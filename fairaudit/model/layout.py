@@ -27,6 +27,8 @@ Kind = Literal["counts", "probabilities"]
 
 MAX_ENTRIES = 500_000_000  # numbers of a dense law: 4 GB as int64
 
+MAX_TOGETHER = 50_000_000  # units times groups of which is looked up what they have in all groups of a context
+
 
 @dataclass(frozen=True)
 class Columns:
@@ -62,6 +64,9 @@ class Units:
         Whether no unit has two rows with the same group.
     profiles : tuple of tuple of (int, tuple of int)
         For each cell of the law the different counts of rows per decision that a unit has there, each after the number of such units.
+    together : tuple of tuple of (int, tuple of int)
+        For each context what its units have in all of its cells, each after the number of such units: positions in the profiles of these
+        cells, −1 where the units have no rows. Empty if no unit has rows in two groups of a context.
     """
 
     columns: tuple[str, ...]
@@ -69,6 +74,7 @@ class Units:
     spanning: int
     once_per_group: bool
     profiles: tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]
+    together: tuple[tuple[tuple[int, tuple[int, ...]], ...], ...] = ()
 
     @property
     def repeated(self) -> bool:
@@ -131,7 +137,7 @@ def sampling_units(coded: CodedTable, columns: tuple[str, ...], cell: NDArray[np
             at = int(np.flatnonzero(found < 0)[0])
             raise InputError(f"column {shown(name)}, {coded.locate(at)}: the sampling unit has no label; every row belongs to a unit")
     codes, texts = combine(coded.units, len(cell))
-    u, _, a = coded.codes
+    u, x, a = coded.codes
     keys, pair = distinct(cell * len(texts) + codes)
     if len(keys) * len(coded.decisions) > MAX_ENTRIES:
         raise InputError(
@@ -139,13 +145,44 @@ def sampling_units(coded: CodedTable, columns: tuple[str, ...], cell: NDArray[np
         )
     rows = np.zeros((len(keys), len(coded.decisions)), dtype=np.int64)
     np.add.at(rows, (pair, u), coded.counts)
-    kinds, times = np.unique(np.column_stack((keys // len(texts), rows)), axis=0, return_counts=True)
+    own = keys // len(texts)
+    kinds, kind, times = np.unique(np.column_stack((own, rows)), axis=0, return_inverse=True, return_counts=True)
     profiles: list[list[tuple[int, tuple[int, ...]]]] = [[] for _ in range(cells)]
     for (where, *counts), n in zip(kinds.tolist(), times.tolist(), strict=True):
         profiles[where].append((n, tuple(counts)))
     _, per_unit = np.unique(keys % len(texts), return_counts=True)
     once = len(np.unique(a * len(texts) + codes)) == coded.counts.sum()
-    return Units(columns, len(texts), int((per_unit > 1).sum()), once, tuple(map(tuple, profiles)))
+    first = np.searchsorted(kinds[:, 0], np.arange(cells))
+    context_of = np.zeros(cells, dtype=np.int64)
+    context_of[cell] = x
+    joint = _together(own, keys % len(texts), kind.ravel() - first[own], context_of)
+    return Units(columns, len(texts), int((per_unit > 1).sum()), once, tuple(map(tuple, profiles)), joint)
+
+
+def _together(
+    cell: NDArray[np.int64], unit: NDArray[np.int64], seen: NDArray[np.int64], context: NDArray[np.int64]
+) -> tuple[tuple[tuple[int, tuple[int, ...]], ...], ...]:
+    """What the units of each context have in all of its cells, of what they have in each; the contexts of the cells rise."""
+    starts = np.searchsorted(context, np.arange(context[-1] + 2))
+    widest = int(np.diff(starts).max())
+    keys, pair = distinct(context[cell] * (int(unit.max()) + 1) + unit)
+    if len(keys) == len(cell) or len(keys) * widest > MAX_TOGETHER:
+        return ()
+    held = np.full((len(keys), widest), -1, dtype=np.int64)
+    held[pair, cell - starts[context[cell]]] = seen
+    where = np.empty(len(keys), dtype=np.int64)
+    where[pair] = context[cell]
+    kind, span = where, int(seen.max()) + 2
+    for column in held.T:
+        _, kind = distinct(kind * span + column + 1)
+    times = np.bincount(kind)
+    example = np.empty(len(times), dtype=np.int64)
+    example[kind] = np.arange(len(keys))
+    found: list[list[tuple[int, tuple[int, ...]]]] = [[] for _ in range(len(starts) - 1)]
+    sizes = np.diff(starts).tolist()
+    for x, n, positions in zip(where[example].tolist(), times.tolist(), held[example].tolist(), strict=True):
+        found[x].append((n, tuple(positions[: sizes[x]])))
+    return tuple(map(tuple, found))
 
 
 def copies_of_units(coded: CodedTable, columns: tuple[str, ...]) -> tuple[str, ...]:

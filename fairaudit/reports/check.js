@@ -650,7 +650,7 @@
     ["<=", "T3", RATIOS, [CLASS], "class"],
     ["<=", "lp-dual", RATIOS, [CLASS], "class"],
   ];
-  const BY_REGION = { pairs: ["pair-exact"], contrasts: ["symmetric-betting"] };  // which name the method of their claims
+  const BY_REGION = { pairs: ["pair-exact"], contrasts: ["symmetric-betting"], paired: ["paired-betting"] };  // which name the method of their claims
   const aboutPopulation = (claim) => [POPULATION, ONE_SIDED].some((opening) => claim.scope.startsWith(opening));
   function listed(claim, f) {
     if (aboutPopulation(claim)) {

@@ -193,7 +193,9 @@ class Content:
             if entry["method"] == "betting":
                 found[name] = stream_drivers(self.subject.law, self.subject.utility, name, entry)
             elif name in self.expectations.comparisons:
-                found[name] = interval_drivers(self.expectations.comparisons[name], entry, number(entry["ratio"][1]))
+                found[name] = interval_drivers(
+                    self.expectations.comparisons[name], entry, number(entry["ratio"][1]), Fraction(entry["ratio"][0])
+                )
         return found
 
     @cached_property

@@ -71,6 +71,14 @@ UNITS = (
     "unit in a cell has the same expectation for all units: it is estimated by the mean over units, which is not the mean over rows"
 )
 
+PAIRED = (
+    "different sampling units are independent, how many there are does not depend on how they came out, and what a unit gets in a group of "
+    "a context, the mean over its rows there, has the same expectation for all units of the context, also for those not seen in that "
+    "group; what a unit gets in one group may depend in any way on what it gets in another"
+)
+
+BY_DESIGN = "in which groups a unit was not seen is by design: it does not depend on what the unit got, or would have got"
+
 POPULATION_DRAWS = "the sample of the population was drawn independently from that population"
 
 POOLED = "the contexts of each group were drawn from its population, not set by design"
@@ -109,6 +117,8 @@ SENTENCES: dict[str, str] = {
     "draws": DRAWS,
     "units": UNITS,
     "one-row": ONE_ROW,
+    "paired": PAIRED,
+    "by-design": BY_DESIGN,
     "pooled": POOLED,
     "range": RANGE,
     "own-range": OWN_RANGE,

@@ -61,7 +61,7 @@ DIFFERENCES = ("equal_opportunity", "equalized_odds_true_label", "equal_opportun
 OF_FLOORS = ("declared-floor", "declared-floor-in", "declared-mean-floor")
 """What claims about policies that keep floors list, as they were declared."""
 
-OF_DRAWS = ("draws", "units", "one-row", "pooled", "stated-population", "range", "own-range", "cells", "split")
+OF_DRAWS = ("draws", "units", "one-row", "paired", "by-design", "pooled", "stated-population", "range", "own-range", "cells", "split")
 """What claims about draws can list besides, as their interval asks for."""
 
 
@@ -532,6 +532,11 @@ KINDS: tuple[Kind, ...] = (
         "symmetric-betting",
         "The interval of a bounded utility of independent cells holds at its confidence, by bets on the contrast of each pair of cells.",
         "bets on the contrast of each pair",
+    ),
+    _interval(
+        "paired-betting",
+        "The interval of groups that were seen in the same units holds at its confidence: bets compare what a unit gets in two groups.",
+        "bets on contrasts within units",
     ),
     Kind(
         id="binomial-rates",
