@@ -6,13 +6,19 @@ import contextlib
 import json
 import re
 from collections.abc import Iterator
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).parent.parent / "docs"
 PAGES = ("certificate", "certificate-policy", "certificate-samples", "certificate-monitor", "certificate-worst-case")
-BY_RATIO = {"local_ratio": "local", "global_ratio": "global"}
+BY_RATIO = {
+    "local_ratio": "local",
+    "global_ratio": "global",
+    "local_difference": "local_difference",
+    "global_difference": "global_difference",
+}
 
 
 @cache
@@ -78,13 +84,14 @@ def _of_interval(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
     interval = document["intervals"].get(name)
     if interval is None:
         return []
-    low, high = interval["limits"] or ("0", document["subject"]["utility"]["gamma"])
+    utility = document["subject"]["utility"]
+    low, high = interval["limits"] or (min("0", utility["m"], key=Fraction), utility["gamma"])
     limits = said["range"].replace("{low}", low).replace("{high}", high)
     if interval["limits"] is None and document["subject"]["table"].get("header", {"utility": ()})["utility"] is None:
         limits = said["own-range"]
     if interval["method"] == "betting":
-        names = ["own-past" if interval["region"] == "box" else "past", "order", *(["mix"] if name == "global" else [])]
-    elif name == "global":
+        names = ["own-past" if interval["region"] == "box" else "past", "order", *(["mix"] if name.startswith("global") else [])]
+    elif name.startswith("global"):
         names = ["draws", "stated-population" if document["subject"]["kind"] == "policy" else "pooled"]
     elif interval["region"] == "paired":
         names = ["paired", *(["by-design"] if interval["missing"] == "drop" else [])]
