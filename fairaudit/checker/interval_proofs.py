@@ -79,6 +79,8 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
 def _prove_by_bets(interval: Interval, evidence: ContrastEvidence | UnitEvidence, comparison: Comparison, table: Table) -> str:
     """Make sure that bets on contrasts prove an interval, and name them."""
     if isinstance(evidence, UnitEvidence):
+        if interval.difference:
+            raise Unproven("contrasts within units are for ratios only")
         prove_by_units(interval, evidence, comparison, table)
         return PAIRED_BETTING
     (prove_difference_by_contrasts if interval.difference else prove_by_contrasts)(interval, evidence, comparison)

@@ -270,3 +270,20 @@ def test_units_of_both_contrasts_are_the_same() -> None:
     altered = copy.deepcopy(document)
     altered["intervals"]["local_difference"]["measured"]["value"] = "1/7"
     assert outcome(altered) != "true"
+
+
+def test_what_proves_a_ratio_within_units_proves_no_difference() -> None:
+    pick = Random(5)
+    rows = [(pick.choice("ab"), g, str(who)) for who in range(60) for g in "fm" for _ in range(2)]
+    table = dict(zip(("u", "g", "who"), map(list, zip(*rows, strict=True)), strict=True))
+    options: dict[str, Any] = {"decision": "u", "group": "g", "unit": "who", "utility": {"a": 5}, "difference": True}
+    document = json.loads(fa.audit(table, **options).certificate.text)
+    of_ratio = document["intervals"]["local"]
+    assert outcome(document) == "true" and of_ratio["region"] == "paired" and of_ratio["ratio"][1] != "inf"
+    own = document["intervals"]["local_difference"]
+    forged = {key: value for key, value in of_ratio.items() if key not in ("ratio", "measured")}
+    document["intervals"]["local_difference"] = {**forged, "difference": of_ratio["ratio"], "measured": own["measured"]}
+    for claim in document["claims"]:
+        if claim["evidence"] == {"interval": "local_difference"}:
+            claim["by"], claim["value"] = "paired-betting", of_ratio["ratio"][claim["relation"] == "<="]
+    assert outcome(document) != "true"
