@@ -21,6 +21,8 @@ FORMAT = "fairaudit-certificate/1"
 
 EMBED_LIMIT = 100_000  # cells: about 10 MB of text; larger tables stand beside the certificate
 
+LONG = 1_000  # entries of a list that are not indented, which would take most of the time and half of the text
+
 
 @brief
 @dataclass(frozen=True)
@@ -49,8 +51,8 @@ class Certificate:
 
     @property
     def text(self) -> str:
-        """The document as JSON."""
-        return json.dumps(self.document, ensure_ascii=True, indent=1) + "\n"
+        """The document as JSON, indented but for long lists, which have a hundred entries on each line."""
+        return _written(self.document, 0) + "\n"
 
     def save(self, path: str | os.PathLike[str]) -> list[Path]:
         """Write the certificate, and beside it the canonical table if that is not embedded.
@@ -82,6 +84,16 @@ class Certificate:
             written.append(beside)
         write_atomically(target, [self.text.encode("ascii")])
         return [target, *written]
+
+
+def _written(value: Any, depth: int) -> str:
+    margin = "\n" + " " * depth
+    if isinstance(value, dict) and value:
+        members = (f"{margin} {json.dumps(key)}: {_written(item, depth + 1)}" for key, item in value.items())
+        return "{" + ",".join(members) + margin + "}"
+    if isinstance(value, list) and len(value) > LONG:
+        return "[" + ",".join(f"{margin} {json.dumps(value[i : i + 100])[1:-1]}" for i in range(0, len(value), 100)) + margin + "]"
+    return json.dumps(value, indent=1).replace("\n", margin)
 
 
 def with_table(document: dict[str, Any], table: Table | WrittenTable, *, embed: bool | None = None) -> Certificate:

@@ -5,6 +5,7 @@ Of many cells only those that decide have ends as narrow as can be.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from heapq import nlargest, nsmallest
 from math import inf
@@ -19,6 +20,8 @@ from fairaudit.inference.quotients import are_many, extreme_ratio, moderate_rang
 
 NARROWED = 3  # cells on either side of a block that floats find outermost; ends in floats and in integers seldom order more of them apart
 
+WIDE_DIGITS = 4  # of ends that do not decide: of many cells then few ends are different, which are quickly read and checked
+
 
 def box_interval(
     comparison: Comparison, alpha: Fraction, method: Method, independent: bool, ends: Holding
@@ -32,11 +35,24 @@ def box_interval(
     inner, lower, where = find(comparison, lower_level, method, upper=False)
     evidence = {
         "levels": {"upper": extended_text(upper_level), "lower": extended_text(lower_level)},
-        "upper": None if ends == "lower" else [[extended_text(a), extended_text(b)] for a, b in outer],
-        "lower": None if ends == "upper" else [[extended_text(a), extended_text(b)] for a, b in inner],
+        "upper": None if ends == "lower" else _texts(outer),
+        "lower": None if ends == "upper" else _texts(inner),
         "pair": list(where) if where and lower > 1 and ends != "upper" else None,
     }
     return Fraction(1) if ends == "upper" else lower, inf if ends == "lower" else upper, evidence
+
+
+def _texts(ends: Sequence[Ends]) -> list[list[str]]:
+    """Write ends; of many cells most have some that are one object."""
+    known: dict[int, str] = {}
+
+    def written(end: Fraction) -> str:
+        found = known.get(id(end))
+        if found is None:
+            found = known[id(end)] = extended_text(end)
+        return found
+
+    return [[written(low), written(high)] for low, high in ends]
 
 
 def _every_end(
@@ -68,7 +84,7 @@ def _decisive_upper(
 ) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
     """Narrow the outermost ends of a block until those are as narrow as can be, or the block cannot decide."""
     cells, blocks = comparison.cells, comparison.blocks
-    wide = dict(zip(comparison.used, wide_ends([cells[i] for i in comparison.used], level), strict=True))
+    wide = dict(zip(comparison.used, wide_ends([cells[i] for i in comparison.used], level, WIDE_DIGITS), strict=True))
     ends = [wide.get(i, (cell.low, cell.high)) for i, cell in enumerate(cells)]
     low, high = ([float(end[k]) for end in ends] for k in (0, 1))
     narrow = [i not in used for i in range(len(cells))]

@@ -148,17 +148,23 @@ def guessed_ends(cells: Sequence[Cell], used: set[int], level: float) -> tuple[l
     return low, high
 
 
-def wide_ends(cells: Sequence[Cell], level: Fraction) -> list[Ends]:
-    """Ends of cells in closed form, which the sharp tail excludes too."""
+def wide_ends(cells: Sequence[Cell], level: Fraction, digits: int = 9) -> list[Ends]:
+    """Ends of cells in closed form, which the sharp tail excludes too, rounded outwards to some digits on the scale of [0, 1]."""
     share, draws = np.array([cell.share for cell in cells]), np.array([float(cell.draws) for cell in cells])
     below, above = closed_ends(share, -log(float(level)) / draws)
     low, high = below * (1 - 1e-6) - 1e-9, above * (1 + 1e-6) + 1e-9
-    grid = (np.maximum(0, np.floor(low * 1e9)), np.minimum(1e9, np.ceil(high * 1e9)))
+    low, high = np.maximum(0, np.floor(low * 1e9)), np.minimum(1e9, np.ceil(high * 1e9))
+    least, most = (10 ** np.maximum(0, np.floor(np.log10(np.maximum(end, 1))) + 1 - digits) for end in (low, high))
+    grid = np.floor(low / least) * least, np.minimum(1e9, np.ceil(high / most) * most)
     listed = zip(cells, *(found.astype(np.int64).tolist() for found in grid), strict=True)
-    return [(_between(cell, a), _between(cell, b)) for cell, a, b in listed]
+    known: dict[tuple[int, int, int], Fraction] = {}
 
+    def between(cell: Cell, part: int) -> Fraction:
+        key = id(cell.low), id(cell.high), part
+        found = known.get(key)
+        if found is None:
+            share = Fraction(part, 10**9)
+            found = known[key] = share if not cell.low and cell.high == 1 else cell.low + (cell.high - cell.low) * share
+        return found
 
-def _between(cell: Cell, billionths: int) -> Fraction:
-    if not cell.low and cell.high == 1:
-        return Fraction(billionths, 10**9)
-    return cell.low + (cell.high - cell.low) * Fraction(billionths, 10**9)
+    return [(between(cell, a), between(cell, b)) for cell, a, b in listed]

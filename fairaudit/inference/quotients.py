@@ -162,5 +162,5 @@ def sample_ratio(comparison: Comparison) -> Extended | None:
 
 def moderate_ranges(comparison: Comparison) -> bool:
     """Whether no range is so great or small that floats could not hold its quotients."""
-    ends = {end for cell in comparison.cells for end in (cell.low, cell.high) if end}
-    return all(abs(end.numerator.bit_length() - end.denominator.bit_length()) < 300 for end in ends)
+    ends = {id(end): end for cell in comparison.cells for end in (cell.low, cell.high)}  # most cells share theirs
+    return all(not end or abs(end.numerator.bit_length() - end.denominator.bit_length()) < 300 for end in ends.values())

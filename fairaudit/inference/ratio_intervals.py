@@ -31,6 +31,8 @@ BY_REGION = {"pairs": "pair-exact", "contrasts": "symmetric-betting", "paired": 
 
 TIGHT_CELLS = 500  # so many have their ladders in a few seconds
 
+LISTED = 10_000  # cells that evidence lists; of more, only the comparison itself has them
+
 NO_SPLIT = (
     "the half-split needs cells that were declared independent, draws that are 0 or one positive number, at most 1,000,000 of them in all, "
     "and not too many pairs, or draws of a cell, for the exact pair bound; without it all pairs share the error"
@@ -132,10 +134,11 @@ def ratio_interval(
         "region": region,
         "independent": independent,
         "method": method,
-        "cells": cell_entries(comparison.cells),
-        "blocks": [[[[i, extended_text(w)] for i, w in form] for form in block] for block in comparison.blocks],
         **evidence,
     }
+    if len(comparison.cells) <= LISTED:
+        evidence["cells"] = cell_entries(comparison.cells)
+        evidence["blocks"] = [[[[i, extended_text(w)] for i, w in form] for form in block] for block in comparison.blocks]
     made = Interval(lower, upper, sample_ratio(comparison), level, region, tuple(sorted(kinds)), assumptions, evidence)
     return replace(made, estimand=comparison.estimand, of_units=comparison.of_units, ends=ends)
 
