@@ -10,7 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer
-from fairaudit.measures.limits import LIMITS, limit_readings, limit_text
+from fairaudit.measures.limits import LIMITS, limit_cells, limit_readings, limit_text
 
 if TYPE_CHECKING:
     from fairaudit.streams.looks import Look
@@ -51,6 +51,7 @@ class Screen:
 
         entry = {key: value for key, value in alarm.items() if not key.endswith(("order", "counts"))}
         if "detected" in alarm:
+            entry["readings"] = limit_readings("ratio", Fraction(alarm["limit"]))
             said = _detected(alarm)
         elif "changed" in alarm:
             said = _contradicted(alarm)
@@ -218,9 +219,8 @@ def _detected(alarm: dict[str, Any]) -> str:
     """What a detector found, in a sentence."""
     from datetime import UTC, datetime
 
-    from fairaudit.words import approximate
-
-    limit = approximate(Fraction(alarm["limit"]))
+    limit, least, log = limit_cells("ratio", Fraction(alarm["limit"]))
+    above = f"above {limit} (least under {least} of the greatest; log {log})"
     decision, clock = alarm["since"]["decision"], alarm["since"]["clock"]
     when = "" if clock is None else f", {datetime.fromtimestamp(clock, UTC).isoformat(timespec='seconds')}"
     often = (
@@ -229,9 +229,9 @@ def _detected(alarm: dict[str, Any]) -> str:
     )
     found = f"after {alarm['events']} decisions (line {alarm['line']}), by pairs{_who(alarm)}; estimated moment: decision {decision}{when}"
     if "changed" not in alarm:
-        return f"the {alarm['detected']} ratio is above {limit}, now or from the beginning: seen {found}. {often}"
+        return f"the {alarm['detected']} ratio is {above}, now or from the beginning: seen {found}. {often}"
     return (
-        f"the {alarm['changed']} ratio changed: it is above {limit}, under which the whole stream was after {alarm['under']} decisions; "
+        f"the {alarm['changed']} ratio changed: it is {above}, under which the whole stream was after {alarm['under']} decisions; "
         f"seen {found}; what was said about the whole stream is withdrawn. {often}"
     )
 

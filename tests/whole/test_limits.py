@@ -347,9 +347,11 @@ def test_a_monitor_shows_both_readings(tmp_path: Path, capsys: pytest.CaptureFix
     assert main([*command, "--format", "text"]) == 1
     said = capsys.readouterr().out
     assert f"ALARM: local {FOUR_FIFTHS}: " in said and f"  local {FOUR_FIFTHS}: exceeds" in said
+    assert "above 1.25 (least under 0.8 of the greatest; log 0.2231)" in said
     assert main([*command, "--format", "json"]) == 1
-    alarm, last = envelopes(capsys.readouterr().out)
-    assert alarm["result"]["readings"] == last["result"]["targets"][0]["readings"] == limit_readings("ratio", F(5, 4))
+    detected, alarm, last = envelopes(capsys.readouterr().out)
+    readings = [detected["result"], alarm["result"], last["result"]["targets"][0]]
+    assert [entry["readings"] for entry in readings] == [limit_readings("ratio", F(5, 4))] * 3
 
 
 def test_an_experiment_shows_both_readings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
