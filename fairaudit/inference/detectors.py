@@ -21,6 +21,7 @@ from math import exp
 from typing import Any
 
 from fairaudit.exact.enclosures import compare_log
+from fairaudit.inference.pairing import Moment, Pairing
 from fairaudit.words import brief
 
 BETS = 6  # λ = 1/2, 1/4, …, 1/64
@@ -29,12 +30,7 @@ BITS = 64  # of the fraction of a sum
 
 ONE = 1 << BITS
 
-MOST_PAIRS = 1_000  # of groups that are watched; those that are seen together later are not
-
 CACHED = 100_000  # pairs of values whose factors are remembered
-
-Moment = tuple[int, float | None]
-"""Number of a decision, and its time where there is one."""
 
 
 @brief
@@ -81,18 +77,6 @@ class _Direction:
         return sum(sums) - before
 
 
-@dataclass
-class _Pair:
-    """Two members of a block: whose decision waits for one of the other, and both directions."""
-
-    members: tuple[int, int]
-    waiting: int | None = None
-    value: Fraction = Fraction(0)
-    first: Moment = (0, None)
-    directions: tuple[_Direction, _Direction] = field(default_factory=lambda: (_Direction(), _Direction()))
-    complete: bool = False
-
-
 class Detector:
     """Watches all ordered pairs of the members of each block.
 
@@ -124,18 +108,21 @@ class Detector:
 
     def __init__(self, limit: Fraction, gamma: Fraction, run_length: int, kept: Sequence[Any] | None = None) -> None:
         self.limit, self.gamma, self.run_length = limit, gamma, run_length
-        self._blocks: dict[Any, list[int]] = {}
-        self._pairs: dict[tuple[int, int], _Pair] = {}
-        self._of: dict[int, list[_Pair]] = {}
+        self._directions: dict[tuple[int, int], tuple[_Direction, _Direction]] = {}
         self._factors: dict[tuple[Fraction, Fraction], tuple[int, ...]] = {}
-        self._total = self.directions = self._elapsed = 0
-        if kept is not None:
-            self._elapsed, pairs = kept
-            for a, b, waiting, value, first, complete, *directions in pairs:
-                made = tuple(_Direction(sums, best, [tuple(at) for at in since]) for sums, best, since in directions)
-                self._add(_Pair((a, b), waiting, Fraction(value), tuple(first), made, complete))  # type: ignore[arg-type]
-                self.directions += 2 * complete
-                self._total += sum(sum(direction.sums) for direction in made)
+        self._elapsed: int = kept[0] if kept else 0
+        pairs: Sequence[Any] = kept[1] if kept else ()
+        self._pairing = Pairing(pair[:5] for pair in pairs)
+        for a, b, _, _, _, complete, *directions in pairs:
+            if complete:
+                forth, back = (_Direction(sums, best, [tuple(at) for at in since]) for sums, best, since in directions)
+                self._directions[a, b] = forth, back
+        self._total = sum(sum(direction.sums) for both in self._directions.values() for direction in both)
+
+    @property
+    def directions(self) -> int:
+        """How many directions are watched: two of each pair of members with a pair of decisions."""
+        return 2 * len(self._directions)
 
     @property
     def pairs(self) -> Fraction:
@@ -144,32 +131,16 @@ class Detector:
 
     def kept(self) -> list[Any]:
         """All that is to be remembered, as JSON can hold it; its size is that of the table, whatever the number of decisions."""
-        return [
-            self._elapsed,
-            [
-                [*pair.members, pair.waiting, str(pair.value), list(pair.first), pair.complete]
-                + [[one.sums, one.best, [list(at) for at in one.since]] for one in pair.directions]
-                for pair in self._pairs.values()
-            ],
-        ]
+        pairs = []
+        for a, b, *open_pair in self._pairing.kept():
+            both = self._directions.get((a, b))
+            sums = [[one.sums, one.best, [list(at) for at in one.since]] for one in both or (_Direction(), _Direction())]
+            pairs.append([a, b, *open_pair, both is not None, *sums])
+        return [self._elapsed, pairs]
 
     def join(self, block: Any, member: int) -> None:
         """Make a member known; members join in the same order whenever a watch is resumed."""
-        if member in self._of:
-            if member not in self._blocks.setdefault(block, []):
-                self._blocks[block].append(member)
-            return
-        self._of[member] = []
-        others = self._blocks.setdefault(block, [])
-        for other in others:
-            if len(self._pairs) < MOST_PAIRS:
-                self._add(_Pair((other, member)))
-        others.append(member)
-
-    def _add(self, pair: _Pair) -> None:
-        self._pairs[pair.members] = pair
-        for member in pair.members:
-            self._of.setdefault(member, []).append(pair)
+        self._pairing.join(block, member)
 
     def take(self, block: Any, member: int, value: Fraction, at: Moment) -> Detection | None:
         """Take a decision in; returns the alarm, if it raises one.
@@ -185,27 +156,16 @@ class Detector:
         at : tuple of (int, float or None)
             Its number, and its time.
         """
-        if member not in self._of:
-            self.join(block, member)
-        risen = False
-        for pair in self._of[member]:
-            if pair.waiting is None:
-                pair.waiting, pair.value, pair.first = member, value, at
-            elif pair.waiting != member:
-                one, other = (value, pair.value) if member == pair.members[0] else (pair.value, value)
-                self._complete(pair, one, other)
-                risen = True
-        reached = risen and self._total >= self.run_length * self.directions * BETS << BITS
+        completed = self._pairing.take(block, member, value, at)
+        for pair in completed:
+            if pair.members not in self._directions:
+                self._directions[pair.members] = _Direction(), _Direction()
+            self._elapsed += -(-2 * ONE // self.directions)
+            forth, back = self._directions[pair.members]
+            self._total += forth.learn(self._betting(pair.one, pair.other), pair.first)
+            self._total += back.learn(self._betting(pair.other, pair.one), pair.first)
+        reached = completed and self._total >= self.run_length * self.directions * BETS << BITS
         return self._detection() if reached else None
-
-    def _complete(self, pair: _Pair, one: Fraction, other: Fraction) -> None:
-        pair.waiting = None
-        if not pair.complete:
-            pair.complete = True
-            self.directions += 2
-        self._elapsed += -(-2 * ONE // self.directions)
-        forth, back = pair.directions
-        self._total += forth.learn(self._betting(one, other), pair.first) + back.learn(self._betting(other, one), pair.first)
 
     def _betting(self, higher: Fraction, lower: Fraction) -> tuple[int, ...]:
         """1 + λZ for each bet, in units of 2^−64, rounded down."""
@@ -219,15 +179,11 @@ class Detector:
         return found
 
     def _detection(self) -> Detection:
-        sides = [side for pair in self._pairs.values() for side in _sides(pair)]
+        in_order = sorted(self._directions.items(), key=lambda item: item[0])
+        sides = [side for (a, b), (forth, back) in in_order for side in (((a, b), forth), ((b, a), back))]
         (higher, lower), direction = max(sides, key=lambda side: sum(side[1].sums))
         bet = max(range(BETS), key=direction.best.__getitem__)
         return Detection(higher, lower, direction.since[bet], self.pairs, self.directions)
-
-
-def _sides(pair: _Pair) -> tuple[tuple[tuple[int, int], _Direction], tuple[tuple[int, int], _Direction]]:
-    a, b = pair.members
-    return ((a, b), pair.directions[0]), ((b, a), pair.directions[1])
 
 
 def ratio_above(limit: Fraction, unit: str) -> Fraction | None:

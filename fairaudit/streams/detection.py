@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from fairaudit.inference.detectors import Detection, Detector, Moment, ratio_above
+from fairaudit.inference.detectors import Detection, Detector, ratio_above
+from fairaudit.inference.pairing import Moment
 from fairaudit.measures.limits import LIMITS, Quantity
 from fairaudit.streams.settings import Settings
 from fairaudit.tables.values import Label
