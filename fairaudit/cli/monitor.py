@@ -44,6 +44,7 @@ AUDIT = (
     *LOOKED_AT,
     *LIMITS,
     *("confidence", "expected_cells", "unit", "event_id", "time", "since", "window", "log_format", "burden", "run_length", "bets"),
+    "pair_by_time",
 )
 
 
@@ -88,6 +89,13 @@ def _add_audit(parser: argparse.ArgumentParser) -> None:
         "--bets",
         choices=("separate", "joint"),
         help="by what bounds are found: bets on single cells (default), or on both cells of a pair, narrower unless utilities are rare",
+    )
+    audit.add_argument(
+        "--pair-by-time",
+        action="store_const",
+        const=True,
+        help="also compare decisions made next to each other, whose means may move: says whether a ratio was above its target at some "
+        "time, and whether seasons confound the whole stream (not part of certificates)",
     )
     audit.add_argument("--log-format", choices=("jsonl", "csv"), help="how the log is written (default: by its name)")
     add_renamed(audit, "--input", "--log-format")
@@ -226,6 +234,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         window=None if arguments.window is None else window_length(arguments.window, "--window"),
         burden=bool(arguments.burden),
         bets=arguments.bets or "separate",
+        pair_by_time=bool(arguments.pair_by_time),
         run_length=default_run_length(arguments.run_length, targets, unit),
         layout=arguments.log_format or ("csv" if str(arguments.log).endswith(".csv") else "jsonl"),
     )

@@ -26,6 +26,12 @@ KEPT = ("target", "changed", "window", "stream", "ratio", "error", "exceeds", "e
 
 DETECTED = ("detected", "limit", "pair", "since", "run_length", "directions", "under")
 
+CONSTANT = "the ratio is constant in time, means may move"  # under which alone the upper end of pairs in time bounds the ratio
+
+CONFOUNDS = "time confounds"
+
+ADVICE = "make the time (the hour, the month) a context, or go by the pairs in time"
+
 HEADLINES = {
     "within": "WITHIN the targets",
     "exceeds": "EXCEEDS a target",
@@ -73,6 +79,8 @@ class Screen:
         """Say what is known now, after the windows that closed since."""
         found = self.monitor.look()
         notes, closed = tuple(self.monitor.notes), tuple(self.monitor.closed)
+        if found.by_time is not None and found.by_time.confounds:
+            notes += (f"{CONFOUNDS}: {ADVICE}",)
         self.monitor.notes.clear()
         self.monitor.closed.clear()
         entry = self._entry(found)
@@ -134,6 +142,18 @@ class Screen:
             "before_since": monitor.tally["early"],
             "clock_went_back": monitor.tally["back"],
         }
+        if found.by_time is not None:
+            paired = found.by_time
+            entry["by_time"] = {
+                "pairs": paired.pairs,
+                "ratio": [paired.lower, paired.upper],
+                "confidence": str(paired.confidence),
+                "assumption": CONSTANT,
+                "exceeded": list(paired.exceeded),
+                "pair": pair_labels(paired.pair),
+                "time_confounds": paired.confounds,
+                "error": str(paired.error),
+            }
         if settings.window and monitor.tally["window"]:
             entry["window"] = monitor.window_entry()
         if monitor.tally["parts"]:
@@ -182,6 +202,8 @@ def _lines(entry: dict[str, Any]) -> list[str]:
             lines.append(f"  {_contradicted(alarm)}")
         else:
             lines.append(f"  first alarm of {alarm['target']} after {alarm['events']} decisions (line {alarm['line']})")
+    if "by_time" in entry:
+        lines += _paired(entry["by_time"])
     if "window" in entry:
         said = _window(entry["window"])
         lines.append(f"  {said[0].lower()}{said[1:]}")
@@ -197,6 +219,26 @@ def _lines(entry: dict[str, Any]) -> list[str]:
     counted = [(entry["dead_letters"], "could not be read"), (entry["repeats"], "repeats left out")]
     counted += [(entry["before_since"], "before --since"), (entry["clock_went_back"], "with a clock that went back")]
     lines += [f"  {n} lines {what}" for n, what in counted if n]
+    return lines
+
+
+def _paired(found: dict[str, Any]) -> list[str]:
+    """What pairs in time show."""
+    from fairaudit.words import approximate
+
+    low, high = found["ratio"]
+    lines = [f"  by {found['pairs']} pairs in time, at every moment, at confidence {found['confidence']}:"]
+    said = "no ratio above 1 is shown at any time"
+    if low > 1:
+        said = f"at some time the local ratio was above {approximate(Fraction(low), 'down')}{_who(found)}"
+    lines.append(f"    {said}{''.join(f'; {name} was exceeded' for name in found['exceeded'])}")
+    if high < inf:
+        lines.append(f"    if {CONSTANT}: it is at most {approximate(Fraction(high), 'up')}")
+    if found["time_confounds"]:
+        lines.append(
+            f"    {CONFOUNDS}: the interval of the whole stream and this one have no ratio in common, which means that do not move would "
+            f"ever show with probability at most {_probability(found['error'])}; {ADVICE}"
+        )
     return lines
 
 

@@ -69,7 +69,9 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
     from fairaudit.cli.destinations import check_output
     from fairaudit.errors import InputError
     from fairaudit.inference.levels import window_share
+    from fairaudit.inference.time_pairs import TimePairs
     from fairaudit.streams.letters import reasons
+    from fairaudit.streams.seasons import by_time
     from fairaudit.streams.state import State
     from fairaudit.streams.subjects import alarm_counts, subject, window_of
     from fairaudit.tables.preparation import unread
@@ -80,6 +82,8 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
     settings, counts, decisions = state.settings, state.counts(), state.decisions()
     tally, alarms = state.get("tally", {}), state.alarms()
     part = state.counts(-tally["parts"]) if tally.get("parts") else None
+    tallies = TimePairs(state.get("time_pairs")) if settings.pair_by_time else None
+    whole = counts
     state.close()
     if arguments.at_alarm:
         if not alarms:
@@ -101,6 +105,13 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
         counts, confidence = part, 1 - (1 - confidence) * window_share(tally["parts"])
         last = next(alarm for alarm in reversed(alarms) if "detected" in alarm)
         dead = dict(Counter(dead) - Counter(reasons(tally, last)))
+    if tallies is not None and not changes and detected is None:
+        paired = by_time(settings, whole.order, tallies, subject(settings, whole, decisions))
+        if paired.confounds:
+            raise InputError(
+                f"{arguments.from_monitor}: time confounds, as pairs in time show: a certificate takes means to be constant, and they are "
+                "not; make the time (the hour, the month) a context"
+            )
     found = subject(settings, counts, decisions)
     if found is None:
         raise InputError(f"{arguments.from_monitor}: no two groups have been counted {'since the ratio changed' if detected else 'yet'}")
@@ -116,5 +127,7 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
             f"the {detected['detected']} ratio changed, as a detector says that only the monitor can run; the certificate is about the "
             f"decisions since its last alarm, after {last['events']} decisions"
         )
+    if tallies is not None:
+        notes.append("pairs in time are not part of a certificate: it takes means to be constant")
     notes += [f"{tally[key]} {what}" for key, what in TALLIED if tally.get(key)]
     return certified(arguments, result, [], notes)

@@ -24,6 +24,40 @@ QUANTITIES: tuple[Quantity, ...] = ("local", "global")
 
 @brief
 @dataclass(frozen=True)
+class ByTime:
+    """What pairs in time show.
+
+    Attributes
+    ----------
+    pairs : int
+        How many pairs of decisions there were.
+    lower, upper : float
+        At some time the local ratio was above the lower end; it is below the upper one if it is constant in time. Estimates in floats
+        unless a verdict rests on them.
+    confidence : Fraction
+        Of both ends, at every moment.
+    exceeded : tuple of str
+        Targets above which the ratio was at some time, as is proved.
+    pair : dict
+        The pair of groups behind the lower end, if that is above 1.
+    confounds : bool
+        Whether the interval of the whole stream has no ratio in common with the ends: then means are not constant.
+    error : Fraction
+        The probability with which that would ever be said of constant means, at most.
+    """
+
+    pairs: int
+    lower: float
+    upper: float
+    confidence: Fraction
+    exceeded: tuple[str, ...]
+    pair: Witness | None
+    confounds: bool
+    error: Fraction
+
+
+@brief
+@dataclass(frozen=True)
 class Look:
     r"""What a moment shows.
 
@@ -40,6 +74,8 @@ class Look:
         Of all targets together; "changed" if what one of them rests on was contradicted.
     pairs : dict
         For each target the pair of groups behind the end that decided it: the lower one for "exceeds", else the upper one.
+    by_time : ByTime, optional
+        What pairs in time show, where they were asked for.
 
     Examples
     --------
@@ -59,6 +95,7 @@ class Look:
     verdicts: dict[str, Verdict]
     verdict: Verdict
     pairs: Mapping[str, Witness | None] = field(default_factory=dict)
+    by_time: ByTime | None = None
 
     @property
     def exit_code(self) -> int:

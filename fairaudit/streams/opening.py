@@ -53,6 +53,7 @@ def monitor(
     burden: bool = False,
     run_length: int | None = None,
     bets: Literal["separate", "joint"] | None = None,
+    pair_by_time: bool = False,
     dead_letters: str | os.PathLike[str] | None = None,
 ) -> Monitor:
     r"""Watch a log of decisions, with bounds that hold at every moment, however often one looks; as `fairaudit monitor` does.
@@ -93,6 +94,9 @@ def monitor(
         By default 20,000 where there is a target and no unit.
     bets : {"separate", "joint"}, optional
         Joint bets, on both cells of a pair at once, are narrower unless utilities are rare; separate ones by default.
+    pair_by_time : bool
+        Also compare decisions that were made next to each other, pair by pair: a ratio that was too great at some time shows though
+        means move with the seasons, and it is said where seasons confound the interval of the whole stream.
     dead_letters : path, optional
         File for lines that cannot be counted.
 
@@ -145,6 +149,7 @@ def monitor(
         "since": since,
         "window": None if window is None else window_length(str(window)),
         "burden": burden,
+        "pair_by_time": pair_by_time,
     }
     chosen = {"log_format": log_format, "run_length": run_length, "bets": bets}
     settings = None

@@ -20,6 +20,8 @@ __all__ = ["OTHER", "Settings"]
 
 OTHER = "(other)"  # the decision that stands for those that are not listed
 
+PAIR_STEPS = 100  # of the utility, where pairs in time are tallied by both of theirs
+
 RUN_LENGTH = 20_000  # pairs per direction to a false alarm of a detector, in the mean, at least
 
 EARLIER = {"max_local": "max_local_log", "max_global": "max_global_log"}
@@ -67,6 +69,8 @@ class Settings:
         Pairs of decisions per direction until a detector of change raises a false alarm, in the mean, at least; 0 without a detector.
     bets : {"separate", "joint"}
         Whether bounds come from bets on single cells, multiplied, or on both cells of a pair at once.
+    pair_by_time : bool
+        Whether decisions that were made next to each other are compared too, pair by pair, so that means may move.
 
     Examples
     --------
@@ -96,6 +100,7 @@ class Settings:
     burden: bool = False
     run_length: int = 0
     bets: str = "separate"
+    pair_by_time: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be audited, and write numbers in one way."""
@@ -142,6 +147,21 @@ class Settings:
             raise InputError(f"bets of the kind {shown(self.bets)} are not known; 'separate' and 'joint' are")
         if self.bets == "joint" and self.unit:
             raise InputError("joint bets (--bets joint) need decisions that do not hang together; leave out --unit, or bet separately")
+        if self.pair_by_time:
+            self._refuse_pairs()
+
+    def _refuse_pairs(self) -> None:
+        """Refuse to tally pairs that are not apart, or of too many values."""
+        if self.unit:
+            raise InputError("pairs in time (--pair-by-time) are of decisions that do not hang together; leave out --unit")
+        low, high = self.limits
+        if self.utility is None and (self.step is None or (high - low) / Fraction(self.step) > PAIR_STEPS):
+            raise InputError(
+                "pairs in time (--pair-by-time) are tallied by their utilities; round those with --utility-step, to at most "
+                f"{PAIR_STEPS} steps"
+            )
+        if len({value for _, value in self.decisions}) > PAIR_STEPS + 1:
+            raise InputError(f"pairs in time (--pair-by-time) are tallied by their utilities; list at most {PAIR_STEPS} different ones")
 
     @property
     def limits(self) -> tuple[Fraction, Fraction]:
@@ -173,7 +193,7 @@ class Settings:
     @property
     def text(self) -> str:
         """All settings, as one line of JSON with sorted keys; what came later is named only where it is not as before."""
-        before = {"burden": False, "run_length": 0, "bets": "separate"}
+        before = {"burden": False, "run_length": 0, "bets": "separate", "pair_by_time": False}
         stated = {key: value for key, value in asdict(self).items() if key not in before or value != before[key]}
         return json.dumps(stated, sort_keys=True, separators=(",", ":"))
 

@@ -17,6 +17,7 @@ from fairaudit.inference.changes import Change, withdrawn_by
 from fairaudit.inference.detectors import Detection
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import window_share
+from fairaudit.inference.time_pairs import TimePairs
 from fairaudit.inference.verdicts import Verdict, foremost_verdict
 from fairaudit.measures.limits import LIMITS, Quantity
 from fairaudit.streams.detection import Detectors
@@ -24,6 +25,7 @@ from fairaudit.streams.labels import NO_VALUE, LabelResolver
 from fairaudit.streams.letters import MISSING, UNREADABLE, UNUSABLE, DeadLetters
 from fairaudit.streams.looks import (
     QUANTITIES,
+    ByTime,
     Look,
     asked_targets,
     contradiction,
@@ -34,6 +36,7 @@ from fairaudit.streams.looks import (
     withdrawn,
 )
 from fairaudit.streams.readers import Batch, Decoder, Row, decoder, moment
+from fairaudit.streams.seasons import by_time, compared, judged_by_time
 from fairaudit.streams.state import Counts, State
 from fairaudit.streams.subjects import Subject, subject
 from fairaudit.streams.tail import Log
@@ -113,6 +116,10 @@ class Monitor:
         self.part = state.counts(-self.tally["parts"]) if self.tally["parts"] else Counts()
         stopped = self.withdrawn | {alarm["detected"] for alarm in self.alarms if "detected" in alarm}
         self._detectors = Detectors(self.settings, self.total.order, state.get("detectors", {}), stopped)
+        self._time_pairs = TimePairs(state.get("time_pairs")) if self.settings.pair_by_time else None
+        if self._time_pairs is not None:
+            for (context, _), rank in self.total.order.items():
+                self._time_pairs.join(context, rank)
         self._values = [Fraction(utility) for _, utility in self._labels.decisions]
         self._line: int | None = place.line - 1 if place.offset else None
         self.closed: list[dict[str, Any]] = []
@@ -192,6 +199,8 @@ class Monitor:
         entries: dict[str, Any] = {"tally": self.tally}
         if self.settings.run_length:
             entries["detectors"] = self._detectors.kept()
+        if self._time_pairs is not None:
+            entries["time_pairs"] = self._time_pairs.kept()
         if place is not None:
             if self._letters is not None:
                 place = replace(place, letters=self._letters.flush())
@@ -206,6 +215,16 @@ class Monitor:
         self._compare_window()
         if self._new_alarms:
             self.commit()
+        found = self._look()
+        if self._time_pairs is None:
+            return found
+        return judged_by_time(self.settings, found, self._by_time(self._time_pairs))
+
+    def _by_time(self, tallies: TimePairs) -> ByTime:
+        whole = None if "local" in self.withdrawn else self.subject()
+        return by_time(self.settings, self.total.order, tallies, whole)
+
+    def _look(self) -> Look:
         found, gone = look(self.settings, self.subject(), self.events), self.withdrawn
         detected = {alarm["detected"] for alarm in self.alarms if "detected" in alarm}
         if not gone and not detected:
@@ -265,6 +284,8 @@ class Monitor:
             asked = {name: limit for name, limit in asked_targets(self.settings, quantity).items() if name in waiting}
             interval = interval_of(self.settings, found, quantity, exact=False) if asked else None
             if interval and any(target_verdict(interval, name, limit) == "exceeds" for name, limit in asked.items()):
+                if self._time_pairs is not None and quantity in compared(self.settings) and self._by_time(self._time_pairs).confounds:
+                    continue
                 interval = interval_of(self.settings, found, quantity) or interval
                 for name, limit in asked.items():
                     if target_verdict(interval, name, limit) == "exceeds":
@@ -318,14 +339,18 @@ class Monitor:
 
     def _detect(self, cell: tuple[Label, Label], number: int) -> None:
         """Show a decision to the detectors; what they find may withdraw what was said about the whole stream."""
-        for extra in self.decisions[len(self._values) :]:
-            self._values.append(Fraction(extra[1]))
         if self.events >= self.tally["check"]:
             self.tally["check"] = int(self.events * CHECKS)
             for quantity in self._detectors.running:
                 self._note_under(quantity)
-        for quantity, found in self._detectors.take(cell, self._values[number], (self.events, self.tally["clock"])):
+        for quantity, found in self._detectors.take(cell, self._value(number), (self.events, self.tally["clock"])):
             self._detected(quantity, found)
+
+    def _value(self, number: int) -> Fraction:
+        """The utility of a decision."""
+        for extra in self.decisions[len(self._values) :]:
+            self._values.append(Fraction(extra[1]))
+        return self._values[number]
 
     def _note_under(self, quantity: Quantity) -> None:
         """Remember when the interval of the whole stream first was under the limit of the detector."""
@@ -381,7 +406,7 @@ class Monitor:
             data, line = self._take_header(data, line)
         if self._decoder is None:
             self._decoder = decoder(self.settings)
-        in_order = bool(self.settings.window or self._detectors.running)
+        in_order = bool(self.settings.window or self._detectors.running or self.settings.pair_by_time)
         batch = self._decoder.batch(data, line, itemise=in_order)
         if batch.rows is None:
             if self._decoder.truth != self._truth:  # 1 and true are equal keys, and different labels
@@ -467,6 +492,9 @@ class Monitor:
                 return ""
         self._line = row.line
         self._count(*what, 1)
+        if self._time_pairs is not None:
+            cell, decided = what
+            self._time_pairs.take(cell[0], self.total.order[cell], self._value(decided))
         if self._detectors.running:
             self._detect(*what)
         return ""

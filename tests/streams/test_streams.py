@@ -745,7 +745,7 @@ KILLS = 50 if FULL else 3
 
 def start(log: Path, state: Path, letters: Path) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "fairaudit", "monitor", str(log), "--state", str(state), *OPTIONS, "--event-id", "id"]
-    command += ["--max-local-ratio", "8/5", "--dead-letters", str(letters), "--every", "0.05"]
+    command += ["--max-local-ratio", "8/5", "--dead-letters", str(letters), "--every", "0.05", "--pair-by-time"]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=Path(__file__).resolve().parents[2])
 
 
@@ -801,9 +801,9 @@ def same(tmp_path: Path) -> None:
     found = []
     for name in ("whole", "killed"):
         state = State(str(tmp_path / f"{name}.db"), read_only=True)
-        found.append(state.get("detectors"))
+        found.append((state.get("detectors"), state.get("time_pairs")))
         state.close()
-    assert found[0] == found[1] and set(found[0]) == {"local"}
+    assert found[0] == found[1] and set(found[0][0]) == {"local"} and len(found[0][1][1]) == 2
     for end in ("json", "dead"):
         whole, killed = ((tmp_path / f"{name}.{end}").read_bytes() for name in ("whole", "killed"))
         if whole != killed:  # without a comparison line by line, which takes long
