@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from math import lcm
 from typing import Any
 
@@ -78,7 +79,7 @@ class Cell:
         """The sum on the scale on which the range is [0, 1]; for binary draws the number of high ones."""
         return (self.total - self.draws * self.low) / (self.high - self.low)
 
-    @property
+    @cached_property
     def share(self) -> float:
         """The mean on that scale, correctly rounded."""
         (low, under), (high, over), (total, bottom) = (v.as_integer_ratio() for v in (self.low, self.high, self.total))

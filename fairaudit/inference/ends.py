@@ -137,7 +137,9 @@ def ends_of_cells(comparison: Comparison, level: Fraction, method: Method) -> li
 
 def guessed_ends(cells: Sequence[Cell], used: set[int], level: float) -> tuple[list[float], list[float]]:
     """Ends of the used cells in floats, all at once, by the formula of `_float_tail` for many draws; the others have their range."""
-    low, high = ([float(end) for end in listed] for listed in ([cell.low for cell in cells], [cell.high for cell in cells]))
+    shared = {id(end): end for cell in cells for end in (cell.low, cell.high)}  # most cells share their ends
+    floats = {key: float(end) for key, end in shared.items()}
+    low, high = [floats[id(cell.low)] for cell in cells], [floats[id(cell.high)] for cell in cells]
     at = sorted(used)
     n = np.array([cells[i].draws for i in at], dtype=np.float64)
     k = n * np.array([cells[i].share for i in at])

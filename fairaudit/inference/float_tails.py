@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from fairaudit.exact.dense import Floats
 from fairaudit.inference.tails import EXACT_DRAWS
 
+STEPS = 36  # of a bisection of [0, 1], whose last one is far less than what a draw moves an end by
+
 
 def float_end(n: float, k: float, level: float, binary: bool, side: Literal["lower", "upper"]) -> float:
     """An end in floats: a guess, and what planning uses."""
@@ -63,7 +65,7 @@ def float_tail(n: float, k: float, p: float, binary: bool) -> float:
 def float_upper_ends(n: Floats, k: Floats, binary: NDArray[np.bool_], level: float) -> Floats:
     """Upper ends of many cells at once, by the formula of `float_tail` for many draws."""
     below, above = k / n, np.ones(len(n))
-    for _ in range(50):
+    for _ in range(STEPS):
         p = (below + above) / 2
         inside = _closed_tails(n, k, p, binary) > level
         below, above = np.where(inside, p, below), np.where(inside, above, p)
