@@ -47,7 +47,7 @@ class HalfSplit:
     >>> law = Law.from_array([[90, 10], [30, 70]], kind="counts", decisions=["yes", "no"], groups=["f", "m"])
     >>> split = HalfSplit(local_comparison(law, Utility({"yes": 1}).on(law)))
     >>> split.seed[:8], split.halves(0), split.chosen
-    ('…', ((0, 0), (0, 0)), (0, 0, 1))
+    ('4b8c1619', ((45, 50), (45, 50)), [(0, 0, 1)])
     """
 
     comparison: Comparison

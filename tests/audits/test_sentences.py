@@ -288,7 +288,8 @@ def test_the_pair_behind_each_end_with_units(data: st.DataObject) -> None:
     assume(len({*log["a"]}) > 1)
     law = fa.Law.from_log(log, decision="u", group="a", unit="run")
     result = fa.certify(law, {"yes": 1}, max_local_ratio=data.draw(st.sampled_from(["11/10", 3, 30])))
-    check_box(result.comparisons["local"], result.intervals["local"], result.drivers["local"])
+    if result.intervals["local"].region == "box":
+        check_box(result.comparisons["local"], result.intervals["local"], result.drivers["local"])
     same_in_the_report(result)
     deciding = result.deciding[0]
     if deciding is not None and deciding.pair is not None and law.units is not None and law.units.repeated:

@@ -25,6 +25,7 @@ ELSEWHERE = (
         "subject.table",
         "metrics",
         "subject.columns",
+        "subject.class.order",
         "intervals.local.measured",
         "intervals.local_difference.measured",
         "the table",

@@ -89,6 +89,7 @@ def test_every_id_has_an_entry() -> None:
         "binomial",
         checker.claims.PAIR_EXACT,
         checker.claims.CONTRASTS,
+        checker.claims.PAIRED_BETTING,
         *checker.claims.METHODS,
         checker.claims.BETTING,
     }
