@@ -65,6 +65,8 @@ class Browser:
         command = self.driver.execute_cdp_cmd
         command("Emulation.setDeviceMetricsOverride", {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600})
         command("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
+        if not scripts:
+            self.driver.get(page.as_uri())  # the next load is in the same process, to which the setting then applies from the start
         command("Emulation.setScriptExecutionDisabled", {"value": not scripts})
         for kind in ("browser", "performance"):
             self.driver.get_log(kind)
