@@ -228,7 +228,7 @@ def certify(
         options["region"] = default_region(comparison, interval, independent=independent, alpha=alpha)
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, **options)
         notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))
-        notes = (*notes, *units_note(quantity, comparison, intervals[quantity]))
+        notes = (*notes, *units_note(quantity, comparison, intervals[quantity], interval))
     sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
     change = None
     if changed is not None:

@@ -11,6 +11,7 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.inference.anytime import Arrivals, stream_interval
 from fairaudit.inference.comparisons import Comparison, MissingUnits
 from fairaudit.inference.draws import unit_columns
+from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.policy_comparisons import policy_comparison
 from fairaudit.inference.rates import GivenTruth, with_intervals
@@ -147,8 +148,8 @@ def two_means_note(quantity: Quantity, over_rows: Ratio | None, comparison: Comp
     return (f"{said}; the interval, and a target that is judged by it, is about the mean over units",)
 
 
-def units_note(quantity: Quantity, comparison: Comparison, interval: Interval) -> tuple[str, ...]:
-    """A note on how groups that were seen in the same units were compared, or why they were not compared within them."""
+def units_note(quantity: Quantity, comparison: Comparison, interval: Interval, method: Method | None) -> tuple[str, ...]:
+    """A note on how groups that were seen in the same units were compared, or why not within them, unless a method was asked for."""
     if not comparison.profiles or comparison.units is None:
         return ()
     total = sum(n for profiles in comparison.profiles for n in profiles.values())
@@ -160,7 +161,7 @@ def units_note(quantity: Quantity, comparison: Comparison, interval: Interval) -
         others = "" if everywhere == total else f"; in a group in which it was not seen, a unit {rest}"
         where = "groups" if quantity == "global" else "groups of a context"
         return (f"the {quantity} ratio compares {where} within {of}, {everywhere} of {total} of which were seen in all of them{others}",)
-    if everywhere == total or interval.evidence["method"] != "hoeffding-kl":
+    if everywhere == total or method is not None:
         return ()
     said = f"the {quantity} ratio does not compare groups within {of}: {total - everywhere} of {total} were not seen in all groups"
     design = "if that is by design, missing_units drop (--missing-units drop) may leave them out of the pairs that they miss"

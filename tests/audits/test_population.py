@@ -571,3 +571,13 @@ def test_units_of_one_interval_hold_for_the_other() -> None:
     document["claims"] += [c for c in units["claims"] if c["evidence"] == of_local["evidence"]]
     false = [finding.detail for finding in checker.check(json.dumps(document).encode()).findings if not finding.true]
     assert false[0] == "the units of the local interval are no independent draws of the groups"
+
+
+def test_only_units_that_could_not_be_compared_with_themselves_are_explained() -> None:
+    """Too many units that lack a group are a reason; a method that was asked for is not."""
+    seen = [(i, a, "yes" if (i + (a == "f")) % 3 else "no") for i in range(40) for a in "fm" if a == "f" or i % 2]
+    run, group, said = zip(*seen, strict=True)
+    law = fa.Law.from_log({"run": list(run), "a": list(group), "u": list(said)}, decision="u", group="a", unit="run")
+    reason = "the local ratio does not compare groups within the units of column 'run': 20 of 40 were not seen in all groups"
+    assert [note.startswith(reason) for note in fa.certify(law, {"yes": 1}).notes].count(True) == 1
+    assert not any("within the units" in note for note in fa.certify(law, {"yes": 1}, interval="hoeffding-kl").notes)
