@@ -11,6 +11,7 @@ from fairaudit.audits.declared import ByContext, read_declared
 from fairaudit.audits.differences import judged_differences, measured_differences, refuse_signed, with_ratios
 from fairaudit.audits.population import (
     decisions_given_truth,
+    design_note,
     intervals_of_stream,
     possible_comparisons,
     two_means_note,
@@ -229,6 +230,7 @@ def certify(
         intervals[quantity] = ratio_interval(comparison, 1 - alpha, **options)
         notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))
         notes = (*notes, *units_note(quantity, comparison, intervals[quantity], interval))
+        notes = (*notes, *design_note(quantity, comparison, intervals[quantity]))
     sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
     change = None
     if changed is not None:

@@ -168,6 +168,17 @@ def units_note(quantity: Quantity, comparison: Comparison, interval: Interval, m
     return (f"{said}; {design}" if comparison.missing == "worst" else said,)
 
 
+def design_note(quantity: Quantity, comparison: Comparison, interval: Interval) -> tuple[str, ...]:
+    """A note, where units that were left out as missing by design do not seem to be like the others."""
+    estimate = interval.estimate
+    if interval.region != "paired" or comparison.missing == "worst" or estimate is None or interval.lower <= estimate <= interval.upper:
+        return ()
+    ends = f"{approximate(interval.lower, 'down')} and {approximate(interval.upper, 'up')}"
+    said = f"the {quantity} ratio is {approximate(estimate)} with all units, and between {ends} of those that were seen in both groups"
+    unlike = "they do not seem to be like the others, as they would be if units were missing by design"
+    return (f"{said}: {unlike}; do not rely on missing_units drop (--missing-units drop) here",)
+
+
 def without_missing_units(comparisons: Mapping[Quantity, Comparison], missing: MissingUnits) -> dict[Quantity, Comparison]:
     """The same comparisons, units that were not seen in a group being left out of pairs with it.
 

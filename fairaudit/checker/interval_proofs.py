@@ -79,8 +79,8 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
 def _prove_by_bets(interval: Interval, evidence: ContrastEvidence | UnitEvidence, comparison: Comparison, table: Table) -> str:
     """Make sure that bets on contrasts prove an interval, and name them."""
     if isinstance(evidence, UnitEvidence):
-        if interval.difference:
-            raise Unproven("contrasts within units are for ratios only")
+        if interval.quantity != "local":
+            raise Unproven("contrasts within units are for the local ratio only")
         prove_by_units(interval, evidence, comparison, table)
         return PAIRED_BETTING
     (prove_difference_by_contrasts if interval.difference else prove_by_contrasts)(interval, evidence, comparison)
@@ -131,6 +131,8 @@ def check_intervals(stated: Mapping[str, Interval], table: Table) -> tuple[list[
         fault = ""
         working_on(f"intervals.{name}")
         try:
+            if interval.independent and any(isinstance(other.evidence, UnitEvidence) for other in stated.values()):
+                raise Unproven("units were seen in several groups, whose draws are then not independent")
             for units in (other.units for other in stated.values() if other.units and other is not interval):
                 if interval.units is not None:
                     if interval.units != units:

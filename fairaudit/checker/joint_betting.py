@@ -100,8 +100,8 @@ class JointProof:
         key = b, cell, higher, mean
         if key not in self.known:
             tally = self.tallies[b][cell]
-            bits = bits_of(mean) + max(map(bits_of, tally), default=0)
             different = {bet[0] if higher else bet[1] for bet in self.bets}
+            bits = bits_of(mean) + max(map(bits_of, tally), default=0) + max(map(bits_of, different))
             spend(len(different) * (60 + sum(60 + 8 * n.bit_length() for n in tally.values())), bits, bits)
             keep(2 * len(self.bets) + bits // 256)
             made = {bet: _product(tally, -bet if higher else bet, mean) for bet in different}

@@ -53,7 +53,10 @@ RANGE = "whatever could have been drawn has a utility between {} and {}"
 OWN_RANGE = "whatever could have been drawn in a cell has a utility between 0 and the greatest that a decision has there"
 CHOSEN = "utility, method and confidence were chosen without looking at the draws"
 CELLS = "the draws of different cells are independent of each other"
-SPLIT = "the hash SHA-256, by which draws are split into a half that chooses a pair of cells and a half that tests it, behaves as random"
+SPLIT = (
+    "the hash SHA-256, by which draws are split into a half that chooses a pair of cells and a half that tests it, behaves as random, "
+    "and labels were not chosen for what it gives"
+)
 PAST = "given everything recorded before it, each decision has the expected utility of its context and group as its mean"
 OWN_PAST = "given the earlier decisions that count in its context and group, each such decision has their expected utility as its mean"
 MIX = "whatever came before, the context of a group's next decision has the same distribution, and so its expected utility stays the same"

@@ -28,10 +28,12 @@ def names_of_cells(quantity: str, table: Table) -> list[list[bytes]]:
     for block in compared_cells(quantity, table):
         names.append([])
         for first, *_ in block:
-            spend(100)
             context = dict(zip(columns.context, header.contexts[first.context], strict=True)) if quantity == "local" else None
             label = {"context": context, "group": dict(zip(columns.group, header.groups[first.group], strict=True))}
-            names[-1].append(json.dumps(label, ensure_ascii=True, sort_keys=True, separators=(",", ":")).encode("ascii"))
+            name = json.dumps(label, ensure_ascii=True, sort_keys=True, separators=(",", ":")).encode("ascii")
+            spend(100 + len(name))
+            keep(1 + len(name) // 8)  # and once more in the lines of the seed
+            names[-1].append(name)
     return names
 
 

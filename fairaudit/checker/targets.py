@@ -65,7 +65,7 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
     for i, target in enumerate(stated.targets):
         working_on(f"targets[{i}]")
         metric, difference = facts.metrics.get(target.judged_by), target.unit == "difference"
-        ends = (ONE, INFINITY) if metric is None else (metric.value, metric.value)
+        ends = (ZERO if difference else ONE, INFINITY) if metric is None else (metric.value, metric.value)
         if target.confidence is not None:
             ends = ends_of_population(target.judged_by, facts, true_claims)
         verdicts.append(_judge(target, ends))

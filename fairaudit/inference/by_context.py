@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import permutations
+from itertools import chain, count, permutations
 from math import log2, sqrt
 from typing import Any
 
@@ -151,7 +151,9 @@ def contexts_by_themselves(
     for b in range(len(comparison.blocks)):
         own = _part(comparison, b)
         (parts if min(cell.draws for cell in own.cells) >= min_cell else small).append(own)
-    pooled = _pooled(small, min_cell) if pool else None
+    taken = {label for context, _ in comparison.labels for label in (context or {}).values()}
+    name = next(name for name in chain((OTHER,), (f"{OTHER} {i}" for i in count(2))) if name not in taken)
+    pooled = _pooled(small, min_cell, name) if pool else None
     parts += [pooled] if pooled else []
     if not parts or len(parts) > MOST_CONTEXTS:
         raise InputError(f"{len(parts)} contexts have {min_cell} draws in each compared cell; from 1 to {MOST_CONTEXTS:,} can be judged")
@@ -187,8 +189,8 @@ def _part(comparison: Comparison, block: int) -> Comparison:
     )
 
 
-def _pooled(small: list[Comparison], min_cell: int) -> Comparison | None:
-    """The draws of several contexts, group by group; None if no two groups have enough."""
+def _pooled(small: list[Comparison], min_cell: int, name: str) -> Comparison | None:
+    """The draws of several contexts, group by group, as those of one of this name; None if no two groups have enough."""
     parts: dict[tuple[tuple[str, str], ...], list[tuple[Cell, Tally]]] = {}
     for own in small:
         tallies = own.tallies or [{}] * len(own.cells)
@@ -199,7 +201,7 @@ def _pooled(small: list[Comparison], min_cell: int) -> Comparison | None:
         return None
     cells = tuple(pooled_cell([cell for cell, _ in listed], ()) for listed in groups.values())
     tallies = [_merged([tally for _, tally in listed]) for listed in groups.values()]
-    context = dict.fromkeys(small[0].labels[0][0] or {}, OTHER)
+    context = dict.fromkeys(small[0].labels[0][0] or {}, name)
     return replace(
         small[0],
         cells=cells,

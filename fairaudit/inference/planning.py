@@ -485,7 +485,8 @@ def plan(
     possible = side == "exceeds" or not _vanishing(comparison, means)
     size = _least(lambda n: chances(float(n)).power >= power, 1, GREATEST_DRAWS) if possible else None
     if size is None:
-        return Planning(None, None, "Planning estimate: no number of draws is expected to decide; the guesses are too close to the limit.")
+        why = "the guesses are too close to the limit" if possible else "where a group gets nothing, as guessed, no ratio is bounded"
+        return Planning(None, None, f"Planning estimate: no number of draws is expected to decide; {why}.")
     chance, method = chances(float(size)), _method(audit, size)
     draws = tuple(int(cell.grown(float(size)).draws) for cell in supposed)
     cells = Chances(audit).deciding(chance)

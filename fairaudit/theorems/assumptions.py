@@ -60,7 +60,10 @@ DRAWS = (
 
 CELLS = "the draws of different cells are independent of each other"
 
-SPLIT = "the hash SHA-256, by which draws are split into a half that chooses a pair of cells and a half that tests it, behaves as random"
+SPLIT = (
+    "the hash SHA-256, by which draws are split into a half that chooses a pair of cells and a half that tests it, behaves as random, "
+    "and labels were not chosen for what it gives"
+)
 
 DECLARED = "utility, method and confidence were chosen without looking at the draws"
 

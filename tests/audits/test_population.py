@@ -581,3 +581,13 @@ def test_only_units_that_could_not_be_compared_with_themselves_are_explained() -
     reason = "the local ratio does not compare groups within the units of column 'run': 20 of 40 were not seen in all groups"
     assert [note.startswith(reason) for note in fa.certify(law, {"yes": 1}).notes].count(True) == 1
     assert not any("within the units" in note for note in fa.certify(law, {"yes": 1}, interval="hoeffding-kl").notes)
+
+
+def test_units_that_plainly_do_not_lack_a_group_by_design_are_pointed_out() -> None:
+    """Those in both groups are the tenth that got something."""
+    seen = [(i, "f", "yes" if i >= 900 else "no") for i in range(1000)] + [(i, "m", "yes" if i % 2 else "no") for i in range(900, 1000)]
+    run, group, said = zip(*seen, strict=True)
+    law = fa.Law.from_log({"run": list(run), "a": list(group), "u": list(said)}, decision="u", group="a", unit="run")
+    notes = fa.certify(law, {"yes": 1}, missing_units="drop").notes
+    assert sum("do not seem to be like the others" in note for note in notes) == 1
+    assert not any("do not seem" in note for note in fa.certify(law, {"yes": 1}).notes)

@@ -204,3 +204,15 @@ def test_evidence_of_other_shapes_is_refused() -> None:
     assert not change(lambda i: i["upper"][0].reverse())
     assert not change(lambda i: i["upper"][0].append("9/10"))
     assert not change(lambda i: i.update(independent=True))
+
+
+def test_long_ratios_are_paid_for() -> None:
+    document = json.loads(made("0"))
+    interval = document["intervals"]["local"]
+    long = 10**4_000
+    interval["levels"]["ratios"] = [f"{long + 1}/{3 * long + 2}"]
+    interval["ratio"] = ["1", "10"]
+    interval["lower"] = None
+    interval["upper"] = [[str(F(i, 20_010)) for i in range(1, 2_001)]]
+    with pytest.raises(checker.TooMuch):
+        checker.check(json.dumps(document).encode())

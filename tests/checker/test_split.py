@@ -9,7 +9,7 @@ import split_oracle
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fairaudit.checker import split, text, work
+from fairaudit.checker import rows, split, text, work
 from fairaudit.checker.intervals import Unproven
 
 F = Fraction
@@ -54,5 +54,27 @@ def test_draws_are_paid_for_before_they_are_split() -> None:
     try:
         with pytest.raises(text.TooMuch):
             split.halves_of(SEED, b"a", (1, 10**6))
+    finally:
+        work.CURRENT_WORK.reset(token)
+
+
+def test_long_labels_are_paid_for() -> None:
+    """Each cell's name has the label of its context, however long that is."""
+    names = [{"context": 0, "group": i, "weights": ["1", "1"]} for i in range(1_000)]
+    header = {
+        "format": "fairaudit-table/1",
+        "kind": "counts",
+        "columns": {"decision": "d", "group": ["g"], "context": ["c"]},
+        "population": "counts",
+        "decisions": ["yes", "no"],
+        "groups": [[str(i)] for i in range(1_000)],
+        "contexts": [["x" * 300_000]],
+        "utility": ["1", "0"],
+    }
+    table = rows.read_table((f"line {i}", value, None) for i, value in enumerate([header, *names]))
+    token = work.CURRENT_WORK.set(work.Work())
+    try:
+        with pytest.raises(text.TooMuch):
+            split.names_of_cells("local", table)
     finally:
         work.CURRENT_WORK.reset(token)

@@ -1,6 +1,7 @@
 """Verdicts and claims about the population behind a sample."""
 
 import copy
+import json
 from typing import Any
 
 import pytest
@@ -11,6 +12,8 @@ from plain_certificates import checker, false_statements, make, raw
 from policy_certificates import FLOORED, POLICIES, SCHEMA, Policy, coin, digested, write
 from policy_certificates import by_hand as policy_by_hand
 from policy_certificates import stated as policy_stated
+
+import fairaudit as fa
 
 ANY_UTILITY, ANY_UTILITY_FLOORED = checker.claims.ANY_UTILITY, checker.claims.ANY_UTILITY_FLOORED
 
@@ -284,3 +287,13 @@ def test_t5_of_a_table_is_not_about_the_population() -> None:
     assert accepted(certificate)
     assert accepted(judged(certificate, target("global", "ratio", 10, "inconclusive")))
     assert rejected(judged(certificate, target("global", "ratio", 10, "within")))
+
+
+def test_a_difference_of_nobody_exceeds_nothing() -> None:
+    """Where no context has two groups, a limit on the difference is open, however low it is."""
+    table = {"d": ["yes", "no"] * 2, "g": ["a", "a", "b", "b"], "c": ["x", "x", "y", "y"], "n": [30, 20, 10, 40]}
+    result = fa.audit(table, decision="d", group="g", context="c", count="n", utility="yes", max_difference="1/2", confidence=None)
+    document = json.loads(result.certificate.text)
+    assert document["verdict"] == "inconclusive" and all(finding.true for finding in checker.check(raw(document)).findings)
+    document["targets"][0]["verdict"] = document["verdict"] = "exceeds"
+    assert not all(finding.true for finding in checker.check(raw(document)).findings)

@@ -140,3 +140,14 @@ def test_the_command_lists_them(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "needs cells that were declared independent" in run("--by-context", "0.2")
     assert "go with --by-context" in run("--independent-cells", "--min-cell", "3")
     assert "--pool-small goes with --min-cell" in run("--independent-cells", "--by-context", "0.2", "--pool-small")
+
+
+def test_a_pool_has_a_name_of_its_own() -> None:
+    rows = {"ctx": [], "g": [], "d": []}
+    for context, draws in (("other (pooled)", 50), ("a", 8), ("b", 60), ("c", 8)):
+        for group in "xy":
+            for i in range(draws):
+                rows["ctx"].append(context), rows["g"].append(group), rows["d"].append("yes" if i % 2 else "no")
+    law = fa.Law.from_log(rows, decision="d", group="g", context="ctx")
+    made = contexts_by_themselves(fa.certify(law, {"yes": 1}).comparisons["local"], min_cell=10, pool=True)
+    assert sorted(own.context["ctx"] for own in made.findings if own.context) == ["b", "other (pooled)", "other (pooled) 2"]

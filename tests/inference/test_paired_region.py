@@ -20,11 +20,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fairaudit as fa
+from fairaudit import checker
 from fairaudit.errors import InputError
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ratio_intervals import default_region, drivers, ratio_interval
 from fairaudit.inference.table_comparisons import local_comparison
 from fairaudit.model.utility import Utility
+from fairaudit.theorems.assumptions import POOLED
 
 F = Fraction
 WORTH: dict[str, Any] = {"yes": 1, "maybe": "1/2"}
@@ -348,3 +350,48 @@ def test_profiles_of_other_units_are_refused_by_the_digest_of_the_table() -> Non
     assert outcome(made) == "false"
     named(made)
     assert made["subject"]["table"]["sha256"] != document["subject"]["table"]["sha256"]
+
+
+def of_two_groups(**options: Any) -> dict[str, Any]:
+    """A certificate of decisions in one context, on the same 60 units if they are named."""
+    told = random.Random(5)
+    rows = [("yes" if told.random() < (0.8 if a == "f" else 0.4) else "no", a, str(i)) for i in range(60) for a in "fm"]
+    decisions, groups, units = zip(*rows, strict=True)
+    named = {"unit": "i"} if not options else {}
+    law = fa.Law.from_log({"u": list(decisions), "a": list(groups), "i": list(units)}, decision="u", group="a", **named)
+    return json.loads(fa.certify(law, {"yes": 1}, max_local_ratio="5/4", **options).certificate.text)
+
+
+def false_of(document: dict[str, Any]) -> list[str]:
+    return [finding.detail for finding in checker.check(json.dumps(document).encode()).findings if not finding.true]
+
+
+@pytest.mark.parametrize("pooled", [True, False])
+def test_contrasts_within_units_are_not_for_the_global_ratio(pooled: bool) -> None:
+    document = of_two_groups()
+    assert false_of(document) == []
+    document["subject"]["table"]["header"]["profiles"]["global"] = document["subject"]["table"]["header"]["profiles"]["local"]
+    document["intervals"]["global"] = copy.deepcopy(document["intervals"]["local"])
+    said = {claim["relation"]: claim for claim in document["claims"] if claim["by"] == "paired-betting"}
+    for claim in document["claims"]:
+        if claim["quantity"] == "global_ratio" and claim["scope"].startswith("population"):
+            own = said[claim["relation"]]
+            claim |= {key: own[key] for key in ("value", "scope", "by")} | {
+                "assumptions": [*own["assumptions"], *([POOLED] if pooled else [])]
+            }
+    named(document)
+    try:
+        assert any("for the local ratio only" in fault for fault in false_of(document))
+    except checker.FormatError as error:
+        assert "assumption" in str(error)
+
+
+def test_no_interval_beside_them_may_take_the_groups_for_independent() -> None:
+    document, other = of_two_groups(), of_two_groups(independent=True)
+    document["intervals"]["global"] = other["intervals"]["global"]
+
+    def of_population(claim: dict[str, Any]) -> bool:
+        return bool(claim["quantity"] == "global_ratio" and claim["scope"].startswith("population"))
+
+    document["claims"] = [c for c in document["claims"] if not of_population(c)] + [c for c in other["claims"] if of_population(c)]
+    assert any("not independent" in fault for fault in false_of(document))
