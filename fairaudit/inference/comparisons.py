@@ -27,6 +27,9 @@ from fairaudit.words import brief
 Form = tuple[tuple[int, Fraction], ...]
 """Cells by their index, each with a positive weight."""
 
+Place = tuple[int, int, int]
+"""A block, and the positions of two of its forms, the higher one first."""
+
 Tally = Mapping[Fraction, int]
 """How often each value was drawn, also of those that never were."""
 
@@ -144,6 +147,16 @@ class Comparison:
     def single(self) -> bool:
         """Whether every form is one cell."""
         return all(len(form) == 1 and form[0][1] == 1 for block in self.blocks for form in block)
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """All ordered pairs of forms that are compared, block by block."""
+        return [(b, i, j) for b, block in enumerate(self.blocks) for i, j in permutations(range(len(block)), 2)]
+
+    def cells_of(self, place: Place) -> tuple[int, int]:
+        """The cells of a pair of forms of one cell each."""
+        block = self.blocks[place[0]]
+        return block[place[1]][0][0], block[place[2]][0][0]
 
     @property
     def pairs(self) -> int:

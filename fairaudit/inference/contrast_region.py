@@ -12,9 +12,9 @@ from typing import Any
 
 from fairaudit.exact.extended import Extended, extended_text
 from fairaudit.inference.betting import ValueCounts
-from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.comparisons import Comparison, Place
 from fairaudit.inference.levels import Holding, pair_errors
-from fairaudit.inference.pair_region import LOOKED_AT, Place
+from fairaudit.inference.pair_region import LOOKED_AT
 from fairaudit.inference.paired_betting import bets
 from fairaudit.inference.symmetric_betting import MOST_PAIRS, is_below, upper_end
 
@@ -106,35 +106,25 @@ class _Contrasts:
         return pair_errors(self.comparison.pairs, self.alpha, self.ends)
 
     @cached_property
-    def places(self) -> list[Place]:
-        """All ordered pairs, block by block."""
-        return [(b, i, j) for b, block in enumerate(self.comparison.blocks) for i, j in permutations(range(len(block)), 2)]
-
-    @cached_property
     def drawn(self) -> list[ValueCounts]:
         """How often each value was drawn, as a part of the greatest that there could be."""
         tallies = zip(self.comparison.cells, self.comparison.tallies, strict=True)
         return [ValueCounts({v / cell.high: n for v, n in sorted(tally.items()) if n}) for cell, tally in tallies]
 
-    def cells(self, place: Place) -> tuple[int, int]:
-        """The cells of a pair."""
-        block = self.comparison.blocks[place[0]]
-        return block[place[1]][0][0], block[place[2]][0][0]
-
     def most(self, place: Place) -> Extended:
         """The greatest ratio of a pair that the ranges of its cells allow."""
-        one, other = (self.comparison.cells[i] for i in self.cells(place))
+        one, other = (self.comparison.cells[i] for i in self.comparison.cells_of(place))
         return one.high / other.low if other.low else inf
 
     def excludes(self, place: Place, limit: Fraction) -> bool:
         """Whether the ratio of a pair is proved to be at most a limit."""
-        i, j = self.cells(place)
+        i, j = self.comparison.cells_of(place)
         factor = self.comparison.cells[i].high / self.comparison.cells[j].high
         return limit >= self.most(place) or is_below(self.drawn[i], self.drawn[j], limit / factor, self.errors[0] or Fraction(0))
 
     def end(self, place: Place, *, lower: bool) -> Extended:
         """The upper end of the ratio of a pair, or the inverse of its lower end."""
-        i, j = reversed(self.cells(place)) if lower else self.cells(place)
+        i, j = reversed(self.comparison.cells_of(place)) if lower else self.comparison.cells_of(place)
         found = upper_end(self.drawn[i], self.drawn[j], self.errors[1 if lower else 0] or Fraction(0))
         scaled = inf if found == inf else found * (self.comparison.cells[i].high / self.comparison.cells[j].high)
         return scaled if lower else min(scaled, self.most(place))
@@ -149,10 +139,10 @@ class _Contrasts:
             terms.append((log(mean) + log(cell.high.numerator) - log(cell.high.denominator), spread / (mean * (cell.draws + 1)) ** 2))
 
         def promise(place: Place) -> float:
-            (one, error), (other, second) = (terms[i] for i in self.cells(place))
+            (one, error), (other, second) = (terms[i] for i in self.comparison.cells_of(place))
             return one - other + (2 if upper else -3) * sqrt(error + second)
 
-        return sorted(self.places, key=promise, reverse=True)
+        return sorted(self.comparison.places, key=promise, reverse=True)
 
     def upper(self) -> Extended:
         """The greatest upper end of a pair."""

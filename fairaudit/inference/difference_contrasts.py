@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import permutations
 from math import inf, sqrt
 from typing import Any
 
 from fairaudit.exact.extended import extended_text
 from fairaudit.inference.betting import ValueCounts
 from fairaudit.inference.cells import Cell
-from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.comparisons import Comparison, Place
 from fairaudit.inference.contrast_region import fits_contrasts
 from fairaudit.inference.levels import Holding, pair_errors
-from fairaudit.inference.pair_region import LOOKED_AT, Place
+from fairaudit.inference.pair_region import LOOKED_AT
 from fairaudit.inference.symmetric_betting import is_below, upper_end
 
 
@@ -70,14 +69,9 @@ class _Contrasts:
         return upper or Fraction(0), lower or Fraction(0)
 
     @cached_property
-    def places(self) -> list[Place]:
-        """All ordered pairs, block by block."""
-        return [(b, i, j) for b, block in enumerate(self.comparison.blocks) for i, j in permutations(range(len(block)), 2)]
-
-    @cached_property
     def width(self) -> Fraction:
         """That of the range of a draw, which is the same everywhere."""
-        cell = self.comparison.cells[self.cells(self.places[0])[0]]
+        cell = self.comparison.cells[self.comparison.cells_of(self.comparison.places[0])[0]]
         return cell.high - cell.low
 
     @cached_property
@@ -86,19 +80,14 @@ class _Contrasts:
         tallies = zip(self.comparison.cells, self.comparison.tallies, strict=True)
         return [ValueCounts({(v - cell.low) / self.width: n for v, n in sorted(tally.items()) if n}) for cell, tally in tallies]
 
-    def cells(self, place: Place) -> tuple[int, int]:
-        """The cells of a pair."""
-        block = self.comparison.blocks[place[0]]
-        return block[place[1]][0][0], block[place[2]][0][0]
-
     def excludes(self, place: Place, limit: Fraction) -> bool:
         """Whether the difference of a pair is proved to be less than a limit."""
-        i, j = self.cells(place)
+        i, j = self.comparison.cells_of(place)
         return is_below(self.drawn[i], self.drawn[j], limit / self.width, self.errors[0], "difference")
 
     def end(self, place: Place, *, lower: bool) -> Fraction:
         """The upper end of the difference of a pair, or of the opposite one for its lower end."""
-        i, j = reversed(self.cells(place)) if lower else self.cells(place)
+        i, j = reversed(self.comparison.cells_of(place)) if lower else self.comparison.cells_of(place)
         found = upper_end(self.drawn[i], self.drawn[j], self.errors[lower], "difference")
         return self.width if found == inf else min(Fraction(found) * self.width, self.width)
 
@@ -111,10 +100,10 @@ class _Contrasts:
             terms.append((mean, (float((values - mean) ** 2 @ counts) + 0.25) / (cell.draws + 1) ** 2))
 
         def promise(place: Place) -> float:
-            (one, error), (other, second) = (terms[i] for i in self.cells(place))
+            (one, error), (other, second) = (terms[i] for i in self.comparison.cells_of(place))
             return one - other + (2 if upper else -3) * sqrt(error + second)
 
-        return sorted(self.places, key=promise, reverse=True)
+        return sorted(self.comparison.places, key=promise, reverse=True)
 
     def upper(self) -> Fraction:
         """The greatest upper end of a pair."""

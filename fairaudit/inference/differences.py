@@ -13,7 +13,7 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.extended import extended_text
 from fairaudit.exact.rationals import rational
 from fairaudit.inference.cells import Cell, Ends, cell_entries
-from fairaudit.inference.comparisons import Comparison, Estimand, Form, unit_form, witness_of
+from fairaudit.inference.comparisons import Comparison, Estimand, Form, Place, unit_form, witness_of
 from fairaudit.inference.difference_contrasts import (
     difference_contrasts_driver,
     difference_contrasts_interval,
@@ -28,9 +28,6 @@ from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.ratios import Witness
 from fairaudit.theorems.assumptions import CELLS
 from fairaudit.words import brief
-
-Place = tuple[int, int, int]
-"""A block, and the positions of two of its forms, the higher one first."""
 
 
 @brief

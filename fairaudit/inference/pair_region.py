@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import permutations
 from math import inf, log, sqrt
 from typing import Any
 
 from fairaudit.exact.extended import Extended, extended_text
-from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.comparisons import Comparison, Place
 from fairaudit.inference.half_split import MOST_DRAWS as MOST_TO_SPLIT
 from fairaudit.inference.half_split import HalfSplit, Selection
 from fairaudit.inference.levels import Holding, pair_errors
@@ -30,9 +29,6 @@ LOOKED_AT = 3
 
 WIDER = Fraction(1_001, 1_000)
 """How much wider an end is tried if the knots of some pair do not reach it."""
-
-Place = tuple[int, int, int]
-"""A block, and the positions of two of its forms, the higher one first."""
 
 
 def fits_pairs(comparison: Comparison, alpha: Fraction, select: Selection = "bonferroni", contrast: Contrast = "ratio") -> bool:
@@ -79,7 +75,7 @@ def pairs_driver(comparison: Comparison, alpha: Fraction, ends: Holding, upper: 
     pairs = _Pairs(comparison, alpha, ends, contrast=contrast)
     ranked = pairs.ranked(upper=True)
     if upper == inf:
-        return next((place for place in ranked if not comparison.cells[pairs.cells(place)[1]].successes), None)
+        return next((place for place in ranked if not comparison.cells[comparison.cells_of(place)[1]].successes), None)
     below = Fraction(upper) * (1 - Fraction(1, 100))
     if upper <= pairs.least:
         return None
@@ -109,7 +105,7 @@ class _Pairs:
     @cached_property
     def width(self) -> Fraction:
         """How far apart the two values of a draw are, where they are the same everywhere."""
-        cell = self.comparison.cells[self.cells(self.places[0])[0]]
+        cell = self.comparison.cells[self.comparison.cells_of(self.comparison.places[0])[0]]
         return cell.high - cell.low
 
     @cached_property
@@ -117,20 +113,10 @@ class _Pairs:
         """The levels of the upper end of a pair, and of the lower one."""
         return pair_errors(self.comparison.pairs if self.split is None else 1, self.alpha, self.ends)
 
-    @cached_property
-    def places(self) -> list[Place]:
-        """All ordered pairs, block by block."""
-        return [(b, i, j) for b, block in enumerate(self.comparison.blocks) for i, j in permutations(range(len(block)), 2)]
-
-    def cells(self, place: Place) -> tuple[int, int]:
-        """The cells of a pair."""
-        block = self.comparison.blocks[place[0]]
-        return block[place[1]][0][0], block[place[2]][0][0]
-
     def pair(self, place: Place, *, lower: bool) -> tuple[Pair, Fraction, Fraction]:
         """The pair for the upper end of its contrast (or for its lower end, exchanged), by what that is multiplied, and the level."""
         level = self.errors[1 if lower else 0] or Fraction(0)
-        numbers = self.cells(place)[:: -1 if lower else 1]
+        numbers = self.comparison.cells_of(place)[:: -1 if lower else 1]
         one, other = (self.comparison.cells[i] for i in numbers)
         (k, n), (m, size) = ((int(cell.successes), cell.draws) for cell in (one, other))
         if lower and self.split is not None:
@@ -150,7 +136,7 @@ class _Pairs:
 
         def promise(place: Place) -> float:
             means, variance = [], 0.0
-            for i in self.cells(place):
+            for i in self.comparison.cells_of(place):
                 cell = self.comparison.cells[i]
                 share = (float(cell.successes) + 0.5) / (cell.draws + 1)
                 of_ratio = self.contrast == "ratio"
@@ -158,7 +144,7 @@ class _Pairs:
                 variance += (1 - share) / share / (cell.draws + 1) if of_ratio else (1 - share) * share / (cell.draws + 1)
             return means[0] - means[1] + (2 if upper else -3) * sqrt(variance)
 
-        return sorted(self.places, key=promise, reverse=True)
+        return sorted(self.comparison.places, key=promise, reverse=True)
 
     def upper(self) -> tuple[Extended, list[list[str]] | None]:
         """The greatest upper end of a pair, and knots for every pair."""
@@ -171,7 +157,7 @@ class _Pairs:
             if end >= self.greatest:
                 return self.greatest, None
         for _ in range(LOOKED_AT):
-            found = [self.knots(place, Fraction(end), lower=False) for place in self.places]
+            found = [self.knots(place, Fraction(end), lower=False) for place in self.comparison.places]
             if None not in found:
                 return end, [[extended_text(q) for q in knots or ()] for knots in found]
             end = end * WIDER if self.contrast == "ratio" else end + (WIDER - 1) * self.width

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain, permutations
+from itertools import chain
 from math import inf
 from typing import Any
 
@@ -16,7 +16,7 @@ from fairaudit.exact.dense import Floats
 from fairaudit.exact.extended import Extended, extended_text
 from fairaudit.exact.rationals import rational
 from fairaudit.inference.cells import Profiles
-from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.comparisons import Comparison, Place
 from fairaudit.inference.levels import Holding, equal_share
 from fairaudit.inference.paired_betting import (
     GREATEST,
@@ -36,9 +36,6 @@ MOST_STEPS = 40_000_000
 
 TIE = 1e-9
 """Within which floats take what two pairs won for the same."""
-
-Place = tuple[int, int, int]
-"""A block, and the positions of two of its forms, the higher one first."""
 
 
 def fits_units(comparison: Comparison) -> bool:
@@ -121,11 +118,11 @@ def paired_drivers(comparison: Comparison, lower: Fraction, upper: Extended) -> 
     first = last = None
     if lower > 1:
         won = pairs.won(1 / float(lower))
-        b, i, j = pairs.places[int(np.flatnonzero(won >= won.max() - TIE)[0])]
+        b, i, j = comparison.places[int(np.flatnonzero(won >= won.max() - TIE)[0])]
         first = b, j, i
     if upper > 1:
         won = pairs.won(float(GREATEST if upper == inf else upper))
-        last = pairs.places[int(np.flatnonzero(won <= won.min() + TIE)[0])]
+        last = comparison.places[int(np.flatnonzero(won <= won.min() + TIE)[0])]
     return first, last
 
 
@@ -134,11 +131,6 @@ class _Pairs:
     """All ordered pairs of groups that are compared, with the contrasts of their units."""
 
     comparison: Comparison
-
-    @cached_property
-    def places(self) -> list[Place]:
-        """All ordered pairs, block by block."""
-        return [(b, i, j) for b, block in enumerate(self.comparison.blocks) for i, j in permutations(range(len(block)), 2)]
 
     @cached_property
     def contrasts(self) -> list[Contrasts]:
