@@ -54,6 +54,15 @@ THIS_TABLE = "this table"
 
 ENDS_CROSS = "the ends cross"
 
+WHOEVER = "whoever the unknown are"
+
+HIDDEN = "with the declared hidden context"
+
+DRIFTING = "within the declared drift"
+
+OBJECTIONS = (WHOEVER, HIDDEN, DRIFTING)
+"""What a target can be judged under, and a claim hold under, besides of the table or the population as they are."""
+
 
 @dataclass(frozen=True)
 class Words:

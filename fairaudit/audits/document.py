@@ -21,6 +21,7 @@ from fairaudit.certificates.entries import (
 )
 from fairaudit.certificates.numbers import number
 from fairaudit.certificates.table import Table, canonical, column_names
+from fairaudit.theorems.registry import under
 from fairaudit.words import THIS_TABLE
 
 if TYPE_CHECKING:
@@ -126,7 +127,7 @@ def _target(target: Target) -> dict[str, Any]:
         "quantity": target.quantity,
         "limit": number(target.limit),
         "unit": target.unit,
-        "judged": THIS_TABLE if target.confidence is None else population_at(target.confidence),
+        "judged": under(THIS_TABLE if target.confidence is None else population_at(target.confidence), target.under),
         **({} if target.estimand == "mean over rows" else {"estimand": target.estimand}),
         "verdict": target.verdict,
     }

@@ -122,7 +122,7 @@ class Result(Faces):
         What was left out, and why.
     targets : tuple of Target
         The limits that were asked for.
-    verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
+    verdict : {"none", "within", "exceeds", "inconclusive", "depends", "changed"}
         "changed" before "exceeds" before "inconclusive" before "within"; "none" without targets.
     notes : tuple of str
         What was noticed while reading.

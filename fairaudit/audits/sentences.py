@@ -117,7 +117,7 @@ class Deciding:
     """
 
     quantity: Literal["local", "global"]
-    verdict: Literal["none", "within", "exceeds", "inconclusive", "changed"]
+    verdict: Literal["none", "within", "exceeds", "inconclusive", "depends", "changed"]
     end: Literal["table", "lower", "upper"]
     value: Fraction | float
     by: str

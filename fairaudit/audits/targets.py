@@ -35,15 +35,18 @@ class Target:
         The limit: on L or L̄ (``unit="log"``, nats), on R or R̄ (``unit="ratio"``), or on a difference (``unit="difference"``).
     unit : {"log", "ratio", "difference"}
         Which of them.
-    verdict : {"within", "exceeds", "inconclusive", "changed"}
+    verdict : {"within", "exceeds", "inconclusive", "depends", "changed"}
         Decided exactly; inconclusive when nothing was compared, the draws do not decide, or they decide both ways because the ends cross;
-        changed when a window contradicts the stream.
+        depends when what was not recorded could make it either; changed when a window contradicts the stream.
     confidence : Fraction or None
         What was judged: the population behind the draws, all targets together at this confidence, or, if None, the table itself.
     upper : tuple of (Fraction or float, str) or None
         Of a target about the population, the smallest sound upper end, and where it comes from: a theorem, or the interval.
     estimand : {"mean over rows", "mean over units"}
         Of which means the ratio is judged.
+    under : str
+        The objection that it takes into account, if any: "whoever the unknown are", "with the declared hidden context" or "within the
+        declared drift".
 
     Examples
     --------
@@ -61,6 +64,7 @@ class Target:
     confidence: Fraction | None = None
     upper: tuple[Fraction | float, str] | None = None
     estimand: Estimand = "mean over rows"
+    under: str = ""
 
 
 def judged_by_window(targets: tuple[Target, ...], verdict: Verdict, change: Change) -> tuple[tuple[Target, ...], Verdict]:

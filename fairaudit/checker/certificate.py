@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from .claims import OVER_UNITS, POPULATION, RULES, UTILITIES, Claim, is_about_population
+from .claims import OVER_UNITS, POPULATION, RULES, UTILITIES, Claim, is_about_population, without_objection
 from .declared import DeclaredIn, read_declared
 from .figures import EXPECTED_DIFFERENCES
 from .header import Positive, Subject, has_truth, is_about_policy, read_positive, read_subject
@@ -46,6 +46,7 @@ class Target:
     confidence: Fraction | None  # of what is judged about the population
     verdict: str
     of_units: bool  # whether the mean over units is judged
+    under: str = ""  # the objection under which it is judged, if any
 
     @property
     def judged_by(self) -> str:
@@ -165,15 +166,17 @@ def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], pa
 def _read_target(value: object, where: str) -> Target:
     members = read_object(value, where, ("quantity", "limit", "unit", "judged", "verdict"), optional=("estimand",))
     judged = read_string(members["judged"], f"{where}.judged")
-    of_population = judged.startswith(POPULATION)
+    about, under = without_objection(judged)
+    of_population = about.startswith(POPULATION)
     target = Target(
         read_choice(members["quantity"], f"{where}.quantity", ("local", "global")),
         read_rational(members["limit"], f"{where}.limit", nonnegative=True),
         read_choice(members["unit"], f"{where}.unit", ("log", "ratio", "difference")),
         judged,
-        read_confidence(judged.removeprefix(POPULATION), f"{where}.judged") if of_population else None,
-        read_choice(members["verdict"], f"{where}.verdict", ("within", "exceeds", "inconclusive", "changed")),
+        read_confidence(about.removeprefix(POPULATION), f"{where}.judged") if of_population else None,
+        read_choice(members["verdict"], f"{where}.verdict", ("within", "exceeds", "inconclusive", "depends", "changed")),
         "estimand" in members and bool(read_choice(members["estimand"], f"{where}.estimand", (OVER_UNITS,))),
+        under,
     )
     if target.unit == "ratio" and not at_most(ONE, target.limit):
         raise malformed(f"{where}.limit", "must be at least 1, being the limit of a ratio")
@@ -239,7 +242,7 @@ def read_certificate(raw: bytes) -> Certificate:
         ],
         tuple(_read_claim(item, f"claims[{i}]", parameters) for i, item in enumerate(read_list(top["claims"], "claims"))),
         targets,
-        read_choice(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive", "changed")),
+        read_choice(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive", "depends", "changed")),
         intervals,
         read_positive(about["positive"], "subject.positive") if "positive" in about else None,
         {name: read_rates(metrics[name], f"metrics.{name}", subject.columns) for name in rates},

@@ -31,6 +31,18 @@ UTILITIES = "every utility of the class"
 POPULATION = "population at confidence "  # the confidence follows
 ONE_SIDED = "population, one-sided at confidence "  # likewise, of each end of a ratio by itself
 
+# What a target can be judged under, and a claim hold under, besides: it follows after a comma.
+WHOEVER = "whoever the unknown are"
+HIDDEN = "with the declared hidden context"
+DRIFTING = "within the declared drift"
+OBJECTIONS = (WHOEVER, HIDDEN, DRIFTING)
+
+
+def without_objection(scope: str) -> tuple[str, str]:
+    """Split what a statement is about from the objection that it takes into account; empty if there is none."""
+    about, _, under = scope.partition(", ")
+    return (about, under) if under in OBJECTIONS else (scope, "")
+
 
 @dataclass(frozen=True)
 class Claim:

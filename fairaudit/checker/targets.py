@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from .certificate import Certificate, Target
-from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, POLICIES, Claim
+from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, POLICIES, Claim, without_objection
 from .figures import EXPECTED_DIFFERENCES
 from .intervals import Proven
 from .judgement import Facts
@@ -56,6 +56,26 @@ def _spent(targets: Iterable[Target], facts: Facts) -> Fraction:
     return sum((*each, *together), Fraction(0))
 
 
+# How a target is judged under an objection, from the claims that are true: what it is about, its claims and its verdict.
+UNDER: dict[str, Callable[[Target, Facts, Sequence[Claim]], str]] = {}
+
+
+def _verdict_of(target: Target, stated: Certificate, facts: Facts, true_claims: Sequence[Claim], window: Proven | None) -> str:
+    """Judge a target by the metrics, or by what is proved of the population, and under an objection by the claims about that."""
+    if target.under in UNDER:
+        return UNDER[target.under](target, facts, true_claims)
+    metric, difference = facts.metrics.get(target.judged_by), target.unit == "difference"
+    ends = (ZERO if difference else ONE, INFINITY) if metric is None else (metric.value, metric.value)
+    if target.confidence is not None:
+        ends = ends_of_population(target.judged_by, facts, true_claims)
+    if stated.change is not None and target.quantity in stated.withdrawn and target.confidence is not None and not difference:
+        exceeded = window is not None and stated.change.quantity == target.quantity and _judge(target, window.ratio) == "exceeds"
+        # Which window contradicts the stream depends on the draws: those up to it have to hold together.
+        exceeded = exceeded and window is not None and stated.change.window**2 * window.error <= 1 - target.confidence
+        return "exceeds" if exceeded else "changed"
+    return _judge(target, ends)
+
+
 def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim], window: Proven | None) -> Iterator[Finding]:
     """Judge each target by what was found, and the certificate by its targets."""
     spent = _spent(stated.targets, facts)
@@ -64,18 +84,12 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
     seen: set[tuple[str, str]] = set()
     for i, target in enumerate(stated.targets):
         working_on(f"targets[{i}]")
-        metric, difference = facts.metrics.get(target.judged_by), target.unit == "difference"
-        ends = (ZERO if difference else ONE, INFINITY) if metric is None else (metric.value, metric.value)
-        if target.confidence is not None:
-            ends = ends_of_population(target.judged_by, facts, true_claims)
-        verdicts.append(_judge(target, ends))
-        if stated.change is not None and target.quantity in stated.withdrawn and target.confidence is not None and not difference:
-            exceeded = window is not None and stated.change.quantity == target.quantity and _judge(target, window.ratio) == "exceeds"
-            # Which window contradicts the stream depends on the draws: those up to it have to hold together.
-            exceeded = exceeded and window is not None and stated.change.window**2 * window.error <= 1 - target.confidence
-            verdicts[-1] = "exceeds" if exceeded else "changed"
-        fault = "" if target.verdict == verdicts[-1] else f"the table gives {shown(verdicts[-1])}"
-        if target.confidence is None and target.judged != "this table":
+        difference = target.unit == "difference"
+        verdicts.append(_verdict_of(target, stated, facts, true_claims, window))
+        fault = "" if target.verdict == verdicts[-1] else f"the {'claims give' if target.under else 'table gives'} {shown(verdicts[-1])}"
+        if target.under and target.under not in UNDER:
+            fault = f"nothing is judged {shown(target.under)}"
+        if target.confidence is None and without_objection(target.judged)[0] != "this table":
             fault = f'judged must be "this table" or a population at some confidence, not {shown(target.judged)}'
         if target.confidence is not None:
             if facts.table.header.subject.kind == "probabilities":
@@ -91,10 +105,10 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
         if (target.quantity, target.unit) in seen:
             fault = "a target that occurs twice"
         seen.add((target.quantity, target.unit))
-        judged = "" if target.confidence is None else f" for {shown(target.judged)}"
+        judged = "" if target.confidence is None and not target.under else f" for {shown(target.judged)}"
         statement = f"targets[{i}]: {target.quantity} {target.unit}, limit {shown(target.limit)}: {target.verdict}{judged}"
         yield finding_of(statement, not fault, fault)
-    order = ("exceeds", "inconclusive", "within", "none")
+    order = ("exceeds", "depends", "inconclusive", "within", "none")
     overall = next(verdict for verdict in order if verdict in [*verdicts, "none"])
     if stated.withdrawn & ({target.quantity for target in stated.targets} or stated.withdrawn):
         overall = "changed"

@@ -10,9 +10,9 @@ from fairaudit.exact.extended import Extended, extended_pair
 from fairaudit.inference.interval import Interval
 from fairaudit.measures.limits import ALONE, one_limit, without_bare_limits
 
-Verdict = Literal["none", "within", "exceeds", "inconclusive", "changed"]
+Verdict = Literal["none", "within", "exceeds", "inconclusive", "depends", "changed"]
 
-SEVERITY: dict[str, int] = {"none": 0, "within": 1, "inconclusive": 2, "exceeds": 3, "changed": 4}
+SEVERITY: dict[str, int] = {"none": 0, "within": 1, "inconclusive": 2, "depends": 3, "exceeds": 4, "changed": 5}
 """The verdict on all targets is the severest: what is not known is no reason to pass, and a contradicted ratio leaves nothing to judge."""
 
 
@@ -28,11 +28,11 @@ def foremost_verdict(verdicts: Iterable[Verdict]) -> Verdict:
 
 
 def exit_code(verdict: Verdict, verdicts: Iterable[Verdict]) -> int:
-    """0 within or no target, 1 a target is exceeded, 3 inconclusive, or changed without an exceeded target.
+    """0 within or no target, 1 a target is exceeded, 3 inconclusive, depends, or changed without an exceeded target.
 
     Parameters
     ----------
-    verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
+    verdict : {"none", "within", "exceeds", "inconclusive", "depends", "changed"}
         That on all targets.
     verdicts : iterable
         Those on each.
@@ -44,7 +44,7 @@ def exit_code(verdict: Verdict, verdicts: Iterable[Verdict]) -> int:
     """
     if verdict == "changed":
         return 1 if "exceeds" in verdicts else 3
-    return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3}[verdict]
+    return {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3, "depends": 3}[verdict]
 
 
 @without_bare_limits(ALONE)

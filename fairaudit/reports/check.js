@@ -623,6 +623,7 @@
   const NEAR = POLICIES + " within the declared drift of this one", RANGE = POLICIES + ", any utility of the declared range";
   const RANGE_FLOORED = FLOORED + ", any utility of the declared range";
   const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ", ONE_SIDED = "population, one-sided at confidence ";
+  const OBJECTIONS = ["whoever the unknown are", "with the declared hidden context", "within the declared drift"];
   const EXPECTED = ["local_difference", "global_difference"];
   const QUANTITIES = [...RATIOS, ...EXPECTED, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
   const KNOWN = [
@@ -781,7 +782,7 @@
     const named = judged.map(judgedBy).filter((q) => q in (doc.intervals || {})), each = (q) => doc.intervals[q].ends === "each";
     const names = [...named.filter(each), ...new Set(named.filter((q) => !each(q)))];  // each end by itself: every target has its own error
     const error = (c) => minus(ONE, rational(c)), spent = names.reduce((t, q) => add(t, error(doc.intervals[q].confidence)), ZERO);
-    return compare(spent, error(judged[0].judged.slice(POPULATION.length))) <= 0;
+    return compare(spent, error(judged[0].judged.slice(POPULATION.length).split(", ")[0])) <= 0;
   }
   function withdrawn(doc) {  // the ratios of a stream that a window contradicts
     if (!doc.changed) return [];
@@ -790,7 +791,7 @@
   function overall(doc) {
     const verdicts = doc.targets.map((t) => t.verdict), gone = withdrawn(doc);
     if (gone.length && (!doc.targets.length || doc.targets.some((t) => gone.includes(t.quantity)))) return "changed";
-    return ["exceeds", "inconclusive", "within"].find((v) => verdicts.includes(v)) || "none";
+    return ["exceeds", "depends", "inconclusive", "within"].find((v) => verdicts.includes(v)) || "none";
   }
   function judgeTarget(target, f) {  // true, false, or undefined when it rests on an interval
     const apart_ = target.unit === "difference", key_ = target.quantity + (apart_ ? "_difference" : "_ratio");
@@ -799,6 +800,7 @@
     if (!["local", "global"].includes(target.quantity) || !["ratio", "log", "difference"].includes(target.unit)) return false;
     if (apart_ ? !(key_ in f.doc.metrics) : f.constants.m[0] < 0n) return false;  // of utilities below 0 there are differences only
     const atMost = (v) => (target.unit !== "log" ? compare(v, limit) <= 0 : logAtMost(v, limit));
+    if (OBJECTIONS.includes(target.judged.split(", ")[1])) return undefined;
     if (target.judged === "this table") return !("estimand" in target) && target.verdict === (r === null ? "inconclusive" : atMost(r) ? "within" : "exceeds");
     if (!target.judged.startsWith(POPULATION) || !f.together) return false;
     if (!apart_ && withdrawn(f.doc).includes(target.quantity)) return ["changed", "exceeds"].includes(target.verdict) ? undefined : false;

@@ -80,6 +80,7 @@ VERDICTS = {
     "within": ("Within the target", "Within the targets"),
     "exceeds": ("Exceeds the target", "Exceeds a target"),
     "inconclusive": ("Inconclusive", "Inconclusive"),
+    "depends": ("It depends", "It depends"),
     "changed": ("The ratio changed", "The ratio changed"),
     "none": ("No target was set", "No target was set"),
 }
@@ -137,6 +138,8 @@ class Content:
         """What the verdict means, where its word does not say it."""
         if self.verdict == "inconclusive":
             return "What was recorded does not settle whether the target is met."
+        if self.verdict == "depends":
+            return "Whether the target is met depends on what was not recorded: both answers are possible."
         if self.verdict == "changed":
             return "A window of the stream contradicts the rest, so nothing is claimed about one constant ratio."
         return "These are the figures, without a judgement." if self.verdict == "none" else ""

@@ -8,7 +8,7 @@ from typing import Any
 
 from fairaudit.audits.targets import Target
 from fairaudit.certificates.reader import number
-from fairaudit.theorems.registry import for_any_sampled, kind_of
+from fairaudit.theorems.registry import for_any_sampled, kind_of, without_objection
 from fairaudit.words import THE_INTERVAL, THIS_TABLE
 
 __all__ = ["judged_targets"]
@@ -20,12 +20,12 @@ def judged_targets(document: Mapping[str, Any]) -> Iterator[tuple[Target, Fracti
         quantity, apart = entry["quantity"], entry["unit"] == "difference"
         interval = document.get("intervals", {}).get(f"{quantity}_difference" if apart else quantity)
         low, high = (None, None) if interval is None else map(number, interval["difference" if apart else "ratio"])
-        lower, judged = low, entry["judged"]
-        confidence = None if judged == THIS_TABLE else Fraction(judged.rpartition(" ")[2])
+        about, under = without_objection(entry["judged"])
+        confidence = None if about == THIS_TABLE else Fraction(about.rpartition(" ")[2])
         upper = None if confidence is None else _upper(document, quantity)
         if apart:
             upper = None if confidence is None or high is None else (high, THE_INTERVAL)
-        yield Target(quantity, Fraction(entry["limit"]), entry["unit"], entry["verdict"], confidence, upper), lower
+        yield Target(quantity, Fraction(entry["limit"]), entry["unit"], entry["verdict"], confidence, upper, under=under), low
 
 
 def _upper(document: Mapping[str, Any], quantity: str) -> tuple[Fraction | float, str] | None:

@@ -70,7 +70,7 @@ class Look:
         a verdict rests on them.
     verdicts : dict
         For each target its verdict, decided exactly.
-    verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
+    verdict : {"none", "within", "exceeds", "inconclusive", "depends", "changed"}
         Of all targets together; "changed" if what one of them rests on was contradicted.
     pairs : dict
         For each target the pair of groups behind the end that decided it: the lower one for "exceeds", else the upper one.

@@ -37,6 +37,7 @@ from fairaudit.theorems.t05 import t5_decision_in, t5_in
 from fairaudit.theorems.t08 import t8_in
 from fairaudit.theorems.t12 import t12_in
 from fairaudit.theorems.t13_cases import t13_any_policy_in, t13_floored_in, t13_near_in, t13_range_floored_in, t13_range_in
+from fairaudit.words import OBJECTIONS
 
 Relation = Literal["=", "<=", ">="]
 
@@ -597,8 +598,26 @@ BY_KEY: dict[tuple[str, str, str, str], Kind] = {
 
 def kind_of(claim: Mapping[str, Any]) -> Kind | None:
     """The kind of a claim of a certificate, if there is one."""
-    scope = next((opening for opening in (SAMPLED, ONE_SIDED) if claim["scope"].startswith(opening)), claim["scope"])
-    return BY_KEY.get((claim["quantity"], claim["relation"], claim["by"], scope))
+    about, objection = without_objection(claim["scope"])
+    scope = next((opening for opening in (SAMPLED, ONE_SIDED) if about.startswith(opening)), about)
+    return BY_KEY.get((claim["quantity"], claim["relation"], claim["by"], under(scope, objection)))
+
+
+def under(scope: str, objection: str) -> str:
+    """What a statement is about, if it takes an objection into account; of a population, `BY_KEY` has it without the confidence."""
+    return f"{scope}, {objection}" if objection else scope
+
+
+def without_objection(scope: str) -> tuple[str, str]:
+    """What a statement is about, and the objection that it takes into account, which is empty if there is none.
+
+    Examples
+    --------
+    >>> without_objection("this law, within the declared drift")
+    ('this law', 'within the declared drift')
+    """
+    about, _, objection = scope.partition(", ")
+    return (about, objection) if objection in OBJECTIONS else (scope, "")
 
 
 def is_sampled(scope: str) -> bool:

@@ -42,7 +42,7 @@ class Verification:
     ----------
     findings : tuple of Finding
         Each with its ``statement``, whether it is ``true``, and a ``detail`` on what the table says instead.
-    verdict : {"none", "within", "exceeds", "inconclusive", "changed"}
+    verdict : {"none", "within", "exceeds", "inconclusive", "depends", "changed"}
         The verdict that the certificate states.
     required : str or None
         The verdict that was required.
