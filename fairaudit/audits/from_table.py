@@ -88,6 +88,7 @@ def audit(
     table: str | None = None,
     query: str | None = None,
     memory: str | None = None,
+    skip: int = 0,
     in_parts: bool = False,
 ) -> Result:
     """Audit a table: read it, measure it exactly, judge it against targets, and prepare a certificate, as `fairaudit certify` does.
@@ -134,7 +135,7 @@ def audit(
         Whether to state differences of expected utilities, too, which may then be negative, as for `certify`.
     confidence, interval, independent, select, missing_units, declared, declared_in, max_drift, all_bounds, burden, embed_table
         As for `certify`. A confidence that is given needs counts; without one, a table that has none is judged as it stands.
-    engine, table, query, memory
+    engine, table, query, memory, skip
         As for `read_log`.
     in_parts : bool
         Whether to read some contexts at a time, in little memory, without intervals; done anyway beyond 20 million different rows.
@@ -208,7 +209,7 @@ def audit(
         embed_table=embed_table,
         difference=difference,
     )
-    beside = {**roles, "missing": missing != "error", "table": table, "query": query, "in_parts": in_parts}
+    beside = {**roles, "missing": missing != "error", "table": table, "query": query, "in_parts": in_parts, "skip": skip}
     if isinstance(source, (Law, Deployment)):
         for name, value in beside.items():
             if value:
@@ -222,7 +223,7 @@ def audit(
     if not group:
         raise InputError("no group column was named; give group, the name of one column or of several")
     roles["decision"] = decision or utility_column
-    reading = Reading(**roles, missing=missing, signed=signed, access=Access(engine, table, query, memory))
+    reading = Reading(**roles, missing=missing, signed=signed, access=Access(engine, table, query, memory, skip))
     if utility_column is None:
         _needed(given)
     of_policies = {"declared_in": declared_in, "max_drift": max_drift, "all_bounds": all_bounds, **filters, "releases": releases != 1}

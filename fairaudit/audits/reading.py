@@ -16,6 +16,7 @@ from fairaudit.errors import InputError, ManyRowsError, naming, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
+from fairaudit.tables.arriving import as_table
 from fairaudit.tables.binning import Bins, apply_bins
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.csv import CsvTable, decimal_commas, read_csv
@@ -43,15 +44,18 @@ class Access:
     engine : {"auto", "duckdb", "python", "spark"} or SparkSession
         Who reads files.
     table, query : str or None
-        Of a database: the table, or a query whose result is the table.
+        Of a database: the table, or a query whose result is the table. Of a spreadsheet: the sheet.
     memory : str or None
         What DuckDB may use before it spills to disk.
+    skip : int
+        How many lines stand above the header of a text or a spreadsheet.
     """
 
     engine: Engine = "auto"
     table: str | None = None
     query: str | None = None
     memory: str | None = None
+    skip: int = 0
 
 
 @dataclass(frozen=True)
@@ -276,6 +280,7 @@ def read_table(
     InputError
         If it cannot be read, or a column is not there.
     """
+    source = as_table(source, columns)
     if isinstance(source, (list, tuple)) and len(source) == 1:
         source = source[0]
     asked: dict[str, Any] = {"report": report, "meanwhile": _warm, "most": most, "by": by}
@@ -284,8 +289,8 @@ def read_table(
             found = source
         elif isinstance(source, (Tally, PreparedTable)) or _in_memory(source, plain=plain):
             return _held(source, bins, access, plain=plain, spelled=spelled)
-        elif not plain or not isinstance(source, (str, os.PathLike)) or not _is_csv(os.fspath(source)):
-            access_options: dict[str, Any] = {name: getattr(access, name) for name in ("engine", "table", "query", "memory")}
+        elif not plain or not isinstance(source, (str, os.PathLike)) or access.skip or not _is_csv(os.fspath(source)):
+            access_options: dict[str, Any] = {name: getattr(access, name) for name in ("engine", "table", "query", "memory", "skip")}
             return _with_numbers(read_log(source, columns, bins=bins, **access_options, **asked), numeric)
         else:
             found = read_csv(source)
@@ -333,7 +338,8 @@ def _held(
         raise InputError(f"{spelled('table')} and {spelled('query')} go with a database")
     if not hasattr(source, "columns") and not isinstance(source, Mapping) and not isinstance(source, Tally):
         raise InputError(
-            f"a table cannot be read from a {type(source).__name__}; use a file, a database, a frame, or a mapping of column to list"
+            f"a table cannot be read from a {type(source).__name__}; use a file, a database, a frame, an Arrow stream, "
+            "a list of records, or a mapping of column to list"
         )
     if is_frame(source) and not hasattr(source, "iloc") and not all(isinstance(name, str) for name in source.columns):
         source = {name: source[name] for name in source.column_names}
@@ -406,6 +412,7 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
         "map": reading.label_map,
         "unit": reading.unit,
         "query": reading.access.query,
+        "skip": reading.access.skip,
         **given,
         "missing": reading.missing != "error",
     }

@@ -68,7 +68,13 @@ def run(arguments: argparse.Namespace) -> Answer:
     from fairaudit.tables.engines.logs import survey_log
 
     given = arguments.table if len(arguments.table) > 1 else arguments.table[0]
-    where = {"engine": arguments.engine, "table": arguments.database_table, "query": arguments.query, "memory": arguments.memory}
+    where = {
+        "engine": arguments.engine,
+        "table": arguments.database_table,
+        "query": arguments.query,
+        "memory": arguments.memory,
+        "skip": arguments.skip,
+    }
     try:
         with progress() as report:
             survey = survey_log(given, **where, report=report)
@@ -182,6 +188,7 @@ def _suggest(arguments: argparse.Namespace, found: list[_Column]) -> list[str]:
         ("--table", arguments.database_table or ""),
         ("--query", arguments.query or ""),
         ("--memory", arguments.memory or ""),
+        ("--skip", str(arguments.skip or "")),
         ("--decision", decision.name if decision else "COL"),
         ("--group", ",".join(_quoted(column.name) for column in groups) or "COL"),
         ("--context", ",".join(_quoted(column.name) for column in usable)),

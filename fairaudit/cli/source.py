@@ -23,7 +23,10 @@ def add_source(parser: argparse._ArgumentGroup) -> None:
         default="auto",
         help="who reads files (default: DuckDB, if they are large)",
     )
-    parser.add_argument("--table", dest="database_table", metavar="NAME", help="of a database: the table that holds the log")
+    parser.add_argument(
+        "--table", dest="database_table", metavar="NAME", help="of a database: the table that holds the log; of a spreadsheet: the sheet"
+    )
+    parser.add_argument("--skip", type=int, default=0, metavar="N", help="how many lines stand above the header, such as a title")
     parser.add_argument("--query", metavar="SQL", help="of a database: a query whose result is the log")
     parser.add_argument("--memory", metavar="SIZE", help="what DuckDB may use before it spills to disk, such as 2GB")
 
@@ -67,7 +70,7 @@ def access_of(arguments: argparse.Namespace) -> Access:
     """How the table is reached, as the options say."""
     from fairaudit.audits.reading import Access
 
-    return Access(arguments.engine, arguments.database_table, arguments.query, arguments.memory)
+    return Access(arguments.engine, arguments.database_table, arguments.query, arguments.memory, arguments.skip)
 
 
 def reading_of(arguments: argparse.Namespace) -> Reading:

@@ -12,8 +12,9 @@ import os
 import re
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from operator import itemgetter
 from pathlib import Path
 from typing import IO, cast
@@ -24,9 +25,23 @@ from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 from fairaudit.words import brief
 
-__all__ = ["CsvTable", "Layout", "count_csv", "decimal_commas", "first_row", "layout", "opened", "read_csv", "same_layout", "text_lines"]
+__all__ = [
+    "CsvTable",
+    "Layout",
+    "count_csv",
+    "decimal_commas",
+    "first_row",
+    "layout",
+    "opened",
+    "read_csv",
+    "same_layout",
+    "text_lines",
+    "title_rows",
+    "titled",
+]
 
 HEAD = 200_000  # characters that say which separator and which decimal mark a file has
+TOP = 50  # rows that say whether a table begins with a title
 EMPTY = "the file is empty; a header line and at least one row were expected"
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*", re.ASCII)
@@ -193,6 +208,7 @@ def layout(path: str | os.PathLike[str]) -> Layout:
     if not start.strip():
         raise InputError(EMPTY)
     delimiter = _delimiter(start)
+    _refuse_title(start, delimiter)
     _, header = next(_rows(text_lines(Path(path)), delimiter))
     return Layout(delimiter, _header(header))
 
@@ -389,6 +405,7 @@ def _line(data: bytes, position: int) -> int:
 
 def _parse(name: str, text: str) -> CsvTable:
     delimiter = _delimiter(text)
+    _refuse_title(text[:HEAD], delimiter)
     rows = _rows(io.StringIO(text, newline=""), delimiter)
     _, first = next(rows)
     header = _header(first)
@@ -407,13 +424,50 @@ def _parse(name: str, text: str) -> CsvTable:
 
 def _header(row: Sequence[str]) -> tuple[str, ...]:
     known: set[str] = set()
-    for position, name in enumerate(row):
-        if not name.strip():
-            raise InputError(f"column {position + 1} has no name in the header line; name every column")
+    names = [name if name.strip() else f"column {position}" for position, name in enumerate(row, 1)]
+    for name in names:
         if name in known:
             raise InputError(f"the column name {shown(name)} occurs twice in the header line; give each column its own name")
         known.add(name)
-    return tuple(row)
+    return tuple(names)
+
+
+def title_rows(rows: Sequence[Sequence[str]]) -> int:
+    """How many rows at the top are a title, and no header: the first has something in its first cell, and in few others.
+
+    Examples
+    --------
+    >>> title_rows([["Admissions 1973"], [], ["Dept", "Gender", "Admit"], ["A", "f", "yes"], ["A", "m", "no"]])
+    2
+    >>> title_rows([["Dept", "Gender", "Admit"], ["A", "f", "yes"]])
+    0
+    """
+    filled = [sum(1 for cell in row if cell.strip()) for row in rows]
+    below = [cells for cells in filled[1:] if cells]
+    usual = max(sorted(below, reverse=True), key=below.count, default=0)
+    if not rows or not rows[0] or not rows[0][0].strip() or 2 * filled[0] > usual:
+        return 0
+    return next(number for number, cells in enumerate(filled) if cells >= usual)
+
+
+def titled(line: int, row: Sequence[str], skip: int) -> InputError:
+    """Say that a table begins with a title."""
+    text = next(cell for cell in row if cell.strip())
+    return InputError(
+        f"line {line} has {shown(text, 60)} where a header was expected, which looks like a title; skip what is above the header "
+        f"(--skip {skip})"
+    )
+
+
+def _refuse_title(start: str, delimiter: str) -> None:
+    """Refuse a text that begins with a title; where no delimiter is on its first line, those below may be separated by any."""
+    for separator in DELIMITERS if _width(start, delimiter) == 1 else (delimiter,):
+        reader = csv.reader(io.StringIO(start, newline=""), delimiter=separator, strict=True)
+        rows: list[tuple[int, list[str]]] = []
+        with suppress(csv.Error):
+            rows.extend((reader.line_num, row) for row in islice(reader, TOP) if row or rows)
+        if title := title_rows([row for _, row in rows]):
+            raise titled(rows[0][0], rows[0][1], rows[title - 1][0])
 
 
 def _rows(lines: Iterable[str], delimiter: str) -> Iterator[tuple[int, list[str]]]:
@@ -433,12 +487,12 @@ def _rows(lines: Iterable[str], delimiter: str) -> Iterator[tuple[int, list[str]
 
 
 def _delimiter(text: str) -> str:
-    first = text.lstrip("\r\n")[:HEAD]
+    return max(DELIMITERS, key=lambda delimiter: _width(text, delimiter))
 
-    def width(delimiter: str) -> int:
-        try:
-            return len(next(csv.reader(io.StringIO(first, newline=""), delimiter=delimiter)))
-        except (csv.Error, StopIteration):
-            return 0
 
-    return max(DELIMITERS, key=width)
+def _width(text: str, delimiter: str) -> int:
+    """How many cells the first line has."""
+    try:
+        return len(next(csv.reader(io.StringIO(text.lstrip("\r\n")[:HEAD], newline=""), delimiter=delimiter)))
+    except (csv.Error, StopIteration):
+        return 0

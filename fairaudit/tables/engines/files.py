@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fairaudit.errors import InputError
+from fairaudit.tables.engines.converted import converted
 from fairaudit.tables.engines.paths import SMALL, Form, expand, form, read_text, regular
 from fairaudit.tables.engines.request import Request
 from fairaudit.tables.tally import Tally
@@ -47,7 +48,7 @@ def survey(sources: Sequence[str], request: Request, engine: str) -> Survey:
 @contextmanager
 def _files(sources: Sequence[str], request: Request, engine: str) -> Iterator[tuple[list[str], Form, bool]]:
     """Find the files and what they hold, and say whether our own reader reads them."""
-    with regular(expand(sources)) as paths:
+    with regular(expand(sources)) as found, converted(found, request) as (paths, copied):
         kinds = {path: form(path) for path in paths}
         kind = kinds[paths[0]]
         for path, other in kinds.items():
@@ -63,9 +64,10 @@ def _files(sources: Sequence[str], request: Request, engine: str) -> Iterator[tu
         if kind in ("sqlite", "duckdb"):
             raise InputError(f"{paths[0]} is a database; name it as {kind}:{paths[0]}, with a table")
         for name in ("table", "query"):
-            if getattr(request, name) is not None:
+            if getattr(request, name) is not None and not (copied and name == "table"):
                 raise InputError(f"a {name} goes with a database, such as sqlite:decisions.db; {paths[0]} is {kind}")
         small = kind == "csv" and sum(Path(path).stat().st_size for path in paths) <= SMALL
         if engine == "python" and kind != "csv":
             raise InputError(f"the engine 'python' reads delimited text; {paths[0]} is {kind}")
-        yield paths, kind, engine == "python" or (engine == "auto" and small)
+        # What finds the line of a row in a text of any size reads the text again, and a copy is gone by then.
+        yield paths, kind, engine == "python" or (engine == "auto" and small) or (copied and kind == "csv")

@@ -52,13 +52,15 @@ def read_log(
     meanwhile: Callable[[], object] | None = None,
     most: int | None = None,
     by: Sequence[str] = (),
+    skip: int = 0,
 ) -> Tally:
     """Count the equal rows of a log, whatever holds it.
 
     Parameters
     ----------
     source : path, sequence of paths, URL or frame
-        Files (CSV, Parquet, JSON lines; compressed; patterns such as ``logs/*.parquet``); ``sqlite:FILE``, ``duckdb:FILE``,
+        Files (CSV, Parquet, JSON lines; compressed; patterns such as ``logs/*.parquet``; with the extra ``files`` spreadsheets, files of
+        Stata, SPSS and SAS, Feather, ORC); ``sqlite:FILE``, ``duckdb:FILE``,
         ``delta:FOLDER``, ``postgresql://…``, or a URL that ibis knows (``bigquery://…``, ``snowflake://…``, ``trino://…``); a frame, lazy
         frame or relation of pandas, polars, pyarrow, DuckDB or PySpark.
     columns : sequence of str
@@ -69,7 +71,7 @@ def read_log(
     engine : {"auto", "duckdb", "python", "spark"} or SparkSession
         Who reads files. "auto" reads small text files itself and gives everything else to DuckDB; all give the same counts.
     table, query : str, optional
-        Of a database: the table, or a query whose result is the log.
+        Of a database: the table, or a query whose result is the log. Of a spreadsheet: the sheet.
     memory : str, optional
         What DuckDB may use before it spills to the directory for temporary files, such as ``"2GB"``.
     report, meanwhile : callable, optional
@@ -78,6 +80,9 @@ def read_log(
         How many different rows may come back from Parquet files or a table of a DuckDB database; more are for `read_parts`.
     by : sequence of str, optional
         The columns for `read_parts` to keep together; if it cannot, all rows come back however many they are.
+
+    skip : int
+        How many lines stand above the header of a text or a spreadsheet.
 
     Returns
     -------
@@ -99,7 +104,7 @@ def read_log(
     >>> sorted(zip(tally["hired"], tally["age"]))
     [('no', '18 to under 65'), ('yes', '65 and over'), ('yes', 'under 18')]
     """
-    request = replace(_request(columns, bins, table, query, memory, report), meanwhile=meanwhile, most=most, by=tuple(by))
+    request = replace(_request(columns, bins, table, query, memory, report), meanwhile=meanwhile, most=most, by=tuple(by), skip=skip)
     _check(request, engine)
     if _is_text(source) or _is_paths(source):
         tally: Tally = _from_text(source, request, engine or "auto", "read")
@@ -109,6 +114,8 @@ def read_log(
     for name, given in (("table", table), ("query", query)):
         if given is not None:
             raise InputError(f"a {name} goes with a database, not with a frame")
+    if skip:
+        raise InputError("lines are skipped above the header of text and of spreadsheets, not of a frame")
     found = tally_frame(source, request.columns, request.bins)
     if found is None:
         raise InputError(f"a log cannot be read from a {type(source).__name__}; use a file, a database, or a frame")
@@ -199,6 +206,7 @@ def survey_log(
     query: str | None = None,
     memory: str | None = None,
     report: Report | None = None,
+    skip: int = 0,
 ) -> Survey:
     r"""Look at every column of a log: its most common labels, how many different values there are, and how many labels are missing.
 
@@ -206,7 +214,7 @@ def survey_log(
     ----------
     source : path, sequence of paths, or URL
         What `read_log` reads, frames excepted.
-    engine, table, query, memory, report
+    engine, table, query, memory, report, skip
         As for `read_log`.
 
     Returns
@@ -229,7 +237,7 @@ def survey_log(
     >>> found.rows, [(seen.name, seen.levels, seen.missing) for seen in found.columns]
     (3, [('hired', {'yes': 2, 'no': 1}, 0), ('sex', {'f': 2}, 1)])
     """
-    request = Request((), {}, table, query, memory, report)
+    request = Request((), {}, table, query, memory, report, skip=skip)
     _check(request, engine)
     found: Survey = _from_text(source, request, engine, "survey")
     if not found.rows:
@@ -242,6 +250,8 @@ def _check(request: Request, engine: Any) -> None:
     """Refuse what no engine takes."""
     if request.table is not None and request.query is not None:
         raise InputError("both a table and a query were given; give one")
+    if request.skip < 0:
+        raise InputError(f"{request.skip} lines above the header cannot be skipped; name a number from 0")
     if request.memory is not None and not re.fullmatch(r"[0-9]{1,6}(\.[0-9]+)? ?[KMGT]i?B", request.memory, re.IGNORECASE):
         raise InputError(f"the memory {shown(request.memory)} is not an amount such as 500MB or 2GB")
     if isinstance(engine, str) and engine not in ENGINES:
@@ -261,6 +271,10 @@ def _from_text(source: Any, request: Request, engine: Any, task: Task) -> Any:
     scheme = re.match(r"([a-z][a-z0-9+.-]*):", sources[0])
     kind = scheme.group(1) if scheme and not Path(sources[0]).exists() else ""
     database = kind in ("sqlite", "duckdb", "postgres", "postgresql") or "://" in sources[0]
+    if request.skip and (database or kind == "delta" or not isinstance(engine, str) or engine == "spark"):
+        raise InputError(
+            "lines are skipped above the header of text and of spreadsheets that are read here, by no database and not by Spark"
+        )
     if kind and database:
         if len(sources) > 1:
             raise InputError("a database is read on its own; name one")

@@ -8,6 +8,7 @@ import re
 import shutil
 import stat
 import tempfile
+import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,9 +24,13 @@ from fairaudit.tables.tally import Tally
 __all__ = ["Form", "expand", "form"]
 
 
-Form = Literal["csv", "json", "parquet", "sqlite", "duckdb", "delta"]
+Form = Literal["csv", "json", "parquet", "sqlite", "duckdb", "delta", "utf-16", "zip", "spreadsheet", "statistics", "arrow", "orc"]
 
 SMALL = 4_000_000  # bytes that our own reader takes less time for than DuckDB takes to be imported
+
+OLD_SPREADSHEET = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+
+STATISTICS = (".dta", ".sav", ".zsav", ".por", ".sas7bdat", ".xpt")
 
 JSON_NAME = re.compile(r".*\.(jsonl|ndjson|json)(\.(gz|zst))?", re.IGNORECASE)
 
@@ -92,7 +97,32 @@ def form(path: str) -> Form:
         return "sqlite"
     if start[8:12] == b"DUCK":
         return "duckdb"
-    return "json" if JSON_NAME.fullmatch(path) else "csv"
+    return _form_to_convert(path, start) or ("json" if JSON_NAME.fullmatch(path) else "csv")
+
+
+def _form_to_convert(path: str, start: bytes) -> Form | None:
+    """What is written anew before it is read (`fairaudit.tables.engines.converted`)."""
+    if start.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    if start.startswith(b"PK\x03\x04"):
+        return _form_of_archive(path)
+    if start.startswith(OLD_SPREADSHEET):
+        return "spreadsheet"
+    if start.startswith((b"ARROW1", b"FEA1")):
+        return "arrow"
+    if start.startswith(b"ORC"):
+        return "orc"
+    return "statistics" if path.lower().endswith(STATISTICS) else None
+
+
+def _form_of_archive(path: str) -> Form:
+    """Spreadsheets are archives, too."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+    except (zipfile.BadZipFile, OSError):
+        return "zip"
+    return "spreadsheet" if "[Content_Types].xml" in names or ("mimetype" in names and "content.xml" in names) else "zip"
 
 
 def _form_of_folder(folder: Path) -> Form:

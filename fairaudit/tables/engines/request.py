@@ -41,6 +41,8 @@ class Request:
         How many different rows may come back from DuckDB, where more can be read in parts.
     by : tuple of str
         The columns whose values those parts would keep together.
+    skip : int
+        How many lines stand above the header of a text or a spreadsheet.
     """
 
     columns: tuple[str, ...]
@@ -52,6 +54,7 @@ class Request:
     meanwhile: Callable[[], Any] | None = None
     most: int | None = None
     by: tuple[str, ...] = ()
+    skip: int = 0
 
 
 def database_source(request: Request, dialect: str) -> str:

@@ -1,0 +1,230 @@
+"""Files that are written anew as text or Parquet before they are read: spreadsheets, files of statistics programs, archives, UTF-16."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from fairaudit.errors import InputError, nearest, shown
+from fairaudit.tables.csv import TOP, opened, title_rows, titled
+from fairaudit.tables.engines.paths import Form, form
+from fairaudit.tables.engines.request import Request
+from fairaudit.tables.label_text import label_text
+
+__all__ = ["converted"]
+
+BLOCK = 1 << 20
+MOST_INSIDE = 1000  # times the size of an archive that its file may have: more is a trap, not a table
+EXTRA = "pip install 'fairaudit-certify[files]'"
+
+
+@contextmanager
+def converted(paths: Sequence[str], request: Request) -> Iterator[tuple[list[str], bool]]:
+    """Put a copy that readers understand in the place of each file that they do not, and say whether any was copied.
+
+    Lines keep their numbers, and what is said of a copy is said of the file.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be converted.
+    """
+    with tempfile.TemporaryDirectory(prefix="fairaudit-") as folder:
+        names: dict[str, str] = {}
+        listed: list[str] = []
+        for number, path in enumerate(paths):
+            place = Path(folder) / str(number)
+            try:
+                copy = _copied(path, place, request)
+            except InputError as error:
+                said = _of_originals(str(error), names)
+                raise InputError(said if said.startswith(path) else f"{path}: {said}") from None
+            if copy != path:
+                names[copy] = path
+            listed.append(copy)
+        try:
+            yield listed, bool(names)
+        except InputError as error:
+            said = _of_originals(str(error), names)
+            if said == str(error):
+                raise
+            raise type(error)(said) from None
+
+
+def _of_originals(said: str, names: dict[str, str]) -> str:
+    for copy, path in names.items():
+        said = said.replace(copy, path).replace(f"{Path(path).name}.csv:", f"{Path(path).name}:")
+    return said
+
+
+def _copied(path: str, place: Path, request: Request) -> str:
+    """The file itself, or a copy that can be read."""
+    kind = form(path)
+    convert = CONVERSIONS.get(kind)
+    if convert is None and not request.skip:
+        return path
+    if request.table is not None and kind not in ("spreadsheet", "zip"):
+        raise InputError(f"a table is that of a database, or a sheet of a spreadsheet; this is {kind}")
+    place.mkdir(parents=True)
+    if kind == "zip":
+        return _copied(_unpacked(path, place), place / "inside", request)
+    copy = place / f"{Path(path).name}{'.csv' if kind == 'statistics' else ''}"
+    if convert is not None:
+        convert(path, copy, request)
+    elif kind == "csv":
+        _below(path, copy, request.skip)
+    else:
+        raise InputError(f"lines are skipped above the header of text and of spreadsheets; this is {kind}")
+    return str(copy)
+
+
+def _unpacked(path: str, place: Path) -> str:
+    """The one file in an archive."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            inside = [info for info in archive.infolist() if not info.is_dir() and not info.filename.startswith("__MACOSX/")]
+            if len(inside) != 1:
+                names = f" ({', '.join(shown(info.filename) for info in inside[:5])})" if inside else ""
+                raise InputError(f"the archive holds {len(inside)} files{names}, not one; unpack it and name what is to be read")
+            (info,) = inside
+            if info.flag_bits & 1:
+                raise InputError("the archive is encrypted; unpack it first")
+            if info.file_size > max(BLOCK, MOST_INSIDE * Path(path).stat().st_size):
+                raise InputError(f"the archive says that it unpacks to {info.file_size:,} bytes; unpack it yourself, if you trust it")
+            copy = place / (Path(info.filename).name or "table")
+            with archive.open(info) as source, copy.open("wb") as target:
+                shutil.copyfileobj(source, target, BLOCK)
+            return str(copy)
+    except (zipfile.BadZipFile, NotImplementedError, EOFError, OSError) as error:
+        raise InputError(f"the archive cannot be unpacked: {error}") from None
+
+
+def _below(path: str, copy: Path, skip: int) -> None:
+    """The lines of a text below those to be skipped, which are left empty."""
+    with opened(Path(path)) as source, copy.open("wb") as target:
+        for _ in range(skip):
+            if not source.readline():
+                raise InputError(f"{skip} lines were to be skipped, and the file has no more than that")
+            target.write(b"\n")
+        shutil.copyfileobj(source, target, BLOCK)
+
+
+def _from_utf16(path: str, copy: Path, request: Request) -> None:
+    """The same text in UTF-8."""
+    try:
+        with Path(path).open(encoding="utf-16", newline="") as source, copy.open("w", encoding="utf-8", newline="") as target:
+            for line, text in enumerate(source):
+                target.write("\n" if line < request.skip else text)
+    except UnicodeError as error:
+        raise InputError(f"the file begins like UTF-16 and is none ({error}); save it as UTF-8") from None
+
+
+def _from_spreadsheet(path: str, copy: Path, request: Request) -> None:
+    """The rows of a sheet."""
+    library = _library("python_calamine", "spreadsheets")
+    try:
+        with Path(path).open("rb") as file:  # what it is, is found from its bytes, not from its name
+            book = library.CalamineWorkbook.from_filelike(file)
+            sheets = {name: book.get_sheet_by_name(name) for name in book.sheet_names}
+    except Exception as error:
+        raise InputError(f"the spreadsheet cannot be read: {error}") from None
+    if request.table is not None and request.table not in sheets:
+        raise InputError(f"there is no sheet {shown(request.table)}; {nearest(request.table, list(sheets))}")
+    filled = {name: sheet for name, sheet in sheets.items() if sheet.height and request.table in (None, name)}
+    if len(filled) > 1:
+        raise InputError(f"the file has the sheets {', '.join(map(shown, filled))}; name one with table (--table)")
+    if not filled:
+        raise InputError("the sheet is empty; a header line and at least one row were expected")
+    (sheet,) = filled.values()
+    _write(copy, sheet.to_python(skip_empty_area=False), request.skip)
+
+
+def _from_statistics(path: str, copy: Path, request: Request) -> None:
+    """The rows of a file of Stata, SPSS or SAS, codes with their labels."""
+    library = _library("pyreadstat", "files of statistics programs")
+    suffix = Path(path).suffix.lower().removeprefix(".")
+    read = getattr(library, f"read_{'xport' if suffix == 'xpt' else 'sav' if suffix == 'zsav' else suffix}")
+    try:
+        columns, about = read(path, output_format="dict")
+    except Exception as error:
+        raise InputError(f"the file cannot be read: {error}") from None
+    if request.skip:
+        raise InputError("lines are skipped above the header of text and of spreadsheets; columns have names here")
+    labels = about.variable_value_labels
+    texts = [[labels[name].get(value, value) for value in held] if name in labels else held for name, held in columns.items()]
+    _write(copy, [list(columns), *zip(*texts, strict=True)], 0)
+
+
+def _from_arrow(path: str, copy: Path, request: Request) -> None:
+    """The same columns as Parquet."""
+    arrow = _library("pyarrow", "Feather, Arrow and ORC files")
+    import pyarrow.parquet as parquet
+
+    if request.skip:
+        raise InputError("lines are skipped above the header of text and of spreadsheets; columns have names here")
+    try:
+        if form(path) == "orc":
+            import pyarrow.orc as orc
+
+            table = orc.read_table(path)
+        else:
+            import pyarrow.feather as feather
+
+            table = feather.read_table(path, memory_map=True)
+        parquet.write_table(table, copy)
+    except (arrow.ArrowException, OSError, ValueError) as error:
+        raise InputError(f"the file cannot be read: {error}") from None
+
+
+def _library(name: str, what: str) -> Any:
+    import importlib
+
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise InputError(f"{what} need the library {name.replace('_', '-')}; {EXTRA}, or save the table as CSV") from None
+
+
+def _write(copy: Path, rows: Sequence[Sequence[Any]], skip: int) -> None:
+    """Write cells as the texts of their labels, each row on the line of its number; columns of nothing are left out."""
+    if skip >= len(rows):
+        raise InputError(f"{skip} lines were to be skipped, and the sheet has {len(rows)}")
+    below = enumerate(rows[skip:], skip + 1)
+    texts: list[list[str]] = [[]] * skip + [[_text(cell, line, place) for place, cell in enumerate(row, 1)] for line, row in below]
+    width = max((place for row in texts for place, text in enumerate(row, 1) if text), default=0)
+    if not width:
+        raise InputError("the sheet is empty; a header line and at least one row were expected")
+    first = next(number for number, row in enumerate(texts) if any(row))
+    if title := title_rows(texts[first : first + TOP]):
+        raise titled(first + 1, texts[first], first + title)
+    with copy.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        for row in texts:
+            if any(row):
+                writer.writerow((*row, *[""] * (width - len(row)))[:width])
+            else:
+                file.write("\n")
+
+
+def _text(cell: Any, line: int, place: int) -> str:
+    try:
+        text = label_text(cell) or ""
+    except InputError as error:
+        raise InputError(f"line {line}, column {place}: {error}") from None
+    return " ".join(text.splitlines()) if "\n" in text or "\r" in text else text
+
+
+CONVERSIONS: dict[Form, Callable[[str, Path, Request], None]] = {
+    "zip": lambda *_: None,
+    "utf-16": _from_utf16,
+    "spreadsheet": _from_spreadsheet,
+    "statistics": _from_statistics,
+    "arrow": _from_arrow,
+    "orc": _from_arrow,
+}
