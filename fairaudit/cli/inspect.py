@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import shlex
 from dataclasses import dataclass
 from itertools import islice
@@ -15,21 +14,14 @@ from fairaudit.cli.source import add_source, progress
 from fairaudit.tables.sources import PASSWORD
 
 if TYPE_CHECKING:
+    from fairaudit.audits.roles import Roles
     from fairaudit.tables.engines.survey import Seen
 
 DESCRIPTION = """\
 List columns, levels and missing values of a table, and print a certify command to try. The table may be all that certify reads as a
 log; whatever holds it counts, and of a column with more than 10,000 different values only the 10,000 most common are looked at."""
 
-HINTS = {
-    "count": r"n|freq(uency)?|counts?|num(ber)?|total|cases|size",
-    "probability": r"p|pr|prob(ability|abilities)?|share|rate",
-    "weight": r"w|weights?|mass|population|prior",
-    "decision": r".*(decision|outcome|admi(t|ssion)|hired?|accept|approv|select|cho(sen|ice)|recommend|result|label|predict|grant).*|u|y",
-    "group": r".*(gender|sex|race|ethnic|group|name|age|religion|nationality|disab|minority|origin|placebo).*|a|s",
-}
 MISSING_WORDS = {"na", "n/a", "nan", "null", "none", "unknown", "?", "-", "."}
-MANY = 50
 
 
 @dataclass(frozen=True)
@@ -42,10 +34,6 @@ class _Column:
     missing: int
     numeric: bool
     fault: str
-
-    def is_a(self, role: str) -> bool:
-        """Whether the name suggests the role."""
-        return re.fullmatch(HINTS[role], self.name.strip().lower()) is not None
 
 
 def add(commands: Any) -> None:
@@ -64,6 +52,7 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
+    from fairaudit.audits.roles import proposed
     from fairaudit.errors import InputError
     from fairaudit.tables.engines.logs import survey_log
 
@@ -82,7 +71,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
     comma = any("separated by" in note for note in survey.notes)
     found = [_look(seen, decimal_comma=comma) for seen in survey.columns]
-    command = _suggest(arguments, found)
+    command = _suggest(arguments, proposed(survey.columns, survey.rows, decimal_comma=comma))
     size = f"{survey.rows} rows, {len(found)} columns"
     return Answer(
         "inspect",
@@ -118,17 +107,10 @@ def _entry(column: _Column) -> dict[str, Any]:
 
 
 def _look(seen: Seen, *, decimal_comma: bool) -> _Column:
-    from fairaudit.errors import InputError
-    from fairaudit.exact.rationals import parse_rational
+    from fairaudit.audits.roles import as_number
 
-    def number(text: str) -> bool:
-        try:
-            parse_rational(text.replace(",", ".", 1) if decimal_comma else text)
-        except InputError:
-            return False
-        return True
-
-    return _Column(seen.name, seen.levels, seen.different, seen.missing, bool(seen.levels) and all(map(number, seen.levels)), seen.fault)
+    numeric = bool(seen.levels) and all(as_number(text, decimal_comma=decimal_comma) is not None for text in seen.levels)
+    return _Column(seen.name, seen.levels, seen.different, seen.missing, numeric, seen.fault)
 
 
 def _describe(column: _Column) -> str:
@@ -157,55 +139,30 @@ def _warnings(column: _Column) -> list[str]:
     return warnings[:5]
 
 
-def _suggest(arguments: argparse.Namespace, found: list[_Column]) -> list[str]:
-    """The words of a certify command that fits the columns as far as their names say."""
-    left = list(found)
-
-    def take(role: str, numeric: bool) -> _Column | None:
-        for column in left:
-            if column.is_a(role) and column.numeric >= numeric and column.levels:
-                left.remove(column)
-                return column
-        return None
-
-    count = take("count", numeric=True)
-    probability = None if count else take("probability", numeric=True)
-    weight = take("weight", numeric=True) if probability else None
-    groups = [column for column in left if column.is_a("group") and 2 <= column.different <= 10 * MANY]
-    for column in groups:
-        left.remove(column)
-    usable = [column for column in left if 2 <= column.different <= MANY and not (column.numeric and column.different > 12)]
-    decision = next((column for column in usable if column.is_a("decision")), None) or next(
-        (column for column in sorted(usable, key=lambda c: c.different)), None
-    )
-    usable = [column for column in usable if column is not decision and not column.numeric]
-    if not groups and usable:
-        groups = [usable.pop(0)]
+def _suggest(arguments: argparse.Namespace, found: Roles) -> list[str]:
+    """The words of a certify command that fits the columns as far as their names and labels say."""
     paths = [PASSWORD.sub(r"\1", path) for path in arguments.table]
     words = ["fairaudit", "certify", *(f"./{path}" if path.startswith("-") else path for path in paths)]
+    edges = {name: ":" + ",".join(map(str, cut)) for name, cut in found.bins.items()}
     for option, value in (
         ("--engine", "" if arguments.engine == "auto" else arguments.engine),
         ("--table", arguments.database_table or ""),
         ("--query", arguments.query or ""),
         ("--memory", arguments.memory or ""),
         ("--skip", str(arguments.skip or "")),
-        ("--decision", decision.name if decision else "COL"),
-        ("--group", ",".join(_quoted(column.name) for column in groups) or "COL"),
-        ("--context", ",".join(_quoted(column.name) for column in usable)),
-        ("--count", count.name if count else ""),
-        ("--probability", probability.name if probability else ""),
-        ("--weight", weight.name if weight else ""),
-        ("--utility", _quoted(_good(decision)) if decision else "DECISION"),
+        ("--decision", found.decision or "COL"),
+        ("--group", ",".join(_quoted(name) + edges.get(name, "") for name in found.group) or "COL"),
+        ("--context", ",".join(map(_quoted, found.context))),
+        ("--count", found.count or ""),
+        ("--probability", found.probability or ""),
+        ("--weight", found.weight or ""),
+        ("--unit", _quoted(found.unit or "")),
+        ("--utility", _quoted(found.utility) if found.decision else "DECISION"),
+        ("--missing", "drop" if found.missing else ""),
     ):
         if value:
             words += [f"{option}={value}"] if value.startswith("-") else [option, value]
-    return words
-
-
-def _good(decision: _Column) -> str:
-    """The level that most likely is the good one."""
-    good = re.compile(r"(yes|true|1|admit\w*|accept\w*|hired?|approv\w*|granted|selected|chosen|first|pass\w*|positive)", re.IGNORECASE)
-    return next((label for label in decision.levels if good.fullmatch(label.strip())), next(iter(decision.levels)))
+    return [*words, *(["--burden"] if found.burden else [])]
 
 
 def _quoted(label: str) -> str:

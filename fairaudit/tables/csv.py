@@ -423,13 +423,11 @@ def _parse(name: str, text: str) -> CsvTable:
 
 
 def _header(row: Sequence[str]) -> tuple[str, ...]:
-    known: set[str] = set()
     names = [name if name.strip() else f"column {position}" for position, name in enumerate(row, 1)]
-    for name in names:
-        if name in known:
-            raise InputError(f"the column name {shown(name)} occurs twice in the header line; give each column its own name")
-        known.add(name)
-    return tuple(names)
+    told = [f"{name} (column {position})" if names.count(name) > 1 else name for position, name in enumerate(names, 1)]
+    if twice := next((name for name in told if told.count(name) > 1), None):
+        raise InputError(f"the column name {shown(twice)} occurs twice in the header line; give each column its own name")
+    return tuple(told)
 
 
 def title_rows(rows: Sequence[Sequence[str]]) -> int:

@@ -327,7 +327,8 @@ def test_weights_that_are_good(bench: Bench) -> None:
         ("d,g,x,n\n\n\n", ["a header line but no rows"]),
         ("d,g,x,n\nyes,f,A,3\nno,f,A,1\n", ["only one group", "'f'", "at least two"]),
         ("d,g,x,n\nyes,f,A,0\nno,m,A,0\n", ["every count is zero"]),
-        ("d,g,d,n\nyes,f,A,3\n", ["column name 'd' occurs twice in the header line", "its own name"]),
+        ("d,g,d,n\nyes,f,A,3\n", ["no column 'd'", "'d (column 1)'", "'d (column 3)'"]),
+        ("d,d,d (column 2),n\nyes,f,A,3\n", ["column name 'd (column 2)' occurs twice in the header line", "its own name"]),
         ("d,g,,n\nyes,f,A,3\n", ["no column 'x'", "'column 3'"]),
         ("d,g,x, \nyes,f,A,3\n", ["no column 'n'", "'column 4'"]),
         ("Decisions of 2024\n\nd,g,x,n\nyes,f,A,3\n", ["line 1 has 'Decisions of 2024'", "looks like a title", "--skip 2"]),
@@ -350,7 +351,7 @@ def test_weights_that_are_good(bench: Bench) -> None:
         (COUNTS.replace("no,f", "n" * 10_000_000 + ",f"), ["line 3: a cell has more than 131,072 characters"]),
         ("d," + "g" * 10_000_000 + "\nyes,f\n", ["line 1: a cell has more than 131,072 characters"]),
     ],
-    ids=range(30),
+    ids=range(31),
 )
 def test_files(bench: Bench, content: str | bytes, words: list[str]) -> None:
     said = bench.certify_refused(content, options())
