@@ -56,6 +56,8 @@ ENDS_CROSS = "the ends cross"
 
 WHOEVER = "whoever the unknown are"
 
+WHOEVER_BELONGS = "whoever the members of the groups are"
+
 HIDDEN = "with the declared hidden context"
 
 DRIFTING = "within the declared drift"

@@ -14,6 +14,7 @@ from fairaudit.audits.certify import certify
 from fairaudit.audits.declared import ByContext
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.audits.population import confidence_for
+from fairaudit.audits.proxies import audit_proxies
 from fairaudit.audits.reading import MOST_ROWS, Access, Reading, read_audited, uncollected, unfit_for_parts
 from fairaudit.audits.result import Result
 from fairaudit.errors import InputError, ManyRowsError, naming
@@ -90,6 +91,7 @@ def audit(
     memory: str | None = None,
     skip: int = 0,
     in_parts: bool = False,
+    group_probability: Source | None = None,
 ) -> Result:
     """Audit a table: read it, measure it exactly, judge it against targets, and prepare a certificate, as `fairaudit certify` does.
 
@@ -139,11 +141,15 @@ def audit(
         As for `read_log`.
     in_parts : bool
         Whether to read some contexts at a time, in little memory, without intervals; done anyway beyond 20 million different rows.
+    group_probability : Source, optional
+        Where no row has its group: P(group | cell), a table with columns of the cell, as `source` has them, of the group, and
+        ``probability``, or ``low`` and ``high`` (docs/proxies.md).
 
     Returns
     -------
     Result
-        What `certify` returns: exact measures with witnesses, intervals, claims, verdict and certificate.
+        What `certify` returns: exact measures with witnesses, intervals, claims, verdict and certificate. With `group_probability` a
+        `fairaudit.audits.proxies.ProxyAudit`: ranges with witnesses, verdict and certificate.
 
     Raises
     ------
@@ -210,6 +216,7 @@ def audit(
         difference=difference,
     )
     beside = {**roles, "missing": missing != "error", "table": table, "query": query, "in_parts": in_parts, "skip": skip}
+    beside["group_probability"] = group_probability is not None
     if isinstance(source, (Law, Deployment)):
         for name, value in beside.items():
             if value:
@@ -226,6 +233,10 @@ def audit(
     reading = Reading(**roles, missing=missing, signed=signed, access=Access(engine, table, query, memory, skip))
     if utility_column is None:
         _needed(given)
+    if group_probability is not None:
+        others_ = {**filters, "releases": releases != 1, "difference": signed, "declared_in": declared_in, "in_parts": in_parts}
+        proxied: Result = asked.certify_by_proxies(source, reading, given, group_probability, others_)
+        return proxied
     of_policies = {"declared_in": declared_in, "max_drift": max_drift, "all_bounds": all_bounds, **filters, "releases": releases != 1}
     others: dict[str, object] = {"declared": declared, "difference": signed, "select": select != DEFAULT_SELECTION}
     unfit = unfit_for_parts(reading, {"positive": positive, **others, **of_policies})
@@ -294,6 +305,28 @@ class _Asked:
             embed_table=self.embed_table,
             difference=self.difference,
         )
+
+    def certify_by_proxies(
+        self, source: Source, reading: Reading, utility: Utility | None, probabilities: Source, others: Mapping[str, object]
+    ) -> Any:
+        """Certify what groups can get that no row names."""
+        given = {
+            **others,
+            "confidence": not self.default and self.confidence is not None,
+            "interval": self.interval,
+            "independent": self.independent,
+            "select": self.select != DEFAULT_SELECTION,
+            "missing_units": self.missing_units != "worst",
+            "declared": self.declared,
+            "max_drift": self.max_drift,
+            "all_bounds": self.all_bounds,
+            "positive": self.positive,
+            "burden": self.burden,
+        }
+        for name, value in given.items():
+            if value:
+                raise InputError(f"{name} does not go with group_probability")
+        return audit_proxies(source, reading, utility, probabilities, limits=self.targets, embed=self.embed_table)
 
     def certify_in_parts(self, source: Any, utility: Utility, reading: Reading) -> Result:
         """Certify a log some contexts at a time."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf, lcm
@@ -34,6 +34,8 @@ __all__ = ["Subject", "load", "mean_difference", "number", "ratio", "subject"]
 
 FORMAT = "fairaudit-certificate/1"
 
+OTHER_FORMATS = ("fairaudit-proxies/1",)
+
 MAX_BYTES = 1 << 30  # what the checker reads, too
 
 
@@ -56,8 +58,15 @@ class Subject:
     deployment: Deployment | None = None
 
 
-def load(path: str | os.PathLike[str]) -> tuple[dict[str, Any], bytes]:
+def load(path: str | os.PathLike[str], formats: Sequence[str] = (FORMAT,)) -> tuple[dict[str, Any], bytes]:
     """Read a certificate file.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    formats : sequence of str
+        Those that are accepted.
 
     Returns
     -------
@@ -81,7 +90,7 @@ def load(path: str | os.PathLike[str]) -> tuple[dict[str, Any], bytes]:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path} is not JSON, as a certificate is") from None
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
+    if not isinstance(document, dict) or document.get("format") not in formats:
         raise InputError(f"{path} is not a certificate of the format {FORMAT}")
     return document, raw
 

@@ -33,7 +33,8 @@ of populations  ``intervals``, ``tails``, ``samples``, ``pair_exact``, ``split``
                 ``paired_betting``, ``symmetric_betting``, ``contrasts``, ``difference_contrasts``, ``joint_betting``, ``interval_proofs``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
                 ``floored``, ``near``; then ``judgement`` of claims of all families
-certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``, ``verification``
+certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``
+other formats   ``proxy_ranges``, ``proxies``; then ``verification`` of all
 command         ``command``
 ==============  ================================================================================================================
 """

@@ -13,7 +13,6 @@ from .header import Positive, Subject, has_truth, is_about_policy, read_positive
 from .intervals import Change, Interval, read_change, read_confidence, read_intervals
 from .json_values import (
     Labels,
-    decoded,
     read_boolean,
     read_choice,
     read_digest,
@@ -194,10 +193,10 @@ def _check_estimands(targets: Iterable[Target], intervals: Mapping[str, Interval
             raise malformed(f"targets[{i}]", "has the key 'estimand', but is not judged by an interval with units")
 
 
-def read_certificate(raw: bytes) -> Certificate:
+def read_certificate(document: object) -> Certificate:
     """Read a certificate so far as no table is needed."""
     keys = ("format", "subject", "metrics", "not_compared", "claims", "targets", "verdict", "versions")
-    top = read_object(decoded(raw, "the certificate"), "the certificate", keys, optional=("intervals", "changed"))
+    top = read_object(document, "the certificate", keys, optional=("intervals", "changed"))
     read_choice(top["format"], "format", (CERTIFICATE_FORMAT,))
     of_policy = is_about_policy(top["subject"])
     keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy

@@ -50,7 +50,7 @@ def examine(path: str, table: str | None = None) -> Report | Refusal:
     except TooMuch as error:
         return Refusal(f"The certificate is not checked: {error}.", 2)
     except FormatError as error:
-        return Refusal(f"Not a certificate of the format {CERTIFICATE_FORMAT}: {error}.", 2)
+        return Refusal(f"Not a certificate of the format {error.form or CERTIFICATE_FORMAT}: {error}.", 2)
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
         return Refusal(f"Cannot read or write: {error}.", 2)
     except (MemoryError, OverflowError):

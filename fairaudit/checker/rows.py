@@ -171,6 +171,13 @@ def lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]
         yield where, value, line
 
 
+def embedded_lines(lines: Sequence[object]) -> Iterator[tuple[str, object, None]]:
+    """Name the lines of a table that a certificate holds, as ``read_table`` takes them."""
+    yield "subject.table.header", lines[0], None
+    for i, line in enumerate(lines[1:]):
+        yield f"subject.table.rows[{i}]", line, None
+
+
 class _PolicyRows(_Rows):
     """The lines of a policy's table: the rows of the policy, then the true cells if masses or utilities are given."""
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 
 class FormatError(ValueError):
-    """The document is not a well-formed certificate (or table) of the format."""
+    """The document is not a well-formed certificate (or table) of the format, which is named if it is another one."""
+
+    form: str = ""
 
 
 class Incomplete(FormatError):

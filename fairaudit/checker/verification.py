@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import gc
 import hashlib
-from collections.abc import Iterable, Iterator
-from itertools import chain
+from collections.abc import Callable, Iterable, Iterator
 
 from .assumptions import check_assumptions
 from .certificate import Certificate, read_certificate
 from .declared import check_declared
 from .interval_proofs import check_change, check_differences, check_intervals
 from .intervals import Proven
+from .json_values import decoded
 from .judgement import Facts, check_claims, faults_of_claims
 from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
 from .preparation import check_preparation, check_spellings
 from .program import Program
-from .rows import lines_of_file, read_table
+from .proxies import PROXIES_FORMAT, check_proxies
+from .rows import embedded_lines, lines_of_file, read_table
 from .table import Table, constants, is_signed, measure
 from .tails import tail_rarity
 from .targets import check_targets
-from .text import Finding, Report, TableNeeded, compared, malformed
+from .text import Finding, FormatError, Report, TableNeeded, compared, malformed
 from .work import CURRENT_WORK, Work, grant_bytes, working_on
 from .worst_case import check_class
+
+# What checks documents of other formats, from the decoded document and the lines of its table.
+OTHER_FORMATS: dict[str, Callable[[object, Iterable[bytes] | None], Report]] = {PROXIES_FORMAT: check_proxies}
 
 
 def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
@@ -64,7 +68,11 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
 def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
     """Read, compute, compare: in this order, which is that of the findings."""
     grant_bytes(len(certificate))
-    stated = read_certificate(certificate)
+    document = decoded(certificate, "the certificate")
+    other = document.get("format") if isinstance(document, dict) else None
+    if isinstance(other, str) and other in OTHER_FORMATS:
+        return _checked_as(other, document, lines)
+    stated = read_certificate(document)
     working_on("the table")
     findings: list[Finding] = []
     table = _read_law(stated, lines, findings)
@@ -98,6 +106,15 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
     return report
 
 
+def _checked_as(form: str, document: object, lines: Iterable[bytes] | None) -> Report:
+    """Check a document of another format, and name that in what is wrong with it."""
+    try:
+        return OTHER_FORMATS[form](document, lines)
+    except FormatError as error:
+        error.form = form
+        raise
+
+
 def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list[Finding]) -> Table:
     """Read the table, wherever it is; the figures of a plain one are all that is kept of it."""
     keep = stated.change is not None or (
@@ -107,10 +124,7 @@ def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
     if stated.embedded is None:
         return read_table(lines_of_file(lines or ()), keep, stated.positive, stated.of_differences)
-    names = chain(["subject.table.header"], (f"subject.table.rows[{i}]" for i in range(len(stated.embedded) - 1)))
-    table = read_table(
-        ((name, value, None) for name, value in zip(names, stated.embedded, strict=True)), keep, stated.positive, stated.of_differences
-    )
+    table = read_table(embedded_lines(stated.embedded), keep, stated.positive, stated.of_differences)
     if lines is not None:
         digest = hashlib.sha256()
         for line in lines:

@@ -72,6 +72,12 @@ def _add_columns(parser: argparse.ArgumentParser) -> None:
     roles.add_argument(
         "--context", metavar="COL", action="append", help="what may legitimately matter; age:18,30,65 cuts numbers into intervals"
     )
+    roles.add_argument(
+        "--group-probability",
+        metavar="FILE",
+        help="where no row has its group: P(group | cell), with columns of the cell, as the log has them, of the group, and probability "
+        "(or low and high)",
+    )
     roles.add_argument("--truth", metavar="COL", help="true label: what should have been decided, for rates of true and false positives")
     add_table_form(roles)
 
@@ -130,6 +136,9 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
         "--print-sql", choices=DIALECTS, metavar="DIALECT", help=f"print the query that counts the log ({', '.join(DIALECTS)})"
     )
     rest.add_argument("--top", metavar="K", type=_positive, default=3, help="how many of the most unequal pairs to list (default 3)")
+    rest.add_argument(
+        "--show-completions", action="store_true", help="with --group-probability: print who the members of the groups could be at each end"
+    )
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--report", metavar="FILE", help="write a page for people, too (needs the extra 'report')")
     rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
@@ -144,6 +153,8 @@ def run(arguments: argparse.Namespace) -> Answer:
         return _list_examples()
     if isinstance(arguments.table, list):
         arguments.table = arguments.table if len(arguments.table) > 1 else arguments.table[0] if arguments.table else None
+    if arguments.group_probability is not None or arguments.show_completions:
+        return _certify_by_proxies(arguments)
     for name in ("truth", "positive", *DIFFERENCES):
         if getattr(arguments, name) and (arguments.from_monitor or arguments.slots):
             other = "--from-monitor" if arguments.from_monitor else "--slots"
@@ -175,6 +186,20 @@ def run(arguments: argparse.Namespace) -> Answer:
 
     with uncollected():
         return ready(_certify_in_parts(arguments) if arguments.in_parts else _certify(arguments), arguments.format)
+
+
+def _certify_by_proxies(arguments: argparse.Namespace) -> Answer:
+    """Certify a log without groups by the probabilities of groups in its cells."""
+    from fairaudit.cli.proxies import certify_by_proxies
+    from fairaudit.errors import InputError
+
+    if arguments.group_probability is None:
+        raise InputError("--show-completions goes with --group-probability")
+    if arguments.example is not None:
+        _take_example(arguments)
+    if arguments.table is None:
+        raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
+    return ready(certify_by_proxies(arguments), arguments.format)
 
 
 def _certify(arguments: argparse.Namespace) -> Answer:

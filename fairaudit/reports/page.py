@@ -57,7 +57,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     >>> page.startswith("<!DOCTYPE html>"), "3/2" in page
     (True, True)
     """
-    environment, markup = _jinja()
+    environment, markup = templates()
     page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
     css, script = (files("fairaudit.reports").joinpath(name).read_text("utf-8") for name in ("page.css", "check.js"))
     script = script.replace('"certificate.schema.json"', _shape(), 1)
@@ -75,7 +75,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         css=markup(css),
         script=markup(script),
         embedded=markup(embedded),
-        policy=f"default-src 'none'; style-src '{_digest(css)}'; script-src '{_digest(script)}'; base-uri 'none'; form-action 'none'; "
+        policy=f"default-src 'none'; style-src '{digest(css)}'; script-src '{digest(script)}'; base-uri 'none'; form-action 'none'; "
         "require-trusted-types-for 'script'; trusted-types 'none'",
         top=top,
         whiskers=any(m.ends for panel in shown for m in panel.members),
@@ -97,11 +97,11 @@ def check_extra() -> None:
     InputError
         Naming the extra to install.
     """
-    _jinja()
+    templates()
 
 
 @cache
-def _jinja() -> tuple[Any, type[Markup]]:
+def templates() -> tuple[Any, type[Markup]]:
     try:
         from jinja2 import Environment, FunctionLoader, StrictUndefined
         from markupsafe import Markup
@@ -131,7 +131,7 @@ def _bare(of: Any) -> Any:
     return bare
 
 
-def _digest(text: str) -> str:
+def digest(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}"
 
 

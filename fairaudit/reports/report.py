@@ -10,11 +10,15 @@ from fairaudit.errors import FalseCertificate, InputError, nearest, shown
 from fairaudit.files import write_atomically
 from fairaudit.reports.markdown import markdown
 from fairaudit.reports.page import html
+from fairaudit.reports.proxy_content import FORMAT as PROXIES
+from fairaudit.reports.proxy_page import proxy_html, proxy_markdown
 from fairaudit.verified.verification import CertificateLike, checked, opened
 
 __all__ = ["report"]
 
 FORMATS = {"html": html, "markdown": markdown}
+
+OF_PROXIES = {"html": proxy_html, "markdown": proxy_markdown}
 
 
 def report(
@@ -68,7 +72,8 @@ def report(
         said = checked(found)
     except FalseCertificate as error:
         raise FalseCertificate(f"{error}; no report was written") from None
-    text = FORMATS[format](found.document, checked=said)
+    faces = OF_PROXIES if found.form == PROXIES else FORMATS
+    text = faces[format](found.document, checked=said)
     if target is not None:
         write_atomically(target, [text.encode("utf-8")])
     return text

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fairaudit.certificates.compare import CertificateComparison, compare_documents
-from fairaudit.errors import FalseCertificate
+from fairaudit.certificates.reader import FORMAT, OTHER_FORMATS
+from fairaudit.errors import FalseCertificate, InputError
 from fairaudit.verified.verification import CertificateLike, checked, opened
 
 __all__ = ["compare"]
@@ -43,6 +44,9 @@ def compare(before: CertificateLike, after: CertificateLike) -> CertificateCompa
     ('within', 'exceeds', True)
     """
     sides = opened(before), opened(after)
+    for side in sides:
+        if side.form in OTHER_FORMATS:
+            raise InputError(f"{side.name} is of the format {side.form}; certificates of the format {FORMAT} are compared")
     unchecked = []
     for side in sides:
         try:

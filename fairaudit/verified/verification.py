@@ -12,7 +12,7 @@ from typing import Any, Literal, Protocol
 
 from fairaudit import __version__, checker
 from fairaudit.certificates.certificate import Certificate
-from fairaudit.certificates.reader import MAX_BYTES, load
+from fairaudit.certificates.reader import FORMAT, MAX_BYTES, OTHER_FORMATS, load
 from fairaudit.checker import Finding
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded
 from fairaudit.inference.verdicts import Verdict
@@ -164,6 +164,11 @@ class Opened:
     lines: Iterable[bytes] | None
     name: str
 
+    @property
+    def form(self) -> object:
+        """The format that the document names, whatever it is."""
+        return self.document.get("format") if isinstance(self.document, dict) else None
+
 
 def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = None) -> Opened:
     """Find the document of a certificate, and its table.
@@ -175,7 +180,7 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
     """
     lines = None if table is None else _lines(Path(table))
     if isinstance(certificate, (str, os.PathLike)):
-        document, raw = load(certificate)
+        document, raw = load(certificate, (FORMAT, *OTHER_FORMATS))
         return Opened(document, raw, lines, os.fspath(certificate))
     name = "the certificate"
     if isinstance(certificate, bytes):
@@ -209,7 +214,7 @@ def _findings(found: Opened) -> tuple[tuple[Finding, ...], Verdict]:
     except checker.TableNeeded:
         raise TableNeeded(f"{found.name} does not hold its table; give the file of the table") from None
     except checker.FormatError as error:
-        raise InputError(f"{found.name} is not a certificate of the format {checker.CERTIFICATE_FORMAT}: {error}") from None
+        raise InputError(f"{found.name} is not a certificate of the format {error.form or checker.CERTIFICATE_FORMAT}: {error}") from None
     verdict: Any = report.verdict
     return report.findings, verdict
 

@@ -1,0 +1,93 @@
+"""`fairaudit certify --group-probability`: groups that nobody recorded, of which a table says how probable they are in each cell."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from fairaudit.cli.destinations import check_output, refuse_output
+from fairaudit.cli.options import given_limits
+from fairaudit.cli.output import Answer
+from fairaudit.cli.source import option, progress, reading_of
+
+__all__ = ["certify_by_proxies"]
+
+ELSEWHERE = (
+    "from_monitor",
+    "at_alarm",
+    "slots",
+    "truth",
+    "positive",
+    "difference",
+    "max_difference",
+    "max_global_difference",
+    "burden",
+    "max_drift",
+    "all_bounds",
+    "in_parts",
+    "print_sql",
+    "unit",
+    "missing_units",
+    "interval",
+    "two_sided",
+    "utility_range",
+    "independent_cells",
+    "select",
+    "placebo",
+    "by_context",
+    "claimed_exp_epsilon",
+    "winner",
+    "profile_exp_epsilon",
+)
+"""Options that have no meaning for such an audit."""
+
+
+def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
+    """Audit a log without groups, and write its certificate and page where the options say so."""
+    from fairaudit.audits.proxies import audit_proxies
+    from fairaudit.errors import InputError
+    from fairaudit.model.utility import Utility, utility_values
+    from fairaudit.reports.proxy_text import proxy_text
+    from fairaudit.tables.group_probabilities import read_group_probabilities
+
+    given: dict[str, Any] = vars(arguments)
+    for name in ELSEWHERE:
+        if given.get(name):
+            raise InputError(f"{option(name)} does not go with --group-probability")
+    if arguments.confidence not in (None, "none"):
+        raise InputError("--confidence does not go with --group-probability, which judges the table; sampling error comes on top")
+    if isinstance(arguments.table, str) and arguments.table.endswith(".toml"):
+        raise InputError("--group-probability goes with a log or a table of counts, not with an audit file")
+    if arguments.utility is None and arguments.utility_column is None:
+        raise InputError("no utility was given; use --utility, such as --utility Admitted, or --utility-column COL")
+    check_output(arguments)
+    for name in (arguments.output, arguments.report):
+        if name is not None:
+            refuse_output(name, [arguments.group_probability], "the table of probabilities")
+    reading = reading_of(arguments)
+    utility = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"))
+    probabilities = read_group_probabilities(arguments.group_probability, reading.group)
+    with progress() as told:
+        result = audit_proxies(
+            arguments.table,
+            reading,
+            utility,
+            probabilities,
+            limits=given_limits(arguments),
+            embed=False if arguments.no_table else None,
+            report=told,
+        )
+    written = result.save(arguments.output) if arguments.output is not None else []
+    if arguments.report is not None:
+        from fairaudit.reports.report import report
+
+        report(result.certificate, arguments.report)
+    return Answer(
+        "certify",
+        verdict=result.verdict,
+        sentence=result.sentence,
+        notes=result.notes,
+        result=lambda: result.certificate.document,
+        text=lambda: proxy_text(result, arguments.top, [str(path) for path in written], completions=arguments.show_completions),
+        code=result.exit_code,
+    )

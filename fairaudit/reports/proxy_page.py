@@ -1,0 +1,62 @@
+"""A certificate about groups that nobody recorded, as one self-contained page or as markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+from fairaudit.reports.content import UNCHECKED, refusing_other_documents
+from fairaudit.reports.markdown import code, table
+from fairaudit.reports.page import digest, templates
+from fairaudit.reports.proxy_content import HEADLINES, describe_proxies
+
+__all__ = ["proxy_html", "proxy_markdown"]
+
+
+@refusing_other_documents
+def proxy_html(document: Mapping[str, Any], *, checked: str = "") -> str:
+    """Write a certificate of the format ``fairaudit-proxies/1`` as a page, which loads nothing and runs nothing.
+
+    Parameters
+    ----------
+    document : mapping
+        The certificate; it is believed here.
+    checked : str
+        A sentence on who checked it.
+    """
+    environment, markup = templates()
+    page = describe_proxies(document)
+    css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
+    headline = HEADLINES[page.verdict]
+    text: str = environment.get_template("proxies.html.j2").render(
+        page=page,
+        headline=headline[0].upper() + headline[1:],
+        checked=checked or UNCHECKED,
+        unchecked=not checked,
+        css=markup(css),
+        policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
+    )
+    return text
+
+
+@refusing_other_documents
+def proxy_markdown(document: Mapping[str, Any], *, checked: str = "") -> str:
+    """Write a certificate of the format ``fairaudit-proxies/1`` as markdown.
+
+    Parameters
+    ----------
+    document : mapping
+        The certificate; it is believed here.
+    checked : str
+        A sentence on who checked it.
+    """
+    page = describe_proxies(document)
+    lines = [f"## Fairness audit of groups that were not recorded: {HEADLINES[page.verdict]}", page.lead, checked or UNCHECKED]
+    lines += [f"- {verdict}: {name}" for verdict, name in page.targets]
+    for panel in page.panels:
+        lines.append(f"### {code(panel.title)}, {panel.said}")
+        rows = [(code(bar.name), bar.said, bar.exact) for bar in (*panel.means, *panel.ratios)]
+        lines.append(table(("mean of a group, ratio of two", "range", "exactly"), rows))
+    lines.append("\n".join(f"- {text}" for text in page.assumptions))
+    return "\n\n".join(lines) + "\n"

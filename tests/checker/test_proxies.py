@@ -1,0 +1,120 @@
+"""The checker of certificates about groups that nobody recorded: it takes what is true, and nothing that was altered.
+
+All alterations: FAIRAUDIT_FULL=1 pytest -n0 tests/checker/test_proxies.py
+"""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import json
+import os
+import random
+from typing import Any
+
+import pytest
+from proxy_certificates import alterations, every_kind, proxied, stated
+
+from fairaudit import checker
+from fairaudit.certificates.certificate import Certificate
+
+ENOUGH = 10**9 if os.environ.get("FAIRAUDIT_FULL") == "1" else 250
+
+
+def check(document: dict[str, Any]) -> bool:
+    """Whether the checker takes a document."""
+    try:
+        return checker.check(Certificate(document).text.encode("ascii")).ok
+    except checker.FormatError:
+        return False
+
+
+def test_certificates_of_every_kind_are_true() -> None:
+    for made in every_kind():
+        report = checker.check(made.certificate.text.encode("ascii"))
+        assert report.ok, [finding for finding in report.findings if not finding.true]
+        assert report.verdict == made.verdict
+
+
+@pytest.mark.slow
+def test_no_alteration_passes() -> None:
+    """What the checker takes nonetheless states the same: other evidence, another name of a group, a limit with the same verdict."""
+    tried = 0
+    for seed, made in enumerate(every_kind()):
+        document = made.certificate.document
+        changes = list(alterations(document))
+        for path, changed in random.Random(seed).sample(changes, min(ENOUGH, len(changes))):
+            tried += 1
+            if check(changed):
+                assert stated(changed) == stated(document), path
+                free = {"versions", "assumptions", "limit", "higher", "lower", "mixture", "order", "rows"}
+                named = path[:2] in {("subject", "groups")} or path[:3] == ("subject", "columns", "group")
+                unused = path[:2] == ("subject", "cells")
+                assert named or unused or free & set(path), path
+    assert tried >= 1_000
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda d: d["assumptions"].pop(), "lacks the assumption"),
+        (lambda d: d["assumptions"].append("all is well"), "is no assumption"),
+        (lambda d: d["subject"]["cells"].pop(), "lacks the cell"),
+        (lambda d: d["subject"]["cells"][0].update(probability=["1/2", "1/3"]), "does not sum to 1"),
+        (lambda d: d.update(format="fairaudit-proxies/2"), "lacks the key"),
+        (lambda d: d.update(claims=[]), "unknown key"),
+        (lambda d: d["local"][0]["low"].update(rows=[]), "must list the rows"),
+        (lambda d: d["subject"]["table"]["header"].update(population="equal"), "population"),
+    ],
+)
+def test_what_is_no_such_certificate_is_refused_with_a_reason(change: Any, says: str) -> None:
+    document = copy.deepcopy(proxied(random.Random(0), 2).certificate.document)
+    change(document)
+    with pytest.raises(checker.FormatError, match=says):
+        checker.check(Certificate(document).text.encode("ascii"))
+
+
+def test_a_table_beside_the_certificate_is_the_same() -> None:
+    made = proxied(random.Random(1), 3, embed=False)
+    certificate = made.certificate
+    assert certificate.table is not None
+    raw = certificate.text.encode("ascii")
+    with pytest.raises(checker.TableNeeded):
+        checker.check(raw)
+    assert checker.check(raw, certificate.table.lines()).ok
+    other = proxied(random.Random(2), 3, embed=False).certificate.table
+    assert other is not None
+    with contextlib.suppress(checker.FormatError):
+        assert not checker.check(raw, other.lines()).ok
+
+
+def test_a_short_document_cannot_keep_the_checker_busy() -> None:
+    document = copy.deepcopy(proxied(random.Random(0), 2).certificate.document)
+    digits = 90_000
+    document["local"][0]["low"]["mixture"] = [
+        {"share": f"1/{10**400 + i}".replace("e", ""), "order": [0, 1] if i % 2 else [1, 0]} for i in range(2)
+    ]
+    assert not check(document)
+    document["subject"]["cells"][0]["probability"] = [f"1/{'7' * digits}", f"{'7' * (digits - 1)}6/{'7' * digits}"]
+    assert not check(document)
+
+
+def test_the_exported_checker_takes_them(tmp_path: Any) -> None:
+    import subprocess
+    import sys
+
+    from fairaudit.cli.checking import zipped_checker
+
+    (tmp_path / "checker.pyz").write_bytes(zipped_checker())
+    [path] = proxied(random.Random(0), 3).save(tmp_path / "c.json")
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", str(tmp_path / "checker.pyz"), str(path)], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    document = json.loads(path.read_text("utf-8"))
+    document["local"][0]["greatest"]["ratio"] = "1"
+    path.write_text(json.dumps(document), "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", str(tmp_path / "checker.pyz"), str(path)], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 1, done.stderr
