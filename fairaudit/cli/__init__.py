@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NoReturn
 
 from fairaudit import __version__
@@ -30,6 +30,32 @@ class _Parser(argparse.ArgumentParser):
         from fairaudit.words import plain
 
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {plain(' '.join(message.split()))}; see {self.prog} --help\n")
+
+
+def _read(parser: argparse.ArgumentParser, commands: Mapping[str, argparse.ArgumentParser], given: Sequence[str]) -> argparse.Namespace:
+    """Read the arguments; where a command or an option is not known, the one that was probably meant is named."""
+    if given and not given[0].startswith("-") and given[0] not in commands:
+        from fairaudit.errors import nearest
+
+        parser.error(f"there is no command {given[0]!r}; {nearest(given[0], commands)}")
+    arguments, unknown = parser.parse_known_args(given)
+    if unknown:
+        command = commands.get(given[0], parser)
+        command.error(f"unrecognized arguments: {' '.join(unknown)}{_meant(unknown, command)}")
+    return arguments
+
+
+def _meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
+    """Name the option that was probably meant by the first unknown one."""
+    from difflib import get_close_matches
+
+    word = unknown[0].partition("=")[0]
+    if not word.startswith("--"):
+        return ""
+    known = [name for action in parser._actions if action.help != argparse.SUPPRESS for name in action.option_strings]
+    begun = [name for name in known if name.startswith(word) and len(word) > 4]
+    close = begun[:1] or get_close_matches(word, known, n=1, cutoff=0.7)
+    return f"; did you mean {close[0]}?" if close else ""
 
 
 def plugins(group: str) -> Iterator[Any]:
@@ -91,7 +117,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not given or given[0] not in commands.choices:
         for module in plugins(ENTRY_POINT):
             module.add(commands)
-    arguments = parser.parse_args(given)
+    arguments = _read(parser, commands.choices, given)
     try:
         code = tell(arguments.run(arguments), getattr(arguments, "format", "text"))
         if sys.stdout is not None:  # None when the process was started without one
