@@ -56,10 +56,10 @@ by rewrite /moved; ring.
 Qed.
 
 (* A bound by one threshold theta, whatever it is: eta moves from theta or above to the greatest, what lies below theta is lifted to it. *)
-Lemma near_bound eta theta T D c : law T -> law D -> tv D T <= eta -> theta <= greatest u0 c ->
-  \sum_u D u * c u <= \sum_u T u * c u + eta * (greatest u0 c - theta) + \sum_u T u * Num.max 0 (theta - c u).
+Lemma near_bound eta theta top T D c : law T -> law D -> tv D T <= eta -> (forall u, c u <= top) -> theta <= top ->
+  \sum_u D u * c u <= \sum_u T u * c u + eta * (top - theta) + \sum_u T u * Num.max 0 (theta - c u).
 Proof.
-move=> lT lD near th; set top := greatest u0 c.
+move=> lT lD near ctop th.
 have -> : \sum_u D u * c u = \sum_u T u * c u + \sum_u (D u - T u) * (c u - theta).
   under [X in _ + X]eq_bigr do rewrite mulrBr; rewrite sumrB -[X in _ + (_ - X)]mulr_suml sumrB (proj2 lD) (proj2 lT) subrr.
   rewrite mul0r subr0 -big_split; apply: eq_bigr => u _ /=; ring.
@@ -67,7 +67,7 @@ rewrite -addrA ler_add2l; apply: le_trans (ler_add (ler_wpmul2r _ near) (lexx _)
 rewrite /tv /hockey_stick mulr_suml -big_split; apply: ler_sum => u _ /=; rewrite mul1r.
 have D0 : 0 <= D u by case: lD.
 have T0 : 0 <= T u by case: lT.
-have cu : c u <= top by apply: greatest_ge.
+have cu : c u <= top := ctop u.
 case: (leP 0 (D u - T u)) => s.
   apply: (@le_trans _ _ ((D u - T u) * (top - theta))); first by rewrite ler_wpmul2l // ler_add2r.
   by rewrite ler_addl mulr_ge0 // le_maxr lexx.
@@ -77,20 +77,17 @@ rewrite mul0r add0r; case: (leP 0 (theta - c u)) => h.
 by rewrite mulr0 nmulr_rle0 // subr_ge0 ltW // -subr_lt0.
 Qed.
 
-(* No law within eta gains more than eta taken from the least and put on the greatest. *)
-Theorem T13_near_law eta T c r D : law T -> from_least eta T c r -> law D -> tv D T <= eta ->
-  \sum_u D u * c u <= \sum_u T u * c u + \sum_u r u * (greatest u0 c - c u).
+(* A threshold with which that bound is what is moved. *)
+Lemma near_threshold eta T c r : from_least eta T c r -> exists2 theta, theta <= greatest u0 c &
+  eta * (greatest u0 c - theta) + \sum_u T u * Num.max 0 (theta - c u) <= \sum_u r u * (greatest u0 c - c u).
 Proof.
-move=> lT [[rT r1] least] lD near; set top := greatest u0 c.
+move=> [[rT r1] least]; set top := greatest u0 c.
 case: (pickP (fun u => r u != T u)) => [u1 u1n|all]; last first.
-  have -> : \sum_u T u * c u + \sum_u r u * (top - c u) = top.
-    rewrite -[RHS](expect_cst top lT) -big_split; apply: eq_bigr => u _ /=.
-    by have /negbFE/eqP-> := all u; ring.
-  exact: law_greatest.
+  exists top => //; rewrite subrr mulr0 add0r; apply: ler_sum => u _.
+  by have /negbFE/eqP-> := all u; rewrite (max_idPr _) // subr_ge0 greatest_ge.
 have [w wn wmin] := @arg_minP _ _ _ u1 (fun u => r u != T u) c u1n.
-have th : c w <= top by apply: greatest_ge.
-apply: le_trans (near_bound lT lD near th) _; rewrite -addrA ler_add2l -r1 mulr_suml -big_split.
-apply: ler_sum => u _ /=; case/andP: (rT u) => ru0 ruT.
+exists (c w); first exact: greatest_ge.
+rewrite -r1 mulr_suml -big_split; apply: ler_sum => u _ /=; case/andP: (rT u) => ru0 ruT.
 rewrite (_ : r u * (top - c u) = r u * (top - c w) + r u * (c w - c u)); last by ring.
 rewrite ler_add2l; case: (ltrgtP (c u) (c w)) => h.
 - have -> : r u = T u by apply/eqP/negbNE/negP => /wmin; rewrite leNgt h.
@@ -100,6 +97,15 @@ rewrite ler_add2l; case: (ltrgtP (c u) (c w)) => h.
     by move: wn; rewrite (least _ _ h pos) eqxx.
   by rewrite (max_idPl _) ?mulr0 ?mul0r // subr_le0 ltW.
 by rewrite h subrr maxxx !mulr0.
+Qed.
+
+(* No law within eta gains more than eta taken from the least and put on the greatest. *)
+Theorem T13_near_law eta T c r D : law T -> from_least eta T c r -> law D -> tv D T <= eta ->
+  \sum_u D u * c u <= \sum_u T u * c u + \sum_u r u * (greatest u0 c - c u).
+Proof.
+move=> lT fl lD near; have [theta th le] := near_threshold fl.
+apply: le_trans (near_bound lT lD near (greatest_ge u0 c) th) _.
+by rewrite -addrA ler_add2l.
 Qed.
 
 (* Such an r exists for every eta of T's mass: take decisions in rising order of c. *)
