@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf, lcm
@@ -58,7 +58,9 @@ class Subject:
     deployment: Deployment | None = None
 
 
-def load(path: str | os.PathLike[str], formats: Sequence[str] = (FORMAT,)) -> tuple[dict[str, Any], bytes]:
+def load(
+    path: str | os.PathLike[str], formats: Sequence[str] = (FORMAT,), unwrap: Callable[[bytes], bytes] = bytes
+) -> tuple[dict[str, Any], bytes]:
     """Read a certificate file.
 
     Parameters
@@ -67,6 +69,8 @@ def load(path: str | os.PathLike[str], formats: Sequence[str] = (FORMAT,)) -> tu
         The file.
     formats : sequence of str
         Those that are accepted.
+    unwrap : callable
+        Takes the document out of what else the file may hold.
 
     Returns
     -------
@@ -83,7 +87,7 @@ def load(path: str | os.PathLike[str], formats: Sequence[str] = (FORMAT,)) -> tu
             raw = file.read(MAX_BYTES + 1)
         if len(raw) > MAX_BYTES:
             raise InputError(f"{path} is longer than {MAX_BYTES} bytes, which no certificate is")
-        document = json.loads(raw)
+        document = json.loads(unwrap(raw))
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
     except (ValueError, RecursionError) as error:

@@ -41,6 +41,7 @@ command         ``command``
 
 from .certificate import CERTIFICATE_FORMAT
 from .command import Refusal, examine, finding_line, main, summary_line
+from .json_values import without_page
 from .text import Finding, FormatError, Incomplete, Report, TableNeeded, TooMuch, printable
 from .verification import check
 
@@ -59,4 +60,5 @@ __all__ = [
     "main",
     "printable",
     "summary_line",
+    "without_page",
 ]

@@ -49,6 +49,20 @@ def decoded(raw: bytes, where: str) -> object:
         raise malformed(where, f"is not acceptable: {error}") from None
 
 
+_OPENING, _CLOSING = b'<script type="application/json" id="certificate">', b"</script>"
+
+
+def without_page(raw: bytes) -> bytes:
+    """Take the certificate out of the page of a report; anything else is given back as it is."""
+    if raw[:100].lstrip()[:9].lower() != b"<!doctype":
+        return raw
+    _, opening, rest = raw.partition(_OPENING)
+    held, closing, after = rest.partition(_CLOSING)
+    if not opening or not closing or _OPENING in after:
+        raise malformed("the page", "does not hold one certificate, as the page of a report does")
+    return held
+
+
 _ENCODER = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", ":"))
 
 

@@ -11,7 +11,7 @@ from .certificate import Certificate, read_certificate
 from .declared import check_declared
 from .interval_proofs import check_change, check_differences, check_intervals
 from .intervals import Proven
-from .json_values import decoded
+from .json_values import decoded, without_page
 from .judgement import Facts, check_claims, faults_of_claims
 from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
 from .preparation import check_preparation, check_spellings
@@ -35,7 +35,7 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
     Parameters
     ----------
     certificate
-        The bytes of the certificate file.
+        The bytes of the certificate file, or of the page of a report, which holds its certificate.
     table
         The lines of the table file, each with its line feed. When the certificate embeds its table this is not needed;
         if given nonetheless, it has to be the canonical text of the same table.
@@ -68,7 +68,7 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
 def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
     """Read, compute, compare: in this order, which is that of the findings."""
     grant_bytes(len(certificate))
-    document = decoded(certificate, "the certificate")
+    document = decoded(without_page(certificate), "the certificate")
     other = document.get("format") if isinstance(document, dict) else None
     if isinstance(other, str) and other in OTHER_FORMATS:
         return _checked_as(other, document, lines)

@@ -9,6 +9,8 @@ from typing import Any
 
 from fairaudit.cli.output import Answer, add_format
 
+OF_A_PAGE = "this is about the certificate in the page; what the page shows besides was not compared with it"
+
 
 def add(commands: Any) -> None:
     """Declare the options."""
@@ -21,7 +23,7 @@ def add(commands: Any) -> None:
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("certificate", metavar="CERTIFICATE.json", nargs="?", help="the certificate")
+    parser.add_argument("certificate", metavar="CERTIFICATE.json", nargs="?", help="the certificate, or a page that shows one")
     parser.add_argument("--table", metavar="FILE", help="the canonical table, when the certificate does not hold it")
     parser.add_argument("--require", choices=("within",), help="also fail unless the verdict is 'within'")
     parser.add_argument(
@@ -60,6 +62,7 @@ def _check(arguments: argparse.Namespace) -> Answer | int:
         # What a false certificate states is no verdict.
         verdict=found.verdict if found.ok else "none",
         sentence=printable(f"{said[0].upper()}{said[1:]}."),
+        notes=(OF_A_PAGE,) if arguments.certificate.lower().endswith((".html", ".htm")) else (),
         result=lambda: {
             "true": found.ok,
             "stated_verdict": found.verdict,

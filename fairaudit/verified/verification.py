@@ -108,7 +108,7 @@ def verify(
     Parameters
     ----------
     certificate : Certificate, Result, mapping, bytes or path
-        The certificate, or the file that holds it.
+        The certificate, or the file that holds it: its own, or the page of a report, of which only the certificate in it is checked.
     table : path, optional
         The file of the canonical table, where the certificate does not hold it.
     require : {"within"}, optional
@@ -180,12 +180,12 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
     """
     lines = None if table is None else _lines(Path(table))
     if isinstance(certificate, (str, os.PathLike)):
-        document, raw = load(certificate, (FORMAT, *OTHER_FORMATS))
+        document, raw = load(certificate, (FORMAT, *OTHER_FORMATS), unwrap=_without_page)
         return Opened(document, raw, lines, os.fspath(certificate))
     name = "the certificate"
     if isinstance(certificate, bytes):
         try:
-            document = json.loads(certificate)
+            document = json.loads(_without_page(certificate))
         except (ValueError, RecursionError):
             raise InputError("these bytes are not JSON, as a certificate is") from None
         return Opened(document, certificate, lines, name)
@@ -198,6 +198,13 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
     if lines is None and made.table is not None:
         lines = made.table.lines()
     return Opened(made.document, made.text.encode("ascii"), lines, name)
+
+
+def _without_page(raw: bytes) -> bytes:
+    try:
+        return checker.without_page(raw)
+    except checker.FormatError as error:
+        raise InputError(str(error)) from None
 
 
 def _lines(path: Path) -> Iterable[bytes]:

@@ -122,3 +122,31 @@ def test_comparisons() -> None:
     assert not fa.compare(before, before).worse
     with pytest.raises(fa.InputError, match="cannot be compared"):
         fa.compare(before, fa.audit({**COUNTS, "age": COUNTS["sex"]}, decision="hired", group="age", count="n", utility="yes"))
+
+
+def test_a_page_is_checked_by_the_certificate_in_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("jinja2")
+    path, certificate = tmp_path / "page.html", tmp_path / "certificate.json"
+    labels = {**COUNTS, "hired": ["yes</script>", "no", "yes</script>", "no"]}
+    result = fa.audit(labels, decision="hired", group="sex", count="n", utility={"yes</script>": 1}, max_local_ratio="5/4")
+    result.save(certificate)
+    fa.report(result, path)
+    assert main(["verify", str(path)]) == 0
+    out, err = capsys.readouterr()
+    assert "what the page shows besides was not compared" in err
+    assert main(["verify", str(certificate)]) == 0
+    assert capsys.readouterr().out == out
+    assert fa.verify(path) == fa.verify(path.read_bytes()) == fa.verify(certificate)
+    page = path.read_text()
+    inside = '<script type="application/json" id="certificate">'
+    head, _, held = page.partition(inside)
+    false = tmp_path / "false.html"
+    assert '"ratio":"3/2"' in held
+    false.write_text(head + inside + held.replace('"ratio":"3/2"', '"ratio":"2"', 1))
+    assert not fa.verify(false)
+    for odd in (page.replace(inside, "<script>"), page + inside, page[: page.index(inside) + 200], "<!doctype html>", head):
+        false.write_text(odd)
+        with pytest.raises(fa.InputError, match="the page does not hold one certificate"):
+            fa.verify(false)
+        assert main(["verify", str(false)]) == 2
+        assert "does not hold one certificate" in capsys.readouterr().err
