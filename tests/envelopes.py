@@ -12,7 +12,13 @@ from referencing import Registry, Resource
 from fairaudit.certificates.certificate import schema
 
 ENVELOPE = json.loads(files("fairaudit.cli").joinpath("envelope.schema.json").read_text("utf-8"))
-SCHEMA = Draft202012Validator(ENVELOPE, registry=Registry().with_resource("fairaudit-certificate/1", Resource.from_contents(schema())))
+PROXIES = json.loads(files("fairaudit.certificates").joinpath("proxies.schema.json").read_text("utf-8"))
+SCHEMA = Draft202012Validator(
+    ENVELOPE,
+    registry=Registry().with_resources(
+        [("fairaudit-certificate/1", Resource.from_contents(schema())), ("fairaudit-proxies/1", Resource.from_contents(PROXIES))]
+    ),
+)
 
 
 def envelope(text: str) -> dict[str, Any]:

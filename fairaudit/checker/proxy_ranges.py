@@ -72,6 +72,7 @@ class Scope:
         """Find the least or the greatest mean of a union: what is beyond the mean so far is taken, until the mean stays."""
         limits = [cell.limits(union) for cell in self.cells]
         value = None
+        fixed = all(low == high for low, high in limits)
         while True:
             self.spend_on_pass(64 if value is None else bits_of(value))
             taken = [
@@ -79,7 +80,7 @@ class Scope:
                 for cell, (low, high) in zip(self.cells, limits, strict=True)
             ]
             found = Fraction(sum(cell.first(count, greatest) for cell, count in zip(self.cells, taken, strict=True)), sum(taken))
-            if found == value:
+            if fixed or found == value:
                 return found / self.units
             value = found
 

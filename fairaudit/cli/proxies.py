@@ -83,7 +83,7 @@ def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
 
         report(result.certificate, arguments.report)
     return Answer(
-        "certify",
+        "certify-proxies",
         verdict=result.verdict,
         sentence=result.sentence,
         notes=result.notes,

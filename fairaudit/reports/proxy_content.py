@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from math import inf, isfinite, log
+from math import ceil, inf, log
 from typing import Any
 
 from fairaudit.certificates.reader import number
@@ -16,6 +16,8 @@ from fairaudit.words import approximate
 __all__ = ["FORMAT", "HEADLINES", "SAMPLING", "Bar", "Panel", "ProxyContent", "describe_proxies"]
 
 FORMAT = "fairaudit-proxies/1"
+
+MOST_SPAN = 20.0  # of the scale of ratios
 
 SHOW = 12  # contexts that a reader looks through; the certificate has all
 
@@ -60,6 +62,7 @@ class ProxyContent:
     facts: tuple[tuple[str, str], ...]
     targets: tuple[tuple[str, str], ...]
     panels: tuple[Panel, ...]
+    span: str
     more: int
     assumptions: tuple[str, ...]
     sha256: str
@@ -72,10 +75,11 @@ def describe_proxies(document: Mapping[str, Any]) -> ProxyContent:
     columns, table = subject["columns"], subject["table"]
     local = sorted(document["local"], key=lambda entry: -number(entry["greatest"]["ratio"]))
     top = max((Fraction(mean[1]) for entry in local for mean in entry["means"]), default=Fraction(1)) or Fraction(1)
-    panels = [_panel(entry, subject, top, _named(columns["context"], entry["context"])) for entry in local[:SHOW]]
     overall = document["global"]
+    span = _span([*local, *([overall] if overall is not None else [])])
+    panels = [_panel(entry, subject, top, span, _named(columns["context"], entry["context"])) for entry in local[:SHOW]]
     if columns["context"] and overall is not None:
-        panels.append(_panel(overall, subject, top, "All contexts together"))
+        panels.append(_panel(overall, subject, top, span, "All contexts together"))
     facts = [
         ("Decision", columns["decision"]),
         ("Groups", f"{', '.join(columns['group'])}: {', '.join(', '.join(group) for group in subject['groups'])}"),
@@ -89,6 +93,7 @@ def describe_proxies(document: Mapping[str, Any]) -> ProxyContent:
         tuple(facts),
         tuple((entry["verdict"], limit_text(entry["quantity"], entry["unit"], Fraction(entry["limit"]))) for entry in document["targets"]),
         tuple(panels),
+        f"{span:g}",
         max(0, len(local) - SHOW),
         (*document["assumptions"], SAMPLING),
         table["sha256"],
@@ -111,15 +116,16 @@ def _range(low: Extended, high: Extended) -> str:
 def _lead(local: list[Any], overall: Any, *, contexts: bool) -> str:
     parts = []
     if local:
-        ends = (max(number(entry[name]["ratio"]) for entry in local) for name in ("least", "greatest"))
-        parts.append(f"the worst ratio{' within a context' if contexts else ''} is {_range(*ends)}")
+        low, high = (max(number(entry[name]["ratio"]) for entry in local) for name in ("least", "greatest"))
+        parts.append(f"the worst ratio{' within a context' if contexts else ''} is {'' if low == high else 'from '}{_range(low, high)}")
     if contexts and overall is not None:
-        parts.append(f"the worst ratio of group means is {_range(*(number(overall[name]['ratio']) for name in ('least', 'greatest')))}")
+        low, high = (number(overall[name]["ratio"]) for name in ("least", "greatest"))
+        parts.append(f"the worst ratio of group means is {'' if low == high else 'from '}{_range(low, high)}")
     said = " and ".join(parts) or "fewer than two groups are there"
     return f"No row says who belongs to which group. From the probabilities of the groups in each cell, {said}."
 
 
-def _panel(entry: Mapping[str, Any], subject: Mapping[str, Any], top: Fraction, title: str) -> Panel:
+def _panel(entry: Mapping[str, Any], subject: Mapping[str, Any], top: Fraction, span: float, title: str) -> Panel:
     names = {a: ", ".join(subject["groups"][a]) for a in entry["groups"]}
     means = [
         Bar(names[a], _range(Fraction(low), Fraction(high)), f"{low} to {high}", *(float(100 * Fraction(end) / top) for end in (low, high)))
@@ -130,12 +136,19 @@ def _panel(entry: Mapping[str, Any], subject: Mapping[str, Any], top: Fraction, 
         low, high = map(number, pair["ratio"])
         said = _range(low, high) + ("" if all(pair["sharp"]) else " (at most)")
         named = f"{names[pair['groups'][0]]} over {names[pair['groups'][1]]}"
-        ratios.append(Bar(named, said, " to ".join(pair["ratio"]), _on_log_scale(low), _on_log_scale(high)))
+        ratios.append(Bar(named, said, " to ".join(pair["ratio"]), _on_log_scale(low, span), _on_log_scale(high, span)))
     ends = number(entry["least"]["ratio"]), number(entry["greatest"]["ratio"])
     return Panel(title, f"greatest ratio {_range(*ends)}", tuple(means), tuple(ratios))
 
 
-def _on_log_scale(value: Extended) -> float:
-    """From a quarter to four times, in per cent; 1 is in the middle, and what is beyond stands at the edge."""
-    found = float(value) if isfinite(value) else inf
-    return min(100.0, max(0.0, 50 + 50 * log(found, 4))) if 0 < found < inf else 100.0 if found else 0.0
+def _on_log_scale(value: Extended, span: float) -> float:
+    """From 1/span to span, in per cent; 1 is in the middle, and what is beyond stands at the edge."""
+    found = float(value)
+    return min(100.0, max(0.0, 50 + 50 * log(found, span))) if 0 < found < inf else 100.0 if found else 0.0
+
+
+def _span(ranges: list[Any]) -> float:
+    """How far the scale of ratios reaches: as far as they do, but not where they are infinite or nearly so."""
+    ends = [float(number(end)) for entry in ranges for pair in entry["pairs"] for end in pair["ratio"]]
+    far = max((max(end, 1 / end) for end in ends if 0 < end < inf), default=4.0)
+    return float(ceil(min(MOST_SPAN, max(2.0, far))))

@@ -46,7 +46,7 @@ def _target(result: ProxyAudit, target: ProxyTarget) -> str:
     elif target.verdict == "inconclusive":
         why = f"proved is {_range(proved)}, and known to be possible {_range(reached)}"
     else:
-        why = f"it is {_range(proved)}"
+        why = f"it is {'' if proved[0] == proved[1] else 'from '}{_range(proved)}"
     return f"{target.verdict.upper():<13}{limit_text(target.quantity, target.unit, target.limit)}: {why}"
 
 

@@ -108,6 +108,7 @@ class Cells:
     def _end(self, limits: Sequence[tuple[int, int]], *, up: bool) -> Fraction:
         """Newton's method: whatever is better (or worse) than the mean so far is taken, as far as the limits allow."""
         value: Fraction | None = None
+        known = all(low == high for low, high in limits)
         while True:
             total = rows = 0
             for cell, (low, high) in zip(self.cells, limits, strict=True):
@@ -115,7 +116,7 @@ class Cells:
                 total += cell.best(taken) if up else cell.worst(taken)
                 rows += taken
             found = Fraction(total, rows)
-            if found == value:
+            if known or found == value:
                 return found / self.unit
             value = found
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import random
 from collections import Counter
 from fractions import Fraction
@@ -11,8 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from envelopes import PROXIES, result_of
 from hypothesis import given
 from hypothesis import strategies as st
+from jsonschema import Draft202012Validator
 from proxy_certificates import proxied
 
 import fairaudit as fa
@@ -73,7 +74,7 @@ def test_the_command_says_the_same_and_its_certificate_is_checked(files: Path, c
     assert main(["verify", str(files / "apart.json"), "--table", str(files / "apart.table.jsonl")]) == 0
     capsys.readouterr()
     assert certify(files, "--format", "json") == 0
-    assert json.loads(capsys.readouterr().out)["result"]["format"] == "fairaudit-proxies/1"
+    assert result_of(capsys.readouterr().out)["format"] == "fairaudit-proxies/1"
 
 
 def test_the_same_table_has_the_same_bytes(files: Path) -> None:
@@ -106,6 +107,7 @@ def test_completions_are_of_the_log_and_have_the_ratio_that_is_said(seed: int, g
 def test_certificates_are_true_and_their_verdicts_follow(seed: int, groups: int, intervals: bool, contexts: int) -> None:
     made = proxied(random.Random(seed), groups, intervals=intervals, contexts=contexts)
     assert fa.verify(made.certificate).ok
+    Draft202012Validator(PROXIES).validate(made.certificate.document)
     for target in made.targets:
         proved, reached = made.proved(target.quantity), made.reached(target.quantity)
         assert proved is not None and reached is not None
