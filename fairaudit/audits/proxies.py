@@ -27,6 +27,7 @@ from fairaudit.tables.sources import Source
 from fairaudit.tables.values import Label
 from fairaudit.theorems.t15_cells import proxy_cells
 from fairaudit.theorems.t15_proxies import (
+    ENDS_IN_CONTEXTS,
     EXHAUSTIVE,
     SHARES,
     SHARES_BETWEEN,
@@ -142,7 +143,8 @@ class ProxyAudit:
     @property
     def exact(self) -> bool:
         """Whether the probabilities are known exactly, so that all ends occur."""
-        return all(low == high for low, high in self.probabilities.ends.values())
+        keys = {_key(label, self.law.columns.group, self.probabilities.keys) for label in self.law.groups}
+        return all(low == high for low, high in (self.probabilities.ends[key] for key in keys))
 
     @property
     def exit_code(self) -> int:
@@ -204,8 +206,9 @@ class ProxyAudit:
     @property
     def assumptions(self) -> tuple[str, ...]:
         """What a reader has to judge."""
-        known = {*self.context} <= {*self.probabilities.keys}
-        return (SHARES if self.exact else SHARES_BETWEEN, EXHAUSTIVE, *([] if known else [SHARES_IN_CONTEXTS]))
+        same = SHARES_IN_CONTEXTS if self.exact else ENDS_IN_CONTEXTS
+        by_context = {*self.context} <= {*self.probabilities.keys}
+        return (SHARES if self.exact else SHARES_BETWEEN, EXHAUSTIVE, *([] if by_context else [same]))
 
     @cached_property
     def certificate(self) -> Certificate:

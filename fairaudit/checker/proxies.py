@@ -36,6 +36,7 @@ SHARES = "of the rows of each cell, each group has the given share: the probabil
 SHARES_BETWEEN = "of the rows of each cell, each group has a share between the given ends: these hold of the people in this table"
 EXHAUSTIVE = "everybody belongs to exactly one of the groups"
 SHARES_IN_CONTEXTS = "the shares of a cell are the same in each context"
+ENDS_IN_CONTEXTS = "the ends that are given for a cell hold in each context"
 
 Row = tuple[list[tuple[Fraction, int]], tuple[Fraction, ...], tuple[Fraction, ...]]
 Shares = tuple[tuple[Fraction, ...], tuple[Fraction, ...]]  # the least and the greatest share of each group
@@ -349,7 +350,7 @@ def _check_assumptions(stated: Proxies) -> None:
     known = all(low == high for low, high in stated.shares.values())
     needed = [SHARES if known else SHARES_BETWEEN, EXHAUSTIVE]
     if not set(stated.context) <= set(stated.keys):
-        needed.append(SHARES_IN_CONTEXTS)
+        needed.append(SHARES_IN_CONTEXTS if known else ENDS_IN_CONTEXTS)
     for text in needed:
         if text not in stated.assumptions:
             raise Incomplete(printable(f"the certificate lacks the assumption {json.dumps(text, ensure_ascii=False)}"))

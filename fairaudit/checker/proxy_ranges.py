@@ -236,6 +236,8 @@ def _check_completion(named: str, stated: Completion, scope: Scope, at: dict[int
         for cell, own in zip(scope.cells, counts, strict=True):
             for a, total in _slices(cell, own, ordered, times):
                 totals[a] += total
+        bits = bits_of(share, *sums)
+        spend(4 * len(sums), bits, bits)
         sums = [one + share * total for one, total in zip(sums, totals, strict=True)]
     means = [total / sum(own[a] for own in counts) for a, total in enumerate(sums)]
     actual = ratio_of(max(means), min(means))

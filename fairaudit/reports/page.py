@@ -61,9 +61,6 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
     css, script = (files("fairaudit.reports").joinpath(name).read_text("utf-8") for name in ("page.css", "check.js"))
     script = script.replace('"certificate.schema.json"', _shape(), 1)
-    embedded = json.dumps(page.document, ensure_ascii=True, separators=(",", ":"))
-    for character in "<>&":
-        embedded = embedded.replace(character, f"\\u{ord(character):04x}")
     shown = [*page.panels, *([page.overall] if page.overall else [])]
     top = max((end for panel in shown for m in panel.members for end in _reach(m)), key=float, default=Value(inf))
     least = min((end for panel in shown for m in panel.members for end in _reach(m)), key=float, default=top)
@@ -74,7 +71,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         unchecked="" if checked or page.subject is not None else UNCHECKED,
         css=markup(css),
         script=markup(script),
-        embedded=markup(embedded),
+        embedded=markup(embedded(page.document)),
         policy=f"default-src 'none'; style-src '{digest(css)}'; script-src '{digest(script)}'; base-uri 'none'; form-action 'none'; "
         "require-trusted-types-for 'script'; trusted-types 'none'",
         top=top,
@@ -86,6 +83,14 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         heat=heat,
         curve=markup(curve(page.calibration)) if page.calibration else "",
     )
+    return text
+
+
+def embedded(document: Mapping[str, Any]) -> str:
+    """The JSON of a certificate as it may stand in a page."""
+    text = json.dumps(document, ensure_ascii=True, separators=(",", ":"))
+    for character in "<>&":
+        text = text.replace(character, f"\\u{ord(character):04x}")
     return text
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from fairaudit.reports.content import UNCHECKED, refusing_other_documents
 from fairaudit.reports.markdown import code, table
-from fairaudit.reports.page import digest, templates
+from fairaudit.reports.page import digest, embedded, templates
 from fairaudit.reports.proxy_content import HEADLINES, describe_proxies
 
 __all__ = ["proxy_html", "proxy_markdown"]
@@ -35,6 +35,7 @@ def proxy_html(document: Mapping[str, Any], *, checked: str = "") -> str:
         checked=checked or UNCHECKED,
         unchecked=not checked,
         css=markup(css),
+        embedded=markup(embedded(document)),
         policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
     )
     return text

@@ -32,6 +32,8 @@ EXHAUSTIVE = "everybody belongs to exactly one of the groups"
 
 SHARES_IN_CONTEXTS = "the shares of a cell are the same in each context"
 
+ENDS_IN_CONTEXTS = "the ends that are given for a cell hold in each context"
+
 MOST_GROUPS = 8
 """How many groups are compared: every union of them is looked at."""
 

@@ -130,6 +130,18 @@ def test_contexts_that_no_cell_names_are_assumed_to_say_nothing_of_groups() -> N
     assert fa.verify(made.certificate).ok
 
 
+def test_cells_that_the_log_does_not_have_say_nothing() -> None:
+    log = {"zip": ["1", "1", "2", "2"], "job": ["j", "k"] * 2, "out": ["y", "n"] * 2, "n": [3, 1, 2, 2]}
+    given_ = {"zip": ["1", "1", "2", "2", "3", "3"], "sex": ["f", "m"] * 3, "low": ["1/2", "1/2", "1/4", "1/2", "0", "0"]}
+    given_["high"] = ["1/2", "1/2", "1/4", "3/4", "1", "1"]  # which leaves 3/4 for the men of zip 2
+    made: Any = fa.audit(log, decision="out", group="sex", count="n", utility="y", group_probability=given_)
+    assert made.exact and fa.verify(made.certificate).ok
+    given_["high"] = ["1"] * 6
+    made = fa.audit(log, decision="out", group="sex", context="job", count="n", utility="y", group_probability=given_)
+    assert not made.exact and fa.verify(made.certificate).ok
+    assert "the ends that are given for a cell hold in each context" in made.assumptions
+
+
 def test_a_group_without_rows_in_a_context_is_not_compared_there() -> None:
     log = {"dept": ["A", "A", "B", "B"], "out": ["y", "n"] * 2, "n": [3, 1, 2, 2]}
     given_ = {"dept": ["A", "A", "B", "B"], "sex": ["f", "m"] * 2, "probability": ["0", "1", "1/4", "3/4"]}
