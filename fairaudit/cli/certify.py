@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 DIFFERENCES = ("difference", "max_difference", "max_global_difference")
 
+COLUMNS = ("decision", "utility_column", "utility", "group", "context", "count", "probability", "truth", "unit")
 DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
 
 DESCRIPTION = """\
@@ -360,6 +361,10 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     from fairaudit.errors import InputError
     from fairaudit.model.utility import Utility, utility_values
 
+    if not any(getattr(arguments, name) for name in COLUMNS):
+        from fairaudit.cli.asking import ask_for_columns
+
+        ask_for_columns(arguments)
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError(
             "no utility was given; use --utility, such as --utility Admitted or --utility yes=1,maybe=0.5, or --utility-column COL"
