@@ -158,18 +158,23 @@ case: (eqVneq u w) => [->|uw] /= ui; case: (eqVneq v w) => [->|vw] /= vi; rewrit
 by apply: IH => //; rewrite subr_ge0 le_minl lexx orbT.
 Qed.
 
-Theorem T13_near_exists eta T c : law T -> 0 <= eta <= 1 -> exists r, from_least eta T c r.
+Definition rising c : seq U := sort (relpre c <=%R) (enum U).
+Definition from_worst eta T c : U -> R := take_in_order eta T (rising c).
+
+Lemma from_worst_least eta T c : law T -> 0 <= eta <= 1 -> from_least eta T c (from_worst eta T c).
 Proof.
-move=> [T0 T1] /andP[e0 e1]; pose s := sort (relpre c <=%R) (enum U).
-have us : uniq s by rewrite sort_uniq enum_uniq.
-have ins u : u \in s by rewrite mem_sort mem_enum.
-have sumE (F : U -> R) : \sum_u F u = \sum_(u <- s) F u.
+move=> [T0 T1] /andP[e0 e1]; have us : uniq (rising c) by rewrite sort_uniq enum_uniq.
+have ins u : u \in rising c by rewrite mem_sort mem_enum.
+have sumE (F : U -> R) : \sum_u F u = \sum_(u <- rising c) F u.
   by rewrite -big_enum; apply/esym/perm_big; rewrite perm_sort.
-have so : sorted (relpre c <=%R) s by apply: sort_sorted => a b; apply: le_total.
-exists (take_in_order eta T s); split; last by move=> u v; apply: take_least.
+have so : sorted (relpre c <=%R) (rising c) by apply: sort_sorted => a b; apply: le_total.
+split; last by move=> u v; apply: take_least.
 split=> [u|]; first exact: take_part.
 by rewrite sumE take_sum // -sumE T1 (min_idPr e1).
 Qed.
+
+Theorem T13_near_exists eta T c : law T -> 0 <= eta <= 1 -> exists r, from_least eta T c r.
+Proof. by move=> lT e01; exists (from_worst eta T c); apply: from_worst_least. Qed.
 
 End OneLaw.
 
