@@ -23,6 +23,8 @@ ELSEWHERE = (
     "max_global_difference",
     "burden",
     "max_drift",
+    "unknown",
+    "hidden_context",
     "all_bounds",
     "in_parts",
     "print_sql",

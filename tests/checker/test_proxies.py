@@ -99,6 +99,7 @@ def test_a_short_document_cannot_keep_the_checker_busy() -> None:
     assert not check(document)
 
 
+@pytest.mark.slow
 def test_the_exported_checker_takes_them(tmp_path: Any) -> None:
     import subprocess
     import sys

@@ -129,6 +129,7 @@ def test_ends_are_exactly_those_of_small_programs(groups: int) -> None:
         compare_with_programs(random_rows(rng, groups, cells=2), exact=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_each_end_is_attained_by_a_constructed_completion(groups: int) -> None:
     rng = random.Random(20 + groups)
@@ -151,6 +152,7 @@ def test_what_nobody_gets_is_alike_and_what_only_some_can_get_is_infinite() -> N
     assert apart.pairs[0, 1] == ((Fraction(0), True), (Fraction(0), True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_intervals_are_sound_and_their_completions_possible(groups: int) -> None:
     rng = random.Random(30 + groups)
