@@ -14,6 +14,11 @@ _NAMES = {
     "fairaudit.audits.claims": ("Claim",),
     "fairaudit.audits.from_table": ("audit",),
     "fairaudit.audits.result": ("Result",),
+    "fairaudit.audits.subgroups": (
+        "Subgroup",
+        "Subgroups",
+        "subgroups",
+    ),
     "fairaudit.audits.targets": ("Target",),
     "fairaudit.audits.worst_utility": ("certify_worst_case",),
     "fairaudit.certificates.certificate": ("Certificate",),
@@ -143,6 +148,9 @@ if TYPE_CHECKING:
     from fairaudit.audits.claims import Claim as Claim
     from fairaudit.audits.from_table import audit as audit
     from fairaudit.audits.result import Result as Result
+    from fairaudit.audits.subgroups import Subgroup as Subgroup
+    from fairaudit.audits.subgroups import Subgroups as Subgroups
+    from fairaudit.audits.subgroups import subgroups as subgroups
     from fairaudit.audits.targets import Target as Target
     from fairaudit.audits.worst_utility import certify_worst_case as certify_worst_case
     from fairaudit.certificates.certificate import Certificate as Certificate

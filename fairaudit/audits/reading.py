@@ -18,18 +18,18 @@ from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 from fairaudit.tables.arriving import as_table
 from fairaudit.tables.binning import Bins, apply_bins
-from fairaudit.tables.columns import Missing
+from fairaudit.tables.columns import LabelledRows, Missing, read_labels
 from fairaudit.tables.csv import CsvTable, decimal_commas, read_csv
 from fairaudit.tables.engines.logs import Engine, cut_columns, read_log
 from fairaudit.tables.engines.paths import form
 from fairaudit.tables.engines.request import Report
-from fairaudit.tables.frames import is_frame, is_lazy
+from fairaudit.tables.frames import is_frame, is_lazy, tally_frame
 from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels
 from fairaudit.tables.sources import PASSWORD, Source, is_database
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 
-__all__ = ["MOST_ROWS", "Access", "Reading", "read_audited", "read_law", "read_table", "uncollected", "unfit_for_parts"]
+__all__ = ["MOST_ROWS", "Access", "Reading", "read_audited", "read_law", "read_rows", "read_table", "uncollected", "unfit_for_parts"]
 
 MOST_ROWS = 20_000_000
 """How many different rows of a log are held; more of them pass by some contexts at a time. They take about two gigabytes."""
@@ -197,6 +197,31 @@ def read_audited(
             raise InputError(f"no utility was given; give {reading.spelled('utility')} or {reading.spelled('utility_column')}")
         utility.on(law)
         return law, utility
+
+
+def read_rows(source: Source, reading: Reading, *, report: Report | None = None) -> LabelledRows:
+    """Read the labels of a table's rows, each column by itself, with the numbers of count and utility columns as they stand.
+
+    Parameters
+    ----------
+    source : Source
+        The table.
+    reading : Reading
+        What its columns are.
+    report : callable, optional
+        As for `read_log`.
+
+    Raises
+    ------
+    InputError
+        As `read_law`.
+    """
+    table = _prepared(source, reading, report, None)
+    others = [name for name in (reading.count, reading.utility_column) if name is not None and name not in reading.labelled]
+    with naming(_name(table)):
+        tally = None if reading.count is not None else tally_frame(table, [*reading.labelled, *others])
+        read = read_labels(table if tally is None else tally, reading.labelled, others, reading.missing, count=reading.count)
+    return replace(read, notes=(*getattr(table, "notes", ()), *read.notes))
 
 
 def _prepared(source: Source, reading: Reading, report: Report | None, most: int | None) -> Any:

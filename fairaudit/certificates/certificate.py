@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from fairaudit.certificates.subgroup_table import SubgroupTable
 from fairaudit.certificates.table import Table, WrittenTable
 from fairaudit.errors import InputError
 from fairaudit.files import write_atomically
@@ -33,7 +34,7 @@ class Certificate:
     ----------
     document : dict
         The JSON document of docs/certificate.md.
-    table : Table, WrittenTable or None
+    table : Table, WrittenTable, SubgroupTable or None
         The table, when it is not embedded.
 
     Examples
@@ -47,7 +48,7 @@ class Certificate:
     """
 
     document: dict[str, Any]
-    table: Table | WrittenTable | None = None
+    table: Table | WrittenTable | SubgroupTable | None = None
 
     @property
     def text(self) -> str:

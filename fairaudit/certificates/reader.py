@@ -34,7 +34,7 @@ __all__ = ["Subject", "load", "mean_difference", "number", "ratio", "subject"]
 
 FORMAT = "fairaudit-certificate/1"
 
-OTHER_FORMATS = ("fairaudit-proxies/1",)
+OTHER_FORMATS = ("fairaudit-proxies/1", "fairaudit-subgroups/1")
 
 MAX_BYTES = 1 << 30  # what the checker reads, too
 

@@ -34,7 +34,7 @@ of populations  ``intervals``, ``tails``, ``samples``, ``pair_exact``, ``split``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
                 ``floored``, ``near``; then ``judgement`` of claims of all families
 certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``
-other formats   ``proxy_ranges``, ``proxies``; then ``verification`` of all
+other formats   ``proxy_ranges``, ``proxies``, ``conjunctions``, ``subgroup_statement``, ``subgroups``; then ``verification`` of all
 command         ``command``
 ==============  ================================================================================================================
 """

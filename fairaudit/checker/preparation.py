@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -14,6 +14,8 @@ from .rationals import ZERO, Rational, at_most, product_of, read_rational, sum_o
 from .sentences import DECISIONS_LEFT_OUT, LINES_LEFT_OUT, ROWS_LEFT_OUT
 from .table import Table
 from .text import Finding, Incomplete, compared, finding_of, malformed, printable, shown, shown_rational
+
+Amounts = Callable[[str], Mapping[str, Rational] | None]  # of a column, how many decisions have each label
 
 LONGEST_SPELLING = 1000  # characters of labels that are compared with other spellings; see ``_is_settled``
 
@@ -177,26 +179,39 @@ def check_spellings(stated: Sequence[tuple[str, Labels]], table: Table) -> Itera
 class _Prepared:
     """What a table shows of the preparation of its log, found once for all entries."""
 
-    def __init__(self, steps: Sequence[Step], table: Table) -> None:
-        self.table = table
-        self.header = table.header if table.policy is None else table.policy.header
-        self.sampled = table.header.subject.kind == "counts" or (table.policy is not None and table.policy.drawn > 0)
-        self.present = {column: set(labels) for column, labels in _labels_by_column(self.header).items()}
+    def __init__(
+        self, steps: Sequence[Step], labels: Mapping[str, Sequence[str]], amounts: Amounts, total: Rational | None, most: int
+    ) -> None:
+        self.sampled, self.total, self.most = total is not None, total, most
+        self.present = {column: set(listed) for column, listed in labels.items()}
         self.mapped = {(step.column, step.label) for step in steps if step.step == "mapped"}
         self.written = {(step.column, step.label) for step in steps if step.step != "intervals"}
-        self.amounts: dict[str, Mapping[str, Rational] | None] = {}
+        self.amounts_of, self.amounts = amounts, dict[str, Mapping[str, Rational] | None]()
 
     def amount(self, step: Step) -> Rational | None:
         """How many decisions have a label in a column; nothing where decisions are not counted by true cells."""
         if step.column not in self.amounts:
-            self.amounts[step.column] = _amounts_of_labels(step.column, self.table)
+            self.amounts[step.column] = self.amounts_of(step.column)
         amounts = self.amounts[step.column]
         return None if amounts is None else amounts.get(step.label, ZERO)
 
 
 def check_preparation(stated: Sequence[Step], table: Table) -> Iterator[Finding]:
     """Check each entry so far as the table can contradict it."""
-    prepared = _Prepared(stated, table)
+    if not stated:
+        return
+    header = table.header if table.policy is None else table.policy.header
+    drawn = (table.policy.drawn, 1) if table.policy is not None and table.policy.drawn else None
+    total = sum_of(table.figures.masses()) if table.header.subject.kind == "counts" else drawn
+    most = table.rows * len(table.header.decisions)
+    yield from check_steps(stated, _labels_by_column(header), lambda column: _amounts_of_labels(column, table), total, most)
+
+
+def check_steps(
+    stated: Sequence[Step], labels: Mapping[str, Sequence[str]], amounts: Amounts, total: Rational | None, most: int = 0
+) -> Iterator[Finding]:
+    """Check each entry against the labels of each column, how many rows have them, and how many there are, or at most so many."""
+    prepared = _Prepared(stated, labels, amounts, total, most)
     for i, step in enumerate(stated):
         fault = _fault_of_step(step, prepared)
         what = step.sentence.partition(";")[0] or f"{step.step} {shown(step.column)} {shown(step.label or step.edges)}"
@@ -208,7 +223,7 @@ def _fault_of_step(step: Step, prepared: _Prepared) -> str:
     if step.unit in ("decisions", "rows") and (step.unit == "decisions") != prepared.sampled:
         return f"the table is {'counted' if prepared.sampled else 'not counted'}"
     if step.step == "left out":
-        return "" if step.unit == "lines" else _fault_of_left_out(step, prepared.table)
+        return "" if step.unit == "lines" else _fault_of_left_out(step, prepared)
     if step.column not in prepared.present:
         return "the table has no such column"
     labels = prepared.present[step.column]
@@ -230,16 +245,14 @@ def _fault_of_step(step: Step, prepared: _Prepared) -> str:
     return ""
 
 
-def _fault_of_left_out(step: Step, table: Table) -> str:
+def _fault_of_left_out(step: Step, prepared: _Prepared) -> str:
     amounts = [amount for _, amount in step.columns]
     if not amounts or not all(at_most(amount, step.amount) for amount in amounts) or not at_most(step.amount, sum_of(amounts)):
         return "the amounts of the columns do not make up the whole"
     kept = sum_of([step.of, (-step.amount[0], step.amount[1])])
-    if step.unit == "rows":
-        most = table.rows * len(table.header.decisions)
-        return "" if 0 < kept[0] <= most else f"the table has at most {most} rows"
-    total = sum_of(table.figures.masses()) if table.policy is None else (table.policy.drawn, 1)
-    return "" if kept == total else f"the table gives {shown(total)} decisions that are left"
+    if prepared.total is None:
+        return "" if 0 < kept[0] <= prepared.most else f"the table has at most {prepared.most} rows"
+    return "" if kept == prepared.total else f"the table gives {shown(prepared.total)} decisions that are left"
 
 
 def _interval_labels(edges: Sequence[Rational]) -> set[str]:

@@ -63,6 +63,15 @@ MIX = "whatever came before, the context of a group's next decision has the same
 WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows share, and where windows begin was fixed beforehand"
 ORDER = "which contexts and groups appear, and in what order they first do, does not depend on how decisions come out"
 
+# About the subgroups of a log
+INDEPENDENT_ROWS = (
+    "the rows of the log are independent draws from one population, and how many there are does not depend on how they came out"
+)
+
+CHOSEN_BEFOREHAND = (
+    "attributes, their values, depth, the least number of rows, utility and confidence were chosen without looking at the decisions"
+)
+
 # About what was left out of the log: all claims of a certificate list the same ones.
 DECISIONS_LEFT_OUT = (
     "{decisions} of {of} decisions have a missing label and were left out; they are taken to be no different from the others"

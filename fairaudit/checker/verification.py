@@ -18,6 +18,8 @@ from .preparation import check_preparation, check_spellings
 from .program import Program
 from .proxies import PROXIES_FORMAT, check_proxies
 from .rows import embedded_lines, lines_of_file, read_table
+from .subgroup_statement import SUBGROUPS_FORMAT
+from .subgroups import check_subgroups
 from .table import Table, constants, is_signed, measure
 from .tails import tail_rarity
 from .targets import check_targets
@@ -26,7 +28,10 @@ from .work import CURRENT_WORK, Work, grant_bytes, working_on
 from .worst_case import check_class
 
 # What checks documents of other formats, from the decoded document and the lines of its table.
-OTHER_FORMATS: dict[str, Callable[[object, Iterable[bytes] | None], Report]] = {PROXIES_FORMAT: check_proxies}
+OTHER_FORMATS: dict[str, Callable[[object, Iterable[bytes] | None], Report]] = {
+    PROXIES_FORMAT: check_proxies,
+    SUBGROUPS_FORMAT: check_subgroups,
+}
 
 
 def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:

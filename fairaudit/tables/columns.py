@@ -20,7 +20,7 @@ from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level,
 from fairaudit.tables.tally import Tally, counted
 from fairaudit.tables.values import Label, Locate, column, combine, encode, exact_floats, in_order_of_appearance, locator, names, numbers
 
-__all__ = ["CodedTable", "label_codes", "read_columns"]
+__all__ = ["CodedTable", "LabelledRows", "label_codes", "read_columns", "read_labels", "sort_labels"]
 
 
 Missing = Literal["error", "drop", "group"]
@@ -65,6 +65,27 @@ class CodedTable:
     units: tuple[tuple[NDArray[np.int64], list[str]], ...] = ()
     truth: tuple[NDArray[np.int64], list[str]] | None = None
     preparation: tuple[Entry, ...] = ()
+
+
+@dataclass(frozen=True)
+class LabelledRows:
+    """Label columns as codes, each by itself, and what else `CodedTable` has.
+
+    Attributes
+    ----------
+    labels : dict of str to (ndarray of int64, list of str)
+        Codes of each label column, and what they stand for.
+    counts, values, locate, notes, units, preparation
+        As of `CodedTable`.
+    """
+
+    labels: dict[str, tuple[NDArray[np.int64], list[str]]]
+    counts: NDArray[np.int64]
+    values: dict[str, list[Any]]
+    locate: Locate
+    notes: tuple[str, ...]
+    units: tuple[tuple[NDArray[np.int64], list[str]], ...]
+    preparation: tuple[Entry, ...]
 
 
 def read_columns(
@@ -115,8 +136,40 @@ def read_columns(
         If a column is absent or used twice, columns differ in length, or a label is not usable.
     """
     labelled = (decision, *group, *context, *names(truth))
+    read = read_labels(table, labelled, others, missing, unit, count=count, measured_in=measured_in)
+    coded, rows = read.labels, len(read.counts)
+    u, decisions = coded[decision]
+    x, contexts = combine([coded[name] for name in context], rows)
+    a, groups = combine([coded[name] for name in group], rows)
+    true = None if truth is None else coded[truth]
+    if ordered:
+        (u, decisions), (x, contexts), (a, groups) = sort_labels(u, decisions), sort_labels(x, contexts), sort_labels(a, groups)
+        true = true and sort_labels(*true)
+    return CodedTable(
+        (u, x, a), read.counts, decisions, contexts, groups, read.values, read.locate, read.notes, read.units, true, read.preparation
+    )
+
+
+def read_labels(
+    table: Any,
+    labelled: Sequence[str],
+    others: Sequence[str],
+    missing: Missing,
+    unit: Sequence[str] = (),
+    *,
+    count: str | None = None,
+    measured_in: Unit = "decisions",
+) -> LabelledRows:
+    """Read label columns as codes, each by itself, and fetch others; `read_columns` says what is accepted.
+
+    Examples
+    --------
+    >>> read = read_labels({"sex": ["f", "m", "f"]}, ["sex"], [], "error")
+    >>> [part.tolist() if hasattr(part, "tolist") else part for part in read.labels["sex"]]
+    [[0, 1, 0], ['f', 'm']]
+    """
     lists = _lists(table, labelled, others)
-    counts = counted(table, len(lists[decision]))
+    counts = counted(table, len(lists[labelled[0]]))
     where = locator(table)
     if missing not in ("error", "drop", "group"):
         raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop' or 'group'")
@@ -129,13 +182,15 @@ def read_columns(
         coded[name] = _missing_labels(*coded[name], name, missing, where, counts)
         if missing == "group" and (amount := weighed(absent[name])):
             done.append(level(name, MISSING_LABEL, measured_in, amount))
-    rows = len(lists[decision])
+    rows = len(lists[labelled[0]])
     units = label_codes(table, unit, where)
     for name, (codes, _) in zip(unit, units, strict=True):
         if unit.count(name) > 1:
             raise InputError(f"the column {shown(name)} is used twice; each column has one role")
         if len(codes) != rows:
-            raise InputError(f"column {shown(name)} has {len(codes)} values and column {shown(decision)} {rows}; they must be equally long")
+            raise InputError(
+                f"column {shown(name)} has {len(codes)} values and column {shown(labelled[0])} {rows}; they must be equally long"
+            )
     keep = np.all([codes >= 0 for codes, _ in coded.values()], axis=0)
     if not keep.all():
         kept = np.flatnonzero(keep).tolist()
@@ -155,14 +210,7 @@ def read_columns(
         rows = len(kept)
     notes = tuple(map(words, done))
     preparation = in_order((*getattr(table, "preparation", ()), *done), labelled, {name: texts for name, (_, texts) in coded.items()})
-    u, decisions = coded[decision]
-    x, contexts = combine([coded[name] for name in context], rows)
-    a, groups = combine([coded[name] for name in group], rows)
-    true = None if truth is None else coded[truth]
-    if ordered:
-        (u, decisions), (x, contexts), (a, groups) = _sorted(u, decisions), _sorted(x, contexts), _sorted(a, groups)
-        true = true and _sorted(*true)
-    return CodedTable((u, x, a), counts, decisions, contexts, groups, values, where, notes, tuple(units), true, preparation)
+    return LabelledRows(coded, counts, values, where, notes, tuple(units), preparation)
 
 
 @dataclass(frozen=True)
@@ -226,7 +274,7 @@ def _missing_labels(
     return np.where(absent, len(texts), codes), [*texts, MISSING_LABEL]
 
 
-def _sorted(codes: NDArray[np.int64], labels: list[Any]) -> tuple[NDArray[np.int64], list[Any]]:
+def sort_labels(codes: NDArray[np.int64], labels: list[Any]) -> tuple[NDArray[np.int64], list[Any]]:
     """Sort labels by code point, and their codes with them."""
     order = sorted(range(len(labels)), key=labels.__getitem__)
     rank = np.empty(len(labels), dtype=np.int64)

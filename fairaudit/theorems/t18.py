@@ -13,6 +13,14 @@ from fairaudit.exact.extended import Extended
 Side = Literal["more", "less", "equal"]
 """Whether a subgroup gets more than the rest, or less."""
 
+INDEPENDENT_ROWS = (
+    "the rows of the log are independent draws from one population, and how many there are does not depend on how they came out"
+)
+
+CHOSEN_BEFOREHAND = (
+    "attributes, their values, depth, the least number of rows, utility and confidence were chosen without looking at the decisions"
+)
+
 
 def subgroup_ratio(rows: int, total: int, all_rows: int, all_total: int) -> tuple[Extended, Side]:
     """The mean of some of all rows beside the mean of the rest: the greater of the two ratios, and who gets more.
@@ -44,8 +52,8 @@ def refinements_below(
 ) -> bool:
     """Whether every part of a subgroup that has enough rows, and not all rows there are, is less unequal than a limit.
 
-    Some j of its n rows have a sum between Bottom(j) and Top(j), those of its j least and j greatest utilities. Between the ends of a class of
-    equal utilities what is compared is concave in j, so that the least j, the ends beyond it, and the greatest j decide.
+    Some j of its n rows have a sum between Bottom(j) and Top(j), those of its j least and j greatest utilities. Between the ends of a
+    class of equal utilities what is compared is concave in j, so that the least j, the ends beyond it, and the greatest j decide.
 
     Source: T18.
 

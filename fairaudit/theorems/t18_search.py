@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import combinations
 from math import inf
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from fairaudit.tables.values import distinct
 from fairaudit.theorems.t18 import Side, refinements_below, subgroup_ratio
 from fairaudit.words import brief
 
-__all__ = ["Found", "Node", "Rows", "Worst", "conjunctions", "most_unequal"]
+__all__ = ["Found", "Node", "Rows", "Worst", "conjunctions", "entries", "every_conjunction", "most_unequal"]
 
 EXACT = 1 << 53
 """Integers below it are themselves as floats."""
@@ -63,10 +64,9 @@ class Rows:
         InputError
             If there are more rows than a float can count.
         """
-        by_value = [sum(map(int, part)) for part in np.array_split(self.counts.T, len(self.values))] if not len(self.counts) else None
-        listed = by_value or [int(part) for part in self.counts.sum(axis=0, dtype=np.int64).tolist()]
-        if sum(listed) >= EXACT:
-            raise InputError(f"the log has {sum(listed)} rows; fewer than {EXACT} are accepted")
+        if float(self.counts.sum(dtype=np.float64)) >= EXACT / 2:
+            raise InputError(f"the log has more than {EXACT // 2} rows, which is the most that is accepted")
+        listed = self.counts.sum(axis=0).tolist()
         object.__setattr__(self, "rows", sum(listed))
         object.__setattr__(self, "total", sum(n * value for n, value in zip(listed, self.values, strict=True)))
 
@@ -175,6 +175,20 @@ def most_unequal(
     return Worst(tuple(found), limit, tuple(_frontier(rows, search.inner, least_rows, limit)))
 
 
+def every_conjunction(rows: Rows, depth: int, least_rows: int) -> list[tuple[Conjunction, int, int]]:
+    """All conjunctions with enough rows and not all of them, the most unequal first: conditions, rows, and the sum of their utilities.
+
+    Examples
+    --------
+    >>> rows = Rows((np.array([0, 1]),), (2,), np.array([[1, 3], [2, 2]]), (0, 1))
+    >>> every_conjunction(rows, 1, 1)
+    [(((0, 0),), 4, 3), (((0, 1),), 4, 2)]
+    """
+    search = _Search(rows, min(depth, len(rows.sizes)), least_rows, conjunctions(rows.sizes, depth) + 1, None)
+    search.run()
+    return [(name, n, total) for _, _, n, total, name in search.candidates()]
+
+
 class _Search:
     """Counts by set of attributes, each set after the one without its last attribute."""
 
@@ -186,7 +200,7 @@ class _Search:
         if self.exact:
             self.sums = (rows.counts @ np.array(rows.values, dtype=np.int64)).astype(np.float64)
         self.inner: dict[Conjunction, tuple[int, ...]] = {}
-        self.seen: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.object_ | np.float64], list[Conjunction]]] = []
+        self.seen: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[Any], list[Conjunction]]] = []
         self.waiting = 0
         self.limit = 1.0
         self.done, self.sets = 0, sum(1 for k in range(1, depth + 1) for _ in combinations(range(len(rows.sizes)), k))
@@ -210,24 +224,25 @@ class _Search:
                 values, keys = distinct(keys)
             else:
                 values = np.arange(len(nodes) * size)
-            n = np.bincount(keys, weights=self.own if whole else self.own[cells], minlength=len(values))
+            n: NDArray[Any] = np.bincount(keys, weights=self.own if whole else self.own[cells], minlength=len(values))
             enough = np.flatnonzero(n >= self.least)
             if not len(enough):
                 continue
             made = [(*nodes[v // size], (attribute, v % size)) for v in values[enough].tolist()]
             deeper = len(made[0]) < self.depth and attribute + 1 < len(self.rows.sizes)
-            counts = self._counts(keys, cells, whole, len(values), enough) if deeper or not self.exact else None
-            if self.exact:
+            counts = self._counts(keys, cells, len(values), enough) if deeper or not self.exact else None
+            total: NDArray[Any]
+            if counts is None:
                 total = np.bincount(keys, weights=self.sums if whole else self.sums[cells], minlength=len(values))[enough]
             else:
-                total = np.array([sum(map(int.__mul__, row, self.rows.values)) for row in counts.tolist()], dtype=object)  # type: ignore[union-attr]
+                total = counts.astype(object) @ np.array(self.rows.values, dtype=object)
             self._note(n[enough], total, made)
             if deeper and counts is not None:
                 self._descend(cells, keys, len(values), enough, made, counts, attribute)
 
-    def _counts(self, keys: NDArray[np.int64], cells: NDArray[np.int64], whole: bool, width: int, enough: NDArray[np.int64]) -> NDArray[np.int64]:
+    def _counts(self, keys: NDArray[np.int64], cells: NDArray[np.int64], width: int, enough: NDArray[np.int64]) -> NDArray[np.int64]:
         """How many rows of each conjunction have each utility."""
-        listed = [np.bincount(keys, weights=part if whole else part[cells], minlength=width)[enough] for part in self.by_value]
+        listed = [np.bincount(keys, weights=part[cells], minlength=width)[enough] for part in self.by_value]
         return np.array(listed).T.astype(np.int64)
 
     def _descend(
@@ -255,9 +270,9 @@ class _Search:
         else:
             self._refine(cells[kept], own[kept], still, attribute)
 
-    def _note(self, n: NDArray[np.float64], total: NDArray[np.float64 | np.object_], made: list[Conjunction]) -> None:
+    def _note(self, n: NDArray[np.float64], total: NDArray[Any], made: list[Conjunction]) -> None:
         """Keep what is as unequal as the last of those that were asked for, and raise that limit."""
-        ratio = self._ratios(n, total.astype(np.float64))
+        ratio = self._ratios(n, total) if self.exact else self._long_ratios(n, total)
         chosen = np.flatnonzero((n < self.rows.rows) & (ratio >= self.limit * (1 - SLACK)))
         if not len(chosen):
             return
@@ -281,7 +296,12 @@ class _Search:
         self.seen = [(ratio[chosen], n[chosen], total[chosen], [names[i] for i in chosen.tolist()])]
         self.waiting = -len(chosen)
 
-    def _ratios(self, n: NDArray[np.float64], total: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _long_ratios(self, n: NDArray[np.float64], total: NDArray[Any]) -> NDArray[np.float64]:
+        exact = (subgroup_ratio(int(a), b, self.rows.rows, self.rows.total)[0] for a, b in zip(n.tolist(), total.tolist(), strict=True))
+        return np.array([inf if ratio == inf else float(min(ratio, 10**300)) for ratio in exact])
+
+    def _ratios(self, n: NDArray[np.float64], total: NDArray[Any]) -> NDArray[np.float64]:
+        total = total.astype(np.float64)
         own = total * np.maximum(self.rows.rows - n, 0)
         rest = np.maximum(float(self.rows.total) - total, 0) * n
         low, high = np.minimum(own, rest), np.maximum(own, rest)
@@ -364,5 +384,3 @@ def entries(codes: Sequence[NDArray[np.int64]], sizes: Sequence[int], rows: int)
             key, span = distinct(key)[1], rows
         key, span = key * size + code, span * size
     return distinct(key)[1]
-
-
