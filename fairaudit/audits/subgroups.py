@@ -66,8 +66,13 @@ class Subgroup:
         Other conditions that the same rows have.
     ends, rest_ends : pair of Fraction, or None
         Ends of both means in the population, which hold for all subgroups at once.
-    interval : pair, or None
-        What they leave of the ratio in the population.
+
+    Examples
+    --------
+    >>> log = {"sex": ["f", "f", "m", "m"], "hired": ["yes", "no", "yes", "no"], "n": [3, 1, 2, 2]}
+    >>> first = subgroups(log, decision="hired", attributes="sex", count="n", utility="yes").found[0]
+    >>> first.conditions, first.mean, first.rest, first.ratio
+    ({'sex': 'f'}, Fraction(3, 4), Fraction(1, 2), Fraction(3, 2))
     """
 
     conditions: Mapping[str, str]
@@ -121,6 +126,13 @@ class Subgroups:
         Whether the utility counts a burden.
     embed : bool or None
         Whether the certificate holds the table.
+
+    Examples
+    --------
+    >>> log = {"sex": ["f", "f", "m", "m"], "hired": ["yes", "no", "yes", "no"], "n": [300, 100, 200, 200]}
+    >>> found = subgroups(log, decision="hired", attributes="sex", count="n", utility="yes", max_ratio="5/4")
+    >>> found.verdict, found.rows, found.least_rows
+    ('exceeds', 800, 8)
     """
 
     found: tuple[Subgroup, ...]
@@ -260,6 +272,11 @@ def subgroups(
         Whether the utility counts a burden.
     embed_table : bool, optional
         Whether the certificate holds the table; by default if it has at most 100,000 entries.
+
+    Returns
+    -------
+    Subgroups
+        The most unequal ones, the verdict and the certificate.
 
     Raises
     ------

@@ -67,6 +67,7 @@ class _Checked:
         self.everybody = sum(counts), table.total(counts)
         self.depth = min(stated.depth, len(table.sizes))
         self.lower, self.upper = ONE, INFINITY  # what is proved of the population
+        self.true: dict[int, tuple[int, int]] = {}  # of the findings, as counted: how many rows they have, and what these get
         self.all: list[tuple[Conjunction, int, int]] = []  # the family, where it is listed
 
     def subject(self) -> Iterator[Finding]:
@@ -208,6 +209,7 @@ class _Checked:
                 side,
                 tuple(map(self._labels, others)),
             )
+            self.true[i] = rows, total
             yield compared(f"findings[{i}]", is_that, expected)
 
     @cached_property
@@ -238,11 +240,10 @@ class _Checked:
         level = (1 - stated.confidence) / (4 * self._ways())
         lower: list[Rational] = []
         for i, one in enumerate(stated.found):
-            total, over = one.total[0] * self.table.unit, one.total[1]
-            if one.ends is None or one.interval is None or over == 0 or total % over or not 0 < one.rows < self.everybody[0]:
-                yield finding_of(f"findings[{i}].ends", False, "the finding is false")
+            if one.ends is None or one.interval is None or i not in self.true:
+                yield finding_of(f"findings[{i}].ends", False, "there is no such finding")
                 continue
-            fault = self._fault_of(one.ends, one.rows, total // over, level)
+            fault = self._fault_of(one.ends, *self.true[i], level)
             yield finding_of(f"findings[{i}].ends", not fault, fault)
             interval = interval_of(one.ends)
             yield compared(f"findings[{i}].interval", one.interval, interval)

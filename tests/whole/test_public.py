@@ -71,6 +71,9 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         with watched() as found:
             return found
 
+    def subgroups() -> fa.Subgroups:
+        return fa.subgroups(TABLE, decision="hired", attributes="sex", count="n", utility="yes")
+
     def worst() -> fa.WorstCase:
         return fa.worst_case(law(), fa.UtilityClass(tau="1/4"))
 
@@ -126,6 +129,8 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         "Utility": lambda: fa.Utility({"yes": 1, "no": "0.5"}),
         "UtilityClass": lambda: fa.UtilityClass(tau="0.3", order=["no", "yes"], rows=[({"yes": 1}, 1)]),
         "UtilityTable": lambda: made.utility,
+        "Subgroup": lambda: subgroups().found[0],
+        "Subgroups": subgroups,
         "Verification": lambda: fa.verify(made),
         "Witness": lambda: made.local.witness if made.local else None,
         "WorstCase": worst,
@@ -158,6 +163,7 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         "refute_epsilon": lambda: fa.refute_epsilon(draws(), "1.01"),
         "report": lambda: fa.report(made, folder / "report.md", format="markdown"),
         "sample_policy": lambda: fa.sample_policy(lambda x, a: "go" if a == "f" else "stay", [("lobby", "f"), ("lobby", "m")], trials=5),
+        "subgroups": subgroups,
         "trade_off": lambda: fa.trade_off(coin()),
         "verify": lambda: fa.verify(made.certificate, require="within"),
         "worst_case": worst,
