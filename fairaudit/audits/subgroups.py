@@ -132,7 +132,7 @@ class Subgroups:
     >>> log = {"sex": ["f", "f", "m", "m"], "hired": ["yes", "no", "yes", "no"], "n": [300, 100, 200, 200]}
     >>> found = subgroups(log, decision="hired", attributes="sex", count="n", utility="yes", max_ratio="5/4")
     >>> found.verdict, found.rows, found.least_rows
-    ('exceeds', 800, 8)
+    ('inconclusive', 800, 8)
     """
 
     found: tuple[Subgroup, ...]

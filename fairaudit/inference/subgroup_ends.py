@@ -30,7 +30,7 @@ def both_ends(own: Cell, rest: Cell, confidence: Fraction, family: int) -> tuple
     --------
     >>> ten, many = (Cell(n, Fraction(n, 2), None, Fraction(0), Fraction(1), True) for n in (10, 1000))
     >>> both_ends(ten, many, Fraction(19, 20), 20)[1]
-    (Fraction(449059, 1000000), Fraction(550941, 1000000))
+    (Fraction(224311, 500000), Fraction(275689, 500000))
     """
     level = end_level(confidence, family)
     return cell_ends(own, level), cell_ends(rest, level)
