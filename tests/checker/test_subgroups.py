@@ -8,7 +8,9 @@ from __future__ import annotations
 import copy
 import json
 import os
+import re
 from collections.abc import Iterator
+from fractions import Fraction
 from random import Random
 from typing import Any
 
@@ -165,7 +167,7 @@ def test_an_altered_document_is_rejected() -> None:
             break
 
 
-def _still_true(path: tuple[Any, ...], document: dict[str, Any], changed: dict[str, Any]) -> bool:
+def _still_true(path: tuple[Any, ...], document: dict[str, Any], changed: dict[str, Any]) -> Any:
     """Whether an alteration leaves what is stated true."""
     if "assumptions" in path or path == ("claims",) or path == ("family", "ends"):  # in another order
         return sorted(map(str, _at(document, path))) == sorted(map(str, _at(changed, path)))
@@ -179,8 +181,9 @@ def _still_true(path: tuple[Any, ...], document: dict[str, Any], changed: dict[s
         return True
     if path == ("frontier", "nodes"):
         return sorted(map(str, _at(document, path))) == sorted(map(str, _at(changed, path)))
-    if path == ("frontier", "ratio"):  # a search that leaves less out finds the same
-        return not document["frontier"]["nodes"]
+    if path == ("frontier", "ratio"):  # a search that leaves less out finds the same, and its frontier may be the same
+        new, last = changed["frontier"]["ratio"], document["findings"][-1]["ratio"]
+        return new not in ("inf", "0") and re.fullmatch("[0-9/]+", new) and (last == "inf" or Fraction(new) <= Fraction(last))
     if path[0] == "claims" and path[-1] == "value":  # of a population what is weaker is true as well
         return document["claims"][path[1]]["relation"] != "="
     if "ends" in path or path[-1] == "finding":  # wider ends, and a weaker finding that still proves the claim
