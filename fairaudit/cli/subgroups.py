@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         )
     written = [] if arguments.output is None else [str(path) for path in found.save(arguments.output)]
     return Answer(
-        "subgroups",
+        "certify-subgroups",
         verdict=found.verdict,
         sentence=found.sentence,
         notes=found.notes,
