@@ -91,24 +91,37 @@ class Cells:
     unit: int
     groups: int
 
-    @property
+    @cached_property
     def exact(self) -> bool:
         """Whether the shares are known."""
         return all(cell.low == cell.high for cell in self.cells)
 
-    def mean(self, total: int, rows: int) -> Fraction:
-        """A sum of utilities over so many rows."""
-        return Fraction(total, rows * self.unit)
+    @cached_property
+    def worst(self) -> tuple[list[int], list[int]]:
+        """Of known shares, by union of groups: the sum of the utilities of its worst slices, and its rows."""
+        unions = 1 << self.groups
+        sums, rows = [0] * unions, [0] * unions
+        for cell in self.cells:
+            own = [0] * unions
+            for union in range(1, unions):
+                last = union & -union
+                own[union] = own[union ^ last] + cell.low[last.bit_length() - 1]
+                rows[union] += own[union]
+                sums[union] += cell.worst(own[union])
+        return sums, rows
 
     def ends(self, union: Union) -> tuple[Fraction, Fraction]:
-        """The least and the greatest mean that a union of groups can have."""
+        """The least and the greatest mean that a union of groups can have: the best slices are what the worst ones leave."""
+        if self.exact:
+            sums, rows = self.worst
+            best = sums[-1] - sums[len(sums) - 1 - union]
+            return Fraction(sums[union], rows[union] * self.unit), Fraction(best, rows[union] * self.unit)
         limits = [cell.within(union) for cell in self.cells]
         return self._end(limits, up=False), self._end(limits, up=True)
 
     def _end(self, limits: Sequence[tuple[int, int]], *, up: bool) -> Fraction:
         """Newton's method: whatever is better (or worse) than the mean so far is taken, as far as the limits allow."""
         value: Fraction | None = None
-        known = all(low == high for low, high in limits)
         while True:
             total = rows = 0
             for cell, (low, high) in zip(self.cells, limits, strict=True):
@@ -116,7 +129,7 @@ class Cells:
                 total += cell.best(taken) if up else cell.worst(taken)
                 rows += taken
             found = Fraction(total, rows)
-            if known or found == value:
+            if found == value:
                 return found / self.unit
             value = found
 
@@ -176,8 +189,7 @@ def level(cells: Cells) -> Mixture:
     groups bring to an order itself.
     """
     full = (1 << cells.groups) - 1
-    worst = {union: sum(cell.worst(cell.within(union)[0]) for cell in cells.cells) for union in range(1, full + 1)} | {0: 0}
-    rows = {union: sum(cell.within(union)[0] for cell in cells.cells) for union in range(full + 1)}
+    worst, rows = cells.worst
     sums = [Fraction(0)] * cells.groups
     done = 0
     while done != full:
@@ -189,11 +201,11 @@ def level(cells: Cells) -> Mixture:
     return tuple(_orders(sums, worst, full))
 
 
-def _orders(sums: list[Fraction], worst: dict[Union, int], full: Union) -> Iterator[tuple[Fraction, tuple[int, ...]]]:
+def _orders(sums: list[Fraction], worst: list[int], full: Union) -> Iterator[tuple[Fraction, tuple[int, ...]]]:
     """Write sums as a mixture of orders of the groups."""
     left = Fraction(1)
     while True:
-        tight = sorted((union for union in worst if _sum(sums, union) == worst[union]), key=int.bit_count)
+        tight = sorted((union for union in range(full + 1) if _sum(sums, union) == worst[union]), key=int.bit_count)
         order: list[int] = []
         reached = 0
         while reached != full:
@@ -208,7 +220,7 @@ def _orders(sums: list[Fraction], worst: dict[Union, int], full: Union) -> Itera
             yield left, tuple(order)
             return
         away = [one - other for one, other in zip(sums, corner, strict=True)]
-        step = min((_sum(sums, union) - worst[union]) / -drop for union in worst if (drop := _sum(away, union)) < 0)
+        step = min((_sum(sums, union) - worst[union]) / -drop for union in range(full + 1) if (drop := _sum(away, union)) < 0)
         yield left * step / (1 + step), tuple(order)
         left /= 1 + step
         sums = [one + step * other for one, other in zip(sums, away, strict=True)]

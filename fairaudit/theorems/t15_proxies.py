@@ -104,7 +104,7 @@ class Ends:
 def proxy_ends(cells: Cells) -> Ends:
     """The ranges of all means and ratios of groups that have rows in every completion.
 
-    Source: T15 proxies in docs/theory.md.
+    Source: T15; Coq `T15_cells`, `T15_cells_pair`, `T15_cells_exceeds`, `T15_cells_attained`, `T15_cells_interval`.
 
     Parameters
     ----------
