@@ -132,6 +132,29 @@ def test_contexts_that_no_cell_names_are_assumed_to_say_nothing_of_groups() -> N
     assert fa.verify(made.certificate).ok
 
 
+def test_berkeley_is_what_its_departments_allow() -> None:
+    """Figures of docs/proxies.md; the truth, which the other column of the same table tells, lies inside, and sure names of it give it."""
+    table = fa.example("ucb-admissions").table()
+    log = {name: list(table[name]) for name in ("Dept", "Gender", "Admit")} | {"n": [int(count) for count in table["Freq"]]}
+    sizes: Counter[tuple[str, str]] = Counter()
+    for dept, gender, count in zip(log["Dept"], log["Gender"], log["n"], strict=True):
+        sizes[dept, gender] += count
+    shares = {key: Fraction(count, sizes[key[0], "Male"] + sizes[key[0], "Female"]) for key, count in sizes.items()}
+    given_ = {"Dept": [d for d, _ in shares], "sex": [g for _, g in shares], "probability": [*map(str, shares.values())]}
+    asked: dict[str, Any] = {"decision": "Admit", "group": "sex", "count": "n", "utility": "Admitted"}
+    merged = {name: log[name] for name in ("Dept", "Admit", "n")}
+    loose: Any = fa.audit(merged, **asked, group_probability=given_, max_local_ratio="5/4")
+    assert loose.groups == (("Male",), ("Female",))
+    assert loose.local[0].ends.means == ((Fraction(838, 2691), Fraction(15, 23)), (Fraction(0), Fraction(917, 1835)))
+    assert (loose.verdict, loose.proved("local")) == ("depends", (1, inf))
+    truth = Fraction(2198330, 1498887)
+    (low, _), (high, _) = loose.local[0].ends.pairs[0, 1]
+    assert low < truth < high
+    sure = {"Gender": ["Male", "Male", "Female", "Female"], "sex": ["m", "f"] * 2, "probability": [1, 0, 0, 1]}
+    known: Any = fa.audit(log, **asked, group_probability=sure)
+    assert known.proved("local") == (truth, truth)
+
+
 def test_cells_that_the_log_does_not_have_say_nothing() -> None:
     log = {"zip": ["1", "1", "2", "2"], "job": ["j", "k"] * 2, "out": ["y", "n"] * 2, "n": [3, 1, 2, 2]}
     given_ = {"zip": ["1", "1", "2", "2", "3", "3"], "sex": ["f", "m"] * 3, "low": ["1/2", "1/2", "1/4", "1/2", "0", "0"]}
