@@ -107,6 +107,34 @@ class Program:
         return simplex([*costs, *([Fraction(0)] * len(bounds))], rows)
 
 
+def most_beyond(rows: Sequence[Row], wanted: Sequence[tuple[int, Fraction, int]]) -> float:
+    """By how much sums of utilities can be beyond given means, all together: 0 if groups can have these means at once and no more.
+
+    Parameters
+    ----------
+    rows : sequence
+        Cells with intervals.
+    wanted : sequence of (int, Fraction, int)
+        A group, a mean, and 1 for more than it or -1 for less.
+    """
+    groups = len(rows[0][1])
+    places = [(w, v, a) for w, (gains, _, _) in enumerate(rows) for v in range(len(gains)) for a in range(groups)]
+    costs = [-float(sum((sign * (rows[w][0][v][0] - mean) for b, mean, sign in wanted if a == b), Fraction(0))) for w, v, a in places]
+    equal, counts, limits, bounds = [], [], [], []
+    for w, (gains, low, high) in enumerate(rows):
+        size = sum(count for _, count in gains)
+        for v, (_, count) in enumerate(gains):
+            equal.append([float(place[:2] == (w, v)) for place in places])
+            counts.append(float(count))
+        for a in range(groups):
+            own = [float(place[0] == w and place[2] == a) for place in places]
+            limits += [own, [-one for one in own]]
+            bounds += [float(size * high[a]), -float(size * low[a])]
+    found = linprog(costs, A_ub=limits, b_ub=bounds, A_eq=equal, b_eq=counts, method="highs")
+    assert found.status == 0
+    return -float(found.fun)
+
+
 def simplex(costs: list[Fraction], rows: list[tuple[list[Fraction], Fraction]]) -> tuple[int, Fraction | float]:
     """Minimise c·x over A x = b, x ≥ 0, by Bland's rule; 0 and the value, 2 if nothing is feasible, 3 if it is unbounded."""
     size, count = len(costs), len(rows)

@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import inf, isclose
 
 import pytest
-from proxy_oracle import Program, Row, random_rows, random_shares
+from proxy_oracle import Program, Row, most_beyond, random_rows, random_shares
 
 from fairaudit.errors import InputError
 from fairaudit.theorems.t15_cells import Cells, beyond, level, mixture_means, proxy_cells, ratio
@@ -176,6 +176,25 @@ def test_intervals_are_sound_and_their_completions_possible(groups: int) -> None
             for (low, high), (least, most) in zip(inside.means, found.means, strict=True):
                 assert least <= low and high <= most
     assert sharp
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("groups", [2, 3, 4])
+def test_means_within_intervals_are_those_of_linear_programs_and_sharp_where_two_are_had_at_once(groups: int) -> None:
+    rng = random.Random(45 + groups)
+    said = set()
+    for _ in range(INTERVALS):
+        rows = random_rows(rng, groups, intervals=True)
+        found = proxy_ends(proxy_cells(rows, groups))
+        for a, (least, most) in enumerate(found.means):
+            assert abs(most_beyond(rows, [(a, most, 1)])) < 1e-7
+            assert abs(most_beyond(rows, [(a, least, -1)])) < 1e-7
+        for (a, b), ((_, low_sharp), (_, high_sharp)) in found.pairs.items():
+            for higher, lower, sharp in ((a, b, high_sharp), (b, a, low_sharp)):
+                together = most_beyond(rows, [(higher, found.means[higher][1], 1), (lower, found.means[lower][0], -1)])
+                assert sharp == (together > -1e-7)
+                said.add(sharp)
+    assert said == {True, False}
 
 
 def test_an_end_that_is_called_sharp_is_reached() -> None:
