@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).parent.parent / "docs"
-PAGES = ("certificate", "certificate-policy", "certificate-samples", "certificate-monitor", "certificate-worst-case")
+PAGES = (
+    "certificate",
+    "certificate-policy",
+    "certificate-samples",
+    "certificate-monitor",
+    "certificate-worst-case",
+    "certificate-objections",
+)
 BY_RATIO = {
     "local_ratio": "local",
     "global_ratio": "global",
@@ -38,6 +45,8 @@ def needed(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
     names = ["fresh"] if document["subject"]["kind"] == "policy" else []
     if claim["scope"].startswith(("population at confidence ", "population, one-sided at confidence ")):
         return [said[name] for name in names] + _of_interval(claim, document)
+    if claim["by"] == "T15":
+        return [_share(said, share, claim["quantity"]) for share in document["subject"].get("unknown_shares", [])]
     if claim["by"] in ("T5", "T5-decision") and claim["scope"] == "any policy behind this filter":
         names.append("stated-population")
     found = [said[name] for name in names]
@@ -46,6 +55,13 @@ def needed(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
     if claim["scope"].endswith("that keeps the declared floor") and "tau" in document["subject"].get("declared", {}):
         found.append(said["declared-floor"].replace("{τ_d}", document["subject"]["declared"]["tau"]))
     return found
+
+
+def _share(said: dict[str, str], share: dict[str, Any], quantity: str) -> str:
+    """What was declared of the decisions of unknown group."""
+    where = "over all contexts" if quantity.startswith("global") else "in every context"
+    numbers = {"where": where, "low": share["least"], "high": share["most"], "group": json.dumps(share["group"], ensure_ascii=False)}
+    return said["unknown-others" if share["group"] is None else "unknown-share"].format_map(numbers)
 
 
 def _over_policies(claim: dict[str, Any], subject: dict[str, Any]) -> Iterator[str]:

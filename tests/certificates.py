@@ -94,6 +94,18 @@ def left_out(pick: Pick) -> Certificate:
     return fa.certify(law, _utility(pick), confidence=pick.choice([None, "0.9"]), **_limits(pick)).certificate
 
 
+def unknown(pick: Pick) -> Certificate:
+    """Counts with decisions of unknown group, perhaps with declared shares, and targets that are judged whoever they are."""
+    groups = ("f", "m", "n")[: pick.randint(2, 3)]
+    rows = [(u, a, x, pick.randint(1, 12)) for u in DECISIONS for a in groups for x in "st"[: pick.randint(1, 2)]]
+    rows += [(u, "?", x, pick.randint(0, 3)) for u in DECISIONS for x in "st"]
+    table = dict(zip("uaxn", map(list, zip(*rows, strict=True)), strict=True))
+    law = fa.Law.from_counts(table, decision="u", group="a", context="x", count="n", unknown=["?"])
+    share = {"f": ("0.2", "0.7"), "*": (0, "1/2")} if pick.random() < 0.5 else None
+    limits = {"max_local_ratio": pick.choice(["11/10", "5/4", "3/2", 2, 10]), "max_global_log": pick.choice(["0.05", "0.3", 2])}
+    return fa.certify(law, _utility(pick), confidence=pick.choice([None, "0.9"]), unknown_share=share, **limits).certificate
+
+
 def units(pick: Pick) -> Certificate:
     """A log in which one person may have several rows."""
     once, apart, n = pick.random() < 0.5, pick.random() < 0.5, 30
@@ -218,6 +230,7 @@ KINDS: tuple[Callable[[Pick], Certificate], ...] = (
     stream,
     worst,
     slots,
+    unknown,
 )
 
 

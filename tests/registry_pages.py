@@ -23,7 +23,18 @@ from fairaudit.theorems.bound import (
     THIS_LAW,
     THIS_POLICY,
 )
-from fairaudit.theorems.registry import DIFFERENCES, EVERY_UTILITY, EXPECTED_DIFFERENCES, KINDS, ONE_SIDED, RATIOS, SAMPLED, Kind
+from fairaudit.theorems.registry import (
+    DIFFERENCES,
+    EVERY_UTILITY,
+    EXPECTED_DIFFERENCES,
+    KINDS,
+    ONE_SIDED,
+    RATIOS,
+    SAMPLED,
+    Kind,
+    without_objection,
+)
+from fairaudit.words import WHOEVER
 
 ROOT = Path(__file__).resolve().parents[1]
 PROOFS = ROOT / "proofs"
@@ -41,6 +52,7 @@ SCOPES = {
     THIS_POLICY: ("group filters", "GROUP_FILTERS"),
     ANY_CONTEXT_FILTER: ("context filters", "CONTEXT_FILTERS"),
     EVERY_UTILITY: ("class", "CLASS"),
+    f"{THIS_LAW}, {WHOEVER}": ("law, whoever the unknown are", "WHOEVER_IN_LAW"),
     SAMPLED: ("population", ""),
     ONE_SIDED: ("one-sided", ""),
 }
@@ -51,12 +63,18 @@ RULES = {
     "sample": "certificate-samples.md#claims",
     "labels": "certificate-samples.md#differences-of-rates",
 }
+UNDER = {WHOEVER: "certificate-objections.md#decisions-of-unknown-group"}
+"""The pages of claims that take an objection into account."""
+
 SHAPES: dict[str, Any] = {
     "table": {"$ref": "#/$defs/digest"},
     "multipliers": {"type": "array", "items": {"$ref": "#/$defs/nonnegative"}},
     "pairs": {"type": "array"},
     "attained": {"$ref": "#/$defs/attained"},
     "policy": {"$ref": "#/$defs/attaining_policy"},
+    "completion": {"$ref": "#/$defs/completion"},
+    "proof": {"$ref": "#/$defs/proof_of_least"},
+    "reached": {"$ref": "#/$defs/reached"},
     "interval": {"enum": ["local", "global", *EXPECTED_DIFFERENCES, *DIFFERENCES]},
 }
 """What the evidence is, by its key; any other key holds a number."""
@@ -101,7 +119,8 @@ def kinds_table() -> str:
         floor = [f"`{name}`{only.get(name, '')}" for name in always]
         may = [f"perhaps {listed(kind.may_assume)}"] if kind.may_assume else []
         evidence = listed(filter(None, (kind.evidence, *kind.beside)))
-        pages = f"[rule]({RULES[kind.subject]}), [why]({kind.anchor})"
+        rule = UNDER.get(without_objection(kind.scopes[0])[1]) or RULES[kind.subject]
+        pages = f"[rule]({rule}), [why]({kind.anchor})"
         cells = (f"`{kind.id}`", f"`{kind.by}`", kind.says, listed(kind.quantities), relations, scopes, _needed(kind))
         lines.append(f"| {' | '.join((*cells, '; '.join([', '.join(floor), *may]).strip('; '), evidence, pages))} |")
     return "\n".join(lines)

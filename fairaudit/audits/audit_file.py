@@ -22,7 +22,7 @@ from fairaudit.tables.columns import Missing
 from fairaudit.tables.csv import CsvTable, read_csv
 from fairaudit.tables.engines.logs import read_log
 from fairaudit.tables.engines.paths import form
-from fairaudit.tables.labels import merge_labels, read_label_map
+from fairaudit.tables.labels import merge_labels, read_label_map, spelt_alike
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, names
@@ -31,7 +31,7 @@ __all__ = ["SAID_THERE", "Audit", "read_audit", "read_policy", "refuse_beside"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
 TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map")
-LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive")
+LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive", "unknown", "unknown_share")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 METHODS: tuple[Method, ...] = get_args(Method)
 SELECTIONS: tuple[Selection, ...] = get_args(Selection)
@@ -55,6 +55,7 @@ class Audit:
     declared_in: dict[Label, dict[str, Any]] = field(default_factory=dict)
     max_drift: Any = None
     difference: bool = False
+    unknown_share: dict[Any, Any] = field(default_factory=dict)
 
 
 SAID_THERE = (
@@ -192,6 +193,7 @@ def _audit(document: Mapping[str, Any], folder: Path, *, signed: bool) -> Audit:
         _declared_in(wanted.get("by_context", [])),
         source.get("max_drift"),
         difference,
+        _unknown_share(source, about),
     )
 
 
@@ -295,14 +297,25 @@ def _law(section: Mapping[str, Any], where: str, table: Table) -> Law:
     if "truth" in section and "probability" in section:
         raise InputError(f"[{where}] has truth, which goes with counts and logs; probabilities do not say what should have been decided")
     truth = _text(section, "truth", where) if "truth" in section else None
-    missing = _missing(section, where)
+    missing, unknown = _missing(section, where), _texts(section, "unknown", where, "a label")
+    if section.get("fold_labels"):
+        unknown = spelt_alike(table, columns["group"], unknown)
     if "count" in section:
-        return Law.from_counts(table, **columns, count=_text(section, "count", where), truth=truth, missing=missing)
+        count = _text(section, "count", where)
+        return Law.from_counts(table, **columns, count=count, truth=truth, missing=missing, unknown=unknown)
     if "probability" in section:
         weight = _text(section, "weight", where) if "weight" in section else None
         probability = _text(section, "probability", where)
         return Law.from_probabilities(table, **columns, probability=probability, weight=weight, missing=missing)
-    return Law.from_log(table, **columns, unit=unit, truth=truth, missing=missing)
+    return Law.from_log(table, **columns, unit=unit, truth=truth, missing=missing, unknown=unknown)
+
+
+def _unknown_share(section: Mapping[str, Any], where: str) -> dict[Any, Any]:
+    """Declared shares of rows of unknown group: a table of label and two numbers; labels of several columns are joined by "/"."""
+    value = section.get("unknown_share", {})
+    if not isinstance(value, dict) or not all(isinstance(ends, list) and len(ends) == 2 for ends in value.values()):
+        raise InputError(f'[{where}] unknown_share is {shown(value)}; a table such as {{f = ["0.4", "0.6"]}} is accepted')
+    return {label: tuple(ends) for label, ends in value.items()}
 
 
 def _missing(section: Mapping[str, Any], where: str) -> Missing:

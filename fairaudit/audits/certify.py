@@ -20,6 +20,7 @@ from fairaudit.audits.population import (
 )
 from fairaudit.audits.result import Result, not_compared
 from fairaudit.audits.targets import judged, judged_by_window
+from fairaudit.audits.unknown import ask_shares, judged_whoever, refuse_beside_unknown_groups, whoever
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.anytime import Arrivals
@@ -74,6 +75,7 @@ def certify(
     changed: tuple[Quantity, Window] | None = None,
     positive: LabelLike | None = None,
     burden: bool = False,
+    unknown_share: Mapping[Any, Sequence[Number]] | None = None,
 ) -> Result:
     """Measure a law exactly, say what follows for the population behind it, judge it against targets, and prepare a certificate.
 
@@ -138,6 +140,9 @@ def certify(
     burden : bool
         Whether the utility counts a burden, such as a fine or a refusal: the group with the higher expectation is then called
         disadvantaged. The figures are the same.
+    unknown_share : mapping of label to (number, number), optional
+        Of a law with decisions of unknown group (``unknown=``): between which shares of them are of a group, in every context and over all;
+        ``"*"`` stands for all who are of none of the groups. Targets are then judged of the table, whoever the unknown are.
 
     Returns
     -------
@@ -186,6 +191,9 @@ def certify(
             table = replace(table, law=law)
         subject = deployment or law
     _check_selection(select, subject, arrivals, level)
+    refuse_beside_unknown_groups(law, difference=difference)
+    shares = ask_shares(unknown_share or {}, law)
+    of_table, limits = (limits, []) if law.unknown is not None else ([], limits)
     local, overall = (None, None) if table.signed else _both(law, table)
     differences = measured_differences(law, table) if difference else {}
     if not any((local, overall, *differences.values())):
@@ -244,6 +252,10 @@ def certify(
         verdict = foremost_verdict(target.verdict for target in targets)
     if change is not None:
         targets, verdict = judged_by_window(targets, verdict, change)
+    unknown = whoever(law, table, measured, shares)
+    if of_table:
+        targets = judged_whoever(unknown, of_table, law, table, measured)
+        verdict = foremost_verdict(target.verdict for target in targets)
     without = deployment.unfiltered if deployment else None
     return Result(
         law=law,
@@ -279,6 +291,8 @@ def certify(
         burden=burden,
         changed=change,
         method=interval,
+        whoever=unknown,
+        unknown_shares=shares if law.unknown is not None else (),
     )
 
 

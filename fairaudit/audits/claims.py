@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -9,20 +10,23 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.certificates.numbers import number
+from fairaudit.exact.extended import extended_text
 from fairaudit.inference.differences import DifferenceInterval
 from fairaudit.inference.interval import Interval
 from fairaudit.model.law import Law
+from fairaudit.tables.preparation import assumption
 from fairaudit.tables.values import Label
-from fairaudit.theorems.assumptions import FRESH
+from fairaudit.theorems.assumptions import FRESH, UNKNOWN_OTHERS, UNKNOWN_SHARE
 from fairaudit.theorems.bound import FLOORED, Bound
-from fairaudit.theorems.registry import BY_ID, BY_KEY, ONE_SIDED, SAMPLED, Kind, Relation
+from fairaudit.theorems.registry import BY_ID, BY_KEY, ONE_SIDED, SAMPLED, Kind, Relation, under
 from fairaudit.theorems.supremum import PairProof, Supremum
 from fairaudit.theorems.t05 import t5_independent
 from fairaudit.theorems.t07 import t7
-from fairaudit.words import brief
+from fairaudit.words import WHOEVER, brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
+    from fairaudit.audits.unknown import Place, Share, Whoever
     from fairaudit.model.policy import Deployment
     from fairaudit.worst.result import WorstCase
 
@@ -96,6 +100,8 @@ def claims_of(result: Result) -> Iterator[Claim]:
     for quantity, found in (result.differences.intervals if result.differences else {}).items():
         by = next((method for method in found.methods if method != "binomial"), "binomial")
         yield from _ends(BY_ID[f"{by}-interval"], f"{quantity}_difference", f"{quantity}_difference", found)
+    for range_ in result.whoever:
+        yield from claims_about_unknown(range_, result)
     for supremum in result.suprema:
         yield _over_policies(supremum, result)
     for bound in result.bounds:
@@ -140,6 +146,47 @@ def _ends(kind: Kind, quantity: str, key: str, interval: Interval | DifferenceIn
     scope = population_at(interval.confidence, each=interval.ends == "each")
     for relation, end in zip(kind.relations, (interval.lower, interval.upper), strict=True):
         yield Claim(quantity, relation, end, kind.by, {kind.evidence: key}, scope, interval.assumptions)
+
+
+def claims_about_unknown(found: Whoever, result: Result) -> Iterator[Claim]:
+    """Both ends of a ratio, whoever the decisions of unknown group are; what was left out as unknown is not left out of these."""
+    law, quantity = result.law, f"{found.quantity}_ratio"
+    left_out = tuple(text for text in (assumption(entry) for entry in law.preparation if entry["step"] != "unknown") if text)
+    assumed = (*(share_said(share, law, overall=found.quantity == "global") for share in result.unknown_shares), *left_out)
+    scope = under("this law", WHOEVER)
+
+    def place(at: Place) -> dict[str, Any]:
+        where = {} if at.context is None else {"context": list(law.contexts[at.context])}
+        return {**where, "higher": list(law.groups[at.higher]), "lower": list(law.groups[at.lower])}
+
+    attained = {**place(found.place), "received": [str(rows) for rows in found.received]}
+    yield Claim(quantity, "<=", found.greatest, "T15", {"completion": attained}, scope, assumed)
+    proof: dict[str, Any] | None = None
+    if isinstance(found.proof, int):
+        proof = {} if found.proof < 0 else {"context": list(law.contexts[found.proof])}
+    elif found.proof is not None:
+        proof = place(found.proof)
+    reached = None
+    if found.reached is not None:
+        assigned = [
+            {
+                **({} if x is None else {"context": list(law.contexts[x])}),
+                "values": [number(value) for value in values],
+                "counts": [[str(rows) for rows in row] for row in counts],
+            }
+            for x, values, counts in found.reached.assigned
+        ]
+        reached = {"ratio": number(found.reached.ratio), "assigned": assigned}
+    yield Claim(quantity, ">=", found.least, "T15", {"proof": proof, "reached": reached}, scope, assumed)
+
+
+def share_said(share: Share, law: Law, *, overall: bool) -> str:
+    """The sentence about a declared share of the decisions of unknown group."""
+    where = "over all contexts" if overall else "in every context"
+    low, high = extended_text(share.low), extended_text(share.high)
+    if share.group is None:
+        return UNKNOWN_OTHERS.format(where=where, low=low, high=high)
+    return UNKNOWN_SHARE.format(where=where, low=low, high=high, group=json.dumps(list(law.groups[share.group]), ensure_ascii=False))
 
 
 def _by_theorem(bound: Bound, about: tuple[str, ...]) -> Claim:

@@ -27,6 +27,7 @@ from fairaudit.words import THIS_TABLE
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
     from fairaudit.audits.targets import Target
+    from fairaudit.audits.unknown import Tips
     from fairaudit.model.policy import Deployment
 
 
@@ -59,7 +60,7 @@ def document(result: Result) -> dict[str, Any]:
         },
         "not_compared": [left_out_entry(entry) for entry in result.not_compared],
         "claims": [claim.entry for claim in result.claims],
-        "targets": [_target(target) for target in result.targets],
+        "targets": [_target(target, result) for target in result.targets],
         "verdict": result.verdict,
         "versions": {"fairaudit": __version__},
     }
@@ -98,6 +99,15 @@ def _subject(result: Result) -> dict[str, Any]:
     }
     if result.preparation:
         subject["preparation"] = [dict(entry) for entry in result.preparation]
+    if result.unknown_shares:
+        subject["unknown_shares"] = [
+            {
+                "group": None if share.group is None else list(result.law.groups[share.group]),
+                "least": number(share.low),
+                "most": number(share.high),
+            }
+            for share in result.unknown_shares
+        ]
     if result.spellings:
         subject["spellings"] = list(result.spellings)
     return subject
@@ -121,7 +131,7 @@ def _add_filters(made: dict[str, Any], result: Result, deployment: Deployment) -
     )
 
 
-def _target(target: Target) -> dict[str, Any]:
+def _target(target: Target, result: Result) -> dict[str, Any]:
     """A target as a certificate stores it."""
     return {
         "quantity": target.quantity,
@@ -130,4 +140,13 @@ def _target(target: Target) -> dict[str, Any]:
         "judged": under(THIS_TABLE if target.confidence is None else population_at(target.confidence), target.under),
         **({} if target.estimand == "mean over rows" else {"estimand": target.estimand}),
         "verdict": target.verdict,
+        **({} if target.tips is None else {"tips": _tips(target.tips, result)}),
     }
+
+
+def _tips(tips: Tips, result: Result) -> dict[str, Any]:
+    """How many decisions of unknown group could not change what those with a group say, and of which groups one more could."""
+    law, place = result.law, tips.place
+    where = {} if place.context is None else {"context": list(law.contexts[place.context])}
+    pair = {**where, "higher": list(law.groups[place.higher]), "lower": list(law.groups[place.lower])}
+    return {"labelled": tips.labelled, "rows": str(tips.rows), "pair": pair}

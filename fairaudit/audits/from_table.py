@@ -61,6 +61,8 @@ def audit(
     unit: str | Sequence[str] = (),
     bins: Mapping[str, Sequence[Number] | Bins] | None = None,
     missing: Missing = "error",
+    unknown: str | Sequence[str] = (),
+    unknown_share: Mapping[Any, Sequence[Number]] | None = None,
     fold_labels: bool = False,
     label_map: LabelMap | str | os.PathLike[str] | None = None,
     group_filter: Mechanism | None = None,
@@ -119,8 +121,13 @@ def audit(
         Of a log: rows with the same label are one draw (a run, a person).
     bins : mapping of str to sequence of number, optional
         Of a log: numeric columns to cut into intervals at these edges.
-    missing : {"error", "drop", "group"}
-        What an empty label means: an error, a row to leave out, or a level of its own.
+    missing : {"error", "drop", "group", "unknown"}
+        What an empty label means: an error, a row to leave out, a level of its own, or, in a group column, that the group is unknown.
+    unknown : str or sequence of str
+        Labels of group columns that name no group, such as ``["n/a", "declined"]``: of such rows the group is unknown, and targets are
+        judged of this table, whoever they are.
+    unknown_share : mapping of label to (number, number), optional
+        Between which shares of the unknown rows are of a group, as for `certify`.
     fold_labels : bool
         Whether labels that differ in case, blanks or Unicode form alone are merged.
     label_map : mapping or path, optional
@@ -214,9 +221,10 @@ def audit(
         burden=burden,
         embed_table=embed_table,
         difference=difference,
+        unknown_share=unknown_share,
     )
     beside = {**roles, "missing": missing != "error", "table": table, "query": query, "in_parts": in_parts, "skip": skip}
-    beside["group_probability"] = group_probability is not None
+    beside |= {"group_probability": group_probability is not None, "unknown": bool(unknown)}
     if isinstance(source, (Law, Deployment)):
         for name, value in beside.items():
             if value:
@@ -230,7 +238,9 @@ def audit(
     if not group:
         raise InputError("no group column was named; give group, the name of one column or of several")
     roles["decision"] = decision or utility_column
-    reading = Reading(**roles, missing=missing, signed=signed, access=Access(engine, table, query, memory, skip))
+    _refuse_shares_of_nobody(unknown_share, unknown=bool(unknown) or missing == "unknown")
+    reached = Access(engine, table, query, memory, skip)
+    reading = Reading(**roles, missing=missing, unknown=names(unknown), signed=signed, access=reached)
     if utility_column is None:
         _needed(given)
     if group_probability is not None:
@@ -257,6 +267,12 @@ def audit(
             return asked.certify_in_parts(source, _needed(given), reading)
 
 
+def _refuse_shares_of_nobody(shares: Mapping[Any, Any] | None, *, unknown: bool) -> None:
+    """Refuse shares where no label names no group."""
+    if shares and not unknown:
+        raise InputError("unknown_share goes with unknown, the labels that name no group, or missing='unknown'")
+
+
 @dataclass(frozen=True)
 class _Asked:
     """What is asked of a law."""
@@ -276,6 +292,7 @@ class _Asked:
     burden: bool
     embed_table: bool | None
     difference: bool = False
+    unknown_share: Mapping[Any, Sequence[Number]] | None = None
 
     def certify(self, subject: Law | Deployment, utility: Utility) -> Result:
         """Certify what is held in memory."""
@@ -304,6 +321,7 @@ class _Asked:
             burden=self.burden,
             embed_table=self.embed_table,
             difference=self.difference,
+            unknown_share=self.unknown_share,
         )
 
     def certify_by_proxies(
@@ -322,6 +340,8 @@ class _Asked:
             "all_bounds": self.all_bounds,
             "positive": self.positive,
             "burden": self.burden,
+            "unknown": bool(reading.unknown) or reading.missing == "unknown",
+            "unknown_share": self.unknown_share,
         }
         for name, value in given.items():
             if value:
@@ -364,6 +384,7 @@ def _from_audit_file(audit: Audit, asked: _Asked) -> Result:
         "positive": audit.positive,
         "burden": asked.burden or audit.burden,
         "difference": asked.difference or audit.difference,
+        "unknown_share": asked.unknown_share or audit.unknown_share,
     }
     return replace(asked, **said).certify(audit.subject, audit.utility)
 

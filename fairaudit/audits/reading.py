@@ -24,7 +24,7 @@ from fairaudit.tables.engines.logs import Engine, cut_columns, read_log
 from fairaudit.tables.engines.paths import form
 from fairaudit.tables.engines.request import Report
 from fairaudit.tables.frames import is_frame, is_lazy, tally_frame
-from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels
+from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels, spelt_alike
 from fairaudit.tables.sources import PASSWORD, Source, is_database
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
@@ -78,8 +78,10 @@ class Reading:
         Of a log, columns of the sampling unit.
     utility_column : str or None
         Column of what the decision of the row is worth.
-    missing : {"error", "drop", "group"}
+    missing : {"error", "drop", "group", "unknown"}
         What an empty label means.
+    unknown : tuple of str
+        Labels of group columns that name no group.
     fold_labels : bool
         Whether labels that differ in spelling alone are merged.
     label_map : mapping or None
@@ -103,6 +105,7 @@ class Reading:
     unit: tuple[str, ...] = ()
     utility_column: str | None = None
     missing: Missing = "error"
+    unknown: tuple[str, ...] = ()
     fold_labels: bool = False
     label_map: LabelMap | None = None
     access: Access = Access()
@@ -138,6 +141,13 @@ class Reading:
             raise InputError(
                 f"{spelled('unit')} goes with a log, which has one decision per row; counts do not say which rows belong together"
             )
+        if self.unknown or self.missing == "unknown":
+            what = spelled("unknown") if self.unknown else f"{spelled('missing')} unknown"
+            if self.probability is not None:
+                raise InputError(f"{what} goes with counts and logs; probabilities do not say how many decisions have no group")
+            for name, given in (("unit", self.unit), ("truth", self.truth)):
+                if given:
+                    raise InputError(f"{what} does not go with {spelled(name)}; leave one of them out")
         if self.weight is not None and self.probability is None:
             raise InputError(f"{spelled('weight')} goes with {spelled('probability')}; counts and logs carry their own population")
 
@@ -252,12 +262,13 @@ def _law(table: Any, reading: Reading) -> Law:
         "context": reading.context,
         "missing": reading.missing,
     }
+    unknown = spelt_alike(table, reading.group, reading.unknown) if reading.fold_labels else reading.unknown
     if reading.count is not None:
-        law = Law.from_counts(table, **columns, count=reading.count, truth=reading.truth)
+        law = Law.from_counts(table, **columns, count=reading.count, truth=reading.truth, unknown=unknown)
     elif reading.probability is not None:
         law = Law.from_probabilities(table, **columns, probability=reading.probability, weight=reading.weight)
     else:
-        law = Law.from_log(table, **columns, unit=reading.unit, truth=reading.truth)
+        law = Law.from_log(table, **columns, unit=reading.unit, truth=reading.truth, unknown=unknown)
     return replace(law, notes=(*getattr(table, "notes", ()), *law.notes))
 
 
@@ -439,6 +450,7 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
         "query": reading.access.query,
         "skip": reading.access.skip,
         **given,
+        "unknown": reading.unknown,
         "missing": reading.missing != "error",
     }
     for name, value in asked.items():

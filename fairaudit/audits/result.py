@@ -28,6 +28,7 @@ from fairaudit.audits.sentences import (
     sizes,
 )
 from fairaudit.audits.targets import Target
+from fairaudit.audits.unknown import Share, Whoever
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.certificates.table import WrittenTable
 from fairaudit.errors import InputError
@@ -153,6 +154,10 @@ class Result(Faces):
         The interval that was asked for, if one was.
     differences : Differences or None
         Differences of expected utilities, with their intervals, where they were asked for.
+    whoever : tuple of Whoever
+        Where decisions have no recorded group: between which ends each ratio lies, whoever they are.
+    unknown_shares : tuple of Share
+        Between which shares of them are of a group, as declared.
 
     Examples
     --------
@@ -191,6 +196,8 @@ class Result(Faces):
     changed: Change | None = None
     method: Method | None = field(default=None, repr=False)
     differences: Differences | None = None
+    whoever: tuple[Whoever, ...] = ()
+    unknown_shares: tuple[Share, ...] = ()
 
     @property
     def exit_code(self) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf
+from typing import TYPE_CHECKING
 
 from fairaudit.exact.enclosures import compare_log
 from fairaudit.inference.changes import Change
@@ -18,6 +19,9 @@ from fairaudit.measures.ratios import Ratio
 from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.registry import BY_KEY, for_any_sampled
 from fairaudit.words import THE_INTERVAL, brief
+
+if TYPE_CHECKING:
+    from fairaudit.audits.unknown import Tips
 
 __all__ = ["Target"]
 
@@ -47,6 +51,8 @@ class Target:
     under : str
         The objection that it takes into account, if any: "whoever the unknown are", "with the declared hidden context" or "within the
         declared drift".
+    tips : Tips or None
+        With unknown groups: how many decisions of unknown group could not change what those with a group say by themselves.
 
     Examples
     --------
@@ -65,6 +71,7 @@ class Target:
     upper: tuple[Fraction | float, str] | None = None
     estimand: Estimand = "mean over rows"
     under: str = ""
+    tips: Tips | None = None
 
 
 def judged_by_window(targets: tuple[Target, ...], verdict: Verdict, change: Change) -> tuple[tuple[Target, ...], Verdict]:

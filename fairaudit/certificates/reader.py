@@ -26,6 +26,7 @@ from fairaudit.model.layout import Columns, Truth, Units
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.releases import check_releases
+from fairaudit.model.unknown import UnknownRows
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import INT64
 
@@ -161,7 +162,11 @@ def subject(document: Mapping[str, Any]) -> Subject | None:
 
 
 def _plain(header: Mapping[str, Any], rows: list[dict[str, Any]], units: Any) -> Subject:
+    unknown = [row for row in rows if "unknown" in row]
+    rows = [row for row in rows if "unknown" not in row]
     law = _law(header, rows, header["kind"], header["population"])
+    if unknown:
+        law = replace(law, unknown=_unknown(unknown, law.scale))
     if units is not None:
         compared = np.flatnonzero(law.compared).tolist()
         profiles: list[tuple[tuple[int, tuple[int, ...]], ...]] = [()] * len(rows)
@@ -171,6 +176,11 @@ def _plain(header: Mapping[str, Any], rows: list[dict[str, Any]], units: Any) ->
     if "truths" in header:
         law = replace(law, truth=_truth(header, rows, law.scale))
     return Subject(law, _utility(header, law, rows))
+
+
+def _unknown(rows: list[dict[str, Any]], scale: int) -> UnknownRows:
+    listed = [[int(_rational(w) * scale) for w in row["unknown"]] for row in rows]
+    return UnknownRows(np.array([row["context"] for row in rows], dtype=np.int64), _array(listed, len(listed[0])))
 
 
 def _truth(header: Mapping[str, Any], rows: list[dict[str, Any]], scale: int) -> Truth:

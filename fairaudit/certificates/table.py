@@ -78,6 +78,8 @@ class Table:
                 head["filters"]["releases"] = deployment.releases
         if law.truth is not None:
             head["truths"] = list(law.truth.labels)
+        if law.unknown is not None:
+            head["unknown"] = True
         if self.salt is not None:
             head["salt"] = self.salt
         if self.profiles:
@@ -85,7 +87,7 @@ class Table:
         return head
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield one object per cell, in order."""
+        """Yield one object per cell, in order, then one per context that has decisions of unknown group."""
         if self.deployment:
             yield from self._policy_rows()
             return
@@ -104,6 +106,18 @@ class Table:
                 given = utility.given[cell].tolist() if utility.given is not None else [True] * len(row)
                 texts = _texts(utility.row(cell), utility.scale)
                 entry["utility"] = [text if known else None for text, known in zip(texts, given, strict=True)]
+            yield entry
+        yield from self._unknown_rows()
+
+    def _unknown_rows(self) -> Iterator[dict[str, Any]]:
+        """Yield an object per context that has decisions of unknown group."""
+        law, utility = self.law, self.utility
+        if law.unknown is None:
+            return
+        for place, (x, row) in enumerate(zip(law.unknown.contexts.tolist(), law.unknown.weights.tolist(), strict=True)):
+            entry: dict[str, Any] = {"context": x, "unknown": _texts(row, law.scale)}
+            if not utility.by_decision:
+                entry["utility"] = [None if v is None else rational_text((v, utility.scale)) for v in utility.unknown[place]]
             yield entry
 
     def _policy_rows(self) -> Iterator[dict[str, Any]]:
@@ -143,6 +157,7 @@ class Table:
             and self.utility.by_decision
         ):
             yield from count_lines(law)
+            yield from map(canonical, self._unknown_rows())
             return
         for row in self.rows():
             yield canonical(row)

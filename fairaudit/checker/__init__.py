@@ -31,6 +31,7 @@ claims          ``sentences``, ``claims``: what they assume, and their rules; th
 of classes      ``utility_class``, ``program``, ``worst_case``
 of populations  ``intervals``, ``tails``, ``samples``, ``pair_exact``, ``split``, ``regions``, ``difference_regions``, ``betting``,
                 ``paired_betting``, ``symmetric_betting``, ``contrasts``, ``difference_contrasts``, ``joint_betting``, ``interval_proofs``
+of unknowns     ``unknown_evidence``, ``unknown_groups``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
                 ``floored``, ``near``; then ``judgement`` of claims of all families
 certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from .certificate import Certificate
-from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, NEAR, RULES, Claim, is_about_population
+from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, NEAR, RULES, WHOEVER_IN_LAW, Claim, is_about_population
 from .intervals import Interval, PairEvidence, StreamEvidence, UnitEvidence
 from .json_values import Labels
 from .rates import DIFFERENCES, OVERALL
@@ -41,10 +41,13 @@ from .sentences import (
     SPLIT,
     STATED_POPULATION,
     UNITS,
+    UNKNOWN_OTHERS,
+    UNKNOWN_SHARE,
     WINDOWS,
 )
 from .table import Table, constants
 from .text import Incomplete, malformed, printable, shown
+from .unknown_evidence import Share
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,8 @@ def _sentences(claim: Claim, stated: Certificate, table: Table) -> Sentences:
         own = Sentences((GIVEN_LABELS, *((POOLED,) if claim.key[0].endswith(OVERALL) else ()), CHOSEN_LABELS))
     elif is_about_population(claim.key):
         own = _assumed_by_interval(stated.intervals[claim.key[0].removesuffix("_ratio")], table)
+    elif claim.key[3] == WHOEVER_IN_LAW:
+        own = Sentences(tuple(_share(share, claim.key[0].startswith("global")) for share in stated.shares))
     elif claim.key[2] == "T13":
         own = Sentences((*RULES[claim.key].assumes, *_assumed_over_policies(claim, stated, table)))
     else:
@@ -92,6 +97,12 @@ def _assumed_over_policies(claim: Claim, stated: Certificate, table: Table) -> I
         yield DRIFT.format(written(declared["max_drift"]))
     if table.policy is not None and table.policy.releases > 1:
         yield RELEASES.format(table.policy.releases)
+
+
+def _share(share: Share, overall: bool) -> str:
+    where = "over all contexts" if overall else "in every context"
+    low, high = written(share.least), written(share.most)
+    return UNKNOWN_OTHERS.format(where, low, high) if share.group is None else UNKNOWN_SHARE.format(where, low, high, _json(share.group))
 
 
 def _json(labels: Labels) -> str:
@@ -141,7 +152,9 @@ def check_assumptions(stated: Certificate, table: Table) -> None:
     for i, claim in enumerate(stated.claims):
         quantity, relation, by, scope = claim.key
         named = f"claims[{i}] ({quantity} {relation} by {by} for {shown(scope)[1:-1]})"
-        _check_listed(named, claim.assumptions, _sentences(claim, stated, table), counted)
+        known = [step.sentence for step in stated.preparation if step.sentence and step.step != "unknown"]
+        left_out = known if scope == WHOEVER_IN_LAW else counted
+        _check_listed(named, claim.assumptions, _sentences(claim, stated, table), left_out)
     if stated.change is not None:
         assumed = _assumed_by_interval(stated.change.stream, table)
         _check_listed("changed", stated.change.assumptions, replace(assumed, needed=(*assumed.needed, WINDOWS)), counted)

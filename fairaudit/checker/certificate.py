@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from .claims import OVER_UNITS, POPULATION, RULES, UTILITIES, Claim, is_about_population, without_objection
+from .claims import OVER_UNITS, POPULATION, RULES, UTILITIES, WHOEVER, WHOEVER_IN_LAW, Claim, is_about_population, without_objection
 from .declared import DeclaredIn, read_declared
 from .figures import EXPECTED_DIFFERENCES
 from .header import Positive, Subject, has_truth, is_about_policy, read_positive, read_subject
@@ -29,6 +29,8 @@ from .preparation import Step, read_preparation, read_spellings
 from .rates import DIFFERENCES, stated_given_truth
 from .rationals import ONE, Rational, at_most, read_extended, read_rational
 from .text import malformed, shown
+from .unknown_evidence import Share, Tips, read_shares, read_tips
+from .unknown_evidence import read_evidence as read_unknown
 from .utility_class import UtilityClass, read_class, read_dual
 
 CERTIFICATE_FORMAT = "fairaudit-certificate/1"
@@ -46,6 +48,7 @@ class Target:
     verdict: str
     of_units: bool  # whether the mean over units is judged
     under: str = ""  # the objection under which it is judged, if any
+    tips: Tips | None = None  # how many decisions of unknown group could not change what the others say
 
     @property
     def judged_by(self) -> str:
@@ -79,6 +82,7 @@ class Certificate:
     preparation: tuple[Step, ...]
     spellings: tuple[tuple[str, Labels], ...]
     change: Change | None = None
+    shares: tuple[Share, ...] = ()  # of the decisions of unknown group, as declared
 
     @property
     def of_differences(self) -> bool:
@@ -142,6 +146,8 @@ def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], pa
     rule = RULES.get(key)
     if rule is None:  # an unknown claim is found false, whatever is offered as evidence
         return read_object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
+    if key[3] == WHOEVER_IN_LAW:
+        return read_unknown(value, where, key)
     if rule.evidence == "pairs":
         return read_dual(value, where, key[0] == "local_ratio", parameters)
     members = read_object(value, where, (rule.evidence, *rule.beside) if rule.evidence else ())
@@ -163,7 +169,7 @@ def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], pa
 
 
 def _read_target(value: object, where: str) -> Target:
-    members = read_object(value, where, ("quantity", "limit", "unit", "judged", "verdict"), optional=("estimand",))
+    members = read_object(value, where, ("quantity", "limit", "unit", "judged", "verdict"), optional=("estimand", "tips"))
     judged = read_string(members["judged"], f"{where}.judged")
     about, under = without_objection(judged)
     of_population = about.startswith(POPULATION)
@@ -176,7 +182,10 @@ def _read_target(value: object, where: str) -> Target:
         read_choice(members["verdict"], f"{where}.verdict", ("within", "exceeds", "inconclusive", "depends", "changed")),
         "estimand" in members and bool(read_choice(members["estimand"], f"{where}.estimand", (OVER_UNITS,))),
         under,
+        read_tips(members["tips"], f"{where}.tips", str(members["quantity"])) if "tips" in members else None,
     )
+    if target.tips is not None and (target.unit != "ratio" or under != WHOEVER):
+        raise malformed(f"{where}.tips", f"goes with a limit on a ratio of the table, {WHOEVER}")
     if target.unit == "ratio" and not at_most(ONE, target.limit):
         raise malformed(f"{where}.limit", "must be at least 1, being the limit of a ratio")
     return target
@@ -201,7 +210,7 @@ def read_certificate(document: object) -> Certificate:
     of_policy = is_about_policy(top["subject"])
     keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy
     keys_of_subject += ["positive"] * has_truth(top["subject"])
-    also = ("preparation", "spellings") if of_policy else ("class", "preparation", "spellings")
+    also = ("preparation", "spellings") if of_policy else ("class", "preparation", "spellings", "unknown_shares")
     about = read_object(top["subject"], "subject", keys_of_subject, optional=also)
     utilities = read_class(about["class"], "subject.class") if "class" in about else None
     parameters = None if utilities is None or utilities.family is None else len(utilities.family.lower)
@@ -249,6 +258,7 @@ def read_certificate(document: object) -> Certificate:
         read_preparation(about["preparation"], "subject.preparation", subject) if "preparation" in about else (),
         read_spellings(about["spellings"], "subject.spellings") if "spellings" in about else (),
         change,
+        read_shares(about["unknown_shares"], "subject.unknown_shares") if "unknown_shares" in about else (),
     )
     if read.withdrawn & intervals.keys():
         raise malformed("intervals", "has an interval of a ratio that changed, which must not be there")

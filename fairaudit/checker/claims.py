@@ -69,6 +69,8 @@ class Rule:
     beside: tuple[str, ...] = ()  # further keys of the evidence
 
 
+WHOEVER_IN_LAW = f"{LAW}, {WHOEVER}"
+
 RULES: dict[tuple[str, str, str, str], Rule] = {
     ("local_ratio", "=", "enumeration", LAW): Rule("local", "table", source="local"),
     ("global_ratio", "=", "enumeration", LAW): Rule("global", "table", source="global"),
@@ -80,6 +82,10 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ("demographic_parity", "<=", "T7", LAW): Rule("demographic_parity", "supremum", source="global_supremum"),
     ("global_ratio", "<=", "T5", LAW): Rule("global", "table", ("independent",), source="local"),
     **{(name, "=", "enumeration", LAW): Rule(name, "table", source=name) for name in (*EXPECTED_DIFFERENCES, *DIFFERENCES)},
+    ("local_ratio", "<=", "T15", WHOEVER_IN_LAW): Rule("local", "completion"),
+    ("global_ratio", "<=", "T15", WHOEVER_IN_LAW): Rule("global", "completion"),
+    ("local_ratio", ">=", "T15", WHOEVER_IN_LAW): Rule("local", "proof", beside=("reached",)),
+    ("global_ratio", ">=", "T15", WHOEVER_IN_LAW): Rule("global", "proof", beside=("reached",)),
     ("local_ratio", "<=", "T2", POLICIES): Rule("local", "", ("one release", "a-free", "finite")),
     ("local_ratio", "<=", "T1-paper", LAW): Rule("local", "", ("finite",)),
     ("local_ratio", "<=", "T1-paper", FLOORED): Rule(

@@ -62,6 +62,7 @@ class Header:
     utility: tuple[Rational, ...] | None
     truths: tuple[str, ...] | None = None  # the true labels
     profiles: Mapping[str, str] = field(default_factory=dict)  # by quantity the digest of what units got in all groups
+    unknown: bool = False  # whether there are lines about decisions of unknown group
 
 
 class Cell(NamedTuple):
@@ -73,6 +74,19 @@ class Cell(NamedTuple):
     mass: Rational
     expectation: Rational
     utility: Sequence[Rational | None]
+
+
+class UnknownRow(NamedTuple):
+    """The decisions of unknown group in a context: how many there are of each, and what these are worth."""
+
+    context: int
+    counts: Sequence[Rational]
+    utility: Sequence[Rational | None]
+
+    @property
+    def by_value(self) -> list[tuple[Rational, int]]:
+        """What those that occur are worth, and how many there are."""
+        return [(value, count[0]) for value, count in zip(self.utility, self.counts, strict=True) if value is not None and count[0]]
 
 
 def _read_columns(value: object, where: str) -> Columns:
@@ -120,7 +134,7 @@ def read_header(value: object, where: str) -> Header:
     """Read the first line of a table; the filters of a policy are left to ``read_filters``."""
     keys = ["format", "kind", "columns", "population", "decisions", "groups", "contexts", "utility"]
     members = read_object(
-        value, where, keys + ["filters"] * is_about_policy(value) + ["truths"] * has_truth(value), optional=("salt", "profiles")
+        value, where, keys + ["filters"] * is_about_policy(value) + ["truths"] * has_truth(value), optional=("salt", "profiles", "unknown")
     )
     read_choice(members["format"], f"{where}.format", (TABLE_FORMAT,))
     if "salt" in members:
@@ -139,6 +153,10 @@ def read_header(value: object, where: str) -> Header:
     if "truths" in members:
         header = replace(header, truths=read_strings(members["truths"], f"{where}.truths"))
         check_distinct(header.truths or (), f"{where}.truths")
+    if "unknown" in members:
+        if subject.kind != "counts" or header.truths is not None or members["unknown"] is not True:
+            raise malformed(f"{where}.unknown", "must be true where it is stated, and only of counts without true labels")
+        header = replace(header, unknown=True)
     if "profiles" in members:
         digests = read_object(members["profiles"], f"{where}.profiles", (), optional=("local", "global"))
         header = replace(header, profiles={name: read_digest(value, f"{where}.profiles.{name}") for name, value in digests.items()})

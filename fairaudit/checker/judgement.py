@@ -7,7 +7,20 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from .bounds import fault_of_bound
-from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, LAW, NEAR, POLICIES, RULES, UTILITIES, Claim, Rule, is_about_population
+from .claims import (
+    ANY_UTILITY,
+    ANY_UTILITY_FLOORED,
+    FLOORED,
+    LAW,
+    NEAR,
+    POLICIES,
+    RULES,
+    UTILITIES,
+    WHOEVER_IN_LAW,
+    Claim,
+    Rule,
+    is_about_population,
+)
 from .declared import DeclaredIn
 from .figures import EXPECTED_DIFFERENCES, Maximum
 from .floored import fault_of_floored
@@ -21,6 +34,8 @@ from .rationals import INFINITY, ONE, ZERO, Rational, at_most, reduced
 from .suprema import fault_of_policies
 from .table import Table
 from .text import Finding, finding_of, shown
+from .unknown_evidence import Share
+from .unknown_groups import UnknownGroups
 from .work import working_on
 from .worst_case import fault_of_worst_case
 
@@ -35,6 +50,12 @@ class Facts:
     program: Program | None
     proven: Mapping[str, Proven]  # the intervals that hold
     declared_in: Sequence[DeclaredIn] = ()
+    shares: Sequence[Share] = ()  # of the decisions of unknown group
+
+    @cached_property
+    def of_unknown(self) -> UnknownGroups:
+        """What is true whoever the decisions of unknown group are."""
+        return UnknownGroups(self.table, self.shares)
 
     @cached_property
     def of_policy(self) -> PolicyFacts:
@@ -92,7 +113,7 @@ def _fault_about_population(claim: Claim, proven: Mapping[str, Proven]) -> str:
 def _rule(claim: Claim, facts: Facts) -> Rule | None:
     """Find the rule of a claim, if there is one for what the certificate is about."""
     rule = RULES.get(claim.key)
-    if rule is None or rule.source:
+    if rule is None or rule.source or claim.key[3] == WHOEVER_IN_LAW:
         return rule
     subject = facts.program if claim.key[3] == UTILITIES else facts.table.policy
     return rule if subject is not None else None
@@ -109,6 +130,8 @@ def _fault(claim: Claim, facts: Facts) -> str:
     quantity, source = facts.metrics.get(rule.quantity), facts.metrics.get(rule.source or rule.quantity)
     if quantity is None or source is None:
         return "the table does not give this quantity"
+    if claim.key[3] == WHOEVER_IN_LAW:
+        return facts.of_unknown.fault_of(claim)
     for decided, otherwise in map(CONDITIONS.__getitem__, rule.needs):
         if not decided(facts):
             return otherwise

@@ -11,7 +11,7 @@ from itertools import pairwise
 from .header import Columns, Header, Subject
 from .json_values import Labels, read_choice, read_list, read_object, read_string, read_strings
 from .rationals import ZERO, Rational, at_most, product_of, read_rational, sum_of
-from .sentences import DECISIONS_LEFT_OUT, LINES_LEFT_OUT, ROWS_LEFT_OUT
+from .sentences import DECISIONS_LEFT_OUT, LINES_LEFT_OUT, ROWS_LEFT_OUT, UNKNOWN_LEFT_OUT
 from .table import Table
 from .text import Finding, Incomplete, compared, finding_of, malformed, printable, shown, shown_rational
 
@@ -79,7 +79,7 @@ def _spellings(header: Header) -> Iterator[tuple[str, Labels]]:
         yield from sorted((column, tuple(sorted(several))) for several in alike.values() if len(several) > 1)
 
 
-STEPS = ("intervals", "mapped", "folded", "left out", "level")
+STEPS = ("intervals", "mapped", "folded", "left out", "level", "unknown")
 REASONS = ("unreadable line", "missing label", "unusable value", "unknown reason")  # why lines of a log could not be counted
 
 
@@ -97,6 +97,7 @@ class Step:
     amount: Rational = ZERO
     of: Rational = ZERO
     columns: tuple[tuple[str, Rational], ...] = ()
+    labels: Labels = ()  # that name no group
     sentence: str = ""  # what every claim has to assume
 
 
@@ -123,6 +124,8 @@ def _reason_rank(step: Step) -> int:
 def _read_step(value: object, where: str, columns: Columns) -> Step:
     name = read_choice(value.get("step"), f"{where}.step", STEPS) if isinstance(value, dict) else STEPS[0]
     possible = ("decisions", "rows", "lines") if name == "left out" else ("decisions", "rows")
+    if name == "unknown":
+        return _read_unknown(value, where, columns)
     units = [unit for unit in possible if isinstance(value, dict) and unit in value]
     unit = units[0] if units else "decisions"
     if name == "left out":
@@ -156,6 +159,19 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
     return Step(name, column, label=label, former=former)
 
 
+def _read_unknown(value: object, where: str, columns: Columns) -> Step:
+    """Read of how many decisions the group is unknown, and by which labels."""
+    members = read_object(value, where, ("step", "labels", "decisions", "of", "columns"))
+    labels = read_strings(members["labels"], f"{where}.labels")
+    if not labels or list(labels) != sorted(set(labels)):
+        raise malformed(f"{where}.labels", "must be labels in the order of their code points, each once")
+    amount, of = (_read_amount(members[key], f"{where}.{key}", "decisions") for key in ("decisions", "of"))
+    listed = read_object(members["columns"], f"{where}.columns", (), optional=columns.group)
+    by_column = tuple((column, _read_amount(item, f"{where}.columns[{shown(column)}]", "decisions")) for column, item in listed.items())
+    sentence = UNKNOWN_LEFT_OUT.format(**members)
+    return Step("unknown", unit="decisions", amount=amount, of=of, columns=by_column, labels=labels, sentence=sentence)
+
+
 def _read_amount(value: object, where: str, unit: str) -> Rational:
     amount = read_rational(value, where, nonnegative=True)
     if amount[0] == 0 or (unit != "decisions" and amount[1] != 1):
@@ -176,14 +192,33 @@ def check_spellings(stated: Sequence[tuple[str, Labels]], table: Table) -> Itera
         yield compared("subject.spellings", stated, actual)
 
 
+@dataclass(frozen=True)
+class Unlabelled:
+    """How many decisions are of unknown group, and the columns in which they may have any label."""
+
+    columns: Labels
+    amount: Rational
+
+
+NOBODY = Unlabelled((), ZERO)
+
+
 class _Prepared:
     """What a table shows of the preparation of its log, found once for all entries."""
 
     def __init__(
-        self, steps: Sequence[Step], labels: Mapping[str, Sequence[str]], amounts: Amounts, total: Rational | None, most: int
+        self,
+        steps: Sequence[Step],
+        labels: Mapping[str, Sequence[str]],
+        amounts: Amounts,
+        total: Rational | None,
+        most: int,
+        unknown: Unlabelled,
     ) -> None:
-        self.sampled, self.total, self.most = total is not None, total, most
+        self.sampled, self.total, self.most, self.unknown = total is not None, total, most, unknown
         self.present = {column: set(listed) for column, listed in labels.items()}
+        for column in unknown.columns:
+            self.present[column] |= {label for step in steps for label in step.labels}
         self.mapped = {(step.column, step.label) for step in steps if step.step == "mapped"}
         self.written = {(step.column, step.label) for step in steps if step.step != "intervals"}
         self.amounts_of, self.amounts = amounts, dict[str, Mapping[str, Rational] | None]()
@@ -204,14 +239,21 @@ def check_preparation(stated: Sequence[Step], table: Table) -> Iterator[Finding]
     drawn = (table.policy.drawn, 1) if table.policy is not None and table.policy.drawn else None
     total = sum_of(table.figures.masses()) if table.header.subject.kind == "counts" else drawn
     most = table.rows * len(table.header.decisions)
-    yield from check_steps(stated, _labels_by_column(header), lambda column: _amounts_of_labels(column, table), total, most)
+    yield from check_steps(
+        stated, _labels_by_column(header), lambda column: _amounts_of_labels(column, table), total, most, _unlabelled(table)
+    )
 
 
 def check_steps(
-    stated: Sequence[Step], labels: Mapping[str, Sequence[str]], amounts: Amounts, total: Rational | None, most: int = 0
+    stated: Sequence[Step],
+    labels: Mapping[str, Sequence[str]],
+    amounts: Amounts,
+    total: Rational | None,
+    most: int = 0,
+    unknown: Unlabelled = NOBODY,
 ) -> Iterator[Finding]:
     """Check each entry against the labels of each column, how many rows have them, and how many there are, or at most so many."""
-    prepared = _Prepared(stated, labels, amounts, total, most)
+    prepared = _Prepared(stated, labels, amounts, total, most, unknown)
     for i, step in enumerate(stated):
         fault = _fault_of_step(step, prepared)
         what = step.sentence.partition(";")[0] or f"{step.step} {shown(step.column)} {shown(step.label or step.edges)}"
@@ -222,7 +264,7 @@ def _fault_of_step(step: Step, prepared: _Prepared) -> str:
     """Say what in the table contradicts an entry; what the log was like before nobody can see from it."""
     if step.unit in ("decisions", "rows") and (step.unit == "decisions") != prepared.sampled:
         return f"the table is {'counted' if prepared.sampled else 'not counted'}"
-    if step.step == "left out":
+    if step.step in ("left out", "unknown"):
         return "" if step.unit == "lines" else _fault_of_left_out(step, prepared)
     if step.column not in prepared.present:
         return "the table has no such column"
@@ -235,7 +277,11 @@ def _fault_of_step(step: Step, prepared: _Prepared) -> str:
         return f"the table has no label {shown(step.label)} in this column"
     if step.step == "level":
         amount = prepared.amount(step)
-        return "" if amount in (None, step.amount) else f"the table gives {shown(amount)}"
+        if amount is None:
+            return ""
+        unknown = prepared.unknown.amount if step.column in prepared.unknown.columns else ZERO  # can have the label in this column, too
+        fits = at_most(amount, step.amount) and at_most(step.amount, sum_of([amount, unknown]))
+        return "" if fits else f"the table gives {shown(amount)}"
     for former in step.former:
         if former in labels and not (step.step == "mapped" and (step.column, former) in prepared.mapped):
             return f"the table still has the label {shown(former)}"
@@ -252,7 +298,17 @@ def _fault_of_left_out(step: Step, prepared: _Prepared) -> str:
     kept = sum_of([step.of, (-step.amount[0], step.amount[1])])
     if prepared.total is None:
         return "" if 0 < kept[0] <= prepared.most else f"the table has at most {prepared.most} rows"
-    return "" if kept == prepared.total else f"the table gives {shown(prepared.total)} decisions that are left"
+    unknown = prepared.unknown.amount
+    if step.step == "unknown" and step.amount != unknown:
+        return f"the table gives {shown(unknown)}"
+    total = prepared.total if step.step == "unknown" else sum_of([prepared.total, unknown])
+    return "" if kept == total else f"the table gives {shown(total)} decisions that are left"
+
+
+def _unlabelled(table: Table) -> Unlabelled:
+    """Count the decisions of unknown group."""
+    amount = sum_of([ZERO, *(count for row in table.unknown for count in row.counts)])
+    return Unlabelled(table.header.subject.columns.group, amount) if table.unknown else NOBODY
 
 
 def _interval_labels(edges: Sequence[Rational]) -> set[str]:
@@ -289,4 +345,10 @@ def _amounts_of_labels(column: str, table: Table) -> Mapping[str, Rational] | No
         else:
             labels = header.groups[cell.group] if of_group else header.contexts[cell.context]
             amounts.setdefault(labels[position], []).append(cell.mass)
+    for row in () if of_group else table.unknown:
+        if column == columns.decision:
+            for label, count in zip(header.decisions, row.counts, strict=True):
+                amounts.setdefault(label, []).append(count)
+        else:
+            amounts.setdefault(header.contexts[row.context][position], []).append(sum_of(row.counts))
     return {label: sum_of(found) for label, found in amounts.items()}

@@ -10,7 +10,7 @@ from itertools import chain, product
 
 from .figures import Figures
 from .filters import Filter, mixed_laws, read_filters, seen_in_contexts
-from .header import Cell, Header, Positive, read_header
+from .header import Cell, Header, Positive, UnknownRow, read_header
 from .json_values import Labels, canonical_text, decoded, read_integer, read_list, read_object
 from .laws import Law, expectation, gains_of, mean_of, reduced_law
 from .rates import GivenTruth
@@ -102,13 +102,19 @@ class _Rows:
         self.header, self.differences = header, differences
         self.given_truth = None if header.truths is None or positive is None else GivenTruth(header, positive)
         self.figures = Figures(header, differences=differences)
-        self.kept: list[Cell] | None = [] if keep else None
+        self.kept: list[Cell] | None = [] if keep or header.unknown else None
+        self.unknown: list[UnknownRow] = []
         self.keys = _given_with_cells(header)
         self.gains = None if header.utility is None else gains_of(header.utility)
         self.last = (-1, -1)
 
     def add(self, value: object, where: str) -> None:
         """Read one more line."""
+        if self.header.unknown and isinstance(value, dict) and "unknown" in value:
+            self.unknown.append(_read_unknown(value, where, self.header, self.unknown[-1].context if self.unknown else -1))
+            return
+        if self.unknown:
+            raise malformed(where, "is a cell after the decisions of unknown group")
         members, place, law, total = _read_row(value, where, self.header, self.keys)
         mass, utility = _read_given(members, where, self.header, law[0]) if self.keys else (ONE, self.header.utility or ())
         if self.header.subject.kind == "counts":
@@ -134,9 +140,26 @@ class _Rows:
         figures = self.figures.of_all()
         if self.header.utility is None and not figures.cells:
             raise malformed("the table", "gives no utility at all")
+        if self.header.unknown and not self.unknown:
+            raise malformed("the table", "has no decisions of unknown group, though its header says so")
         _check_masses(self.header, figures.masses())
         kept = None if self.kept is None else tuple(self.kept)
-        return Table(self.header, kept, figures.cells, digest, figures, given=self.given_truth)
+        return Table(self.header, kept, figures.cells, digest, figures, given=self.given_truth, unknown=tuple(self.unknown))
+
+
+def _read_unknown(value: object, where: str, header: Header, last: int) -> UnknownRow:
+    """Read the decisions of unknown group in a context."""
+    members = read_object(value, where, ("context", "unknown", *(("utility",) if header.utility is None else ())))
+    context = read_integer(members["context"], f"{where}.context", len(header.contexts))
+    if context <= last:
+        raise malformed(where, "is not in increasing order of context")
+    counts = read_rationals(members["unknown"], f"{where}.unknown", len(header.decisions))
+    if not any(n for n, _ in counts):
+        raise malformed(f"{where}.unknown", "are all zero")
+    utility = header.utility or _read_utility(members["utility"], f"{where}.utility", [n for n, _ in counts])
+    if any(g is not None and g[0] < 0 for g in utility):
+        raise malformed(where, "has utilities below 0, of which differences alone could be stated")
+    return UnknownRow(context, counts, utility)
 
 
 def _read_truth(value: object, where: str, header: Header, law: Law, total: Rational) -> tuple[list[list[int]], int]:

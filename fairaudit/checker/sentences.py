@@ -63,6 +63,10 @@ MIX = "whatever came before, the context of a group's next decision has the same
 WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows share, and where windows begin was fixed beforehand"
 ORDER = "which contexts and groups appear, and in what order they first do, does not depend on how decisions come out"
 
+# About decisions of unknown group
+UNKNOWN_SHARE = "of the decisions without a recorded group, {}, a share between {} and {} belongs to the group {} (declared)"
+UNKNOWN_OTHERS = "of the decisions without a recorded group, {}, a share between {} and {} belongs to none of the groups (declared)"
+
 # About the subgroups of a log
 INDEPENDENT_ROWS = (
     "the rows of the log are independent draws from one population, and how many there are does not depend on how they came out"
@@ -81,6 +85,10 @@ ROWS_LEFT_OUT = "{rows} of {of} rows have a missing label and were left out; the
 
 LINES_LEFT_OUT = (
     "{lines} lines of the log could not be counted and were left out ({reason}); they are taken to be no different from the others"
+)
+
+UNKNOWN_LEFT_OUT = (
+    "{decisions} of {of} decisions have no recorded group and were left out; they are taken to be no different from the others"
 )
 
 LEFT_OUT = re.compile(".*(?:were left out|could not be counted).*", re.DOTALL)

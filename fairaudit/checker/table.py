@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from .figures import ComparedGroups, Figures, Maximum
 from .filters import Filter
-from .header import Cell, Header
+from .header import Cell, Header, UnknownRow
 from .laws import Law
 from .rates import GivenTruth
 from .rationals import ZERO, Rational, extreme_positions
@@ -31,6 +31,7 @@ class Table:
     figures: Figures
     policy: Policy | None = None
     given: GivenTruth | None = None
+    unknown: tuple[UnknownRow, ...] = ()  # decisions of unknown group, which no figure is about
 
     @property
     def cells(self) -> tuple[Cell, ...]:

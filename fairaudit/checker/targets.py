@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from .certificate import Certificate, Target
-from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, POLICIES, Claim, without_objection
+from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, POLICIES, WHOEVER, Claim, without_objection
 from .figures import EXPECTED_DIFFERENCES
 from .intervals import Proven
 from .judgement import Facts
@@ -14,6 +14,7 @@ from .logarithms import log_at_most
 from .rationals import INFINITY, ONE, ZERO, Rational, as_pair, at_most
 from .table import is_signed
 from .text import Finding, compared, finding_of, shown
+from .unknown_groups import judge_whoever
 from .work import working_on
 
 
@@ -57,7 +58,9 @@ def _spent(targets: Iterable[Target], facts: Facts) -> Fraction:
 
 
 # How a target is judged under an objection, from the claims that are true: what it is about, its claims and its verdict.
-UNDER: dict[str, Callable[[Target, Facts, Sequence[Claim]], str]] = {}
+UNDER: dict[str, Callable[[Target, Facts, Sequence[Claim]], str]] = {
+    WHOEVER: lambda target, _, true: judge_whoever(target.limit, log_at_most if target.unit == "log" else at_most, target.quantity, true),
+}
 
 
 def _verdict_of(target: Target, stated: Certificate, facts: Facts, true_claims: Sequence[Claim], window: Proven | None) -> str:
@@ -74,6 +77,17 @@ def _verdict_of(target: Target, stated: Certificate, facts: Facts, true_claims: 
         exceeded = exceeded and window is not None and stated.change.window**2 * window.error <= 1 - target.confidence
         return "exceeds" if exceeded else "changed"
     return _judge(target, ends)
+
+
+def _fault_about_unknown(target: Target, facts: Facts) -> str:
+    """Say what is wrong with a target of a table that has decisions of unknown group, or has none."""
+    if bool(facts.table.unknown) != (target.under == WHOEVER) or (target.under == WHOEVER and target.confidence is not None):
+        judged = f"this table, {WHOEVER}" if facts.table.unknown else "what has no decisions of unknown group"
+        return f"it must be judged of {judged}"
+    metric = facts.metrics.get(target.quantity)
+    if target.tips is None or metric is None:
+        return "" if target.tips is None else "nobody is compared"
+    return facts.of_unknown.fault_of_tips(target.quantity, target.limit, metric.value, target.tips)
 
 
 def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim], window: Proven | None) -> Iterator[Finding]:
@@ -98,6 +112,7 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
                 fault = "another target is judged at another confidence"
             if spent > 1 - target.confidence:
                 fault = f"the intervals do not hold together at this confidence, but only at {shown(as_pair(1 - spent))}"
+        fault = fault or _fault_about_unknown(target, facts)
         if not difference and is_signed(facts.table):
             fault = "utilities can be below 0, and ratios depend on the origin"
         if difference and not stated.of_differences:

@@ -82,6 +82,7 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
     findings: list[Finding] = []
     table = _read_law(stated, lines, findings)
     _check_sign(stated, table)
+    _check_unknown(stated, table)
     working_on("the class of utilities")
     program = None if stated.utilities is None else Program(stated.utilities, table)
     working_on("the metrics")
@@ -101,7 +102,7 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
         findings += check_unfiltered(stated.unfiltered, table.policy)
     findings.append(check_not_compared(stated.not_compared, table))
     proven, window = _check_intervals(stated, table, findings)
-    facts = Facts(table, metrics, stated.declared, program, proven, stated.declared_in)
+    facts = Facts(table, metrics, stated.declared, program, proven, stated.declared_in, stated.shares)
     faults = faults_of_claims(stated.claims, facts)
     findings += check_claims(stated.claims, faults)
     findings += check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault], window)
@@ -136,6 +137,15 @@ def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list
             digest.update(line)
         findings.append(compared("the digest of the table file", digest.hexdigest(), table.digest))
     return table
+
+
+def _check_unknown(stated: Certificate, table: Table) -> None:
+    """Refuse decisions of unknown group where they are not said to be left out, or where what is stated has no room for them."""
+    said = any(step.step == "unknown" for step in stated.preparation)
+    if said != bool(table.unknown) or (stated.shares and not table.unknown):
+        raise malformed("the certificate", "and its table do not agree on whether there are decisions of unknown group")
+    if table.unknown and (stated.utilities is not None or stated.of_differences):
+        raise malformed("the certificate", "has decisions of unknown group, which go with ratios of one utility alone")
 
 
 def _check_sign(stated: Certificate, table: Table) -> None:

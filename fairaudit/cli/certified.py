@@ -44,6 +44,7 @@ def certified(arguments: argparse.Namespace, result: Result, findings: list[Find
             [str(path) for path in written],
             [plain(line) for found in findings for line in (found.sentence, *found.lines)],
             two_sided=arguments.two_sided,
+            completions=arguments.show_completions,
         ),
         code=1 if any(finding.refuted for finding in findings) else result.exit_code,
     )

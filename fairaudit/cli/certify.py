@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.certified import certified
 from fairaudit.cli.destinations import check_output
-from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits, utility_range
+from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits, unknown_shares, utility_range
 from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
 from fairaudit.cli.source import add_label_options, add_source, add_table_form, option, progress, reading_of
@@ -126,7 +126,7 @@ def _add_guarantees(parser: argparse.ArgumentParser) -> None:
 
 def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest = parser.add_argument_group("input and output")
-    add_label_options(rest)
+    add_label_options(rest, unknown=True)
     add_source(rest)
     rest.add_argument(
         "--in-parts",
@@ -138,7 +138,9 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     )
     rest.add_argument("--top", metavar="K", type=_positive, default=3, help="how many of the most unequal pairs to list (default 3)")
     rest.add_argument(
-        "--show-completions", action="store_true", help="with --group-probability: print who the members of the groups could be at each end"
+        "--show-completions",
+        action="store_true",
+        help="with --group-probability, --unknown or --missing unknown: print who the members of the groups could be at each end",
     )
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--report", metavar="FILE", help="write a page for people, too (needs the extra 'report')")
@@ -154,7 +156,8 @@ def run(arguments: argparse.Namespace) -> Answer:
         return _list_examples()
     if isinstance(arguments.table, list):
         arguments.table = arguments.table if len(arguments.table) > 1 else arguments.table[0] if arguments.table else None
-    if arguments.group_probability is not None or arguments.show_completions:
+    _check_unknown(arguments)
+    if arguments.group_probability is not None:
         return _certify_by_proxies(arguments)
     for name in ("truth", "positive", *DIFFERENCES):
         if getattr(arguments, name) and (arguments.from_monitor or arguments.slots):
@@ -189,13 +192,26 @@ def run(arguments: argparse.Namespace) -> Answer:
         return ready(_certify_in_parts(arguments) if arguments.in_parts else _certify(arguments), arguments.format)
 
 
+def _check_unknown(arguments: argparse.Namespace) -> None:
+    """Refuse options about decisions of unknown group where there can be none."""
+    from fairaudit.errors import InputError
+
+    unknown = bool(arguments.unknown) or arguments.missing == "unknown"
+    possible = unknown or _is_audit_file(arguments)
+    if arguments.unknown_share and not possible:
+        raise InputError("--unknown-share goes with --unknown LABEL, the labels that name no group, or --missing unknown")
+    if arguments.show_completions and not possible and arguments.group_probability is None:
+        raise InputError("--show-completions goes with --group-probability, or with --unknown LABEL or --missing unknown")
+    for name in ("from_monitor", "slots", "group_probability"):
+        if unknown and getattr(arguments, name) is not None:
+            raise InputError(f"--unknown and --missing unknown do not go with {option(name)}; they go with tables and logs of decisions")
+
+
 def _certify_by_proxies(arguments: argparse.Namespace) -> Answer:
     """Certify a log without groups by the probabilities of groups in its cells."""
     from fairaudit.cli.proxies import certify_by_proxies
     from fairaudit.errors import InputError
 
-    if arguments.group_probability is None:
-        raise InputError("--show-completions goes with --group-probability")
     if arguments.example is not None:
         _take_example(arguments)
     if arguments.table is None:
@@ -237,6 +253,7 @@ def _certify(arguments: argparse.Namespace) -> Answer:
             positive=audit.positive if audit else arguments.positive,
             burden=burden,
             difference=arguments.difference or (audit is not None and audit.difference),
+            unknown_share=unknown_shares(arguments.unknown_share) or (audit.unknown_share if audit else None),
         )
         findings = findings_beside(arguments, result, utility, options)
     return certified(arguments, result, findings)
@@ -257,6 +274,7 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
         "by_context",
         "min_cell",
         "pool_small",
+        "unknown_share",
         "max_drift",
         "all_bounds",
     )
@@ -302,7 +320,12 @@ def _audit_file(arguments: argparse.Namespace) -> Audit:
     from fairaudit.audits.audit_file import SAID_THERE, read_audit, refuse_beside
 
     refuse_beside(arguments.table, {name: getattr(arguments, name) for name in (*SAID_THERE, "placebo")}, option)
-    others = {"missing": arguments.missing != "error", "fold_labels": arguments.fold_labels, "map": arguments.map}
+    others = {
+        "missing": arguments.missing != "error",
+        "unknown": arguments.unknown,
+        "fold_labels": arguments.fold_labels,
+        "map": arguments.map,
+    }
     refuse_beside(arguments.table, others, option)
     return read_audit(arguments.table, signed=_signed(arguments))
 

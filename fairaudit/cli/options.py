@@ -237,6 +237,28 @@ def utility_range(text: str | None) -> dict[str, str]:
     return {"m": low.strip(), "gamma": high.strip()}
 
 
+def unknown_shares(given: list[str] | None) -> dict[str, tuple[str, str]]:
+    """Read --unknown-share.
+
+    Examples
+    --------
+    >>> unknown_shares(["f=0.4,0.6", "*=0,0"])
+    {'f': ('0.4', '0.6'), '*': ('0', '0')}
+    """
+    from fairaudit.errors import InputError, shown
+
+    found: dict[str, tuple[str, str]] = {}
+    for text in given or []:
+        label, equals, ends = text.rpartition("=")
+        low, comma, high = ends.partition(",")
+        if not equals or not comma or "," in high or not label.strip():
+            raise InputError(f"--unknown-share {shown(text)} is not of the form GROUP=LOW,HIGH, such as f=0.4,0.6")
+        if label.strip() in found:
+            raise InputError(f"--unknown-share names {shown(label.strip())} twice; give each group once")
+        found[label.strip()] = low.strip(), high.strip()
+    return found
+
+
 def groups_option(text: str) -> int | dict[str, int]:
     """Read ``16`` or ``name=2,age=5``.
 

@@ -39,14 +39,29 @@ def add_table_form(roles: argparse._ArgumentGroup) -> None:
     roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
 
 
-def add_label_options(rest: argparse._ArgumentGroup) -> None:
-    """Declare what becomes of labels that are missing, or spelt in several ways."""
+def add_label_options(rest: argparse._ArgumentGroup, *, unknown: bool = False) -> None:
+    """Declare what becomes of labels that are missing, or spelt in several ways, and which of them name no group."""
+    of_groups = "; of group columns, count the group as unknown" if unknown else ""
     rest.add_argument(
         "--missing",
-        choices=("error", "drop", "group"),
+        choices=("error", "drop", "group", *(("unknown",) if unknown else ())),
         default="error",
-        help="what to do with empty labels: refuse (default), leave the row out, or make them a level of their own",
+        help=f"what to do with empty labels: refuse (default), leave the row out, make them a level of their own{of_groups}",
     )
+    if unknown:
+        rest.add_argument(
+            "--unknown",
+            metavar="LABEL",
+            action="append",
+            help="labels of group columns that name no group, such as n/a,declined: targets are judged whoever these are",
+        )
+        rest.add_argument(
+            "--unknown-share",
+            metavar="GROUP=LOW,HIGH",
+            action="append",
+            help="between which shares of them are of a group, in every context and over all (of several columns: f/white=0.1,0.2; none of "
+            "the groups: *=0,0)",
+        )
     rest.add_argument(
         "--fold-labels",
         action="store_true",
@@ -105,6 +120,7 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
         unit=column_list(given.get("unit")),
         utility_column=given.get("utility_column"),
         missing=arguments.missing,
+        unknown=column_list(given.get("unknown")),
         fold_labels=arguments.fold_labels,
         label_map=None if arguments.map is None else read_label_map(arguments.map),
         access=access_of(arguments),

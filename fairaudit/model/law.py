@@ -37,6 +37,7 @@ from fairaudit.model.layout import (
     sampling_units,
     spread_truth,
 )
+from fairaudit.model.unknown import UnknownRows, refuse_beside_unknown, unknown_rows
 from fairaudit.tables.columns import Missing, read_columns
 from fairaudit.tables.frames import tally_frame
 from fairaudit.tables.preparation import Entry, assumption
@@ -90,6 +91,8 @@ class Law:
         Which rows of a log belong to one draw; None if every row is a draw of its own.
     truth : Truth or None
         The true labels of counts, if they are known.
+    unknown : UnknownRows or None
+        Counts of decisions whose group was not recorded; no other attribute has them.
 
     Examples
     --------
@@ -115,6 +118,7 @@ class Law:
     units: Units | None = None
     truth: Truth | None = None
     preparation: tuple[Entry, ...] = ()
+    unknown: UnknownRows | None = None
 
     @staticmethod
     def from_counts(
@@ -126,6 +130,7 @@ class Law:
         context: str | Sequence[str] | None = None,
         missing: Missing = "error",
         truth: str | None = None,
+        unknown: Sequence[str] = (),
     ) -> Law:
         """Read a table with one row per combination and its count; repeated rows add up.
 
@@ -137,10 +142,13 @@ class Law:
             Columns of the decision and of the count (a number ≥ 0, not necessarily an integer).
         group, context : str or sequence of str
             Columns of the sensitive attributes and of the contexts; several make tuples (intersections).
-        missing : {"error", "drop", "group"}
-            What an empty label means: an error, a row to leave out, or a level of its own named ``(missing)``.
+        missing : {"error", "drop", "group", "unknown"}
+            What an empty label means: an error, a row to leave out, a level of its own named ``(missing)``, or, in a group column, that the
+            group is unknown.
         truth : str, optional
             Column of the true label, for rates of true and false positives (`certify`).
+        unknown : sequence of str
+            Labels of group columns that name no group: of a row with one of them in any group column the group is unknown.
 
         Returns
         -------
@@ -152,7 +160,7 @@ class Law:
         InputError
             If a column is absent, a label or number is not usable, or nothing is left.
         """
-        return _read(table, decision, group, context, "counts", count, None, missing, truth=truth)
+        return _read(table, decision, group, context, "counts", count, None, missing, truth=truth, unknown=unknown)
 
     @staticmethod
     def from_log(
@@ -164,6 +172,7 @@ class Law:
         missing: Missing = "error",
         unit: str | Sequence[str] | None = None,
         truth: str | None = None,
+        unknown: Sequence[str] = (),
     ) -> Law:
         """Read a log with one decision per row.
 
@@ -173,7 +182,7 @@ class Law:
         ----------
         table : DataFrame, lazy frame, relation, mapping of str to sequence, or Tally
             Frames of pandas, polars, pyarrow, DuckDB and PySpark count their rows themselves. For files and databases see `read_log`.
-        decision, group, context, missing, truth
+        decision, group, context, missing, truth, unknown
             As in `from_counts`.
         unit : str or sequence of str, optional
             Columns of the sampling unit, when several rows belong to one draw: the run that ranked several candidates, the profile
@@ -197,7 +206,7 @@ class Law:
         """
         wanted = dict.fromkeys((decision, *names(context), *names(group), *names(unit), *names(truth)))
         tally = tally_frame(table, list(wanted))
-        return _read(table if tally is None else tally, decision, group, context, "counts", None, None, missing, unit, truth)
+        return _read(table if tally is None else tally, decision, group, context, "counts", None, None, missing, unit, truth, unknown)
 
     @staticmethod
     def from_probabilities(
@@ -305,7 +314,9 @@ class Law:
         if not labels:
             return self
         nothing = np.zeros((len(self.weights), len(labels)), dtype=self.weights.dtype)
-        units, truth = self.units, self.truth
+        units, truth, unknown = self.units, self.truth, self.unknown
+        if unknown is not None:
+            unknown = replace(unknown, weights=np.pad(unknown.weights, ((0, 0), (0, len(labels)))))
         if truth is not None:
             spread = np.zeros((*truth.weights.shape[:2], len(labels)), dtype=truth.weights.dtype)
             truth = replace(truth, weights=np.concatenate((truth.weights, spread), axis=2))
@@ -320,6 +331,7 @@ class Law:
             weights=np.concatenate((self.weights, nothing), axis=1),
             units=units,
             truth=truth,
+            unknown=unknown,
             notes=(*self.notes, f"{listed} never occurred; {kept}"),
         )
 
@@ -488,8 +500,11 @@ def _read(
     missing: Missing,
     unit: str | Sequence[str] | None = None,
     truth: str | None = None,
+    unknown: Sequence[str] = (),
 ) -> Law:
-    columns = Columns(decision, names(group), names(context), truth)
+    if unknown or missing == "unknown":
+        refuse_beside_unknown(kind, unit=names(unit), truth=truth)
+    columns, unknown = Columns(decision, names(group), names(context), truth), names(unknown)
     if not columns.group:
         raise InputError("no group column was named; name at least one")
     coded = read_columns(
@@ -504,6 +519,7 @@ def _read(
         truth=truth,
         count=value if kind == "counts" else None,
         measured_in="decisions" if kind == "counts" else "rows",
+        unknown=unknown,
     )
     u, x, a = coded.codes
     weights, scale = (coded.counts, 1) if value is None else numbers(coded.values[value], value, coded.locate)
@@ -514,6 +530,9 @@ def _read(
             at = int(np.flatnonzero(coded.counts > 1)[0])
             raise InputError(f"{coded.locate(at)} occurs {coded.counts[at]} times; each combination has one row")
         weights = integers([w * n for w, n in zip(weights.tolist(), coded.counts.tolist(), strict=True)])
+    unrecorded = unknown_rows(coded, weights)
+    if unrecorded is not None:
+        u, x, a, weights = (part[a >= 0] for part in (u, x, a, weights))
     cells, cell = distinct(x * len(coded.groups) + a)
     shape = (len(cells), len(coded.decisions))
     if shape[0] * shape[1] > MAX_ENTRIES:
@@ -549,6 +568,7 @@ def _read(
             units=units,
             truth=spread_truth(coded, columns, weights, cell, len(cells), full),
             preparation=coded.preparation,
+            unknown=unrecorded if unrecorded is not None and len(unrecorded.contexts) else None,
         )
     )
 

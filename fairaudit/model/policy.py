@@ -75,6 +75,11 @@ class Policy:
 
     law: Law
 
+    def __post_init__(self) -> None:
+        """Refuse decisions of unknown group: a policy says what each group is given."""
+        if self.law.unknown is not None:
+            raise InputError("unknown groups do not go with a policy or filters, which say what each group is given")
+
     @staticmethod
     def from_probabilities(
         table: Table,

@@ -121,8 +121,9 @@ class Utility:
             Columns of g and of the decision.
         group, context : str or sequence of str
             Columns on which g may depend.
-        missing : {"error", "drop", "group"}
-            With "group" an empty label is the level ``(missing)``, as in `Law.from_counts`; otherwise such rows are passed over.
+        missing : {"error", "drop", "group", "unknown"}
+            With "group", and in group columns with "unknown", an empty label is the level ``(missing)``, as in `Law.from_counts`; otherwise
+            such rows are passed over.
         signed : bool
             Whether values may be negative.
 
@@ -146,7 +147,7 @@ class Utility:
         x_rows = list(zip(*[lists[c] for c in contexts], strict=True)) if contexts else empty
         for position, (u, value) in enumerate(zip(lists[decision], lists[utility], strict=True)):
             labels = [label_text(v) for v in (u, *(x_rows[position] if contexts else ()), *(a_rows[position] if groups else ()))]
-            if None in labels and missing != "group":
+            if None in (labels[: 1 + len(contexts)] if missing == "unknown" else labels) and missing != "group":
                 continue
             texts = [MISSING_LABEL if text is None else text for text in labels]
             key = (texts[0], tuple(texts[1 : 1 + len(contexts)]), tuple(texts[1 + len(contexts) :]))
@@ -265,6 +266,7 @@ class Utility:
             pairs = [self.values.get(u, Fraction(0)) for u in law.decisions]
             whole, bottom = common_denominator([(v.numerator, v.denominator) for v in pairs])
             return UtilityTable(law, _array(whole), bottom, None)
+        unknown = [] if law.unknown is None else self._of_unknown(law)
         listed: list[tuple[int, int]] = []
         given = np.zeros((len(law.cell_context), len(law.decisions)), dtype=bool)
         for i, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
@@ -277,8 +279,33 @@ class Utility:
             i, k = (int(v) for v in open_cells[0])
             where = {**law.context_label(int(law.cell_context[i])), **law.group_label(int(law.cell_group[i]))}
             raise InputError(f"the utility of decision {shown(law.decisions[k])} at {where} is not given")
-        whole, bottom = common_denominator(listed)
-        return UtilityTable(law, _array(whole).reshape(given.shape), bottom, None if given.all() else given)
+        whole, bottom = common_denominator([*listed, *(pair or (0, 1) for row in unknown for pair in row)])
+        width, size = len(law.decisions), given.size
+        held = [iter(whole[i : i + width]) for i in range(size, len(whole), width)]
+        of_unknown = tuple(
+            tuple(v if pair else None for v, pair in zip(own, row, strict=True)) for own, row in zip(held, unknown, strict=True)
+        )
+        return UtilityTable(law, _array(whole[:size]).reshape(given.shape), bottom, None if given.all() else given, of_unknown)
+
+    def _of_unknown(self, law: Law) -> list[list[tuple[int, int] | None]]:
+        """What decisions of unknown group are worth in each context that has any: what they are worth in every group there."""
+        found: dict[tuple[str, Label], set[tuple[int, int]]] = {}
+        for (u, x, _), pair in (self.entries or {}).items():
+            found.setdefault((u, x), set()).add(pair)
+        rows: list[list[tuple[int, int] | None]] = []
+        for x, weights in zip(law.unknown.contexts.tolist(), law.unknown.weights.tolist(), strict=True) if law.unknown else ():
+            rows.append([])
+            for u, weight in zip(law.decisions, weights, strict=True):
+                values = found.get((u, law.contexts[x]), set())
+                if weight and len(values) != 1:
+                    where = f" at {law.context_label(x)}" if law.columns.context else ""
+                    why = "depends on the group" if values else "is not given"
+                    raise InputError(
+                        f"the utility of decision {shown(u)}{where} {why}, so that of decisions of unknown group is not known; "
+                        "give one that is the same for all groups"
+                    )
+                rows[-1].append(next(iter(values)) if len(values) == 1 else None)
+        return rows
 
 
 @brief
@@ -296,6 +323,9 @@ class UtilityTable:
         The common denominator.
     given : ndarray of bool or None
         Which entries were given, where some were not (their weight is zero).
+    unknown : tuple of tuple
+        Where g does not depend on the decision alone: what decisions of unknown group are worth, for each context that has any, as integers
+        over `scale`; None where that is not known (and there are none).
 
     Examples
     --------
@@ -310,6 +340,7 @@ class UtilityTable:
     values: Weights
     scale: int
     given: NDArray[np.bool_] | None
+    unknown: tuple[tuple[int | None, ...], ...] = ()
 
     @property
     def by_decision(self) -> bool:

@@ -207,6 +207,7 @@
   async function readLaw(header, rows) {
     const shared = header.utility && header.utility.map(rational), cells = [];
     for (const row of rows) {
+      if ("unknown" in row) continue;
       const g = shared || row.utility.map((v) => (v === null ? null : rational(v)));
       const mass = header.population === "counts" ? null : header.population === "weights" ? rational(row.mass) : ONE;
       cells.push(cell(row.context, row.group, row.weights.map(rational), g, mass));
@@ -623,6 +624,7 @@
   const NEAR = POLICIES + " within the declared drift of this one", RANGE = POLICIES + ", any utility of the declared range";
   const RANGE_FLOORED = FLOORED + ", any utility of the declared range";
   const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ", ONE_SIDED = "population, one-sided at confidence ";
+  const WHOEVER_IN_LAW = LAW + ", whoever the unknown are";
   const OBJECTIONS = ["whoever the unknown are", "with the declared hidden context", "within the declared drift"];
   const EXPECTED = ["local_difference", "global_difference"];
   const QUANTITIES = [...RATIOS, ...EXPECTED, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
@@ -631,6 +633,8 @@
     ["=", "T6", ["local_ratio_supremum", "global_ratio_supremum"], [LAW], "any"],
     ["<=", "T7", ["demographic_parity", "equalized_odds"], [LAW], "any"],
     ["<=", "T5", ["global_ratio"], [LAW], "any"],
+    ["<=", "T15", RATIOS, [WHOEVER_IN_LAW], "any"],
+    [">=", "T15", RATIOS, [WHOEVER_IN_LAW], "any"],
     ["<=", "T2", ["local_ratio"], [POLICIES], "policy"],
     ["<=", "T12", ["local_ratio"], [GROUP_FILTERS], "policy"],
     ["<=", "T4", ["local_ratio"], [POLICIES], "policy"],
@@ -677,6 +681,7 @@
     const value = rational(claim.value), by = claim.by, metric = f.metric(by === "T13" ? claim.quantity.replace("_supremum", "") : claim.quantity);
     if (metric === undefined) return undefined;
     if (metric === null) return false;
+    if (OBJECTIONS.includes(claim.scope.split(", ")[1])) return undefined;
     if (aboutPopulation(claim)) {
       const interval = f.doc.intervals[claim.evidence.interval], [lo, hi] = (interval.ratio || interval.difference).map(rational);
       const fits = claim.relation === "<=" ? compare(value, hi) >= 0 : compare(value, interval.ratio ? ONE : ZERO) >= 0 && compare(value, lo) <= 0;
@@ -800,6 +805,7 @@
     if (!["local", "global"].includes(target.quantity) || !["ratio", "log", "difference"].includes(target.unit)) return false;
     if (apart_ ? !(key_ in f.doc.metrics) : f.constants.m[0] < 0n) return false;  // of utilities below 0 there are differences only
     const atMost = (v) => (target.unit !== "log" ? compare(v, limit) <= 0 : logAtMost(v, limit));
+    if (Boolean(f.doc.subject.table.header.unknown) !== (target.judged.split(", ")[1] === OBJECTIONS[0])) return false;
     if (OBJECTIONS.includes(target.judged.split(", ")[1])) return undefined;
     if (target.judged === "this table") return !("estimand" in target) && target.verdict === (r === null ? "inconclusive" : atMost(r) ? "within" : "exceeds");
     if (!target.judged.startsWith(POPULATION) || !f.together) return false;

@@ -39,6 +39,7 @@ from fairaudit.measures.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.reports.expectations import Expectations, Matrix, Panel
 from fairaudit.reports.ladder import Calibrated, Rung, calibration, ladder
+from fairaudit.reports.unknown_groups import UnknownRange, unknown_ranges
 from fairaudit.reports.verdicts import judged_targets
 from fairaudit.reports.words import Value, claimed, clip, how, named, quantity, scope
 from fairaudit.tables.preparation import said
@@ -486,6 +487,17 @@ class Content:
         """What is known of the local and of the global ratio, smallest first."""
         names: tuple[Literal["local", "global"], ...] = ("local", "global")
         return {name: rungs for name in names if (rungs := ladder(self.document, name))}
+
+    @cached_property
+    def unknown(self) -> list[UnknownRange]:
+        """Between which ends the ratios lie, whoever the decisions of unknown group are."""
+        groups: dict[tuple[str, ...] | None, list[tuple[str, ...]]] = {}
+        if self.subject is not None:
+            law = self.subject.law
+            groups[None] = [law.groups[a] for a in law.global_groups]
+            for x, a in zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True):
+                groups.setdefault(law.contexts[x], []).append(law.groups[a])
+        return unknown_ranges(self.document, groups)
 
     @cached_property
     def calibration(self) -> Calibrated | None:

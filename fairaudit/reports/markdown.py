@@ -67,6 +67,10 @@ def write(page: Content, checked: str = "") -> str:
     blocks.append(
         table(("measure", "value", "log", "exactly", "in the population", "between"), [_figure(figure) for figure in page.figures])
     )
+    if page.unknown:
+        lines = [f"* {prose(text)}" for found in page.unknown for text in (found.sentence, *found.tips)]
+        lines += [f"* {title}: {prose('; '.join(given))}" for found in page.unknown for title, given in found.completions]
+        blocks.append("### Decisions without a recorded group\n\n" + "\n".join(lines))
     if page.given_truth:
         rows = [_figure(figure) for figure in page.given_truth]
         blocks.append(f"### Given the true label\n\n{prose(page.positive)}")

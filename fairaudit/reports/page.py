@@ -80,6 +80,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         bottom=least,
         share=lambda value, most: f"{share(value, most, float(least)):.2f}%",
         rail=lambda rung, rungs: markup(rail(rung, rungs)),
+        whoever=lambda found: markup(found.picture),
         heat=heat,
         curve=markup(curve(page.calibration)) if page.calibration else "",
     )

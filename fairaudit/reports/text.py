@@ -9,6 +9,7 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal
 
+from fairaudit.audits.document import document
 from fairaudit.audits.sentences import pair_text, size_text
 from fairaudit.certificates.entries import change_assumptions
 from fairaudit.errors import shown
@@ -21,11 +22,12 @@ from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.epsilon_delta import exp_epsilon
 from fairaudit.reports.difference_text import difference_rows, difference_target, differences
+from fairaudit.reports.unknown_groups import unknown_ranges
 from fairaudit.reports.words import REACH
 from fairaudit.tables.preparation import said
 from fairaudit.theorems.applicable import to_judge
 from fairaudit.theorems.registry import BY_KEY
-from fairaudit.words import ENDS_CROSS, THE_INTERVAL, THIS_TABLE, approximate, ends_text, percent, place, plain, words_for
+from fairaudit.words import ENDS_CROSS, THE_INTERVAL, THIS_TABLE, WHOEVER, approximate, ends_text, percent, place, plain, words_for
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     from fairaudit.inference.rates import GivenTruth
     from fairaudit.model.law import Law
     from fairaudit.tables.preparation import Entry
+    from fairaudit.tables.values import Label
     from fairaudit.theorems.supremum import Supremum
 from fairaudit.theorems.t13_near import DriftRadius
 
@@ -53,13 +56,16 @@ TWO_SIDED = "Two-sided (half the error on each side; may straddle a limit that t
 NOWHERE = Witness(None, {}, {}, (Fraction(1), Fraction(1)))
 
 
-def summary(result: Result, top: int, written: Sequence[str], findings: Sequence[str] = (), *, two_sided: bool = False) -> str:
+def summary(
+    result: Result, top: int, written: Sequence[str], findings: Sequence[str] = (), *, two_sided: bool = False, completions: bool = False
+) -> str:
     """Describe a result: the verdict, one sentence, the figures, what was found beside them, and what they do not say."""
     blocks = [
         spelling_text(result.spellings),
         verdict(result),
         plain(result.sentence),
         prepared_text(result.preparation),
+        unknown_groups(result, completions=completions),
         _figures(result),
         intervals(result),
         differences(result),
@@ -120,6 +126,8 @@ def _target(target: Target, measured: Ratio | None, result: Result) -> str:
     if measured is None:
         return f"{said}: nothing could be compared"
     value = approximate(measured.ratio) if target.unit == "ratio" else _log(measured)
+    if target.under == WHOEVER:
+        return f"{said}: {_whoever(target, value, result)}"
     if target.confidence is None:
         of = ", mean over rows" if units and units.repeated else ""
         return f"{said}: it is {value} (this table{of}, decided exactly)"
@@ -140,6 +148,30 @@ def _target(target: Target, measured: Ratio | None, result: Result) -> str:
     if interval is not None and interval.of_units is not None:
         of, beside = f"{interval.estimand} ", _both_means(measured, interval.of_units, target.unit)
     return f"{said}: {of}{ends} ({beside}){crossed}"
+
+
+def _whoever(target: Target, value: str, result: Result) -> str:
+    """Between which ends it is, whoever the decisions of unknown group are."""
+    own = next(one for one in result.whoever if one.quantity == target.quantity)
+    low, high = _end(own.least, target.unit, up=False), _end(own.greatest, target.unit, up=True)
+    return f"between {low} and {high}, whoever the {own.unknown:,} of {own.of:,} without a group are ({value} among the others; this table)"
+
+
+def unknown_groups(result: Result, *, completions: bool) -> str:
+    """Between which ends the ratios are, whoever the decisions of unknown group are, and what tips a verdict."""
+    groups: dict[tuple[str, ...] | None, list[Label]] = {None: [result.law.groups[a] for a in result.law.global_groups]}
+    for x, a in zip(result.law.cell_context.tolist(), result.law.cell_group.tolist(), strict=True) if completions else ():
+        groups.setdefault(result.law.contexts[x], []).append(result.law.groups[a])
+    ranges = unknown_ranges(document(result), groups) if result.whoever else []
+    lines = [plain(text) for found in ranges[:1] for text in [f"{found.opening}; whoever they are"]]
+    for found in ranges:
+        lines.append(f"  {found.quantity} ratio R {found.ends} ({found.labelled.decimal} among those with a group)")
+        lines += [f"    {plain(text)}" for text in found.tips]
+        for title, given in found.completions if completions else ():
+            lines += [f"    {title}", *(f"      {plain(text)}" for text in given)]
+    if ranges and not completions and any(found.greatest.value != found.least.value for found in ranges):
+        lines.append("  --show-completions prints who they would have to be")
+    return "\n".join(lines)
 
 
 def _in_window(target: Target, change: Change) -> str:

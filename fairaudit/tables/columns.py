@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level, words
+from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level, unknown_groups, words
 from fairaudit.tables.tally import Tally, counted
 from fairaudit.tables.values import Label, Locate, column, combine, encode, exact_floats, in_order_of_appearance, locator, names, numbers
 
 __all__ = ["CodedTable", "LabelledRows", "label_codes", "read_columns", "read_labels", "sort_labels"]
 
 
-Missing = Literal["error", "drop", "group"]
+Missing = Literal["error", "drop", "group", "unknown"]
 
 MISSING_LABEL = "(missing)"
 
@@ -35,7 +35,7 @@ class CodedTable:
     Attributes
     ----------
     codes : tuple of ndarray of int64
-        Decision, context and group of each row, as codes.
+        Decision, context and group of each row, as codes; the group is −1 where it is unknown.
     counts : ndarray of int64
         How many rows of the log each row stands for; one unless it is a `Tally`.
     decisions, contexts, groups : list
@@ -77,6 +77,8 @@ class LabelledRows:
         Codes of each label column, and what they stand for.
     counts, values, locate, notes, units, preparation
         As of `CodedTable`.
+    known : ndarray of bool
+        Which rows have a group; of the others the codes of group columns mean nothing.
     """
 
     labels: dict[str, tuple[NDArray[np.int64], list[str]]]
@@ -86,6 +88,7 @@ class LabelledRows:
     notes: tuple[str, ...]
     units: tuple[tuple[NDArray[np.int64], list[str]], ...]
     preparation: tuple[Entry, ...]
+    known: NDArray[np.bool_]
 
 
 def read_columns(
@@ -101,6 +104,7 @@ def read_columns(
     truth: str | None = None,
     count: str | None = None,
     measured_in: Unit = "decisions",
+    unknown: Sequence[str] = (),
 ) -> CodedTable:
     """Read decision, group and context columns as codes, and fetch others.
 
@@ -112,8 +116,8 @@ def read_columns(
         Label columns.
     others : sequence of str
         Columns to fetch as they are.
-    missing : {"error", "drop", "group"}
-        What an empty label means.
+    missing : {"error", "drop", "group", "unknown"}
+        What an empty label means; "unknown" is for group columns, and an error elsewhere.
     unit : sequence of str
         Columns of the sampling unit, which may be among the label columns.
     ordered : bool
@@ -124,6 +128,8 @@ def read_columns(
         The column among `others` that says how many decisions a row stands for.
     measured_in : {"decisions", "rows"}
         What is left out: decisions, or rows of a table of probabilities.
+    unknown : sequence of str
+        Labels of group columns that name no group: a row with one of them in any group column is of unknown group.
 
     Returns
     -------
@@ -136,15 +142,18 @@ def read_columns(
         If a column is absent or used twice, columns differ in length, or a label is not usable.
     """
     labelled = (decision, *group, *context, *names(truth))
-    read = read_labels(table, labelled, others, missing, unit, count=count, measured_in=measured_in)
-    coded, rows = read.labels, len(read.counts)
+    of_groups: dict[str, Sequence[str]] = {"group": group, "unknown": unknown}
+    read = read_labels(table, labelled, others, missing, unit, count=count, measured_in=measured_in, **of_groups)
+    coded, rows, known = read.labels, len(read.counts), read.known
     u, decisions = coded[decision]
     x, contexts = combine([coded[name] for name in context], rows)
-    a, groups = combine([coded[name] for name in group], rows)
+    a, groups = combine([(coded[name][0][known], coded[name][1]) for name in group], int(known.sum()))
     true = None if truth is None else coded[truth]
     if ordered:
         (u, decisions), (x, contexts), (a, groups) = sort_labels(u, decisions), sort_labels(x, contexts), sort_labels(a, groups)
         true = true and sort_labels(*true)
+    if not known.all():
+        a, a[known] = np.full(rows, -1, dtype=np.int64), a
     return CodedTable(
         (u, x, a), read.counts, decisions, contexts, groups, read.values, read.locate, read.notes, read.units, true, read.preparation
     )
@@ -159,6 +168,8 @@ def read_labels(
     *,
     count: str | None = None,
     measured_in: Unit = "decisions",
+    group: Sequence[str] = (),
+    unknown: Sequence[str] = (),
 ) -> LabelledRows:
     """Read label columns as codes, each by itself, and fetch others; `read_columns` says what is accepted.
 
@@ -171,13 +182,16 @@ def read_labels(
     lists = _lists(table, labelled, others)
     counts = counted(table, len(lists[labelled[0]]))
     where = locator(table)
-    if missing not in ("error", "drop", "group"):
-        raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop' or 'group'")
+    _check_missing(missing)
     coded = {name: _encoded(table, lists[name], name, where) for name in labelled}
     values = {name: lists[name] for name in others}
     absent = {name: codes < 0 for name, (codes, _) in coded.items()}
     weighed = _Weights(counts, None if count is None else values[count], count or "", np.all(list(absent.values()), axis=0), where)
     done: list[Entry] = []
+    unknown, lost = _occurring(unknown, [coded[name][1] for name in group])
+    named: dict[str, NDArray[np.bool_]] = {}
+    for name in group:
+        coded[name], named[name] = _unknown_labels(*coded[name], unknown, empty=missing == "unknown")
     for name in labelled:
         coded[name] = _missing_labels(*coded[name], name, missing, where, counts)
         if missing == "group" and (amount := weighed(absent[name])):
@@ -208,9 +222,52 @@ def read_labels(
             return everywhere(kept[position])
 
         rows = len(kept)
-    notes = tuple(map(words, done))
-    preparation = in_order((*getattr(table, "preparation", ()), *done), labelled, {name: texts for name, (_, texts) in coded.items()})
-    return LabelledRows(coded, counts, values, where, notes, tuple(units), preparation)
+    named = {name: rows_of[keep] for name, rows_of in named.items()}
+    known = np.ones(rows, dtype=bool) if not named else ~np.any(list(named.values()), axis=0)
+    if not known.all():
+        done += _unknown_entry(named, known, keep, weighed, measured_in, ["", *unknown] if missing == "unknown" else unknown)
+        coded |= {name: _among(known, *coded[name]) for name in group}
+    notes = (*lost, *map(words, done))
+    labels = {name: [*texts, *(unknown if name in group else ())] for name, (_, texts) in coded.items()}
+    preparation = in_order((*getattr(table, "preparation", ()), *done), labelled, labels)
+    return LabelledRows(coded, counts, values, where, notes, tuple(units), preparation, known)
+
+
+def _among(known: NDArray[np.bool_], codes: NDArray[np.int64], texts: list[str]) -> tuple[NDArray[np.int64], list[str]]:
+    """Codes of a column, and the labels that rows of known group have."""
+    own, kept = _recode(codes[known], texts)
+    everywhere = np.zeros(len(codes), dtype=np.int64)
+    everywhere[known] = own
+    return everywhere, kept
+
+
+def _check_missing(missing: str) -> None:
+    if missing not in ("error", "drop", "group", "unknown"):
+        raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop', 'group' or 'unknown'")
+
+
+def _occurring(unknown: Sequence[str], held: Sequence[Sequence[str]]) -> tuple[list[str], tuple[str, ...]]:
+    """Those of the labels that name no group which occur, and what is said of the others."""
+    occurring = {text for texts in held for text in texts}
+    lost = (label for label in unknown if label not in occurring)
+    said = tuple(f"{shown(label)}, which counts as unknown, occurs in no group column" for label in lost)
+    return [label for label in unknown if label in occurring], said
+
+
+def _unknown_entry(
+    named: dict[str, NDArray[np.bool_]],
+    known: NDArray[np.bool_],
+    kept: NDArray[np.bool_],
+    weighed: _Weights,
+    unit: Unit,
+    labels: Sequence[str],
+) -> list[Entry]:
+    """Say how many of the rows that were kept have no group, by which columns; nothing where they stand for no decisions."""
+    if not known.any():
+        raise InputError("the group of every row is unknown; nothing is left to audit")
+    amount = weighed.of(~known, kept)
+    by_column = {name: weighed.of(rows, kept) for name, rows in named.items()}
+    return [unknown_groups(unit, labels, amount, weighed.of(known, kept) + amount, by_column)] if amount else []
 
 
 @dataclass(frozen=True)
@@ -225,6 +282,12 @@ class _Weights:
     column: str
     unlabelled: NDArray[np.bool_]
     locate: Locate
+
+    def of(self, rows: NDArray[np.bool_], kept: NDArray[np.bool_]) -> Fraction:
+        """How many the rows stand for, which are given among those that were kept."""
+        everywhere = np.zeros(len(kept), dtype=bool)
+        everywhere[kept] = rows
+        return self(everywhere)
 
     def __call__(self, rows: NDArray[np.bool_]) -> Fraction:
         values = self.values
@@ -256,6 +319,18 @@ def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[s
     return lists
 
 
+def _unknown_labels(
+    codes: NDArray[np.int64], texts: list[str], unknown: Sequence[str], *, empty: bool
+) -> tuple[tuple[NDArray[np.int64], list[str]], NDArray[np.bool_]]:
+    """Codes of a group column in which labels that name no group have been written as the first one that does, and which rows have them."""
+    places = [place for place, text in enumerate(texts) if text in unknown]
+    rows = np.isin(codes, places) | ((codes < 0) & empty)
+    if not rows.any():
+        return (codes, texts), rows
+    first = next((place for place in range(len(texts)) if place not in set(places)), 0)
+    return (np.where(rows, first, codes), texts or [""]), rows
+
+
 def _missing_labels(
     codes: NDArray[np.int64], texts: list[str], name: str, missing: Missing, where: Locate, counts: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], list[str]]:
@@ -263,7 +338,7 @@ def _missing_labels(
     absent = codes < 0
     if not absent.any() or missing == "drop":
         return codes, texts
-    if missing == "error":
+    if missing in ("error", "unknown"):
         at = int(np.flatnonzero(absent)[0])
         raise InputError(
             f"column {shown(name)}, {where(at)}: the label is missing ({int(counts[absent].sum())} in all); "

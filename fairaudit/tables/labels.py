@@ -23,7 +23,7 @@ from fairaudit.tables.tally import Tally, counted, merged
 from fairaudit.tables.values import ByLabel, LabelLike, column, locator, names
 from fairaudit.words import brief
 
-__all__ = ["PreparedTable", "merge_labels", "read_label_map", "spellings"]
+__all__ = ["PreparedTable", "merge_labels", "read_label_map", "spellings", "spelt_alike"]
 
 NUMBER = re.compile(r"([+-]?)([0-9]*)(?:\.([0-9]*))?(?:e([+-]?[0-9]{1,4}))?")
 STARTS = frozenset("+-.0123456789")
@@ -123,6 +123,19 @@ def merge_labels(table: Table, columns: str | Sequence[str], *, fold: bool = Fal
             place = {text: i for i, text in enumerate(kept)}
             labels[name] = np.array([*(place[written[text]] for text in texts), -1], dtype=np.int64)[codes], kept
     return _with_labels(table, labels, tuple(done)) if done else table
+
+
+def spelt_alike(table: Table, columns: Sequence[str], labels: Sequence[str]) -> tuple[str, ...]:
+    """Labels of some columns that differ from one of these in case, blanks or Unicode form alone; those that have none of them as they are.
+
+    Examples
+    --------
+    >>> spelt_alike({"sex": ["f", "N/A", "m"]}, ["sex"], ["n/a", "declined"])
+    ('N/A', 'declined')
+    """
+    held = [text for _, texts in label_codes(table, columns, locator(table)) for text in texts]
+    found = {label: [text for text in held if _folded(text) == _folded(label)] for label in labels}
+    return tuple(dict.fromkeys(text for label, alike in found.items() for text in alike or [label]))
 
 
 def read_label_map(path: str | Path) -> dict[str, dict[str, str]]:

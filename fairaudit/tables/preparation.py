@@ -9,18 +9,33 @@ from typing import Any, Literal
 from fairaudit.errors import shown
 from fairaudit.exact.rationals import rational_text
 
-__all__ = ["Entry", "Unit", "assumption", "in_order", "intervals", "left_out", "level", "merged_labels", "said", "unread", "words"]
+__all__ = [
+    "Entry",
+    "Unit",
+    "assumption",
+    "in_order",
+    "intervals",
+    "left_out",
+    "level",
+    "merged_labels",
+    "said",
+    "unknown_groups",
+    "unread",
+    "words",
+]
 
 
 Entry = Mapping[str, Any]
 
 Unit = Literal["decisions", "rows"]
 
-STEPS = ("intervals", "mapped", "folded", "left out", "level")
+STEPS = ("intervals", "mapped", "folded", "left out", "level", "unknown")
 
 MISSING = "missing label"
 
 UNIT_OF_LINES = "lines"
+
+LEFT_OUT = " and were left out"
 
 
 def intervals(column: str, edges: Sequence[Fraction]) -> Entry:
@@ -56,6 +71,18 @@ def level(column: str, label: str, unit: Unit, amount: Fraction) -> Entry:
     return {"step": "level", "column": column, "label": label, unit: _text(amount)}
 
 
+def unknown_groups(unit: Unit, labels: Iterable[str], amount: Fraction, of: Fraction, columns: Mapping[str, Fraction]) -> Entry:
+    """Decisions have a label in some group column that names no group, so many in each; the empty label stands for a missing one.
+
+    Examples
+    --------
+    >>> words(unknown_groups("decisions", ["n/a", ""], Fraction(3), Fraction(10), {"sex": Fraction(3)}))
+    "3 of 10 decisions have no recorded group ('sex': 3), being labelled 'n/a' or not at all"
+    """
+    named = {column: _text(own) for column, own in columns.items() if own}
+    return {"step": "unknown", "labels": sorted(set(labels)), unit: _text(amount), "of": _text(of), "columns": named}
+
+
 def in_order(entries: Iterable[Entry], columns: Sequence[str], labels: Mapping[str, Iterable[str]]) -> tuple[Entry, ...]:
     """Order entries by step and by column, without those about other columns or about labels of which nothing is left.
 
@@ -76,7 +103,7 @@ def in_order(entries: Iterable[Entry], columns: Sequence[str], labels: Mapping[s
 
 def assumption(entry: Entry) -> str:
     """What has to be assumed of what was left out; empty for other entries."""
-    if entry["step"] != "left out":
+    if entry["step"] not in ("left out", "unknown"):
         return ""
     return f"{_counted(entry)}; they are taken to be no different from the others"
 
@@ -89,6 +116,10 @@ def words(entry: Entry) -> str:
     >>> words(merged_labels("folded", "race", "Black", ["BLACK", " black"]))
     "in column 'race', ' black' and 'BLACK' count as 'Black': they differ in case, blanks or Unicode form alone"
     """
+    if entry["step"] == "unknown":
+        columns = ", ".join(f"{shown(column)}: {amount}" for column, amount in entry["columns"].items())
+        held = [shown(label) for label in entry["labels"] if label] + ["not at all"] * ("" in entry["labels"])
+        return f"{_counted(entry).removesuffix(LEFT_OUT)} ({columns}), being labelled {' or '.join(held)}"
     if entry["step"] == "left out":
         columns = ", ".join(f"{shown(column)}: {amount}" for column, amount in entry.get("columns", {}).items())
         return _counted(entry) + (f" ({columns})" if columns else "")
@@ -125,6 +156,8 @@ def _counted(entry: Entry) -> str:
     amount, unit = _amount(entry)
     if unit == UNIT_OF_LINES:
         return f"{amount} lines of the log could not be counted and were left out ({entry['reason']})"
+    if entry["step"] == "unknown":
+        return f"{amount} of {entry['of']} {unit} have no recorded group{LEFT_OUT}"
     return f"{amount} of {entry['of']} {unit} have a missing label and were left out"
 
 

@@ -107,6 +107,16 @@ MIX = "whatever came before, the context of a group's next decision has the same
 
 WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows share, and where windows begin was fixed beforehand"
 
+# Of decisions of unknown group
+
+UNKNOWN_SHARE = (
+    "of the decisions without a recorded group, {where}, a share between {low} and {high} belongs to the group {group} (declared)"
+)
+
+UNKNOWN_OTHERS = (
+    "of the decisions without a recorded group, {where}, a share between {low} and {high} belongs to none of the groups (declared)"
+)
+
 SENTENCES: dict[str, str] = {
     "fresh": FRESH,
     "declared-floor": DECLARED_FLOOR,
@@ -134,6 +144,8 @@ SENTENCES: dict[str, str] = {
     "own-past": OWN_PAST,
     "mix": MIX,
     "order": ORDER,
+    "unknown-share": UNKNOWN_SHARE,
+    "unknown-others": UNKNOWN_OTHERS,
 }
 
 

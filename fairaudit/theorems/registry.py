@@ -37,7 +37,7 @@ from fairaudit.theorems.t05 import t5_decision_in, t5_in
 from fairaudit.theorems.t08 import t8_in
 from fairaudit.theorems.t12 import t12_in
 from fairaudit.theorems.t13_cases import t13_any_policy_in, t13_floored_in, t13_near_in, t13_range_floored_in, t13_range_in
-from fairaudit.words import OBJECTIONS
+from fairaudit.words import OBJECTIONS, WHOEVER
 
 Relation = Literal["=", "<=", ">="]
 
@@ -159,6 +159,9 @@ class Kind:
 
 
 _COVERAGE = "property tests, and simulated coverage"
+NOT_YET = (
+    "Not machine-checked: the checker decides it anew in integers; written proof in docs/theory.md, property tests against enumeration."
+)
 _WRITTEN = f"Not machine-checked: written proofs in docs/certificate-samples.md, {_COVERAGE}."
 
 
@@ -270,6 +273,38 @@ KINDS: tuple[Kind, ...] = (
         anchor="theory.md#t5",
         coq=("T5_independent",),
         needs=("independent",),
+    ),
+    # Ratios of the table, whatever was not recorded
+    Kind(
+        id="T15-greatest",
+        by="T15",
+        says="No assignment of the decisions of unknown group to groups gives a greater ratio, and one gives this.",
+        how="the worst that the decisions without a group can do",
+        quantities=RATIOS,
+        relations=("<=",),
+        scopes=(f"{THIS_LAW}, {WHOEVER}",),
+        subject="any",
+        evidence="completion",
+        code=("fairaudit.theorems.t15.greatest",),
+        anchor="theory.md#t15",
+        reason=NOT_YET,
+        may_assume=("unknown-share", "unknown-others"),
+    ),
+    Kind(
+        id="T15-least",
+        by="T15",
+        says="No assignment of the decisions of unknown group to groups gives a smaller ratio.",
+        how="the best that the decisions without a group can do",
+        quantities=RATIOS,
+        relations=(">=",),
+        scopes=(f"{THIS_LAW}, {WHOEVER}",),
+        subject="any",
+        evidence="proof",
+        beside=("reached",),
+        code=("fairaudit.theorems.t15.least_apart", "fairaudit.theorems.t15_assignments.least_of_all"),
+        anchor="theory.md#t15",
+        reason=NOT_YET,
+        may_assume=("unknown-share", "unknown-others"),
     ),
     # Theorems about a policy behind filters, in the order in which certificates list them
     _bound(

@@ -1,0 +1,226 @@
+"""The checker on decisions of unknown group: nothing that is altered passes, and it decides pairs as going through all assignments does."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import os
+import random
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from certificates import outcome, unknown
+from unknown_rows import enumerated, random_block
+
+from fairaudit import checker
+from fairaudit.checker.unknown_groups import Block, pair_stays, stays
+from fairaudit.theorems.t15 import Block as Written
+
+ALTERED = int(os.environ.get("FAIRAUDIT_UNKNOWN", "200"))
+
+Change = Callable[[dict[str, Any], random.Random], object]
+
+
+def as_read(block: Written) -> Block:
+    """A block as the checker has it."""
+    rows = tuple(zip(block.values, block.numbers, strict=True))
+    groups = tuple(range(len(block.counts)))
+    return Block(None, groups, block.counts, block.sums, rows, 1, tuple(zip(block.least, block.most, strict=True)), block.rest)
+
+
+def test_the_checker_decides_pairs_as_all_assignments_do() -> None:
+    pick = random.Random(3)
+    for _ in range(60):
+        block = random_block(pick, most=9)
+        true = enumerated(block)
+        for (a, b), greatest in true.pairs.items():
+            for limit in (Fraction(1, 2), Fraction(1), Fraction(3, 2), *([greatest] if isinstance(greatest, Fraction) else [])):
+                assert pair_stays(as_read(block), a, b, (limit.numerator, limit.denominator)) == (greatest <= limit), (block, a, b, limit)
+                if limit < 1:
+                    assert pair_stays(as_read(block), a, b, (limit.numerator, limit.denominator), below=True) == (greatest < limit)
+        for limit in (Fraction(1), Fraction(3, 2), Fraction(4)):
+            assert stays(as_read(block), (limit.numerator, limit.denominator)) == (true.greatest <= limit), block
+
+
+# Altered certificates
+
+
+def claims(document: dict[str, Any], relation: str) -> list[dict[str, Any]]:
+    return [claim for claim in document["claims"] if claim["by"] == "T15" and claim["relation"] == relation]
+
+
+def moved(text: str, pick: random.Random) -> str:
+    """Another rational near one."""
+    value = Fraction(text) if text != "inf" else Fraction(9)
+    step = pick.choice([Fraction(1, 10**9), Fraction(1, 7), Fraction(1)])
+    other = value + pick.choice([step, -step] if value > step else [step])
+    return str(other)
+
+
+def a_value(document: dict[str, Any], pick: random.Random) -> None:
+    claim = pick.choice(claims(document, "<="))
+    claim["value"] = moved(claim["value"], pick)
+
+
+def a_greater_least(document: dict[str, Any], pick: random.Random) -> None:
+    claim = pick.choice(claims(document, ">="))
+    claim["value"] = str(Fraction(claim["value"]) + pick.choice([Fraction(1, 10**6), Fraction(1, 3)]))
+
+
+def received(document: dict[str, Any], pick: random.Random) -> None:
+    rows = pick.choice(claims(document, "<="))["evidence"]["completion"]["received"]
+    place = pick.randrange(2)
+    rows[place] = str(int(rows[place]) + 1000)
+
+
+def a_pair(document: dict[str, Any], pick: random.Random) -> None:
+    place = pick.choice(claims(document, "<="))["evidence"]["completion"]
+    place["higher"], place["lower"] = place["lower"], place["higher"]
+
+
+def a_smaller_reached(document: dict[str, Any], pick: random.Random) -> None:
+    reached = pick.choice(claims(document, ">="))["evidence"]["reached"]
+    assert reached is not None
+    reached["ratio"] = str(max(Fraction(1), Fraction(reached["ratio"]) - Fraction(1, 10**6)) if reached["ratio"] != "1" else Fraction(1, 2))
+
+
+def an_assignment(document: dict[str, Any], pick: random.Random) -> None:
+    entries = [entry for claim in claims(document, ">=") for entry in claim["evidence"]["reached"]["assigned"] if entry["counts"]]
+    counts = pick.choice(pick.choice(entries)["counts"])
+    place = pick.randrange(len(counts))
+    counts[place] = str(int(counts[place]) + 1000)
+
+
+def a_verdict(document: dict[str, Any], pick: random.Random) -> None:
+    target = pick.choice(document["targets"])
+    target["verdict"] = pick.choice([v for v in ("within", "exceeds", "depends", "inconclusive") if v != target["verdict"]])
+
+
+def judged(document: dict[str, Any], pick: random.Random) -> None:
+    pick.choice(document["targets"])["judged"] = pick.choice(
+        ["this table", "population at confidence 19/20", "this table, within the declared drift"]
+    )
+
+
+def the_unknown_rows(document: dict[str, Any], pick: random.Random) -> None:
+    row = pick.choice([row for row in document["subject"]["table"]["rows"] if "unknown" in row])
+    place = pick.randrange(len(row["unknown"]))
+    row["unknown"][place] = str(int(row["unknown"][place]) + 1)
+
+
+def without_the_unknown(document: dict[str, Any], pick: random.Random) -> None:
+    table = document["subject"]["table"]
+    if pick.random() < 0.5:
+        table["rows"] = [row for row in table["rows"] if "unknown" not in row]
+    del table["header"]["unknown"]
+
+
+def the_preparation(document: dict[str, Any], pick: random.Random) -> None:
+    entry = document["subject"]["preparation"][-1]
+    key = pick.choice(["decisions", "of", "step"])
+    if key == "step":
+        document["subject"].pop("preparation")
+    else:
+        entry[key] = str(int(entry[key]) + 1)
+
+
+def a_claim_less(document: dict[str, Any], pick: random.Random) -> None:
+    """Without one of the claims its targets are open."""
+    target = pick.choice([t for t in document["targets"] if t["verdict"] in ("within", "depends")])
+    document["claims"] = [
+        c for c in document["claims"] if (c["quantity"], c["relation"], c["by"]) != (f"{target['quantity']}_ratio", "<=", "T15")
+    ]
+
+
+def tips(document: dict[str, Any], pick: random.Random) -> None:
+    own = pick.choice([t["tips"] for t in document["targets"] if "tips" in t])
+    key = pick.choice(["rows", "labelled"])
+    if key == "rows":
+        own["rows"] = str(int(own["rows"]) + 1)
+    else:
+        own["labelled"] = "exceeds" if own["labelled"] == "within" else "within"
+
+
+def shares(document: dict[str, Any], pick: random.Random) -> None:
+    if "unknown_shares" not in document["subject"] or pick.random() < 0.3:
+        document["subject"]["unknown_shares"] = [{"group": ["f"], "least": "0", "most": "1/7"}]
+    else:
+        document["subject"]["unknown_shares"][0]["most"] = "1/5"
+
+
+def an_assumption(document: dict[str, Any], pick: random.Random) -> None:
+    claim = pick.choice(document["claims"])
+    if claim["by"] == "T15":
+        claim["assumptions"].append("the unknown are no different from the others")
+    else:
+        claim["assumptions"] = []
+
+
+CHANGES: list[Change] = [
+    a_value,
+    a_greater_least,
+    received,
+    a_pair,
+    a_smaller_reached,
+    an_assignment,
+    a_verdict,
+    judged,
+    the_unknown_rows,
+    without_the_unknown,
+    the_preparation,
+    a_claim_less,
+    tips,
+    shares,
+    an_assumption,
+]
+
+
+def redigested(document: dict[str, Any]) -> dict[str, Any]:
+    """The same with the digest of its table as it now is, so that a change of the table is not found by that alone."""
+    table = document["subject"]["table"]
+    lines = [table["header"], *table["rows"]]
+    digest = hashlib.sha256(b"".join(checker.json_values.canonical_text(line) for line in lines)).hexdigest()
+    table["sha256"] = digest
+    for claim in document["claims"]:
+        if "table" in claim["evidence"]:
+            claim["evidence"]["table"] = digest
+    return document
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.__name__)
+def test_what_is_altered_does_not_pass(change: Change) -> None:
+    done = 0
+    for seed in range(ALTERED // 10):
+        pick = random.Random(seed)
+        document = json.loads(unknown(pick).text)
+        altered = copy.deepcopy(document)
+        try:
+            change(altered, pick)
+        except (IndexError, AssertionError, KeyError, ValueError):
+            continue  # there is nothing of the kind in this one
+        if altered == document:
+            continue
+        assert outcome(redigested(altered)) != "true", (change, seed)
+        done += 1
+    assert done >= ALTERED // 40
+
+
+def test_a_document_that_asks_for_too_much_is_refused() -> None:
+    """Going through all assignments of very many rows is counted before it is done."""
+    document = json.loads(unknown(random.Random(5)).text)
+    rows = [row for row in document["subject"]["table"]["rows"] if "unknown" in row]
+    more = 10**6 - int(rows[0]["unknown"][0])
+    rows[0]["unknown"][0] = str(10**6)
+    entry = document["subject"]["preparation"][-1]
+    entry["decisions"], entry["of"] = str(int(entry["decisions"]) + more), str(int(entry["of"]) + more)
+    entry["columns"] = {"a": entry["decisions"]}
+    claim = claims(document, ">=")[0]
+    claim["value"], claim["evidence"] = (
+        "2",
+        {"proof": {"context": document["subject"]["table"]["header"]["contexts"][rows[0]["context"]]}, "reached": None},
+    )
+    with pytest.raises(checker.TooMuch, match=r"steps|memory"):
+        checker.check(json.dumps(redigested(document)).encode())
