@@ -13,10 +13,15 @@ from fairaudit.certificates.certificate import schema
 
 ENVELOPE = json.loads(files("fairaudit.cli").joinpath("envelope.schema.json").read_text("utf-8"))
 PROXIES = json.loads(files("fairaudit.certificates").joinpath("proxies.schema.json").read_text("utf-8"))
+SUBGROUPS = json.loads(files("fairaudit.certificates").joinpath("subgroups.schema.json").read_text("utf-8"))
 SCHEMA = Draft202012Validator(
     ENVELOPE,
     registry=Registry().with_resources(
-        [("fairaudit-certificate/1", Resource.from_contents(schema())), ("fairaudit-proxies/1", Resource.from_contents(PROXIES))]
+        [
+            ("fairaudit-certificate/1", Resource.from_contents(schema())),
+            ("fairaudit-proxies/1", Resource.from_contents(PROXIES)),
+            ("fairaudit-subgroups/1", Resource.from_contents(SUBGROUPS)),
+        ]
     ),
 )
 

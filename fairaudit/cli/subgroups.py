@@ -67,6 +67,7 @@ def add(commands: Any) -> None:
     add_source(rest)
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
+    rest.add_argument("--report", metavar="FILE.html", help="write a page for people as well")
     add_format(rest)
     parser.set_defaults(context=None, probability=None, weight=None)
 
@@ -95,6 +96,10 @@ def run(arguments: argparse.Namespace) -> Answer:
             report=told,
         )
     written = [] if arguments.output is None else [str(path) for path in found.save(arguments.output)]
+    if arguments.report is not None:
+        from fairaudit.reports.report import report
+
+        report(found.certificate, arguments.report)
     return Answer(
         "certify-subgroups",
         verdict=found.verdict,

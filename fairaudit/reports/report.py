@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -12,13 +13,18 @@ from fairaudit.reports.markdown import markdown
 from fairaudit.reports.page import html
 from fairaudit.reports.proxy_content import FORMAT as PROXIES
 from fairaudit.reports.proxy_page import proxy_html, proxy_markdown
+from fairaudit.reports.subgroup_content import FORMAT as SUBGROUPS
+from fairaudit.reports.subgroup_page import subgroup_html, subgroup_markdown
 from fairaudit.verified.verification import CertificateLike, checked, opened
 
 __all__ = ["report"]
 
-FORMATS = {"html": html, "markdown": markdown}
+FORMATS: dict[str, Callable[..., str]] = {"html": html, "markdown": markdown}
 
-OF_PROXIES = {"html": proxy_html, "markdown": proxy_markdown}
+OF_OTHERS: dict[str, dict[str, Callable[..., str]]] = {
+    PROXIES: {"html": proxy_html, "markdown": proxy_markdown},
+    SUBGROUPS: {"html": subgroup_html, "markdown": subgroup_markdown},
+}
 
 
 def report(
@@ -72,7 +78,7 @@ def report(
         said = checked(found)
     except FalseCertificate as error:
         raise FalseCertificate(f"{error}; no report was written") from None
-    faces = OF_PROXIES if found.form == PROXIES else FORMATS
+    faces = OF_OTHERS.get(str(found.form), FORMATS)
     text = faces[format](found.document, checked=said)
     if target is not None:
         write_atomically(target, [text.encode("utf-8")])

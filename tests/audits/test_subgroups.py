@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from envelopes import SUBGROUPS, result_of
+from jsonschema import Draft202012Validator
 from subgroup_oracle import Case, worst
 
 import fairaudit as fa
@@ -93,6 +95,7 @@ def test_intervals_of_numbers_missing_and_folded_labels_are_recorded() -> None:
     assert dropped.rows == 100
     assert {entry["step"] for entry in dropped.log.preparation} == {"intervals", "folded", "left out"}
     assert verify(dropped).ok
+    Draft202012Validator(SUBGROUPS).validate(dropped.certificate.document)
     assert all("left out" in claim["assumptions"][-1] for claim in dropped.certificate.document["claims"])
     level = subgroups(log, **asked, missing="group")
     assert level.rows == 120
@@ -168,7 +171,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["verify", out]) == 0
     capsys.readouterr()
     assert main([*given, "--format", "json"]) == 0
-    assert json.loads(capsys.readouterr().out)["result"]["format"] == "fairaudit-subgroups/1"
+    assert result_of(capsys.readouterr().out)["format"] == "fairaudit-subgroups/1"
     assert main([*given, "--min-share", "7"]) == 2
     assert "between 0 and 1" in capsys.readouterr().err
     assert main(["verify", "--export", str(tmp_path / "checker.pyz")]) == 0
