@@ -426,8 +426,8 @@ def _everybody_within(made: Subgroups, limit: Fraction) -> tuple[tuple[tuple[tup
     """Both ends of each conjunction of the family, if they prove of all of them that the limit is kept; else nothing."""
     if any(one.interval is None or one.interval[1] > limit for one in made.found):
         return ()
-    listed = every_conjunction(made.log.table.measured, made.depth, made.least_rows)
-    if len(listed) > MOST_LISTED:
+    listed = every_conjunction(made.log.table.measured, made.depth, made.least_rows, MOST_LISTED)
+    if listed is None:
         return ()
     found = []
     for conditions, n, total in listed:

@@ -61,7 +61,7 @@ class SubgroupTable:
         """The rows by what their decisions are worth, as integers over `scale`."""
         worth = [int(value * self.scale) for _, value in self.decisions]
         values = sorted(set(worth))
-        counts = np.zeros((len(self.counts), len(values)), dtype=np.int64)
+        counts = np.zeros((len(self.counts), len(values)), dtype=self.counts.dtype)
         for column, value in enumerate(worth):
             counts[:, values.index(value)] += self.counts[:, column]
         sizes = tuple(len(labels) for _, labels in self.attributes)

@@ -175,8 +175,10 @@ def most_unequal(
     return Worst(tuple(found), limit, tuple(_frontier(rows, search.inner, least_rows, limit)))
 
 
-def every_conjunction(rows: Rows, depth: int, least_rows: int) -> list[tuple[Conjunction, int, int]]:
+def every_conjunction(rows: Rows, depth: int, least_rows: int, most: int = 1_000_000) -> list[tuple[Conjunction, int, int]] | None:
     """All conjunctions with enough rows and not all of them, the most unequal first: conditions, rows, and the sum of their utilities.
+
+    None if there are more than `most`.
 
     Examples
     --------
@@ -184,9 +186,16 @@ def every_conjunction(rows: Rows, depth: int, least_rows: int) -> list[tuple[Con
     >>> every_conjunction(rows, 1, 1)
     [(((0, 0),), 4, 3), (((0, 1),), 4, 2)]
     """
-    search = _Search(rows, min(depth, len(rows.sizes)), least_rows, conjunctions(rows.sizes, depth) + 1, None)
-    search.run()
+    search = _Search(rows, min(depth, len(rows.sizes)), least_rows, most + 1, None)
+    try:
+        search.run(most)
+    except _TooManyError:
+        return None
     return [(name, n, total) for _, _, n, total, name in search.candidates()]
+
+
+class _TooManyError(Exception):
+    """There are more conjunctions than are wanted."""
 
 
 class _Search:
@@ -196,17 +205,21 @@ class _Search:
         self.rows, self.depth, self.least, self.keep, self.report = rows, depth, least_rows, keep, report
         self.exact = rows.total < EXACT
         self.own = rows.counts.sum(axis=1).astype(np.float64)
-        self.by_value = [column.astype(np.float64) for column in np.ascontiguousarray(rows.counts.T)]
+        self.entry, self.value = np.nonzero(rows.counts)
+        self.times = rows.counts[self.entry, self.value].astype(np.float64)
         if self.exact:
-            self.sums = (rows.counts @ np.array(rows.values, dtype=np.int64)).astype(np.float64)
+            gains = self.times * np.array(rows.values, dtype=np.float64)[self.value]
+            self.sums = np.bincount(self.entry, weights=gains, minlength=len(rows.counts))
         self.inner: dict[Conjunction, tuple[int, ...]] = {}
         self.seen: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[Any], list[Conjunction]]] = []
         self.waiting = 0
+        self.found, self.most = 0, inf
         self.limit = 1.0
         self.done, self.sets = 0, sum(1 for k in range(1, depth + 1) for _ in combinations(range(len(rows.sizes)), k))
 
-    def run(self) -> None:
-        """Count all that may matter."""
+    def run(self, most: float = inf) -> None:
+        """Count all that may matter; give up where more conjunctions have enough rows than `most`."""
+        self.most = most
         cells = np.arange(len(self.own))
         self._refine(cells, np.zeros(len(cells), dtype=np.int64), [()], -1)
 
@@ -242,8 +255,14 @@ class _Search:
 
     def _counts(self, keys: NDArray[np.int64], cells: NDArray[np.int64], width: int, enough: NDArray[np.int64]) -> NDArray[np.int64]:
         """How many rows of each conjunction have each utility."""
-        listed = [np.bincount(keys, weights=part[cells], minlength=width)[enough] for part in self.by_value]
-        return np.array(listed).T.astype(np.int64)
+        place = np.full(width, -1, dtype=np.int64)
+        place[enough] = np.arange(len(enough))
+        of_entry = np.full(len(self.own), -1, dtype=np.int64)
+        of_entry[cells] = place[keys]
+        at = of_entry[self.entry]
+        kept, values = at >= 0, len(self.rows.values)
+        found = np.bincount(at[kept] * values + self.value[kept], weights=self.times[kept], minlength=len(enough) * values)
+        return found.reshape(len(enough), values).astype(np.int64)
 
     def _descend(
         self,
@@ -272,6 +291,9 @@ class _Search:
 
     def _note(self, n: NDArray[np.float64], total: NDArray[Any], made: list[Conjunction]) -> None:
         """Keep what is as unequal as the last of those that were asked for, and raise that limit."""
+        self.found += int((n < self.rows.rows).sum())
+        if self.found > self.most:
+            raise _TooManyError
         ratio = self._ratios(n, total) if self.exact else self._long_ratios(n, total)
         chosen = np.flatnonzero((n < self.rows.rows) & (ratio >= self.limit * (1 - SLACK)))
         if not len(chosen):

@@ -62,6 +62,9 @@ def test_every_conjunction_is_listed() -> None:
         case = random_case(rng)
         rows, scale, _ = rows_of(case)
         listed = every_conjunction(rows, case.depth, case.least)
+        assert listed is not None
+        assert every_conjunction(rows, case.depth, case.least, len(listed)) == listed
+        assert not listed or every_conjunction(rows, case.depth, case.least, len(listed) - 1) is None
         assert sorted((n, total) for _, n, total in listed) == sorted((len(e.rows), int(e.total * scale)) for e in family(case))
 
 

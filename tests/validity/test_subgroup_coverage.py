@@ -63,7 +63,7 @@ def test_all_intervals_hold_together(values: int) -> None:
         held[entry] = codes[drawn]
         rows = Rows(tuple(held.T.copy()), SIZES, counts, (0, 1, 2))
         outside = exceeding = 0
-        for name, n, total in every_conjunction(rows, 2, 1):
+        for name, n, total in every_conjunction(rows, 2, 1) or ():
             parts = [
                 Cell(draws, Fraction(gains, 2), None, Fraction(0), Fraction(1), values == 2)
                 for draws, gains in ((n, total), (rows.rows - n, rows.total - total))
