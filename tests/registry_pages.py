@@ -147,8 +147,9 @@ def proofs_table() -> str:
     files = sources()
     lines = ["| by | in words | proved in |", "| --- | --- | --- |"]
     for by, kinds in by_source().items():
-        proved = "; ".join(f"`proofs/{file}`" for file in unique(files[name] for kind in kinds for name in kind.coq))
-        lines.append(f"| `{by}` | {' '.join(kind.says for kind in kinds)} | {proved or kinds[0].reason} |")
+        proved = [f"`proofs/{file}`" for file in unique(files[name] for kind in kinds for name in kind.coq)]
+        instead = unique(kind.reason for kind in kinds if kind.reason)
+        lines.append(f"| `{by}` | {' '.join(kind.says for kind in kinds)} | {'; '.join([*proved, *instead])} |")
     return "\n".join(lines)
 
 

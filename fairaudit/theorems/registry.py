@@ -159,8 +159,9 @@ class Kind:
 
 
 _COVERAGE = "property tests, and simulated coverage"
-NOT_YET = (
-    "Not machine-checked: the checker decides it anew in integers; written proof in docs/theory.md, property tests against enumeration."
+_LEAST = (
+    "That no assignment gives a smaller ratio: of one pair it is T15_greatest in the other order; of all pairs together it is not "
+    "machine-checked, the checker decides it anew in integers (written proof in docs/theory.md, property tests against enumeration)."
 )
 _WRITTEN = f"Not machine-checked: written proofs in docs/certificate-samples.md, {_COVERAGE}."
 
@@ -287,7 +288,7 @@ KINDS: tuple[Kind, ...] = (
         evidence="completion",
         code=("fairaudit.theorems.t15.greatest",),
         anchor="theory.md#t15",
-        reason=NOT_YET,
+        coq=("T15_greatest", "T15_greatest_mean", "T15_least_mean"),
         may_assume=("unknown-share", "unknown-others"),
     ),
     Kind(
@@ -303,7 +304,7 @@ KINDS: tuple[Kind, ...] = (
         beside=("reached",),
         code=("fairaudit.theorems.t15.least_apart", "fairaudit.theorems.t15_assignments.least_of_all"),
         anchor="theory.md#t15",
-        reason=NOT_YET,
+        reason=_LEAST,
         may_assume=("unknown-share", "unknown-others"),
     ),
     # Theorems about a policy behind filters, in the order in which certificates list them

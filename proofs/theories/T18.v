@@ -305,3 +305,17 @@ by apply: ler_wpmul2r; rewrite ?ler0n //; rewrite mulr_ge0.
 Qed.
 
 End T18.
+
+(* ---- An instance: two rows of utility 1 pass every test with V = 1 ---- *)
+
+Theorem T18_example (R : realFieldType) : let g (i : bool) : R := 1 in
+  (forall i, (g i == 0) || (g i == 1)) /\ forall j, (1 <= j <= #|[set: bool]|)%N -> passes_up g 1 setT j /\ passes_down g 1 setT j.
+Proof.
+move=> g; have g0 i : 0 <= g i by apply: ler01.
+have g01 i : (g i == 0) || (g i == 1) by rewrite eqxx orbT.
+have pos : #|positives g setT| = 2%N by rewrite /positives (eq_card (B := setT)) ?cardsT ?card_bool // => i; rewrite !inE eqxx.
+have two : #|[set: bool]| = 2%N by rewrite cardsT card_bool.
+have tot : total g setT = 2%:R by rewrite total01 // pos.
+split=> // j; rewrite two => j2; rewrite /passes_up /passes_down top01 ?bottom01 ?two ?pos ?card_bool ?tot //; try by case/andP: j2.
+by case/andP: j2; case: j => [|[|[|j]]] //= _ _; rewrite /minn /= ?subnn ?subn1 ?subn0 ?mul1r ?mulr1 -?natrB ?subrr ?mul0r ?mulr0.
+Qed.
