@@ -187,15 +187,10 @@ def every_conjunction(rows: Rows, depth: int, least_rows: int, most: int = 1_000
     [(((0, 0),), 4, 3), (((0, 1),), 4, 2)]
     """
     search = _Search(rows, min(depth, len(rows.sizes)), least_rows, most + 1, None)
-    try:
-        search.run(most)
-    except _TooManyError:
+    search.run(most)
+    if search.found > most:
         return None
     return [(name, n, total) for _, _, n, total, name in search.candidates()]
-
-
-class _TooManyError(Exception):
-    """There are more conjunctions than are wanted."""
 
 
 class _Search:
@@ -227,6 +222,8 @@ class _Search:
         """Refine conjunctions on one set of attributes by each later attribute; `node` says to which of them each of some cells belongs."""
         whole = len(cells) == len(self.own)
         for attribute in range(last + 1, len(self.rows.sizes)):
+            if self.found > self.most:
+                return
             self.done += 1
             if self.report is not None:
                 self.report(self.done / self.sets, None)
@@ -292,8 +289,6 @@ class _Search:
     def _note(self, n: NDArray[np.float64], total: NDArray[Any], made: list[Conjunction]) -> None:
         """Keep what is as unequal as the last of those that were asked for, and raise that limit."""
         self.found += int((n < self.rows.rows).sum())
-        if self.found > self.most:
-            raise _TooManyError
         ratio = self._ratios(n, total) if self.exact else self._long_ratios(n, total)
         chosen = np.flatnonzero((n < self.rows.rows) & (ratio >= self.limit * (1 - SLACK)))
         if not len(chosen):
