@@ -43,6 +43,14 @@ def needed(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
     """The names of what a claim needs, with the numbers for the places left open."""
     said = sentences()
     names = ["fresh"] if document["subject"]["kind"] == "policy" else []
+    if claim["by"] == "T16":
+        drift = document["subject"].get("max_drift", "")
+        own = ["same-range", *(["held-shares"] if claim["quantity"].startswith("global") else [])]
+        own += [] if claim["quantity"].endswith(("_radius", "_factor")) else ["cell-drift"]
+        found = [said[name].format(drift=drift) for name in own]
+        ratio = "_".join((claim["quantity"].partition("_")[0], "ratio"))
+        sampled = claim["scope"].startswith("population")
+        return found + (_of_interval({**claim, "quantity": ratio}, document) if sampled else [])
     if claim["scope"].startswith(("population at confidence ", "population, one-sided at confidence ")):
         return [said[name] for name in names] + _of_interval(claim, document)
     if claim["by"] == "T15":

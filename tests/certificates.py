@@ -86,6 +86,17 @@ def probabilities(pick: Pick) -> Certificate:
     return fa.certify(law, _utility(pick), **_limits(pick)).certificate
 
 
+def drifting(pick: Pick) -> Certificate:
+    """A table, or the population behind it, judged within a declared drift, or with the radius of its verdicts."""
+    limits = _limits(pick) or {"max_local_ratio": 2}
+    drift = {"max_drift": pick.choice(["0", "1/20", "1/3", "1"])} if pick.random() < 0.5 else {}
+    if pick.random() < 0.5:
+        law = fa.Law.from_array(np.array([[_row(pick) for _ in range(2)] for _ in range(2)], dtype=object), decisions=DECISIONS)
+        return fa.certify(law, _utility(pick), **limits, **drift).certificate
+    confidence = pick.choice([None, "0.9", "0.9"])
+    return fa.certify(_counts(pick, 2, 2), {"yes": 1}, confidence=confidence, **limits, **drift).certificate
+
+
 def left_out(pick: Pick) -> Certificate:
     """A log of which rows without labels were left out."""
     rows = [(u, a, pick.randint(1, 40)) for u in DECISIONS for a in ("f", "m", "")]
@@ -220,6 +231,7 @@ KINDS: tuple[Callable[[Pick], Certificate], ...] = (
     sample,
     sample_of_cells,
     probabilities,
+    drifting,
     left_out,
     units,
     differences,

@@ -34,7 +34,7 @@ from fairaudit.theorems.registry import (
     Kind,
     without_objection,
 )
-from fairaudit.words import WHOEVER
+from fairaudit.words import DRIFTING, WHOEVER
 
 ROOT = Path(__file__).resolve().parents[1]
 PROOFS = ROOT / "proofs"
@@ -54,16 +54,19 @@ SCOPES = {
     EVERY_UTILITY: ("class", "CLASS"),
     f"{THIS_LAW}, {WHOEVER}": ("law, whoever the unknown are", "WHOEVER_IN_LAW"),
     SAMPLED: ("population", ""),
-    ONE_SIDED: ("one-sided", ""),
+    ONE_SIDED: ("one-sided", "ONE_SIDED"),
+    f"{THIS_LAW}, {DRIFTING}": ("law, drifting", "LAW_DRIFTING"),
+    f"{ONE_SIDED}, {DRIFTING}": ("one-sided, drifting", "ONE_SIDED_DRIFTING"),
 }
 RULES = {
     "any": "certificate.md#claims",
+    "table": "certificate-objections.md#drift",
     "policy": "certificate-policy.md#claims",
     "class": "certificate-worst-case.md#the-claim",
     "sample": "certificate-samples.md#claims",
     "labels": "certificate-samples.md#differences-of-rates",
 }
-UNDER = {WHOEVER: "certificate-objections.md#decisions-of-unknown-group"}
+UNDER = {WHOEVER: "certificate-objections.md#decisions-of-unknown-group", DRIFTING: "certificate-objections.md#drift"}
 """The pages of claims that take an objection into account."""
 
 SHAPES: dict[str, Any] = {
@@ -75,6 +78,10 @@ SHAPES: dict[str, Any] = {
     "completion": {"$ref": "#/$defs/completion"},
     "proof": {"$ref": "#/$defs/proof_of_least"},
     "reached": {"$ref": "#/$defs/reached"},
+    "pair": {"anyOf": [{"type": "null"}, {"$ref": "#/$defs/attained"}]},
+    "followed": {"type": "array", "items": {"type": "array", "items": {"type": "string"}}},
+    "limit": {"$ref": "#/$defs/nonnegative"},
+    "verdict": {"enum": ["within", "exceeds"]},
     "interval": {"enum": ["local", "global", *EXPECTED_DIFFERENCES, *DIFFERENCES]},
 }
 """What the evidence is, by its key; any other key holds a number."""
@@ -119,7 +126,7 @@ def kinds_table() -> str:
         floor = [f"`{name}`{only.get(name, '')}" for name in always]
         may = [f"perhaps {listed(kind.may_assume)}"] if kind.may_assume else []
         evidence = listed(filter(None, (kind.evidence, *kind.beside)))
-        rule = UNDER.get(without_objection(kind.scopes[0])[1]) or RULES[kind.subject]
+        rule = UNDER.get(without_objection(kind.scopes[0])[1]) or RULES["table" if kind.by == "T16" else kind.subject]
         pages = f"[rule]({rule}), [why]({kind.anchor})"
         cells = (f"`{kind.id}`", f"`{kind.by}`", kind.says, listed(kind.quantities), relations, scopes, _needed(kind))
         lines.append(f"| {' | '.join((*cells, '; '.join([', '.join(floor), *may]).strip('; '), evidence, pages))} |")
@@ -132,10 +139,16 @@ def _needed(kind: Kind) -> str:
     return ", ".join(need + ("" if len(where) == len(kind.scopes) else f" ({', '.join(where)})") for need, where in more.items())
 
 
+def with_confidence(scope: str, confidence: str = "c") -> str:
+    """A scope with the confidence where that stands."""
+    opening = next((opening for opening in (SAMPLED, ONE_SIDED) if scope.startswith(opening)), None)
+    return scope if opening is None else opening + confidence + scope.removeprefix(opening)
+
+
 def scopes_table() -> str:
     """The scopes by their short names."""
     lines = ["| | `scope` |", "| --- | --- |"]
-    lines += [f"| {short} | `{scope}{'c' if scope in (SAMPLED, ONE_SIDED) else ''}` |" for scope, (short, _) in SCOPES.items()]
+    lines += [f"| {short} | `{with_confidence(scope)}` |" for scope, (short, _) in SCOPES.items()]
     return "\n".join(lines)
 
 
@@ -162,7 +175,7 @@ def index_entries() -> str:
         modules = unique(name.split(".")[-2] for kind in kinds for name in kind.code)
         tests = old.get(by, {}).get("tests") or [f"tests/theorems/test_{module}.py" for module in modules]
         lines = [f"[cited.{by}]", f"says = {_toml(' '.join(kind.says for kind in kinds))}"]
-        coq = [name for kind in kinds for name in kind.coq]
+        coq = unique(name for kind in kinds for name in kind.coq)
         if not coq:
             lines += ['statements = "none"', f"reason = {_toml(kinds[0].reason)}"]
         lines.append(f"tests = [{', '.join(map(_toml, tests))}]")
@@ -182,7 +195,8 @@ def _toml(text: str) -> str:
 def schema_text() -> str:
     """The definitions of a claim, of one about a class, and of one about a population, as the schema file spells them."""
     population = [{"$ref": "#/$defs/population_at_confidence"}, {"$ref": "#/$defs/population_one_sided"}]
-    scopes = [scope for scope in SCOPES if scope not in (SAMPLED, ONE_SIDED)]
+    scopes = [scope for scope in SCOPES if not scope.startswith((SAMPLED, ONE_SIDED))]
+    drifting = [{"pattern": _pattern(scope)} for scope in SCOPES if scope.startswith(ONE_SIDED) and scope != ONE_SIDED]
     keys = unique(key for kind in KINDS for key in (kind.evidence, *kind.beside) if key)
     shapes = {key: SHAPES.get(key, {"$ref": "#/$defs/extended"}) for key in keys}
     shapes["theta"] = {"$ref": "#/$defs/vector"}
@@ -200,7 +214,7 @@ def schema_text() -> str:
             "value": {"$ref": "#/$defs/extended"},
             "scope": {
                 "description": "What may be changed without making the statement false.",
-                "anyOf": [{"enum": scopes}, *population],
+                "anyOf": [{"enum": scopes}, *population, *drifting],
             },
             "by": {
                 "description": (
@@ -275,10 +289,15 @@ def _stated(kind: Kind) -> Iterable[dict[str, Any]]:
                 "by": {"const": kind.by},
                 "relation": _among(kind.relations),
                 "quantity": _among(quantities),
-                "scope": _among(kind.scopes),
+                "scope": {"pattern": _pattern(kind.scopes[0])} if kind.scopes[0].startswith(ONE_SIDED) else _among(kind.scopes),
                 "evidence": evidence,
             }
         }
+
+
+def _pattern(scope: str) -> str:
+    """A regular expression for a scope of a population."""
+    return f"^{with_confidence(scope, '[0-9]+/[1-9][0-9]*')}$"
 
 
 def _among(values: Iterable[str]) -> dict[str, Any]:

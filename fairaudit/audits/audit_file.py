@@ -156,7 +156,7 @@ def _audit(document: Mapping[str, Any], folder: Path, *, signed: bool) -> Audit:
         raise InputError("exactly one of the sections [law] and [policy] is needed")
     about = "law" if "law" in document else "policy"
     source = sections[about]
-    check_keys(source, LAW_KEYS if about == "law" else (*TABLE_KEYS, "max_drift"), f"[{about}]")
+    check_keys(source, (*(LAW_KEYS if about == "law" else TABLE_KEYS), "max_drift"), f"[{about}]")
     table = _table(source, about, folder, _columns(sections["utility"], "column", "utility"))
     law = _law(source, about, table)
     subject: Law | Deployment = law

@@ -9,6 +9,7 @@ from typing import Any
 
 from fairaudit.audits.declared import ByContext, read_declared
 from fairaudit.audits.differences import judged_differences, measured_differences, refuse_signed, with_ratios
+from fairaudit.audits.drift import refuse_drift, under_drift
 from fairaudit.audits.population import (
     decisions_given_truth,
     design_note,
@@ -121,8 +122,10 @@ def certify(
     declared_in : mapping of label to mapping, optional
         ``gamma``, ``m`` and ``tau`` of single contexts of a policy behind filters.
     max_drift : number or str, optional
-        Of a policy behind filters: how far, in total variation, the law of the decision may be from that of this policy, for everything
-        that the filters release. The certificate then has the greatest ratio of all policies as near as that.
+        How far things may move, in total variation. Of a table the law of the decision in each cell, each on its own, the contexts of each
+        group staying distributed as they are: the certificate then has the worst and the best ratio within that, and targets are judged
+        for all of it. Of a policy behind filters the policy, for everything that the filters release: the certificate then has the
+        greatest ratio of all policies as near as that.
     all_bounds : bool
         Whether to state bounds that the greatest ratio over policies makes superfluous, too.
     embed_table : bool, optional
@@ -203,6 +206,7 @@ def certify(
     constants, constants_in = read_declared(
         table, tau, declared or {}, declared_in or {}, max_drift, deployment, signed=difference and deployment is None
     )
+    refuse_drift(deployment, table, max_drift, of_differences=bool(difference), stream=arrivals is not None)
     given, said = decisions_given_truth(subject, table, positive, None if arrivals else level, embed_table)
     case = None if deployment is None else Case(deployment, law, table, constants, declared_in=constants_in)
     found = Guarantees() if case is None else guarantees(case, tau, all_bounds=all_bounds)
@@ -257,7 +261,7 @@ def certify(
         targets = judged_whoever(unknown, of_table, law, table, measured)
         verdict = foremost_verdict(target.verdict for target in targets)
     without = deployment.unfiltered if deployment else None
-    return Result(
+    result = Result(
         law=law,
         utility=table,
         local=local,
@@ -294,6 +298,7 @@ def certify(
         whoever=unknown,
         unknown_shares=shares if law.unknown is not None else (),
     )
+    return under_drift(result) if deployment is None and max_drift is not None else result
 
 
 def _check_selection(select: Selection, subject: Law | Deployment, arrivals: Arrivals | None, level: Fraction | None) -> None:

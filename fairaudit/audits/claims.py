@@ -9,10 +9,12 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.audits.drift import TableRadius, evidence_of, radius_evidence
 from fairaudit.certificates.numbers import number
 from fairaudit.exact.extended import extended_text
 from fairaudit.inference.differences import DifferenceInterval
 from fairaudit.inference.interval import Interval
+from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
 from fairaudit.tables.preparation import assumption
 from fairaudit.tables.values import Label
@@ -22,7 +24,8 @@ from fairaudit.theorems.registry import BY_ID, BY_KEY, ONE_SIDED, SAMPLED, Kind,
 from fairaudit.theorems.supremum import PairProof, Supremum
 from fairaudit.theorems.t05 import t5_independent
 from fairaudit.theorems.t07 import t7
-from fairaudit.words import WHOEVER, brief
+from fairaudit.theorems.t16 import Form
+from fairaudit.words import DRIFTING, WHOEVER, brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -102,6 +105,7 @@ def claims_of(result: Result) -> Iterator[Claim]:
         yield from _ends(BY_ID[f"{by}-interval"], f"{quantity}_difference", f"{quantity}_difference", found)
     for range_ in result.whoever:
         yield from claims_about_unknown(range_, result)
+    yield from _about_drift(result, about)
     for supremum in result.suprema:
         yield _over_policies(supremum, result)
     for bound in result.bounds:
@@ -139,6 +143,42 @@ def _figures(result: Result, about: tuple[str, ...]) -> Iterator[Claim]:
     for quantity, apart in (result.differences.measured if result.differences else {}).items():
         if apart is not None:
             yield _claim(figure, f"{quantity}_difference", apart.value, about, digest)
+
+
+def _about_drift(result: Result, about: tuple[str, ...]) -> Iterator[Claim]:
+    """How far cells may move while verdicts stand, and the ratios within a declared drift."""
+    for target, found in zip(result.targets, result.drift_radii, strict=True):
+        if not isinstance(found, TableRadius):
+            continue
+        scope, assumptions = "this law", about
+        if found.of_population:
+            interval = result.intervals[target.quantity]
+            scope, assumptions = population_at(interval.confidence, each=True), interval.assumptions
+        values: tuple[tuple[Form, Fraction | float | None, bool], ...] = (
+            ("radius", found.radius, found.exact),
+            ("factor", found.factor, found.exact_factor),
+        )
+        for form, value, exact in values:
+            if value is not None:
+                quantity = f"{target.quantity}_{target.unit}_{form}"
+                kind = BY_ID["T16-radius-population" if found.of_population else "T16-radius"]
+                listed = kind.sentences(scope, quantity, {})
+                evidence = radius_evidence(result, target, found, form)
+                yield Claim(quantity, "=" if exact else ">=", value, "T16", evidence, scope, (*listed, *assumptions))
+    drift = result.declared.get("max_drift", Fraction(0))
+    for ratio in result.drifted:
+        of_law = ratio.scope == "this law"
+        kind = BY_ID["T16-worst" if of_law else "T16-worst-population"]
+        quantity = f"{ratio.quantity}_ratio"
+        listed = (*kind.sentences(ratio.scope, quantity, {"drift": drift}), *(about if of_law else ratio.assumptions))
+        ends: tuple[tuple[Relation, Fraction | float, Any], ...] = (
+            (">=", ratio.best, ratio.best_pair),
+            ("<=", ratio.worst, ratio.worst_pair),
+        )
+        for relation, end, pair in ends:
+            followed: Quantity = ratio.quantity if of_law else "local"
+            evidence = evidence_of(result, followed, pair, "radius", drift, end, worst=relation == "<=")
+            yield Claim(quantity, relation, end, "T16", evidence, under(ratio.scope, DRIFTING), listed)
 
 
 def _ends(kind: Kind, quantity: str, key: str, interval: Interval | DifferenceInterval) -> Iterator[Claim]:

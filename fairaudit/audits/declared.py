@@ -64,9 +64,8 @@ def read_declared(
     if deployment is None:
         if declared.keys() & set(OF_POLICIES):
             raise InputError("tau, global_tau and lipschitz are declared for a policy behind filters; a plain table has its own")
-        if declared_in or max_drift is not None:
-            what = "constants of single contexts are" if declared_in else "max_drift is"
-            raise InputError(f"{what} declared for a policy behind filters; this is a plain table")
+        if declared_in:
+            raise InputError("constants of single contexts are declared for a policy behind filters; this is a plain table")
     measured = {"gamma": table.gamma, "m": table.m, "tau": tau, "global_tau": None, "lipschitz": table.lipschitz()}
     if "global_tau" in declared:
         measured["global_tau"] = _least_mean(table)

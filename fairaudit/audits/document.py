@@ -108,6 +108,8 @@ def _subject(result: Result) -> dict[str, Any]:
             }
             for share in result.unknown_shares
         ]
+    if result.deployment is None and "max_drift" in result.declared:
+        subject["max_drift"] = number(result.declared["max_drift"])
     if result.spellings:
         subject["spellings"] = list(result.spellings)
     return subject

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.audits.claims import Claim, claims_of
 from fairaudit.audits.differences import decide_difference, difference_pair, difference_sentence
 from fairaudit.audits.document import certificate_of
+from fairaudit.audits.drift import DriftedRatio, TableRadius, drifted_of, measures_drift, radius_of
 from fairaudit.audits.faces import Faces
 from fairaudit.audits.sentences import (
     Deciding,
@@ -59,7 +60,8 @@ from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.supremum import Supremum
 from fairaudit.theorems.t13_cases import NEAR_STEPS
 from fairaudit.theorems.t13_near import DriftRadius, drift_radius, near_steps
-from fairaudit.words import approximate, brief, ends_text, place, plain, words_for
+from fairaudit.theorems.t16 import Moving
+from fairaudit.words import DRIFTING, approximate, brief, ends_text, place, plain, words_for
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -242,6 +244,9 @@ class Result(Faces):
         """For each target the pair of groups that decided it, or what else did; None where nothing could be compared."""
         found: list[Deciding | None] = []
         for target in self.targets:
+            if target.under == DRIFTING:
+                found.append(None)
+                continue
             if target.unit == "difference" and self.differences is not None:
                 apart, own = self.differences.measured[target.quantity], self.differences.intervals.get(target.quantity)
                 ends = None if own is None else (own.lower, own.upper)
@@ -254,19 +259,39 @@ class Result(Faces):
         return tuple(found)
 
     @cached_property
-    def drift_radii(self) -> tuple[DriftRadius | None, ...]:
-        """For each target how far policies may be from this one, in total variation, while the verdict on it stands (T13).
+    def drift_radii(self) -> tuple[DriftRadius | TableRadius | None, ...]:
+        """For each target how far things may move while the verdict on it stands.
 
-        None for targets about a population, without filters, where one memory sees several releases, and where a claim about the policies
-        near this one would take a reader too long.
+        Of a table every cell, each on its own, in total variation and by a factor (T16); of a population where its interval proves ends of
+        single cells, in total variation. Of a policy behind filters the policy, in total variation (T13). None for targets on differences,
+        those that are inconclusive or judged within a drift, where a utility is not given, and for a policy if the target is about a
+        population, one memory sees several releases, or a claim about the policies near this one would take a reader too long.
         """
         return tuple(map(self._drift_radius, self.targets))
 
-    def _drift_radius(self, target: Target) -> DriftRadius | None:
+    def drift_is_not_given(self, target: Target) -> bool:
+        """Whether a verdict on the population of a table rests on an interval that says nothing of single cells."""
+        decided = target.verdict in ("within", "exceeds") and not target.under and target.unit != "difference"
+        return decided and self.deployment is None and self.partial is None and target.quantity in self.intervals and self.changed is None
+
+    @cached_property
+    def moving(self) -> Mapping[Quantity, Moving]:
+        """What is compared in the table, as it can drift."""
+        return measures_drift(self)
+
+    @cached_property
+    def drifted(self) -> tuple[DriftedRatio, ...]:
+        """The worst and the best ratio within the declared drift of a table, of the table and, where ends of cells hold, the population."""
+        drift = self.declared.get("max_drift")
+        return () if drift is None or self.deployment is not None else tuple(drifted_of(self, drift, self.moving))
+
+    def _drift_radius(self, target: Target) -> DriftRadius | TableRadius | None:
         at, table = self.deployment, self.utility
         if target.unit == "difference":
             return None
-        if at is None or at.releases > 1 or target.confidence is not None or near_steps(at, table, target.quantity) > NEAR_STEPS:
+        if at is None:
+            return radius_of(self, target, self.moving)
+        if at.releases > 1 or target.confidence is not None or near_steps(at, table, target.quantity) > NEAR_STEPS:
             return None
         return drift_radius(at, table, target.quantity, target.limit, target.unit)
 

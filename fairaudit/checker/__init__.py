@@ -33,7 +33,8 @@ of populations  ``intervals``, ``tails``, ``samples``, ``pair_exact``, ``split``
                 ``paired_betting``, ``symmetric_betting``, ``contrasts``, ``difference_contrasts``, ``joint_betting``, ``interval_proofs``
 of unknowns     ``unknown_evidence``, ``unknown_groups``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
-                ``floored``, ``near``; then ``judgement`` of claims of all families
+                ``floored``, ``near``
+of drift        ``drifts``, ``drift``; then ``judgement`` of claims of all families
 certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``
 other formats   ``proxy_ranges``, ``proxies``, ``conjunctions``, ``subgroup_statement``, ``subgroups``; then ``verification`` of all
 command         ``command``

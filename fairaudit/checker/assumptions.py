@@ -8,13 +8,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from .certificate import Certificate
-from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, NEAR, RULES, WHOEVER_IN_LAW, Claim, is_about_population
+from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, LAW, NEAR, RULES, WHOEVER_IN_LAW, Claim, is_about_population
+from .drift import FORMS, T16
 from .intervals import Interval, PairEvidence, StreamEvidence, UnitEvidence
 from .json_values import Labels
 from .rates import DIFFERENCES, OVERALL
 from .rationals import ZERO, as_pair, extreme_positions, written
 from .sentences import (
     BY_DESIGN,
+    CELL_DRIFT,
     CELLS,
     CHOSEN,
     CHOSEN_LABELS,
@@ -27,6 +29,7 @@ from .sentences import (
     DRIFT,
     FRESH,
     GIVEN_LABELS,
+    HELD_SHARES,
     LEFT_OUT,
     MIX,
     ONE_ROW,
@@ -38,6 +41,7 @@ from .sentences import (
     POOLED,
     RANGE,
     RELEASES,
+    SAME_RANGE,
     SPLIT,
     STATED_POPULATION,
     UNITS,
@@ -66,12 +70,25 @@ def _sentences(claim: Claim, stated: Certificate, table: Table) -> Sentences:
         own = _assumed_by_interval(stated.intervals[claim.key[0].removesuffix("_ratio")], table)
     elif claim.key[3] == WHOEVER_IN_LAW:
         own = Sentences(tuple(_share(share, claim.key[0].startswith("global")) for share in stated.shares))
+    elif claim.key[2] == T16:
+        own = _assumed_of_drift(claim, stated, table)
     elif claim.key[2] == "T13":
         own = Sentences((*RULES[claim.key].assumes, *_assumed_over_policies(claim, stated, table)))
     else:
         floor = (DECLARED_FLOOR.format(written(stated.declared["tau"])),) if claim.key[3] == FLOORED else ()
         own = Sentences((*RULES[claim.key].assumes, *floor))
     return own if table.policy is None else replace(own, needed=(FRESH, *own.needed))
+
+
+def _assumed_of_drift(claim: Claim, stated: Certificate, table: Table) -> Sentences:
+    """Say what a claim about cells that move has to list, besides what the interval does whose ends it rests on."""
+    quantity, scope = claim.key[0], claim.key[3]
+    drift = () if quantity.endswith(FORMS) or stated.max_drift is None else (CELL_DRIFT.format(written(stated.max_drift)),)
+    own = (SAME_RANGE, *((HELD_SHARES,) if quantity.startswith("global") else ()), *drift)
+    if scope.startswith(LAW):
+        return Sentences(own)
+    interval = _assumed_by_interval(stated.intervals[quantity.partition("_")[0]], table)
+    return replace(interval, needed=(*own, *interval.needed))
 
 
 def _assumed_over_policies(claim: Claim, stated: Certificate, table: Table) -> Iterator[str]:

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from .claims import OVER_UNITS, POPULATION, RULES, UTILITIES, WHOEVER, WHOEVER_IN_LAW, Claim, is_about_population, without_objection
 from .declared import DeclaredIn, read_declared
+from .drift import about_drift, read_drifted
 from .figures import EXPECTED_DIFFERENCES
 from .header import Positive, Subject, has_truth, is_about_policy, read_positive, read_subject
 from .intervals import Change, Interval, read_change, read_confidence, read_intervals
@@ -83,6 +84,7 @@ class Certificate:
     spellings: tuple[tuple[str, Labels], ...]
     change: Change | None = None
     shares: tuple[Share, ...] = ()  # of the decisions of unknown group, as declared
+    max_drift: Rational | None = None  # of a table: within which ratios are stated
 
     @property
     def of_differences(self) -> bool:
@@ -123,7 +125,14 @@ def _read_privacy(value: object, where: str) -> dict[str, dict[str, object] | No
     return read
 
 
-def _read_claim(value: object, where: str, parameters: int | None) -> Claim:
+def _read_drift(value: object, where: str) -> Rational:
+    drift = read_rational(value, where, nonnegative=True)
+    if not at_most(drift, ONE):
+        raise malformed(where, "must be at most 1")
+    return drift
+
+
+def _read_claim(value: object, where: str, parameters: int | None, width: int) -> Claim:
     keys = ("quantity", "relation", "value", "scope", "by", "assumptions", "evidence")
     members = read_object(value, where, keys)
     quantity, relation, by, scope = (read_string(members[key], f"{where}.{key}") for key in ("quantity", "relation", "by", "scope"))
@@ -132,17 +141,19 @@ def _read_claim(value: object, where: str, parameters: int | None) -> Claim:
         key,
         read_extended(members["value"], f"{where}.value"),
         read_strings(members["assumptions"], f"{where}.assumptions"),
-        _read_evidence(members["evidence"], f"{where}.evidence", key, parameters),
+        _read_evidence(members["evidence"], f"{where}.evidence", key, parameters, width),
     )
 
 
-def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], parameters: int | None) -> object:
+def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], parameters: int | None, width: int) -> object:
     if is_about_population(key):
         return read_choice(
             read_object(value, where, ("interval",))["interval"],
             f"{where}.interval",
             ("local", "global", *EXPECTED_DIFFERENCES, *DIFFERENCES),
         )
+    if (drift := about_drift(key)) is not None:
+        return read_drifted(value, where, drift, width)
     rule = RULES.get(key)
     if rule is None:  # an unknown claim is found false, whatever is offered as evidence
         return read_object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
@@ -210,7 +221,7 @@ def read_certificate(document: object) -> Certificate:
     of_policy = is_about_policy(top["subject"])
     keys_of_subject = ["kind", "columns", "population", "table", "utility"] + ["privacy", "declared"] * of_policy
     keys_of_subject += ["positive"] * has_truth(top["subject"])
-    also = ("preparation", "spellings") if of_policy else ("class", "preparation", "spellings", "unknown_shares")
+    also = ("preparation", "spellings") if of_policy else ("class", "preparation", "spellings", "unknown_shares", "max_drift")
     about = read_object(top["subject"], "subject", keys_of_subject, optional=also)
     utilities = read_class(about["class"], "subject.class") if "class" in about else None
     parameters = None if utilities is None or utilities.family is None else len(utilities.family.lower)
@@ -248,7 +259,10 @@ def read_certificate(document: object) -> Certificate:
             read_not_compared(item, f"not_compared[{i}]", subject.columns)
             for i, item in enumerate(read_list(top["not_compared"], "not_compared"))
         ],
-        tuple(_read_claim(item, f"claims[{i}]", parameters) for i, item in enumerate(read_list(top["claims"], "claims"))),
+        tuple(
+            _read_claim(item, f"claims[{i}]", parameters, len(subject.columns.group))
+            for i, item in enumerate(read_list(top["claims"], "claims"))
+        ),
         targets,
         read_choice(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive", "depends", "changed")),
         intervals,
@@ -259,6 +273,7 @@ def read_certificate(document: object) -> Certificate:
         read_spellings(about["spellings"], "subject.spellings") if "spellings" in about else (),
         change,
         read_shares(about["unknown_shares"], "subject.unknown_shares") if "unknown_shares" in about else (),
+        _read_drift(about["max_drift"], "subject.max_drift") if "max_drift" in about else None,
     )
     if read.withdrawn & intervals.keys():
         raise malformed("intervals", "has an interval of a ratio that changed, which must not be there")

@@ -40,7 +40,7 @@ OBJECTIONS = (WHOEVER, HIDDEN, DRIFTING)
 
 def without_objection(scope: str) -> tuple[str, str]:
     """Split what a statement is about from the objection that it takes into account; empty if there is none."""
-    about, _, under = scope.partition(", ")
+    about, _, under = scope.rpartition(", ")
     return (about, under) if under in OBJECTIONS else (scope, "")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from .header import Cell, Header
 from .laws import Law, gains_of, mean_of, widest_distance
@@ -108,6 +108,16 @@ class ComparedGroups:
         return metrics
 
 
+class Watcher(Protocol):
+    """What follows the cells of a table besides."""
+
+    def begin(self, header: Header) -> None:
+        """Read the first line."""
+
+    def take(self, cells: Sequence[Cell]) -> None:
+        """Take in the cells of a context."""
+
+
 class Figures:
     """What the cells of a table add up to, while they pass by in their order.
 
@@ -116,8 +126,13 @@ class Figures:
     but not of all either those groups or the others, whichever are fewer: no more than what ``not_compared`` has to name.
     """
 
-    def __init__(self, header: Header, expectations_only: bool = False, differences: bool = False) -> None:
+    def __init__(
+        self, header: Header, expectations_only: bool = False, differences: bool = False, watchers: Sequence[Watcher] = ()
+    ) -> None:
         n = len(header.groups)
+        self.watchers = watchers
+        for watcher in watchers:
+            watcher.begin(header)
         self.header, self.cells = header, 0
         self.local = ComparedGroups(header, expectations_only, differences)
         self.sizes = [0] * len(header.contexts)  # the number of cells
@@ -151,6 +166,8 @@ class Figures:
         context, groups = cells[0].context, [cell.group for cell in cells]
         self.cells += len(cells)
         self.sizes[context] = len(cells)
+        for watcher in self.watchers:
+            watcher.take(cells)
         self._add_up(cells)
         if self.gains is None:
             self._take_utilities(cells)

@@ -12,7 +12,7 @@ from .difference_contrasts import prove_difference_by_contrasts
 from .difference_regions import prove_difference_by_box, prove_difference_by_pairs
 from .figures import Greatest
 from .header import Cell
-from .intervals import BoxEvidence, Change, ContrastEvidence, Interval, PairEvidence, Proven, StreamEvidence, UnitEvidence, Unproven
+from .intervals import Boxed, BoxEvidence, Change, ContrastEvidence, Interval, PairEvidence, Proven, StreamEvidence, UnitEvidence, Unproven
 from .joint_betting import prove_stream
 from .logarithms import log_enclosure
 from .paired_betting import prove_by_units
@@ -73,7 +73,18 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
     else:
         prove_by_ladders(interval, interval.evidence, comparison, len(used))
     by = "binomial" if all(samples[i].binary for i in used) else interval.method
-    return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by, interval.each)
+    boxed = _boxed(interval, samples) if table.policy is None else None
+    return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by, interval.each, boxed)
+
+
+def _boxed(interval: Interval, samples: Sequence[Sample]) -> Boxed | None:
+    """List the ends of single cells, where both ends of a ratio rest on them, each by itself, and rows are drawn."""
+    if not isinstance(interval.evidence, BoxEvidence) or interval.difference or not interval.each or interval.units is not None:
+        return None
+    spend(20 * len(samples))
+    listed = (interval.evidence.upper, interval.evidence.lower)
+    upper, lower = ([(Fraction(*low), Fraction(*high)) for low, high in ends] for ends in listed)
+    return Boxed(upper, lower, [(sample.low, sample.high) for sample in samples])
 
 
 def _prove_by_bets(interval: Interval, evidence: ContrastEvidence | UnitEvidence, comparison: Comparison, table: Table) -> str:

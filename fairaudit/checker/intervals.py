@@ -154,6 +154,15 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class Boxed:
+    """Ends of the means of single cells that an interval proves, for its upper end and for its lower one, and the ranges of the cells."""
+
+    upper: Box
+    lower: Box
+    ranges: Box
+
+
+@dataclass(frozen=True)
 class Proven:
     """An interval that holds but with the probability ``error``, of each end if it is so, and what claims about it have to say."""
 
@@ -162,6 +171,7 @@ class Proven:
     scope: str
     by: str
     each: bool = False
+    boxed: Boxed | None = None
 
 
 def _read_difference(value: object, where: str, name: str) -> Interval:

@@ -22,6 +22,8 @@ from .claims import (
     is_about_population,
 )
 from .declared import DeclaredIn
+from .drift import T16, fault_of_drift
+from .drifts import Watch
 from .figures import EXPECTED_DIFFERENCES, Maximum
 from .floored import fault_of_floored
 from .intervals import Proven
@@ -51,6 +53,8 @@ class Facts:
     proven: Mapping[str, Proven]  # the intervals that hold
     declared_in: Sequence[DeclaredIn] = ()
     shares: Sequence[Share] = ()  # of the decisions of unknown group
+    watches: Sequence[Watch] = ()
+    drift: Rational | None = None
 
     @cached_property
     def of_unknown(self) -> UnknownGroups:
@@ -123,6 +127,8 @@ def _fault(claim: Claim, facts: Facts) -> str:
     """Say what is wrong with a claim; nothing if it is true."""
     if is_about_population(claim.key):
         return _fault_about_population(claim, facts.proven)
+    if claim.key[2] == T16:
+        return fault_of_drift(claim, facts.table, facts.metrics, facts.proven, facts.watches, facts.drift)
     rule = _rule(claim, facts)
     if rule is None:
         known = any(claim.key[:3] == key[:3] for key in RULES)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, product
 
-from .figures import Figures
+from .figures import Figures, Watcher
 from .filters import Filter, mixed_laws, read_filters, seen_in_contexts
 from .header import Cell, Header, Positive, UnknownRow, read_header
 from .json_values import Labels, canonical_text, decoded, read_integer, read_list, read_object
@@ -69,12 +69,16 @@ def _read_utility(value: object, where: str, weights: Sequence[int]) -> tuple[Ra
 
 
 def read_table(
-    lines: Iterable[tuple[str, object, bytes | None]], keep: bool = True, positive: Positive | None = None, differences: bool = False
+    lines: Iterable[tuple[str, object, bytes | None]],
+    keep: bool = True,
+    positive: Positive | None = None,
+    differences: bool = False,
+    watchers: Sequence[Watcher] = (),
 ) -> Table:
     """Read a table from (where, value, its canonical text in the file or None if embedded), the header first.
 
     What is read is not kept when only the figures of the table are needed.  Figures given the true label need to know what is positive;
-    differences of expectations are formed where they are asked for.
+    differences of expectations are formed where they are asked for; watchers follow the cells of what is no policy.
     """
     digest = hashlib.sha256()
     reader: _Rows | None = None
@@ -84,7 +88,7 @@ def read_table(
             if isinstance(value, dict) and "filters" in value:
                 reader = _PolicyRows(header, differences, *read_filters(header, value["filters"], f"{where}.filters"))
             else:
-                reader = _Rows(header, differences, keep, positive)
+                reader = _Rows(header, differences, keep, positive, watchers)
         else:
             reader.add(value, where)
         if raw is not None:
@@ -98,10 +102,12 @@ def read_table(
 class _Rows:
     """The lines of a table after its header, as they are read."""
 
-    def __init__(self, header: Header, differences: bool, keep: bool = True, positive: Positive | None = None) -> None:
+    def __init__(
+        self, header: Header, differences: bool, keep: bool = True, positive: Positive | None = None, watchers: Sequence[Watcher] = ()
+    ) -> None:
         self.header, self.differences = header, differences
         self.given_truth = None if header.truths is None or positive is None else GivenTruth(header, positive)
-        self.figures = Figures(header, differences=differences)
+        self.figures = Figures(header, differences=differences, watchers=watchers)
         self.kept: list[Cell] | None = [] if keep or header.unknown else None
         self.unknown: list[UnknownRow] = []
         self.keys = _given_with_cells(header)

@@ -22,6 +22,9 @@ DECLARED_RANGE = (
 DECLARED_RANGE_IN = "in context {}, every utility is between {} and {} (declared)"
 
 DRIFT = "for everything that the filters release, the law of the decision is within total variation {} of the law of this policy (declared)"
+SAME_RANGE = "an update brings no decision whose utility is outside the range that its cell has here"
+HELD_SHARES = "the contexts of each group stay distributed as they are here"
+CELL_DRIFT = "in each cell the law of the decision moves by a total variation of at most {} (declared)"
 RELEASES = "one memory sees at most {} releases of a group, each drawn afresh (declared)"
 
 DRAWS = (

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from .certificate import Certificate, Target
-from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, POLICIES, WHOEVER, Claim, without_objection
+from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, DRIFTING, FLOORED, LAW, POLICIES, WHOEVER, Claim, without_objection
+from .drift import T16
 from .figures import EXPECTED_DIFFERENCES
 from .intervals import Proven
 from .judgement import Facts
@@ -57,9 +58,22 @@ def _spent(targets: Iterable[Target], facts: Facts) -> Fraction:
     return sum((*each, *together), Fraction(0))
 
 
+def _within_drift(target: Target, facts: Facts, true_claims: Sequence[Claim]) -> str:
+    """Judge by the worst and the best ratio within the declared drift: of a table both are attained, of a population they are ends."""
+    proven = facts.proven.get(target.quantity)
+    about = LAW if target.confidence is None else "" if proven is None else proven.scope
+    keys = {sign: (f"{target.quantity}_ratio", sign, T16, f"{about}, {DRIFTING}") for sign in ("<=", ">=")}
+    ends = {claim.key[1]: claim.value for claim in true_claims if claim.key in keys.values()}
+    if target.unit == "difference":
+        return "inconclusive"
+    verdict = _judge(target, (ends.get(">=", ONE), ends.get("<=", INFINITY)))
+    return "depends" if verdict == "inconclusive" and target.confidence is None and len(ends) == 2 else verdict
+
+
 # How a target is judged under an objection, from the claims that are true: what it is about, its claims and its verdict.
 UNDER: dict[str, Callable[[Target, Facts, Sequence[Claim]], str]] = {
     WHOEVER: lambda target, _, true: judge_whoever(target.limit, log_at_most if target.unit == "log" else at_most, target.quantity, true),
+    DRIFTING: _within_drift,
 }
 
 

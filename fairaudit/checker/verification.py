@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import gc
 import hashlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from .assumptions import check_assumptions
 from .certificate import Certificate, read_certificate
 from .declared import check_declared
+from .drift import watches_of
+from .drifts import Watch
 from .interval_proofs import check_change, check_differences, check_intervals
 from .intervals import Proven
 from .json_values import decoded, without_page
@@ -80,7 +82,8 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
     stated = read_certificate(document)
     working_on("the table")
     findings: list[Finding] = []
-    table = _read_law(stated, lines, findings)
+    watches = watches_of(stated.claims, stated.max_drift)
+    table = _read_law(stated, lines, findings, watches)
     _check_sign(stated, table)
     _check_unknown(stated, table)
     working_on("the class of utilities")
@@ -102,7 +105,7 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
         findings += check_unfiltered(stated.unfiltered, table.policy)
     findings.append(check_not_compared(stated.not_compared, table))
     proven, window = _check_intervals(stated, table, findings)
-    facts = Facts(table, metrics, stated.declared, program, proven, stated.declared_in, stated.shares)
+    facts = Facts(table, metrics, stated.declared, program, proven, stated.declared_in, stated.shares, watches, stated.max_drift)
     faults = faults_of_claims(stated.claims, facts)
     findings += check_claims(stated.claims, faults)
     findings += check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault], window)
@@ -121,7 +124,7 @@ def _checked_as(form: str, document: object, lines: Iterable[bytes] | None) -> R
         raise
 
 
-def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list[Finding]) -> Table:
+def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list[Finding], watches: Sequence[Watch]) -> Table:
     """Read the table, wherever it is; the figures of a plain one are all that is kept of it."""
     keep = stated.change is not None or (
         stated.utilities is not None or bool(stated.intervals) or any(step.step == "level" for step in stated.preparation)
@@ -129,8 +132,8 @@ def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list
     if stated.embedded is None and lines is None:
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
     if stated.embedded is None:
-        return read_table(lines_of_file(lines or ()), keep, stated.positive, stated.of_differences)
-    table = read_table(embedded_lines(stated.embedded), keep, stated.positive, stated.of_differences)
+        return read_table(lines_of_file(lines or ()), keep, stated.positive, stated.of_differences, watches)
+    table = read_table(embedded_lines(stated.embedded), keep, stated.positive, stated.of_differences, watches)
     if lines is not None:
         digest = hashlib.sha256()
         for line in lines:

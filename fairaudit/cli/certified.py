@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.cli.output import Answer
 
 if TYPE_CHECKING:
+    from fairaudit.audits.drift import TableRadius
     from fairaudit.audits.result import Result
     from fairaudit.audits.sentences import Deciding, Sizes
     from fairaudit.certificates.certificate import Certificate
@@ -111,9 +112,15 @@ def _two_sided(result: Result) -> dict[str, Any]:
     return {**of_ratios, **{f"{quantity}_difference": entry(found, "difference") for quantity, found in apart.items()}}
 
 
-def _radius(found: DriftRadius) -> dict[str, Any]:
-    """How far policies may be from this one while a verdict stands."""
-    return {"radius": found.radius, "always": found.always, "exact": found.exact}
+def _radius(found: DriftRadius | TableRadius) -> dict[str, Any]:
+    """How far cells may move, or policies may be from this one, while a verdict stands."""
+    from fairaudit.audits.drift import TableRadius
+    from fairaudit.certificates.numbers import number
+
+    if not isinstance(found, TableRadius):
+        return {"radius": found.radius, "always": found.always, "exact": found.exact}
+    own = {"radius": Fraction(1) if found.always else found.radius, "always": found.always, "exact": found.exact}
+    return own if found.factor is None else {**own, "factor": number(found.factor), "exact_factor": found.exact_factor}
 
 
 def _decided(deciding: Deciding, result: Result) -> dict[str, Any]:

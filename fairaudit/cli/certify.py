@@ -61,6 +61,11 @@ def add(commands: Any) -> None:
     _add_utility(parser)
     targets = parser.add_argument_group("targets (decided exactly: for counts and logs, of the population from which they were drawn)")
     add_limits(targets, differences=True)
+    targets.add_argument(
+        "--max-drift",
+        metavar="D",
+        help="judge the worst case within this total variation, from 0 to 1: of every cell of a table, or of a policy behind filters",
+    )
     add_population(parser)
     _add_guarantees(parser)
     _add_input_and_output(parser)
@@ -114,11 +119,6 @@ def _add_utility(parser: argparse.ArgumentParser) -> None:
 
 def _add_guarantees(parser: argparse.ArgumentParser) -> None:
     further = parser.add_argument_group("what is guaranteed behind filters (of an audit file with [policy])")
-    further.add_argument(
-        "--max-drift",
-        metavar="D",
-        help="state the greatest ratio of all policies within this total variation of the audited one, from 0 to 1",
-    )
     further.add_argument(
         "--all-bounds", action="store_true", help="state bounds that the greatest ratio over all policies makes superfluous, too"
     )
@@ -234,9 +234,8 @@ def _certify(arguments: argparse.Namespace) -> Answer:
     options = population_options(arguments, subject, audit.sampling if audit else {})
     from fairaudit.model.policy import Deployment
 
-    for name in ("max_drift", "all_bounds"):
-        if getattr(arguments, name) and not isinstance(subject, Deployment):
-            raise InputError(f"{option(name)} is about a policy behind filters; name an audit file with [policy] and [filter.group]")
+    if arguments.all_bounds and not isinstance(subject, Deployment):
+        raise InputError("--all-bounds is about a policy behind filters; name an audit file with [policy] and [filter.group]")
     burden = arguments.burden or (audit is not None and audit.burden)
     declared = {**(audit.declared if audit else {}), **utility_range(arguments.utility_range)}
     with naming(source_name(arguments.table)):

@@ -626,6 +626,7 @@
   const CLASS = "every utility of the class", RATIOS = ["local_ratio", "global_ratio"], POPULATION = "population at confidence ", ONE_SIDED = "population, one-sided at confidence ";
   const WHOEVER_IN_LAW = LAW + ", whoever the unknown are";
   const OBJECTIONS = ["whoever the unknown are", "with the declared hidden context", "within the declared drift"];
+  const LAW_DRIFTING = LAW + ", " + OBJECTIONS[2], ONE_SIDED_DRIFTING = ONE_SIDED + ", " + OBJECTIONS[2];
   const EXPECTED = ["local_difference", "global_difference"];
   const QUANTITIES = [...RATIOS, ...EXPECTED, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
   const KNOWN = [
@@ -652,12 +653,25 @@
     ["<=", "T13", ["local_ratio_supremum", "global_ratio_supremum"], [FLOORED], "policy"],
     ["<=", "T13", RATIOS, [RANGE_FLOORED], "policy"],
     ["<=", "T13", RATIOS, [RANGE], "policy"],
+    ["=", "T16", ["local_ratio_radius", "local_log_radius", "global_ratio_radius", "global_log_radius", "local_ratio_factor", "local_log_factor", "global_ratio_factor", "global_log_factor"], [LAW], "table"],
+    [">=", "T16", ["local_ratio_radius", "local_log_radius", "global_ratio_radius", "global_log_radius", "local_ratio_factor", "local_log_factor", "global_ratio_factor", "global_log_factor"], [LAW], "table"],
+    [">=", "T16", ["local_ratio_radius", "local_log_radius", "global_ratio_radius", "global_log_radius"], [ONE_SIDED], "sample"],
+    ["<=", "T16", RATIOS, [LAW_DRIFTING], "table"],
+    [">=", "T16", RATIOS, [LAW_DRIFTING], "table"],
+    ["<=", "T16", RATIOS, [ONE_SIDED_DRIFTING], "sample"],
+    [">=", "T16", RATIOS, [ONE_SIDED_DRIFTING], "sample"],
     ["<=", "T3", RATIOS, [CLASS], "class"],
     ["<=", "lp-dual", RATIOS, [CLASS], "class"],
   ];
   const BY_REGION = { pairs: ["pair-exact"], contrasts: ["symmetric-betting"], paired: ["paired-betting"] };  // which name the method of their claims
   const aboutPopulation = (claim) => [POPULATION, ONE_SIDED].some((opening) => claim.scope.startsWith(opening));
+  // Of drift: a scope that names a confidence has it after its opening.
+  const isScope = (scope, known) => known.startsWith(ONE_SIDED)
+    ? scope.startsWith(ONE_SIDED) && scope.endsWith(known.slice(ONE_SIDED.length)) && !OBJECTIONS.some((under) => !known.endsWith(under) && scope.endsWith(under)) : scope === known;
+  const listedDrift = (claim) => KNOWN.some(([relation, by, quantities, scopes]) => by === "T16" && relation === claim.relation
+    && quantities.includes(claim.quantity) && scopes.some((known) => isScope(claim.scope, known)) && claim.assumptions.length > 0);
   function listed(claim, f) {
+    if (claim.by === "T16") return !f.law.policy && listedDrift(claim);
     if (aboutPopulation(claim)) {
       const interval = (f.doc.intervals || {})[claim.evidence.interval];
       const difference = DIFFERENCES.includes(claim.quantity);
@@ -678,6 +692,7 @@
   // Each rule says true, false, or undefined when it is not recomputed here.
   async function judgeClaim(claim, f) {
     if (!listed(claim, f)) return false;
+    if (claim.by === "T16") return undefined;
     const value = rational(claim.value), by = claim.by, metric = f.metric(by === "T13" ? claim.quantity.replace("_supremum", "") : claim.quantity);
     if (metric === undefined) return undefined;
     if (metric === null) return false;

@@ -10,6 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Literal
 
 from fairaudit.audits.document import document
+from fairaudit.audits.drift import TableRadius
 from fairaudit.audits.sentences import pair_text, size_text
 from fairaudit.certificates.entries import change_assumptions
 from fairaudit.errors import shown
@@ -22,12 +23,26 @@ from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.epsilon_delta import exp_epsilon
 from fairaudit.reports.difference_text import difference_rows, difference_target, differences
+from fairaudit.reports.drift_text import ON_PAIRS, drifted_line, radius_lines
 from fairaudit.reports.unknown_groups import unknown_ranges
 from fairaudit.reports.words import REACH
 from fairaudit.tables.preparation import said
 from fairaudit.theorems.applicable import to_judge
-from fairaudit.theorems.registry import BY_KEY
-from fairaudit.words import ENDS_CROSS, THE_INTERVAL, THIS_TABLE, WHOEVER, approximate, ends_text, percent, place, plain, words_for
+from fairaudit.theorems.bound import THIS_LAW
+from fairaudit.theorems.registry import BY_KEY, ONE_SIDED
+from fairaudit.words import (
+    DRIFTING,
+    ENDS_CROSS,
+    THE_INTERVAL,
+    THIS_TABLE,
+    WHOEVER,
+    approximate,
+    ends_text,
+    percent,
+    place,
+    plain,
+    words_for,
+)
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -115,7 +130,11 @@ def verdict(result: Result) -> str:
             lines.append(f"{'':<13}{_decided(deciding, result)}")
         if target.verdict == "inconclusive" and target.unit != "difference" and target.quantity in result.if_independent:
             lines += [f"{'':<13}{said}" for said in independence_text(*result.if_independent[target.quantity], target.unit)]
-        if radius is not None and measured is not None:
+        if isinstance(radius, TableRadius):
+            lines += [f"{'':<13}{said}" for said in radius_lines(radius, target.quantity)]
+        elif radius is None and target.confidence is not None and result.drift_is_not_given(target):
+            lines.append(f"{'':<13}{ON_PAIRS}")
+        elif radius is not None and measured is not None:
             lines += [f"{'':<13}{said}" for said in [drift_text(radius)] if said]
     return "\n".join(lines)
 
@@ -125,6 +144,11 @@ def _target(target: Target, measured: Ratio | None, result: Result) -> str:
     said = limit_text(target.quantity, target.unit, target.limit)
     if measured is None:
         return f"{said}: nothing could be compared"
+    scopes = THIS_LAW if target.confidence is None else ONE_SIDED
+    within = next((one for one in result.drifted if one.quantity == target.quantity and one.scope.startswith(scopes)), None)
+    if target.under == DRIFTING and within is not None:
+        sure = "" if target.confidence is None else f" (population, {percent(target.confidence)})"
+        return f"{said}: {drifted_line(within, result.declared['max_drift'])}{sure}"
     value = approximate(measured.ratio) if target.unit == "ratio" else _log(measured)
     if target.under == WHOEVER:
         return f"{said}: {_whoever(target, value, result)}"

@@ -40,6 +40,14 @@ DRIFT = (
 
 RELEASES = "one memory sees at most {releases} releases of a group, each drawn afresh (declared)"
 
+# Of cells that drift
+
+SAME_RANGE = "an update brings no decision whose utility is outside the range that its cell has here"
+
+HELD_SHARES = "the contexts of each group stay distributed as they are here"
+
+CELL_DRIFT = "in each cell the law of the decision moves by a total variation of at most {drift} (declared)"
+
 # Of a policy behind filters, too, but shown by the table and its filters: bounds name them, claims do not
 
 GROUP_FREE = "the utility does not depend on the group"
@@ -126,6 +134,9 @@ SENTENCES: dict[str, str] = {
     "declared-range-in": DECLARED_RANGE_IN,
     "drift": DRIFT,
     "releases": RELEASES,
+    "same-range": SAME_RANGE,
+    "held-shares": HELD_SHARES,
+    "cell-drift": CELL_DRIFT,
     "stated-population": POPULATION,
     "draws": DRAWS,
     "units": UNITS,

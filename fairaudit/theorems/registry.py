@@ -37,7 +37,7 @@ from fairaudit.theorems.t05 import t5_decision_in, t5_in
 from fairaudit.theorems.t08 import t8_in
 from fairaudit.theorems.t12 import t12_in
 from fairaudit.theorems.t13_cases import t13_any_policy_in, t13_floored_in, t13_near_in, t13_range_floored_in, t13_range_in
-from fairaudit.words import OBJECTIONS, WHOEVER
+from fairaudit.words import DRIFTING, OBJECTIONS, WHOEVER
 
 Relation = Literal["=", "<=", ">="]
 
@@ -58,6 +58,11 @@ DISTANCES = ("demographic_parity", "equalized_odds")
 SUPREMA = ("local_ratio_supremum", "global_ratio_supremum")
 
 DIFFERENCES = ("equal_opportunity", "equalized_odds_true_label", "equal_opportunity_overall", "equalized_odds_true_label_overall")
+
+RADII = ("local_ratio_radius", "local_log_radius", "global_ratio_radius", "global_log_radius")
+"""How far cells may move, in total variation, while the verdict on such a limit stands."""
+
+FACTORS = ("local_ratio_factor", "local_log_factor", "global_ratio_factor", "global_log_factor")
 
 OF_FLOORS = ("declared-floor", "declared-floor-in", "declared-mean-floor")
 """What claims about policies that keep floors list, as they were declared."""
@@ -82,8 +87,9 @@ class Kind:
         The same in a few words, as reports put it beside a figure.
     quantities, relations, scopes : tuple of str
         What a claim of the kind can be about; the checker knows each combination.
-    subject : {"any", "policy", "class", "sample", "labels"}
-        What a certificate has to be about: anything, a policy behind filters, a class of utilities, draws, decisions with true labels.
+    subject : {"any", "table", "policy", "class", "sample", "labels"}
+        What a certificate has to be about: anything, a table, a policy behind filters, a class of utilities, draws, decisions with true
+        labels.
     evidence : str
         The one key of the evidence, or "" where there is none.
     beside : tuple of str
@@ -119,7 +125,7 @@ class Kind:
     quantities: tuple[str, ...]
     relations: tuple[Relation, ...]
     scopes: tuple[str, ...]
-    subject: Literal["any", "policy", "class", "sample", "labels"]
+    subject: Literal["any", "table", "policy", "class", "sample", "labels"]
     evidence: str
     code: tuple[str, ...]
     anchor: str
@@ -164,6 +170,27 @@ _LEAST = (
     "machine-checked, the checker decides it anew in integers (written proof in docs/theory.md, property tests against enumeration)."
 )
 _WRITTEN = f"Not machine-checked: written proofs in docs/certificate-samples.md, {_COVERAGE}."
+
+
+_T16 = (
+    *("T16_up", "T16_down", "T16_attained", "T16_attained_down", "T16_within", "T16_exceeds", "T16_before", "T16_worst", "T16_local"),
+    *("T16_factor_up", "T16_factor_down", "T16_global", "T16_global_down"),
+)
+
+
+def _drift(own: str, *, declared: tuple[str, ...] = (), **entry: Any) -> Kind:
+    """T16 for a table, or for the population behind it."""
+    return Kind(
+        id=f"T16-{own}",
+        by="T16",
+        evidence="pair",
+        anchor="theory.md#t16",
+        coq=_T16,
+        assumes=("same-range", *declared),
+        overall=("held-shares",),
+        may_assume=("chosen", *OF_DRAWS) if entry["subject"] == "sample" else (),
+        **entry,
+    )
 
 
 def _interval(by: str, says: str, how: str) -> Kind:
@@ -529,6 +556,53 @@ KINDS: tuple[Kind, ...] = (
         may_assume=("declared-range-in", "releases"),
         reaches=t13_range_in,
     ),
+    # Cells that drift
+    _drift(
+        "radius",
+        says="The verdict on the limit stands as long as no cell's law moves further, in total variation or by a factor.",
+        how="how far every cell may move before the verdict changes",
+        quantities=(*RADII, *FACTORS),
+        relations=("=", ">="),
+        scopes=(THIS_LAW,),
+        subject="table",
+        beside=("followed", "limit", "verdict"),
+        code=("fairaudit.theorems.t16.law_radius",),
+    ),
+    _drift(
+        "radius-population",
+        says="So does that on the population, by ends of single cells that its interval proves.",
+        how="how far every cell may move before the verdict changes",
+        quantities=RADII,
+        relations=(">=",),
+        scopes=(ONE_SIDED,),
+        subject="sample",
+        beside=("followed", "limit", "verdict"),
+        code=("fairaudit.inference.moving_ends.MovingEnds",),
+    ),
+    _drift(
+        "worst",
+        says="Within the declared drift of every cell the ratio is between these ends.",
+        how="the worst and the best ratio within the declared drift",
+        quantities=RATIOS,
+        relations=("<=", ">="),
+        scopes=(f"{THIS_LAW}, {DRIFTING}",),
+        subject="table",
+        beside=("followed",),
+        code=("fairaudit.theorems.t16.drifted_extremes",),
+        declared=("cell-drift",),
+    ),
+    _drift(
+        "worst-population",
+        says="So it is in the population, by ends of single cells that its interval proves.",
+        how="the worst and the best ratio within the declared drift",
+        quantities=RATIOS,
+        relations=("<=", ">="),
+        scopes=(f"{ONE_SIDED}, {DRIFTING}",),
+        subject="sample",
+        beside=("followed",),
+        code=("fairaudit.inference.moving_ends.MovingEnds",),
+        declared=("cell-drift",),
+    ),
     # A class of utilities
     Kind(
         id="T3-class",
@@ -652,7 +726,7 @@ def without_objection(scope: str) -> tuple[str, str]:
     >>> without_objection("this law, within the declared drift")
     ('this law', 'within the declared drift')
     """
-    about, _, objection = scope.partition(", ")
+    about, _, objection = scope.rpartition(", ")
     return (about, objection) if objection in OBJECTIONS else (scope, "")
 
 

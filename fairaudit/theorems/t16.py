@@ -17,17 +17,16 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from math import inf, isqrt
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import UNIT, compare_log, exp_enclosure
-from fairaudit.exact.extended import ONE, ZERO, Extended
+from fairaudit.exact.extended import ONE, ZERO, Extended, extended_pair
 from fairaudit.exact.rationals import quotient
 from fairaudit.measures.limits import Quantity
-from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.words import brief
@@ -98,6 +97,39 @@ def can_drift(law: Law, table: UtilityTable, quantity: Quantity) -> bool:
 
 
 # One mean
+
+
+class Moves(Protocol):
+    """A mean that can move: its ends, and those of its range, over `bottom`."""
+
+    @property
+    def most(self) -> Any:
+        """What it is at the most."""
+
+    @property
+    def least(self) -> Any:
+        """What it is at the least."""
+
+    @property
+    def most_seen(self) -> Any:
+        """What it is at the most by decisions that are made at all."""
+
+    @property
+    def least_seen(self) -> Any:
+        """What it is at the least by those."""
+
+    @property
+    def bottom(self) -> int:
+        """The denominator."""
+
+    def end(self, form: Form, amount: Fraction, *, up: bool) -> Fraction:
+        """The greatest or least expectation within a drift."""
+
+    def by_variation(self, eta: Fraction, *, up: bool) -> tuple[Any, Any]:
+        """The end within about η as a line."""
+
+    def by_factor(self, f: Fraction, *, up: bool) -> tuple[Any, Any, Any]:
+        """The end within a factor of about f, times f, as af² + bf + c."""
 
 
 class Mean:
@@ -195,12 +227,12 @@ class _Pieces:
 # One ordered pair
 
 
-def _sign(high: Mean, low: Mean, limit: Fraction, form: Form, amount: Fraction, *, within: bool) -> Fraction:
+def _sign(high: Moves, low: Moves, limit: Fraction, form: Form, amount: Fraction, *, within: bool) -> Fraction:
     """What keeps its sign while a verdict stands: at most 0 of *within*, above 0 of *exceeds*."""
     return high.end(form, amount, up=within) - limit * low.end(form, amount, up=not within)
 
 
-def _stands_for_ever(high: Mean, low: Mean, limit: Fraction, form: Form, *, within: bool) -> bool:
+def _stands_for_ever(high: Moves, low: Moves, limit: Fraction, form: Form, *, within: bool) -> bool:
     """Whether no move whatever changes what a pair says of a verdict that it gives."""
     if form == "radius":
         one = Fraction(high.most if within else high.least, high.bottom)
@@ -211,7 +243,7 @@ def _stands_for_ever(high: Mean, low: Mean, limit: Fraction, form: Form, *, with
     return one <= limit * other if within else one >= limit * other
 
 
-def _radius_of_pair(high: Mean, low: Mean, limit: Fraction, form: Form, *, within: bool) -> tuple[Extended, Extended]:
+def _radius_of_pair(high: Moves, low: Moves, limit: Fraction, form: Form, *, within: bool) -> tuple[Extended, Extended]:
     """How far a verdict that a pair gives stands by it: twice where that is exact, else where it stands and where not."""
     if _stands_for_ever(high, low, limit, form, within=within):
         return inf, inf
@@ -220,7 +252,7 @@ def _radius_of_pair(high: Mean, low: Mean, limit: Fraction, form: Form, *, withi
     return _factor_of_pair(high, low, limit, within=within)
 
 
-def _first_zero(high: Mean, low: Mean, limit: Fraction, *, within: bool) -> Fraction:
+def _first_zero(high: Moves, low: Moves, limit: Fraction, *, within: bool) -> Fraction:
     """Newton's method from the left: of a concave, or convex, function no tangent crosses 0 beyond the first zero."""
     eta = ZERO
     while True:
@@ -233,7 +265,7 @@ def _first_zero(high: Mean, low: Mean, limit: Fraction, *, within: bool) -> Frac
         eta = -start / slope
 
 
-def _factor_of_pair(high: Mean, low: Mean, limit: Fraction, *, within: bool) -> tuple[Fraction, Fraction]:
+def _factor_of_pair(high: Moves, low: Moves, limit: Fraction, *, within: bool) -> tuple[Fraction, Fraction]:
     """The factor at which a pair changes its sign: twice where it is rational, else between two ends."""
 
     def stands(f: Fraction) -> bool:
@@ -257,7 +289,7 @@ def _factor_of_pair(high: Mean, low: Mean, limit: Fraction, *, within: bool) -> 
     return low_end, high_end
 
 
-def _root_of_piece(high: Mean, low: Mean, limit: Fraction, at: Fraction, *, within: bool) -> tuple[Fraction, Fraction] | None:
+def _root_of_piece(high: Moves, low: Moves, limit: Fraction, at: Fraction, *, within: bool) -> tuple[Fraction, Fraction] | None:
     """The zero of the quadratic piece about a factor: twice if it is rational, else between two ends."""
     one, other = high.by_factor(at, up=within), low.by_factor(at, up=not within)
     a, b, c = (low.bottom * limit.denominator * p - high.bottom * limit.numerator * q for p, q in zip(one, other, strict=True))
@@ -278,6 +310,21 @@ def _root_of_piece(high: Mean, low: Mean, limit: Fraction, at: Fraction, *, with
 
 
 # All pairs
+
+
+class Moved(Protocol):
+    """Means that are compared and can move: of a table, or between ends of cells."""
+
+    starts: NDArray[np.int64]
+
+    def mean(self, i: int) -> Moves:
+        """One of the means."""
+
+    def places(self, pair: tuple[int, int]) -> tuple[int, int]:
+        """Where a pair is."""
+
+    def blocks(self, form: Form, amount: Fraction, limit: Fraction, among: Sequence[int] | None, *, within: bool) -> list[int]:
+        """Blocks some pair of which may be above 0, those that floats find highest first."""
 
 
 class Moving:
@@ -398,14 +445,6 @@ class Moving:
         possible = np.flatnonzero(found > -(1 + v) * (slack + 8 * UNIT * (1 + float(amount))))
         return [int(numbers[k]) for k in possible[np.argsort(-found[possible], kind="stable")].tolist()]
 
-    def greatest(self, block: int, form: Form, amount: Fraction, limit: Fraction, *, within: bool) -> tuple[Fraction, tuple[int, int]]:
-        """The ordered pair of a block with the greatest sign."""
-        members = range(int(self.starts[block]), int(self.starts[block + 1]))
-        ends = {i: (self.mean(i).end(form, amount, up=within), self.mean(i).end(form, amount, up=not within)) for i in members}
-        tops = sorted(members, key=lambda i: -ends[i][0])[:2]
-        bottoms = sorted(members, key=lambda i: ends[i][1])[:2]
-        return max(((ends[i][0] - limit * ends[j][1], (i, j)) for i in tops for j in bottoms if i != j), key=lambda one: one[0])
-
 
 def _first_mass(p: Floats, g: Floats, s: float) -> Floats:
     """What the first mass s of each row contributes."""
@@ -418,7 +457,7 @@ def _first_mass(p: Floats, g: Floats, s: float) -> Floats:
     return found
 
 
-def law_radius(moving: Moving, measured: Ratio, limit: Fraction, unit: str, form: Form) -> LawRadius:
+def law_radius(moving: Moved, decided: Extended, limit: Fraction, unit: str, form: Form) -> LawRadius:
     """Find how far every cell of a table may move, each on its own, while the verdict on a limit stands.
 
     Source: T16.
@@ -427,8 +466,8 @@ def law_radius(moving: Moving, measured: Ratio, limit: Fraction, unit: str, form
     ----------
     moving : Moving
         What is compared.
-    measured : Ratio
-        The ratio of the table.
+    decided : Fraction or float
+        The ratio of the table; of ends of cells that are known alone, the end of the ratio that decides.
     limit : Fraction
         The limit on the ratio, at least 1, or on its logarithm, at least 0.
     unit : {"ratio", "log"}
@@ -447,21 +486,21 @@ def law_radius(moving: Moving, measured: Ratio, limit: Fraction, unit: str, form
     >>> law = fa.Law.from_array([["1/2", "1/2"], ["2/5", "3/5"]], decisions=["yes", "no"], groups=["f", "m"])
     >>> table = fa.Utility({"yes": 1}).on(law)
     >>> from fairaudit.measures.ratios import local_fairness
-    >>> found = law_radius(Moving(law, table, "local"), local_fairness(law, table), Fraction(2), "ratio", "radius")
+    >>> found = law_radius(Moving(law, table, "local"), local_fairness(law, table).ratio, Fraction(2), "ratio", "radius")
     >>> found.verdict, found.value, found.exact
     ('within', Fraction(1, 10), True)
     """
     if unit == "ratio" or limit == 0:
         bound = ONE if unit == "log" else limit
-        within = measured.ratio <= bound
+        within = decided <= bound
         return _searched(moving, bound, form, within=within)
-    within = compare_log(measured.pair, (limit.numerator, limit.denominator)) <= 0
+    within = compare_log(extended_pair(decided), (limit.numerator, limit.denominator)) <= 0
     if limit > LARGEST_EXPONENT:
         return LawRadius("within" if within else "exceeds", form, ZERO if form == "radius" else ONE, exact=False, pair=None)
     bits = 128
     while True:
         low, high = (Fraction(end, 1 << bits) for end in exp_enclosure((limit.numerator, limit.denominator), bits))
-        if measured.ratio <= low if within else measured.ratio > high:
+        if decided <= low if within else decided > high:
             break
         bits *= 2
     found = _searched(moving, low if within else high, form, within=within)
@@ -470,7 +509,7 @@ def law_radius(moving: Moving, measured: Ratio, limit: Fraction, unit: str, form
     return replace(found, value=Fraction(int(Fraction(found.value) * STEP), STEP), exact=False)
 
 
-def _searched(compared: Moving, limit: Fraction, form: Form, *, within: bool) -> LawRadius:
+def _searched(compared: Moved, limit: Fraction, form: Form, *, within: bool) -> LawRadius:
     """The least radius of the pairs of *within*, the greatest of *exceeds*: a pair that is above 0 at the best so far has a better one."""
     verdict: Literal["within", "exceeds"] = "within" if within else "exceeds"
     start = ZERO if form == "radius" else ONE
@@ -486,7 +525,7 @@ def _searched(compared: Moving, limit: Fraction, form: Form, *, within: bool) ->
         # The pair that is most unequal here leaves few others to be looked at.
         at_start = compared.blocks(form, start, limit, None, within=True) or compared.blocks(form, start, ONE, None, within=True)
         for block in at_start[:1]:
-            _, first = compared.greatest(block, form, start, limit, within=True)
+            _, first = _greatest(compared, block, form, start, limit, within=True)
             best, beyond = _radius_of_pair(compared.mean(first[0]), compared.mean(first[1]), limit, form, within=True)
             pair = first if best != inf else None
         if best != inf:
@@ -500,21 +539,33 @@ def _searched(compared: Moving, limit: Fraction, form: Form, *, within: bool) ->
                 if found is None:
                     break
             else:
-                value, found = compared.greatest(block, form, Fraction(best if within else beyond), limit, within=within)
+                value, found = _greatest(compared, block, form, Fraction(best if within else beyond), limit, within=within)
                 if value <= 0:
                     break
             one, other = compared.mean(found[0]), compared.mean(found[1])
             best, beyond = _radius_of_pair(one, other, limit, form, within=within)
             pair, moved = found, True
             if best == inf:
-                return LawRadius(verdict, form, inf, exact=True, pair=found if not within else None)
+                return LawRadius(verdict, form, inf, exact=True, pair=None if within else compared.places(found))
         open_blocks = open_blocks[1:]
         if moved:
             open_blocks = compared.blocks(form, Fraction(best if within else beyond), limit, open_blocks, within=within)
     return LawRadius(verdict, form, best, best == beyond, None if pair is None else compared.places(pair))
 
 
-def _pair_that_flips(compared: Moving, block: int, limit: Fraction, form: Form) -> tuple[int, int] | None:
+def _greatest(
+    compared: Moved, block: int, form: Form, amount: Fraction, limit: Fraction, *, within: bool
+) -> tuple[Fraction, tuple[int, int]]:
+    """The ordered pair of a block with the greatest sign."""
+    members = range(int(compared.starts[block]), int(compared.starts[block + 1]))
+    tops = {i: compared.mean(i).end(form, amount, up=within) for i in members}
+    bottoms = {i: compared.mean(i).end(form, amount, up=not within) for i in members}
+    high = sorted(members, key=lambda i: -tops[i])[:2]
+    low = sorted(members, key=lambda i: bottoms[i])[:2]
+    return max(((tops[i] - limit * bottoms[j], (i, j)) for i in high for j in low if i != j), key=lambda one: one[0])
+
+
+def _pair_that_flips(compared: Moved, block: int, limit: Fraction, form: Form) -> tuple[int, int] | None:
     """A pair of a block that some move takes above a limit."""
     members = range(int(compared.starts[block]), int(compared.starts[block + 1]))
     seen = form == "factor"
@@ -534,7 +585,7 @@ def _pair_that_flips(compared: Moving, block: int, limit: Fraction, form: Form) 
 # Within a declared drift
 
 
-def drifted_extremes(compared: Moving, drift: Fraction) -> tuple[Extreme, Extreme] | None:
+def drifted_extremes(compared: Moved, drift: Fraction) -> tuple[Extreme, Extreme] | None:
     """Find the greatest and the least ratio of all tables whose cells are, each on its own, within a total variation of those of this one.
 
     Source: T16.
@@ -563,7 +614,7 @@ def drifted_extremes(compared: Moving, drift: Fraction) -> tuple[Extreme, Extrem
     return _extreme(compared, drift, worst=True), _extreme(compared, drift, worst=False)
 
 
-def _extreme(compared: Moving, drift: Fraction, *, worst: bool) -> Extreme:
+def _extreme(compared: Moved, drift: Fraction, *, worst: bool) -> Extreme:
     """The greatest quotient of an upper and a lower end, or of a lower and an upper one, of a block; at least 1."""
     best: Extended = ONE
     pair: tuple[int, int] | None = None

@@ -125,7 +125,7 @@ def test_a_radius_is_where_the_verdict_flips(quantity: Literal["local", "global"
             if limit < 1 or limit == inf:
                 continue
             assert isinstance(limit, Fraction)
-            found = law_radius(Moving(made.law, made.table, quantity), measured, limit, "ratio", form)
+            found = law_radius(Moving(made.law, made.table, quantity), measured.ratio, limit, "ratio", form)
             assert found.verdict == ("within" if measured.ratio <= limit else "exceeds")
             extreme = made.worst if found.verdict == "within" else made.best
             seen[found.verdict] += 1
@@ -163,7 +163,7 @@ def test_a_radius_of_a_limit_on_the_logarithm_is_rounded_inwards(quantity: Liter
             continue
         for form in ("radius", "factor"):
             limit = F(1, 3)
-            found = law_radius(Moving(made.law, made.table, quantity), measured, limit, "log", form)
+            found = law_radius(Moving(made.law, made.table, quantity), measured.ratio, limit, "log", form)
             if found.value == inf:
                 continue
             assert isinstance(found.value, Fraction) and not found.exact
@@ -217,13 +217,13 @@ def test_the_examples_of_the_page() -> None:
     table = fa.Utility({"yes": 1}).on(law)
     measured = local_fairness(law, table)
     assert measured is not None
-    found = law_radius(Moving(law, table, "local"), measured, F(2), "ratio", "radius")
+    found = law_radius(Moving(law, table, "local"), measured.ratio, F(2), "ratio", "radius")
     assert (found.value, found.exact, found.pair) == (F(1, 10), True, (0, 1))
     quarter = Law.from_array([["1/4", "3/4"], ["1/4", "3/4"]], decisions=["yes", "no"], groups=["a", "b"])
     table = fa.Utility({"yes": 1}).on(quarter)
     measured = local_fairness(quarter, table)
     assert measured is not None
-    found = law_radius(Moving(quarter, table, "local"), measured, F(2), "ratio", "factor")
+    found = law_radius(Moving(quarter, table, "local"), measured.ratio, F(2), "ratio", "factor")
     assert isinstance(found.value, Fraction) and not found.exact
     assert found.value**2 <= 2 < (found.value + F(2, 10**12)) ** 2
 

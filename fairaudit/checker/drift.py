@@ -1,0 +1,300 @@
+"""Claims about drift: how far cells may move while a verdict stands, and the ratios within a declared drift (T16)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from .claims import DRIFTING, LAW, Claim, without_objection
+from .drifts import Cellwise, Move, Watch, greatest_quotient, quotient
+from .figures import Maximum
+from .intervals import Box, Boxed, Proven
+from .json_values import Labels, read_choice, read_label_lists, read_object
+from .logarithms import log_at_most
+from .policy_evidence import Attained, read_attained
+from .rationals import INFINITY, ONE, ZERO, Rational, as_pair, at_most, read_rational, reduced
+from .table import Table, globally_compared
+from .text import malformed, shown
+from .work import spend
+
+T16 = "T16"
+FORMS = ("radius", "factor")
+
+
+@dataclass(frozen=True)
+class About:
+    """What a claim is about: a radius or factor of a verdict on a limit, or the ratio within the declared drift."""
+
+    quantity: str
+    unit: str  # of the limit; empty of a ratio
+    by_factor: bool
+    scope: str
+
+
+@dataclass(frozen=True)
+class Drifted:
+    """Evidence: limit and verdict of a radius, where the verdict flips or a ratio is attained, and groups whose means are summed."""
+
+    limit: Rational | None
+    verdict: str
+    place: Attained | None
+    followed: tuple[Labels, ...]
+
+
+def about_drift(key: tuple[str, str, str, str]) -> About | None:
+    """Read the quantity and the scope of a claim; none where there is no such claim."""
+    quantity, relation, by, scope = key
+    about, under = without_objection(scope)
+    of_population = about.startswith("population, one-sided at confidence ")
+    first, _, rest = quantity.partition("_")
+    unit, _, form = rest.partition("_")
+    if by != T16 or first not in ("local", "global") or not (about == LAW or of_population):
+        return None
+    if under == DRIFTING and rest == "ratio" and relation in ("<=", ">="):
+        return About(first, "", False, about)
+    known = not under and unit in ("ratio", "log") and form in FORMS
+    allowed = (relation == ">=" and form == "radius") if of_population else relation in ("=", ">=")
+    return About(first, unit, form == "factor", about) if known and allowed else None
+
+
+def read_drifted(value: object, where: str, about: About, width: int) -> Drifted:
+    """Read the evidence of a claim."""
+    keys = ("pair", "followed") + (("limit", "verdict") if about.unit else ())
+    members = read_object(value, where, keys)
+    followed = read_label_lists(members["followed"], f"{where}.followed", width) if members["followed"] != [] else ()
+    limit = read_rational(members["limit"], f"{where}.limit", nonnegative=True) if about.unit else None
+    if limit is not None and about.unit == "ratio" and not at_most(ONE, limit):
+        raise malformed(f"{where}.limit", "must be at least 1, being the limit of a ratio")
+    verdict = read_choice(members["verdict"], f"{where}.verdict", ("within", "exceeds")) if about.unit else ""
+    return Drifted(limit, verdict, read_attained(members["pair"], f"{where}.pair"), followed)
+
+
+def watches_of(claims: Iterable[Claim], drift: Rational | None) -> list[Watch]:
+    """What has to be followed in the table, claim by claim."""
+    found: list[Watch] = []
+    for claim in claims:
+        about, evidence = about_drift(claim.key), claim.evidence
+        if about is None or about.scope != LAW or not isinstance(evidence, Drifted):
+            continue
+        amount = claim.value if about.unit else drift
+        if amount == INFINITY and not about.by_factor:
+            amount = ONE
+        least, most = (ONE, INFINITY) if about.by_factor else (ZERO, ONE)
+        if amount is None or not (at_most(least, amount) and at_most(amount, most)):
+            continue
+        worst = evidence.verdict == "within" if about.unit else claim.key[1] == "<="
+        move = Move(about.by_factor, amount)
+        found.append(Watch(claim.key, about.quantity == "local", move, worst, evidence.place, frozenset(evidence.followed)))
+    return found
+
+
+@dataclass(frozen=True)
+class Side:
+    """Of a mean of a pair: the end that counts, the end of its range, and the total variation from which on it is that."""
+
+    end: Rational
+    last: Rational
+    reached: Rational
+
+
+@dataclass(frozen=True)
+class Found:
+    """The greatest ratio that a move allows, or cannot avoid, or what bounds it; and the sides of the pair that is named."""
+
+    greatest: Rational
+    pair: tuple[Side, Side] | None
+
+
+def fault_of_drift(
+    claim: Claim,
+    table: Table,
+    metrics: Mapping[str, Maximum | None],
+    proven: Mapping[str, Proven],
+    watches: Iterable[Watch],
+    drift: Rational | None,
+) -> str:
+    """Judge a claim about drift."""
+    about, evidence = about_drift(claim.key), claim.evidence
+    if about is None or not isinstance(evidence, Drifted):
+        return "unknown claim"
+    if table.policy is not None:
+        return "a policy behind filters has other claims about drift"
+    metric = metrics.get(about.quantity)
+    if metric is None:
+        return "the table does not give this quantity"
+    if not about.unit and drift is None:
+        return "no drift is declared"
+    if about.scope == LAW:
+        watch = next((watch for watch in watches if watch.key == claim.key), None)
+        if watch is None:
+            return f"no cell can move by {shown(claim.value)}"
+        if watch.open_utility:
+            return "a utility is not given"
+        found = _local(watch) if watch.local else _overall(watch, table)
+        decided = metric.value
+    else:
+        interval = proven.get(about.quantity)
+        if interval is None or interval.scope != about.scope or interval.boxed is None:
+            return "no interval proves ends of single cells for this scope"
+        amount = (claim.value if claim.value != INFINITY else ONE) if about.unit else drift or ZERO
+        if not (at_most(ZERO, amount) and at_most(amount, ONE)):
+            return f"no cell can move by {shown(claim.value)}"
+        upper = evidence.verdict == "within" if about.unit else claim.key[1] == "<="
+        found = _boxed(interval.boxed, table, about.quantity == "local", evidence.place, Fraction(*amount), upper)
+        decided = interval.ratio[1 if upper else 0]
+    if not about.unit:
+        return _fault_of_ratio(claim.value, evidence.place, found)
+    below = _at_most_limit(decided, evidence.limit or ONE, about.unit)
+    if below != (evidence.verdict == "within"):
+        return f"the verdict is not {shown(evidence.verdict)}"
+    return _fault_of_radius(claim, about, evidence, found, metric.value)
+
+
+def _at_most_limit(ratio: Rational, limit: Rational, unit: str) -> bool:
+    return log_at_most(ratio, limit) if unit == "log" else at_most(ratio, limit)
+
+
+def _fault_of_ratio(value: Rational, place: Attained | None, found: Found) -> str:
+    """A ratio within the declared drift has to be the one that the named pair attains, and that no other exceeds."""
+    if found.greatest != value:
+        return f"the ends of cells give {shown(found.greatest)}"
+    if (value == ONE) is not (place is None):
+        return "a ratio of 1 needs no pair that attains it, and any other one does"
+    if place is None:
+        return ""
+    if found.pair is None:
+        return "the pair is not one that is compared"
+    ratio = quotient(found.pair[0].end, found.pair[1].end)
+    return "" if at_most(ratio, value) and at_most(value, ratio) else "the pair does not attain it"
+
+
+def _fault_of_radius(claim: Claim, about: About, evidence: Drifted, found: Found, measured: Rational) -> str:
+    """*Within* has to stand for all pairs, *exceeds* for the one that is named; and beyond an exact value no longer."""
+    limit, never, exact = evidence.limit or ZERO, claim.value == INFINITY, claim.key[1] == "="
+    within = evidence.verdict == "within"
+    bound = ONE if about.unit == "log" and limit == ZERO else None if about.unit == "log" else limit
+    if never is not exact and never and about.scope == LAW:
+        return "what no move changes is exact"
+    if within and not _at_most_limit(found.greatest, limit, about.unit):
+        return f"a move can make the ratio {shown(found.greatest)}, or that is not ruled out"
+    if within and (never or not exact):
+        return ""
+    if found.pair is None:
+        return "the pair is not one that is compared"
+    one, other = found.pair
+    if not within:
+        sign = _excess(one.end, other.end, limit, about.unit)
+        moving = one.last != other.last or one.end != one.last or other.end != other.last
+        if never:
+            stands = sign > 0 or (about.by_factor and sign == 0 and not _at_most_limit(measured, limit, about.unit))
+            return "" if stands else "some move changes what the pair says"
+        early = not at_most(claim.value, one.reached) and not at_most(claim.value, other.reached)
+        if sign < 0 or (sign == 0 and (early if not about.by_factor else not moving)):
+            return "a smaller move changes what the pair says"
+        if not exact:
+            return ""
+    if bound is None:
+        return "the radius of such a limit is not rational"
+    if within:
+        level = one.end[0] * other.end[1] * bound[1] == bound[0] * other.end[0] * one.end[1]
+        rises = one.last[0] * other.last[1] * bound[1] > bound[0] * other.last[0] * one.last[1]
+        return "" if level and rises else "the pair stands further"
+    return "" if at_most(found.greatest, bound) else "another pair stands further"
+
+
+def _excess(top: Rational, bottom: Rational, limit: Rational, unit: str) -> int:
+    """The sign of one expectation less the limit times another one."""
+    if unit == "ratio":
+        above, below = top[0] * bottom[1] * limit[1], limit[0] * bottom[0] * top[1]
+        return (above > below) - (above < below)
+    if not bottom[0]:
+        return 1 if top[0] else 0
+    if at_most(top, bottom):
+        return 0 if limit == ZERO and at_most(bottom, top) else -1
+    return -1 if log_at_most(quotient(top, bottom), limit) else 1
+
+
+def _local(watch: Watch) -> Found:
+    """What was found in the contexts."""
+    place = watch.place
+    if place is None or place.higher == place.lower or {place.higher, place.lower} != watch.named.keys():
+        return Found(watch.value, None)
+    one, other = (_side(watch, watch.named[label], up) for label, up in ((place.higher, watch.worst), (place.lower, not watch.worst)))
+    return Found(watch.value, (one, other))
+
+
+def _side(watch: Watch, cell: Cellwise, up: bool) -> Side:
+    return Side(cell.ends(watch.move)[up], cell.range(watch.move.by_factor)[up], cell.reached(up))
+
+
+def _overall(watch: Watch, table: Table) -> Found:
+    """What the groups overall give: summed exactly where they are followed, else bounded by their means."""
+    groups = globally_compared(table)
+    exact = watch.means(dict(zip(table.figures.populated(), table.figures.masses(), strict=True)))
+    tops: list[Rational] = []
+    bottoms: list[Rational] = []
+    for a in groups:
+        if a in exact:
+            low, high, *_ = exact[a]
+            tops.append(high if watch.worst else low)
+            bottoms.append(low if watch.worst else high)
+        else:
+            mean = table.figures.of_group(a)[1]
+            top, bottom = watch.bounds(mean, mean)
+            tops.append(top)
+            bottoms.append(bottom)
+    spend(20 * len(groups), max(max(map(max, tops)), max(map(max, bottoms))).bit_length())
+    greatest = reduced(*greatest_quotient(tops, bottoms))
+    names, place = table.header.groups, watch.place
+    if place is None or place.context is not None or place.higher == place.lower:
+        return Found(greatest, None)
+    sides: list[Side] = []
+    for label, up in ((place.higher, watch.worst), (place.lower, not watch.worst)):
+        a = names.index(label) if label in names else -1
+        if a not in exact or a not in groups:
+            return Found(greatest, None)
+        sides.append(Side(exact[a][up], exact[a][2 + up], watch.reached[a if up else -1 - a]))
+    return Found(greatest, (sides[0], sides[1]))
+
+
+def _boxed(boxed: Boxed, table: Table, local: bool, place: Attained | None, eta: Fraction, upper: bool) -> Found:
+    """What the ends of cells that an interval proves give when each may move by eta times the range."""
+    box: Box = boxed.upper if upper else boxed.lower
+    names = _names(table) if local else [[(None, table.header.groups[a]) for a in globally_compared(table)]]
+    greatest = ONE
+    sides: dict[object, Side] = {}
+    numbers = iter(range(len(box)))
+    for block in names:
+        members = [next(numbers) for _ in block]
+        spend(60 * len(members))
+        ends = [_moved(box[i], boxed.ranges[i], eta) for i in members]
+        tops = [as_pair(high if upper else low) for low, high in ends]
+        bottoms = [as_pair(low if upper else high) for low, high in ends]
+        found = greatest_quotient(tops, bottoms) if len(members) > 1 else ONE
+        greatest = greatest if at_most(found, greatest) else found
+        if place is not None:
+            for label, i, (low, high) in zip(block, members, ends, strict=True):
+                if label[0] == place.context and label[1] in (place.higher, place.lower):
+                    up = upper is (label[1] == place.higher)
+                    (least, most), (lo, hi) = boxed.ranges[i], box[i]
+                    way = (most - hi if up else lo - least) / (most - least) if most > least else Fraction(0)
+                    sides[label[1]] = Side(as_pair(high if up else low), as_pair(most if up else least), as_pair(way))
+    greatest = reduced(*greatest)
+    if place is None or place.higher == place.lower or sides.keys() != {place.higher, place.lower}:
+        return Found(greatest, None)
+    return Found(greatest, (sides[place.higher], sides[place.lower]))
+
+
+def _moved(ends: tuple[Fraction, Fraction], limits: tuple[Fraction, Fraction], eta: Fraction) -> tuple[Fraction, Fraction]:
+    least, most = limits
+    way = eta * (most - least)
+    return max(least, ends[0] - way), min(most, ends[1] + way)
+
+
+def _names(table: Table) -> Sequence[Sequence[tuple[Labels | None, Labels]]]:
+    """The labels of the cells that are compared, by context."""
+    header = table.header
+    return [
+        [(header.contexts[cell.context], header.groups[cell.group]) for cell in cells] for cells in table.by_context() if len(cells) > 1
+    ]
