@@ -206,7 +206,7 @@ def certify(
     constants, constants_in = read_declared(
         table, tau, declared or {}, declared_in or {}, max_drift, deployment, signed=difference and deployment is None
     )
-    refuse_drift(deployment, table, max_drift, of_differences=bool(difference), stream=arrivals is not None)
+    refuse_drift(deployment, table, max_drift, of_differences=difference, stream=arrivals is not None)
     given, said = decisions_given_truth(subject, table, positive, None if arrivals else level, embed_table)
     case = None if deployment is None else Case(deployment, law, table, constants, declared_in=constants_in)
     found = Guarantees() if case is None else guarantees(case, tau, all_bounds=all_bounds)

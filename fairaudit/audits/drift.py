@@ -308,12 +308,14 @@ def refuse_drift(deployment: Deployment | None, table: UtilityTable, max_drift: 
     Raises
     ------
     InputError
-        If differences are asked for, the table is that of a stream, or a utility is not given for some decision of a cell.
+        If differences are asked for, groups are unknown, the table is that of a stream, or a utility is not given for some decision of a cell.
     """
     if max_drift is None or deployment is not None:
         return
     if of_differences:
         raise InputError("max_drift is about ratios; leave out differences, and certify them by themselves")
+    if table.law.unknown is not None:
+        raise InputError("max_drift does not go with decisions of unknown group: one objection at a time; leave one of them out")
     if stream:
         raise InputError("max_drift is about a table that was counted once, not about a stream; leave it out")
     if table.given is not None:
