@@ -131,6 +131,8 @@ def fault_of_drift(
             return f"no cell can move by {shown(claim.value)}"
         if watch.open_utility:
             return "a utility is not given"
+        if set(evidence.followed) - ({*table.header.groups} if not watch.local else set()):
+            return "what is followed is no group of means that are compared"
         found = _local(watch) if watch.local else _overall(watch, table)
         decided = metric.value
     else:
@@ -140,6 +142,8 @@ def fault_of_drift(
         amount = (claim.value if claim.value != INFINITY else ONE) if about.unit else drift or ZERO
         if not (at_most(ZERO, amount) and at_most(amount, ONE)):
             return f"no cell can move by {shown(claim.value)}"
+        if evidence.followed:
+            return "nothing is followed where ends are known alone"
         upper = evidence.verdict == "within" if about.unit else claim.key[1] == "<="
         found = _boxed(interval.boxed, table, about.quantity == "local", evidence.place, Fraction(*amount), upper)
         decided = interval.ratio[1 if upper else 0]
@@ -174,6 +178,8 @@ def _fault_of_radius(claim: Claim, about: About, evidence: Drifted, found: Found
     limit, never, exact = evidence.limit or ZERO, claim.value == INFINITY, claim.key[1] == "="
     within = evidence.verdict == "within"
     bound = ONE if about.unit == "log" and limit == ZERO else None if about.unit == "log" else limit
+    if evidence.place is not None and found.pair is None:
+        return "the pair is not one that is compared"
     if never is not exact and never and about.scope == LAW:
         return "what no move changes is exact"
     if within and not _at_most_limit(found.greatest, limit, about.unit):
