@@ -308,7 +308,7 @@ def refuse_drift(deployment: Deployment | None, table: UtilityTable, max_drift: 
     Raises
     ------
     InputError
-        If differences are asked for, groups are unknown, the table is that of a stream, or a utility is not given for some decision of a cell.
+        If differences are asked for, groups are unknown, the table is that of a stream, or a utility is not given.
     """
     if max_drift is None or deployment is not None:
         return

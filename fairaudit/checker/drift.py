@@ -104,6 +104,7 @@ class Found:
 
     greatest: Rational
     pair: tuple[Side, Side] | None
+    bounded: bool = False  # whether some means are not followed
 
 
 def fault_of_drift(
@@ -185,7 +186,9 @@ def _fault_of_radius(claim: Claim, about: About, evidence: Drifted, found: Found
     if within and not _at_most_limit(found.greatest, limit, about.unit):
         return f"a move can make the ratio {shown(found.greatest)}, or that is not ruled out"
     if within and (never or not exact):
-        return ""
+        ratio = found.greatest if found.pair is None else quotient(found.pair[0].end, found.pair[1].end)
+        told = found.bounded or (at_most(ratio, found.greatest) and at_most(found.greatest, ratio))
+        return "" if told else "another pair is further"
     if found.pair is None:
         return "the pair is not one that is compared"
     one, other = found.pair
@@ -261,7 +264,7 @@ def _overall(watch: Watch, table: Table) -> Found:
         if a not in exact or a not in groups:
             return Found(greatest, None)
         sides.append(Side(exact[a][up], exact[a][2 + up], watch.reached[a if up else -1 - a]))
-    return Found(greatest, (sides[0], sides[1]))
+    return Found(greatest, (sides[0], sides[1]), len(exact) < len(groups))
 
 
 def _boxed(boxed: Boxed, table: Table, local: bool, place: Attained | None, eta: Fraction, upper: bool) -> Found:
