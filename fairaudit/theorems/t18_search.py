@@ -132,6 +132,7 @@ def conjunctions(sizes: Sequence[int], depth: int) -> int:
     >>> conjunctions([5] * 10, 3), conjunctions([5] * 10, 4)
     (16175, 147425)
     """
+    depth = min(depth, len(sizes))
     ways = [1] + [0] * depth
     for size in sizes:
         for k in range(depth, 0, -1):

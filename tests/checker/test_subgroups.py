@@ -148,8 +148,23 @@ def altered(rng: Random, document: dict[str, Any], path: tuple[Any, ...]) -> dic
     return found
 
 
-HARMLESS = ("versions", "assumptions")
-"""What says nothing of the table, and what may stand in any order."""
+ODD: tuple[Any, ...] = (None, [], {}, "", -1, 10**17, 10**20, 1.5, "-1/2", "inf", True, [[]], {"a": "b"}, "00", [0, 0], "\ud800")
+
+
+def test_odd_values_are_refused_in_a_sentence() -> None:
+    """Whatever stands anywhere: no error but those of the format."""
+    rng = Random("odd")
+    for case in cases("odd", 400 if FULL else 25):
+        document = made(case, confidence=rng.choice([None, 0.8]), max_ratio=rng.choice([None, 2]))
+        paths = list(leaves(document))
+        for path in rng.sample(paths, min(len(paths), 25)):
+            changed = copy.deepcopy(document)
+            place = _at(changed, path[:-1])
+            if rng.random() < 0.15:
+                del place[path[-1]]
+            else:
+                place[path[-1]] = copy.deepcopy(rng.choice(ODD))
+            rejected(changed)
 
 
 def test_an_altered_document_is_rejected() -> None:

@@ -74,6 +74,10 @@ def test_conjunctions_are_counted_without_listing_them(sizes: tuple[int, ...]) -
         assert conjunctions(sizes, depth) == sum(prod(chosen) for k in range(1, depth + 1) for chosen in combinations(sizes, k))
 
 
+def test_a_depth_beyond_the_attributes_adds_nothing() -> None:
+    assert conjunctions((2, 3), 10**12) == conjunctions((2, 3), 2) == 11
+
+
 def test_a_planted_subgroup_comes_first() -> None:
     rng = np.random.default_rng(7)
     codes = [rng.integers(0, 4, 20_000) for _ in range(6)]
