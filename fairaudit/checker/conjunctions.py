@@ -111,19 +111,11 @@ def read_columns(value: object, where: str) -> tuple[str, Labels]:
     return decision, attributes
 
 
-def _canonical(value: object, where: str) -> bytes:
-    """Write a value as a line; one with numbers that the format has no place for is none."""
-    try:
-        return canonical_text(value)
-    except (TypeError, RecursionError):
-        raise malformed(where, "holds a number that is no short integer, or is nested too deeply") from None
-
-
 def embedded_lines(value: Sequence[object]) -> Iterator[tuple[str, object, bytes]]:
     """Give the header and the rows in the certificate as lines."""
     for i, item in enumerate(value):
         where = "subject.table.header" if i == 0 else f"subject.table.rows[{i - 1}]"
-        yield where, item, _canonical(item, where)
+        yield where, item, canonical_text(item)
 
 
 def lines_of_subgroups(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]:
@@ -135,7 +127,7 @@ def lines_of_subgroups(lines: Iterable[bytes]) -> Iterator[tuple[str, object, by
             yield where, [[*map(int, part.split(b","))] for part in plain.groups()], line
             continue
         value = decoded(line, where)
-        if line != _canonical(value, where):
+        if line != canonical_text(value):
             raise malformed(where, "is not the canonical text of its value, ended by one line feed")
         yield where, value, line
 

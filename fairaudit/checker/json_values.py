@@ -68,7 +68,10 @@ _ENCODER = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", 
 
 def canonical_text(value: object) -> bytes:
     """Write a value as a line of the canonical text of a table: sorted keys, ASCII, no blanks."""
-    return _ENCODER.encode(value).encode("ascii") + b"\n"
+    try:
+        return _ENCODER.encode(value).encode("ascii") + b"\n"
+    except (TypeError, RecursionError):
+        raise malformed("the table", "holds a number that the format has no place for, or is nested too deeply") from None
 
 
 def described_type(value: object) -> str:

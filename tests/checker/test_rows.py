@@ -1,5 +1,6 @@
 """Tables line by line: spoiled ones, those of another certificate, and what is needed of them."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -66,3 +67,11 @@ def test_probabilities(change: dict[str, Any]) -> None:
     certificate["subject"]["table"]["rows"][0].update(change)
     with pytest.raises(checker.FormatError):
         checker.check(raw(certificate))
+
+
+@pytest.mark.parametrize("number", [b"0.5", b"1e3", b"-0", b"123456789012345678901"])
+def test_odd_numbers_in_a_line_of_the_file_are_refused_in_a_sentence(good: dict[str, Any], number: bytes) -> None:
+    outside, lines = detached(good)
+    spoiled = [re.sub(rb'"group":[0-9]+', b'"group":' + number, line) for line in lines]
+    with pytest.raises(checker.FormatError, match="no place for"):
+        checker.check(raw(outside), iter(spoiled))
