@@ -180,6 +180,76 @@ rewrite le_eqVlt; apply/orP; left; apply/eqP; apply: eq_bigr => u _.
 by rewrite !opprK ![- _ + _]addrC.
 Qed.
 
+(* With one threshold the bound is attained: f P above it, P/f below it, and at it what is left. *)
+Theorem T16_factor_attained f P g : law P -> 1 <= f ->
+  exists theta D, [/\ law D, pure_dp f D P, pure_dp f P D & expect D g = factor_up f theta P g].
+Proof.
+move=> lP f1; have [P0 P1] := lP; have f0 : 0 < f := lt_le_trans ltr01 f1; have fn : f != 0 by rewrite gt_eqF.
+have fi0 : 0 <= f^-1 by rewrite invr_ge0 ltW.
+have fi1 : f^-1 <= f by apply: (le_trans _ f1); rewrite invf_le1.
+pose over t : R := \sum_(u | t < g u) P u; pose under t : R := \sum_(u | g u < t) P u; pose at_ t : R := \sum_(u | g u == t) P u.
+have parts t (F : U -> R) : \sum_u F u = \sum_(u | t < g u) F u + \sum_(u | g u < t) F u + \sum_(u | g u == t) F u.
+  rewrite (bigID (fun u => t < g u)) /= -addrA; congr (_ + _); rewrite (bigID (fun u => g u < t)) /=.
+  by congr (_ + _); apply: eq_bigl => u; case: ltrgtP.
+have o0 t : 0 <= over t by apply: sumr_ge0.
+have u0 t : 0 <= under t by apply: sumr_ge0.
+have a0 t : 0 <= at_ t by apply: sumr_ge0.
+have one t : over t + under t + at_ t = 1 by rewrite -P1 (parts t).
+have [z _] : exists z : U, true.
+  case: (pickP (fun _ : U => true)) => [z _|no]; first by exists z.
+  by move: P1; rewrite big_pred0 // => /esym/eqP; rewrite oner_eq0.
+have [zmax _ gmax] := @arg_maxP _ _ _ z xpredT g isT.
+pose fits u := f * over (g u) + f^-1 * (under (g u) + at_ (g u)) <= 1.
+have fmax : fits zmax.
+  have e : over (g zmax) = 0 by rewrite /over big_pred0 // => u; apply/negbTE; rewrite -leNgt; apply: gmax.
+  by rewrite /fits e mulr0 add0r -[_ + at_ _]add0r -{1}e addrA one mulr1 invf_le1.
+have [w wfits wmin] := @arg_minP _ _ _ zmax fits g fmax; set t := g w in wmin.
+have low : 1 <= f * (over t + at_ t) + f^-1 * under t.
+  case: (pickP (fun u => g u < t)) => [u1 u1t|none]; last first.
+    have e : under t = 0 by rewrite /under big_pred0.
+    by rewrite e mulr0 addr0; have := one t; rewrite e addr0 => ->; rewrite mulr1.
+  have [u2 u2t u2max] := @arg_maxP _ _ _ u1 (fun u => g u < t) g u1t.
+  have no : ~~ fits u2 by apply: contraL u2t => /wmin; rewrite leNgt.
+  have e1 : over (g u2) = over t + at_ t.
+    rewrite /over /at_ (bigID (fun u => t < g u)) /=; congr (_ + _); apply: eq_bigl => u.
+      by apply/andP/idP => [[]//|h]; split=> //; apply: lt_trans h.
+    case: (ltrgtP (g u) t) => h; rewrite ?andbF ?andbT //; last by rewrite h; exact: u2t.
+    by apply/negbTE; rewrite -leNgt; apply: u2max.
+  have e2 : under (g u2) + at_ (g u2) = under t.
+    by apply: (addrI (over t + at_ t)); rewrite -{1}e1 addrA one addrAC one.
+  by move: no; rewrite /fits e1 e2 -ltNge => /ltW.
+pose c := if at_ t == 0 then 1 else (1 - f * over t - f^-1 * under t) / at_ t.
+have ce : c * at_ t = 1 - f * over t - f^-1 * under t.
+  rewrite /c; case: eqP => [e|/eqP e]; last by rewrite divfK.
+  rewrite e mulr0; apply/esym/eqP; rewrite -addrA -opprD subr_eq0 eq_le; move: low wfits.
+  by rewrite /fits -/t e !addr0 => -> ->.
+have cb : f^-1 <= c <= f.
+  have [e|e] := eqVneq (at_ t) 0; first by rewrite /c e eqxx f1 invf_le1 ?f1.
+  have pos : 0 < at_ t by rewrite lt_def e a0.
+  rewrite -(ler_pmul2r pos) -[c <= f](ler_pmul2r pos) ce; apply/andP; split.
+    by move: wfits; rewrite /fits -/t mulrDr -subr_ge0 => h; rewrite -subr_ge0 (le_trans h) // le_eqVlt; apply/orP; left; apply/eqP; ring.
+  by move: low; rewrite mulrDr -subr_ge0 => h; rewrite -subr_ge0 (le_trans h) // le_eqVlt; apply/orP; left; apply/eqP; ring.
+have [c1 c2] := andP cb; pose k u := if t < g u then f else if g u < t then f^-1 else c.
+have k1 u : f^-1 <= k u by rewrite /k; case: ifP => // _; case: ifP.
+have k2 u : k u <= f by rewrite /k; case: ifP => // _; case: ifP.
+have kP : \sum_u k u * P u = 1.
+  have -> : 1 = f * over t + f^-1 * under t + c * at_ t :> R by rewrite ce; ring.
+  rewrite (parts t) /over /under /at_ !mulr_sumr; congr (_ + _ + _); apply: eq_bigr => u; rewrite /k; first by move=> ->.
+    by move=> h; rewrite h ltNge (ltW h).
+  by move/eqP->; rewrite ltxx.
+exists t, (fun u => k u * P u); split.
+- by split=> // u; rewrite mulr_ge0 // (le_trans fi0).
+- by move=> u; apply: ler_wpmul2r.
+- by move=> u; rewrite mulrA ler_pemull // -(mulfV fn) ler_pmul2l.
+rewrite /factor_up; apply/eqP; rewrite addrC -subr_eq; apply/eqP.
+transitivity (\sum_u k u * P u * (g u - t)).
+  by under [RHS]eq_bigr do rewrite mulrBr; rewrite [RHS]sumrB -[X in _ = _ - X]mulr_suml kP mul1r addrC.
+apply: eq_bigr => u _; rewrite /k; case: (ltrgtP t (g u)) => h.
+- by rewrite (max_idPr _) ?subr_ge0 ?(ltW h) // (max_idPl _) ?subr_le0 ?(ltW h) // mul0r subr0; ring.
+- by rewrite (max_idPl _) ?subr_le0 ?(ltW h) // (max_idPr _) ?subr_ge0 ?(ltW h) // mulr0; ring.
+by rewrite -h subrr maxxx !mulr0 mul0r subr0 mulr0.
+Qed.
+
 (* The worst ratio is at most f^2 times the measured one. *)
 Theorem T16_factor_square f r P Q D D' g h : 0 <= r -> 1 <= f -> pure_dp f D P -> pure_dp f Q D' ->
   (forall u, 0 <= g u) -> (forall u, 0 <= h u) -> expect P g <= r * expect Q h -> expect D g <= f ^+ 2 * r * expect D' h.
@@ -214,3 +284,44 @@ exact: (expect_le (lW' a)).
 Qed.
 
 End Global.
+
+(* ---- The example of the page: success 1/2 and 2/5, a limit of 2, which holds up to a drift of 1/10 and is reached there ---- *)
+
+Section Example.
+Variable R : realFieldType.
+Let success (p : R) (u : bool) : R := if u then p else 1 - p.
+Let one (u : bool) : R := u%:R.
+
+Let law_success p : 0 <= p <= 1 -> law (success p).
+Proof. by case/andP=> p0 p1; split=> [[]|]; rewrite ?big_bool /success /= ?subr_ge0 // addrC subrK. Qed.
+
+Theorem T16_example : let half : R := 2%:R^-1 in let p : R := 2%:R / 5%:R in let eta : R := 10%:R^-1 in
+  [/\ law (success half), law (success p), up_end eta 1 0 (success half) one = 2%:R * down_end eta 0 1 (success p) one &
+      law (success (half + eta)) /\ tv (success (half + eta)) (success half) <= eta].
+Proof.
+move=> half p eta; have n k : k.+1%:R != 0 :> R by rewrite pnatr_eq0.
+have pos k : 0 < k.+1%:R :> R by rewrite ltr0n.
+have e1 : 10%:R * eta = 1 by rewrite /eta mulfV.
+have h10 : half = 5%:R * eta.
+  by apply: (mulIf (n 1%N)); rewrite [LHS]mulVf // mulrAC -natrM e1.
+have p10 : p = 4%:R * eta.
+  by rewrite -[RHS](mulfK (n 4%N)) [4%:R * eta * _]mulrAC -natrM (_ : (4 * 5 = 2 * 10)%N) // natrM -(mulrA 2%:R) e1 mulr1.
+have e0 : 0 < eta by rewrite invr_gt0.
+have le k : (k <= 10)%N -> 0 <= k%:R * eta <= 1.
+  move=> k10; apply/andP; split; first by apply: mulr_ge0; rewrite ?ler0n ?ltW.
+  by rewrite -[leRHS]e1 ler_pmul2r ?ler_nat.
+split.
+- by rewrite h10; apply/law_success/le.
+- by rewrite p10; apply/law_success/le.
+- have z : Num.max 0 (0 - 1 : R) = 0 by apply/max_idPl; rewrite sub0r oppr_le0 ler01.
+  by rewrite /up_end /down_end /expect !big_bool /success /one /= z !subrr !maxxx h10 p10; ring.
+have -> : half + eta = 6%:R * eta by rewrite h10; ring.
+split; first by apply/law_success/le.
+rewrite /tv /hockey_stick big_bool /success /= !mul1r h10.
+have -> : 6%:R * eta - 5%:R * eta = eta by ring.
+have -> : 1 - 6%:R * eta - (1 - 5%:R * eta) = - eta by ring.
+have m : Num.max 0 (- eta) = 0 by apply/max_idPl; rewrite oppr_le0 ltW.
+by rewrite m addr0 (max_idPr (ltW e0)).
+Qed.
+
+End Example.
