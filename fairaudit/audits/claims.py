@@ -10,6 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.audits.drift import TableRadius, evidence_of, radius_evidence
+from fairaudit.audits.unknown import Levels
 from fairaudit.certificates.numbers import number
 from fairaudit.exact.extended import extended_text
 from fairaudit.inference.differences import DifferenceInterval
@@ -204,6 +205,9 @@ def claims_about_unknown(found: Whoever, result: Result) -> Iterator[Claim]:
     proof: dict[str, Any] | None = None
     if isinstance(found.proof, int):
         proof = {} if found.proof < 0 else {"context": list(law.contexts[found.proof])}
+    elif isinstance(found.proof, Levels):
+        where = {} if found.proof.context is None else {"context": list(law.contexts[found.proof.context])}
+        proof = {**where, "levels": [number(found.proof.low), number(found.proof.high)]}
     elif found.proof is not None:
         proof = place(found.proof)
     reached = None

@@ -23,11 +23,11 @@ from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label, LabelLike, names
-from fairaudit.theorems.t15 import Block, greatest, least_apart, rows_until_above, rows_until_below
+from fairaudit.theorems.t15 import Block, greatest, least_apart, levels, rows_until_above, rows_until_below
 from fairaudit.theorems.t15_assignments import Assignment, least_of_all, levelled
 from fairaudit.words import WHOEVER, brief
 
-__all__ = ["Reached", "Share", "Tips", "Whoever", "ask_shares", "judged_whoever", "refuse_beside_unknown_groups", "whoever"]
+__all__ = ["Levels", "Reached", "Share", "Tips", "Whoever", "ask_shares", "judged_whoever", "refuse_beside_unknown_groups", "whoever"]
 
 MOST_STEPS = 20_000
 """How many assignments of a context are gone through for its least ratio."""
@@ -54,6 +54,15 @@ class Place:
     context: int | None
     higher: int
     lower: int
+
+
+@dataclass(frozen=True)
+class Levels:
+    """In a context, or over all of them, no assignment has a greater least mean than `low` and a smaller greatest mean than `high`."""
+
+    context: int | None
+    low: Fraction
+    high: Fraction
 
 
 @dataclass(frozen=True)
@@ -85,9 +94,9 @@ class Whoever:
         How many unknown decisions the two groups receive there: the first those that are worth most, the second those that are worth least.
     least : Fraction or float
         No assignment has a smaller ratio than this.
-    proof : Place, int or None
-        What shows that: two groups that are so far apart in all assignments, or a context all of whose assignments were gone through
-        (−1 for all contexts together); None where it is 1.
+    proof : Place, Levels, int or None
+        What shows that: two groups that are so far apart in all assignments, how far all groups can be levelled, or a context all of whose
+        assignments were gone through (−1 for all contexts together); None where it is 1.
     reached : Reached or None
         The assignment with the smallest ratio that was found.
 
@@ -107,7 +116,7 @@ class Whoever:
     place: Place
     received: tuple[int, int]
     least: Extended
-    proof: Place | int | None
+    proof: Place | Levels | int | None
     reached: Reached | None
 
 
@@ -310,11 +319,11 @@ def _least(
     tops: Mapping[int | None, Extended],
     elsewhere: tuple[Extended, Place] | None,
     scale: int,
-) -> tuple[Extended, Place | int | None, Reached | None]:
+) -> tuple[Extended, Place | Levels | int | None, Reached | None]:
     """A lower end, what proves it, and the assignment with the smallest ratio that was found."""
     floor_ = Fraction(1) if elsewhere is None else elsewhere[0]
     least: Extended = floor_
-    proof: Place | int | None = None if elsewhere is None or floor_ == 1 else elsewhere[1]
+    proof: Place | Levels | int | None = None if elsewhere is None or floor_ == 1 else elsewhere[1]
     found: dict[int | None, tuple[Extended, Assignment]] = {}
     lacking = False
     bound = floor_
@@ -325,6 +334,10 @@ def _least(
         apart = least_apart(block)
         if apart is not None and apart.ratio > least:
             least, proof = apart.ratio, Place(x, groups[apart.higher], groups[apart.lower])
+        if len(groups) > 2:
+            low, high = levels(block)
+            if (ends := quotient(high, low)) > least:
+                least, proof = ends, Levels(x, low / scale, high / scale)
         level = levelled(block)
         if level is None:
             lacking = True

@@ -41,6 +41,7 @@ class Evidence:
     """What a claim of one of the two ends shows."""
 
     place: Place | None  # where the greatest ratio is attained, or what proves the least one
+    levels: tuple[Rational, Rational] | None = None  # the least mean cannot be above the first, nor the greatest below the second
     received: tuple[int, int] = (0, 0)
     reached: Rational | None = None  # a ratio that some assignment does not exceed
     assigned: tuple[Assigned, ...] = ()
@@ -88,25 +89,30 @@ def read_evidence(value: object, where: str, key: tuple[str, str, str, str]) -> 
     """Read the evidence of a claim of an end."""
     local = ("context",) if key[0] == "local_ratio" else ()
     if key[1] == "<=":
-        place = read_object(
-            read_object(value, where, ("completion",))["completion"], f"{where}.completion", (*local, "higher", "lower", "received")
-        )
+        shown = read_object(value, where, ("completion",))["completion"]
+        place = read_object(shown, f"{where}.completion", (*local, "higher", "lower", "received"))
         one, other = read_list(place["received"], f"{where}.completion.received", 2)
         received = _read_rows(one, f"{where}.completion.received[0]"), _read_rows(other, f"{where}.completion.received[1]")
-        return Evidence(_read_place(place, f"{where}.completion"), received)
+        return Evidence(_read_place(place, f"{where}.completion"), received=received)
     members = read_object(value, where, ("proof", "reached"))
     proof: Place | None = None
+    levels: tuple[Rational, Rational] | None = None
     if members["proof"] is not None:
-        named = isinstance(members["proof"], dict) and "higher" in members["proof"]
-        proof = _read_place(
-            read_object(members["proof"], f"{where}.proof", (*local, *(("higher", "lower") if named else ()))), f"{where}.proof"
-        )
+        named = members["proof"] if isinstance(members["proof"], dict) else {}
+        own = ("higher", "lower") if "higher" in named else ("levels",) if "levels" in named else ()
+        stated = read_object(members["proof"], f"{where}.proof", (*local, *own))
+        proof = _read_place(stated, f"{where}.proof")
+        if "levels" in stated:
+            low, high = (
+                read_rational(item, f"{where}.proof.levels", True) for item in read_list(stated["levels"], f"{where}.proof.levels", 2)
+            )
+            levels = low, high
     if members["reached"] is None:
-        return Evidence(proof)
+        return Evidence(proof, levels)
     reached = read_object(members["reached"], f"{where}.reached", ("ratio", "assigned"))
     listed = read_list(reached["assigned"], f"{where}.reached.assigned")
     assigned = tuple(_read_assigned(item, f"{where}.reached.assigned[{i}]", local) for i, item in enumerate(listed))
-    return Evidence(proof, reached=read_extended(reached["ratio"], f"{where}.reached.ratio"), assigned=assigned)
+    return Evidence(proof, levels, reached=read_extended(reached["ratio"], f"{where}.reached.ratio"), assigned=assigned)
 
 
 def _read_assigned(value: object, where: str, local: tuple[str, ...]) -> Assigned:

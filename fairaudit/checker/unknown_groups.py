@@ -195,6 +195,23 @@ class _Key:
         return self.value[0] * other.value[1] < other.value[0] * self.value[1]
 
 
+def _holds_apart(block: Block, low: Rational, high: Rational) -> bool:
+    """Decide whether no assignment has all means above the first level, and none all below the second.
+
+    If all means are at least m, the groups below m received of the rows above m what they lacked, each row being given once: the sum of
+    max(0, m n - S) over groups is at most that of max(0, v - m) over rows.  The one less the other does not fall in m.  If it is not
+    negative at a level and rises there, no greater m is possible.  Likewise from above.
+    """
+    spend(4 * (len(block.groups) + len(block.values)), max(low).bit_length() + max(high).bit_length(), max(block.sums).bit_length())
+    cells = list(zip(block.sums, block.sizes, strict=True))
+    (n, d), (p, q) = (low[0] * block.below, low[1]), (high[0] * block.below, high[1])
+    lacking = sum(max(0, n * size - d * total) for total, size in cells) - sum(max(0, d * v - n) * rows for v, rows in block.values)
+    rises = any(d * total <= n * size for total, size in cells) or any(d * v > n for v, _ in block.values)
+    beyond = sum(max(0, q * total - p * size) for total, size in cells) - sum(max(0, p - q * v) * rows for v, rows in block.values)
+    falls = any(q * total >= p * size for total, size in cells) or any(q * v < p for v, _ in block.values)
+    return lacking >= 0 and rises and beyond >= 0 and falls
+
+
 def _all_reach(block: Block, ratio: Rational) -> bool:
     """Go through all assignments, those being the same that give each group as many rows and as much, and decide whether none is below."""
     groups = len(block.groups)
@@ -352,7 +369,11 @@ class UnknownGroups:
             pair = None if evidence.place.pair is None else self.pair(block, evidence.place.pair)
             if evidence.place.pair is not None and pair is None:
                 return "the pair is not compared"
-            if pair is None and not _all_reach(block, value):
+            if evidence.levels is not None:
+                (n, d), (p, q) = evidence.levels
+                if not _holds_apart(block, *evidence.levels) or not at_most(value, reduced(p * d, n * q) if n else INFINITY if p else ONE):
+                    return "the groups can be levelled further"
+            elif pair is None and not _all_reach(block, value):
                 return "there are assignments with a smaller ratio"
             if pair is not None and not pair_stays(block, pair[1], pair[0], (value[1], value[0])):
                 return "the pair has a smaller ratio in some assignment"

@@ -151,7 +151,7 @@ def _tips(target: Mapping[str, Any], columns: Mapping[str, Any]) -> str:
     tips = target["tips"]
     pair, rows = _place(tips["pair"], columns), int(tips["rows"])
     said = "meet the target" if tips["labelled"] == "within" else "exceed it"
-    changes = "can change that" if tips["labelled"] == "within" else "could"
+    changes = "can change that" if tips["labelled"] == "within" else "might change that"
     if rows == 0:
         return f"those with a group {said}, and a single unknown one assigned to {pair_text(pair, named)} {changes}"
     still = f"any {rows:,} of the unknown ones leave that as it is"

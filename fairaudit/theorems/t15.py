@@ -18,7 +18,7 @@ from math import inf
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import quotient
 
-__all__ = ["Block", "Pair", "greatest", "least_apart", "rows_until_above", "rows_until_below"]
+__all__ = ["Block", "Pair", "greatest", "least_apart", "levels", "rows_until_above", "rows_until_below"]
 
 
 @dataclass(frozen=True)
@@ -197,6 +197,35 @@ def least_apart(block: Block) -> Pair | None:
             if found is None or ratio > found.ratio:
                 found = Pair(ratio, a, b, (pair.received[1], pair.received[0]))
     return found
+
+
+def levels(block: Block) -> tuple[Fraction, Fraction]:
+    """How high at most the least mean can be, and how low at least the greatest, by what all groups together lack of it.
+
+    If all means are at least μ, the groups below it received from rows above it what they lacked: Σ max(0, μn − S) ≤ Σ max(0, v − μ), each
+    row being given once. Likewise if all are at most w.
+
+    Examples
+    --------
+    >>> levels(Block((2, 2, 2), (2, 1, 1), (1,), (1,), (0, 0, 0), (1, 1, 1), (0, 1)))
+    (Fraction(3, 5), Fraction(1, 1))
+    """
+    rows, groups = list(zip(block.values, block.numbers, strict=True)), list(zip(block.sums, block.counts, strict=True))
+    points = sorted({Fraction(0), *map(Fraction, block.values), *(Fraction(s, n) for s, n in groups)})
+
+    def lacking(level: Fraction) -> Fraction:
+        below = sum((max(Fraction(0), level * n - s) for s, n in groups), Fraction(0))
+        return below - sum((max(Fraction(0), v - level) * number for v, number in rows), Fraction(0))
+
+    def beyond(level: Fraction) -> Fraction:
+        above = sum((max(Fraction(0), s - level * n) for s, n in groups), Fraction(0))
+        return above - sum((max(Fraction(0), level - v) * number for v, number in rows), Fraction(0))
+
+    low = max(point for point in points if lacking(point) <= 0)
+    slope = sum(n for s, n in groups if s <= low * n) + sum(number for v, number in rows if v > low)
+    high = min(point for point in points if beyond(point) <= 0)
+    fall = sum(n for s, n in groups if s >= high * n) + sum(number for v, number in rows if v < high)
+    return low - lacking(low) / slope, high + beyond(high) / fall
 
 
 MANY, FEW = 24, 6  # of more groups only those at both ends are compared

@@ -76,7 +76,7 @@ def random_rows(pick: random.Random) -> Rows:
     groups, contexts = "fmn"[: pick.randint(2, 3)], "st"[: pick.randint(1, 2)]
     kinds = pick.choice([["yes", "no"], ["yes", "maybe", "no"]])
     rows = [(pick.choice(kinds), a, x) for a in groups for x in contexts for _ in range(pick.choice([0, 1, 2, 4, 7]))]
-    rows += [(pick.choice(kinds), a, "s") for a in groups]
+    rows += [("yes", "f", "s"), *((pick.choice(kinds), a, "s") for a in groups)]
     return rows + [(pick.choice(kinds), "?", pick.choice(contexts)) for _ in range(pick.randint(1, 6 if len(groups) == 2 else 4))]
 
 

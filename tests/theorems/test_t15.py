@@ -11,7 +11,7 @@ from math import inf
 import pytest
 from unknown_rows import Enumerated, enumerated, quotient, random_block
 
-from fairaudit.theorems.t15 import Block, Pair, greatest, greatest_of, least_apart, rows_until_above, rows_until_below
+from fairaudit.theorems.t15 import Block, Pair, greatest, greatest_of, least_apart, levels, rows_until_above, rows_until_below
 from fairaudit.theorems.t15_assignments import least_of_all, levelled, ratio_of
 
 TABLES = int(os.environ.get("FAIRAUDIT_UNKNOWN", "150"))
@@ -62,6 +62,16 @@ def test_the_least_ratio_is_that_of_all_assignments_and_the_pairs_bound_it(block
             assert pair.ratio == true.least  # sharp for two groups
         exact = least_of_all(block, 10**6)
         assert exact is not None and exact[0] == true.least and ratio_of(block, exact[1]) == true.least, block
+
+
+def test_no_assignment_is_more_level_than_all_groups_together_allow(blocks: list[tuple[Block, Enumerated]]) -> None:
+    better = 0
+    for block, true in blocks:
+        low, high = levels(block)
+        assert quotient(high, low) <= true.least, block
+        pair = least_apart(block)
+        better += len(block.counts) > 2 and quotient(high, low) > (F(1) if pair is None else pair.ratio)
+    assert better
 
 
 def test_levelling_finds_assignments_that_keep_the_limits(blocks: list[tuple[Block, Enumerated]]) -> None:
