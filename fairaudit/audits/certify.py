@@ -194,7 +194,7 @@ def certify(
             table = replace(table, law=law)
         subject = deployment or law
     _check_selection(select, subject, arrivals, level)
-    refuse_beside_unknown_groups(law, difference=difference)
+    refuse_beside_unknown_groups(law, difference=difference, drift=max_drift is not None)
     shares = ask_shares(unknown_share or {}, law)
     of_table, limits = (limits, []) if law.unknown is not None else ([], limits)
     local, overall = (None, None) if table.signed else _both(law, table)

@@ -166,14 +166,16 @@ def ask_shares(given: Mapping[LabelLike | Label, Sequence[Number]], law: Law) ->
     return shares
 
 
-def refuse_beside_unknown_groups(law: Law, *, difference: bool) -> None:
-    """Refuse differences of expectations where groups are unknown.
+def refuse_beside_unknown_groups(law: Law, *, difference: bool, drift: bool) -> None:
+    """Refuse differences of expectations, and a second objection, where groups are unknown.
 
     Raises
     ------
     InputError
-        If both are asked for.
+        If one is asked for.
     """
+    if drift and law.unknown is not None:
+        raise InputError("unknown groups do not go with max_drift (--max-drift): one objection at a time; leave one of them out")
     if difference and law.unknown is not None:
         raise InputError("unknown groups go with ratios: differences (difference, max_difference) are not stated of them; leave these out")
 

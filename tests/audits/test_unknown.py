@@ -184,6 +184,7 @@ def test_a_utility_column_must_not_depend_on_the_group_where_rows_are_unknown() 
         ({"truth": "n", "count": None}, "does not go with truth"),
         ({"probability": "n", "count": None}, "probabilities do not say how many"),
         ({"difference": True}, "go with ratios"),
+        ({"max_drift": "0.1", "max_local_ratio": 2}, "one objection at a time"),
         ({"unknown_share": {"x": (0, 1)}}, "which is no group"),
         ({"unknown_share": {"f": (0.6, 0.4)}}, "must rise"),
         ({"unknown_share": {"f": (0.6, 1), "m": (0.5, 1)}}, "more than 1"),
