@@ -8,6 +8,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any, Literal
 
+from fairaudit.certificates.moved_laws import radius_notes
 from fairaudit.certificates.reader import Subject, number, subject
 from fairaudit.errors import InputError, shown
 from fairaudit.inference.verdicts import SEVERITY
@@ -170,7 +171,7 @@ def compare_documents(old: Mapping[str, Any], new: Mapping[str, Any]) -> Certifi
             tuple(_intervals(old, new)),
             tuple(_bounds(old, new)),
             tuple(_cells(*subjects)),
-            tuple(_notes(old, new, *subjects)),
+            (*radius_notes(old, *subjects), *_notes(old, new, *subjects)),
             words_for(burden="burden" in new["subject"]["utility"]).amount,
         )
         return _without_false_progress(found, tuple(_gone(old["subject"], new["subject"], *subjects)), *subjects)

@@ -101,13 +101,9 @@ def alter(forged: dict[str, Any], claim: dict[str, Any], name: str, pick: random
             return False
         claim["evidence"]["limit"] = str(F(claim["evidence"]["limit"]) + F(1, 1000))
     elif name == "pair":
-        needed = not radius or claim["relation"] == "=" or claim["evidence"]["verdict"] == "exceeds"
-        if not needed or claim["evidence"]["pair"] is None:
+        if claim["evidence"]["pair"] is None:
             return False
-        own = claim["evidence"]["pair"]
-        own["higher"], own["lower"] = own["lower"], own["higher"]
-        if radius and claim["value"] in ("0", "1"):  # two groups that are alike
-            return False
+        claim["evidence"]["pair"][pick.choice(["higher", "lower"])] = ["nobody"]
     elif name == "quantity":
         if not radius or "log" in claim["quantity"]:
             return False
