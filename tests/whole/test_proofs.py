@@ -92,6 +92,7 @@ def test_every_id_has_an_entry() -> None:
         checker.claims.PAIRED_BETTING,
         *checker.claims.METHODS,
         checker.claims.BETTING,
+        checker.drift.T16,
     }
     assert set(index["cited"]) == accepted
     assert set(schema()["$defs"]["claim"]["properties"]["by"]["enum"]) == accepted
