@@ -73,7 +73,7 @@ def read_drifted(value: object, where: str, about: About, width: int) -> Drifted
 def watches_of(claims: Iterable[Claim], drift: Rational | None) -> list[Watch]:
     """What has to be followed in the table, claim by claim."""
     found: list[Watch] = []
-    for claim in claims:
+    for claim in {claim.key: claim for claim in reversed([*claims])}.values():  # one that occurs twice is false
         about, evidence = about_drift(claim.key), claim.evidence
         if about is None or about.scope != LAW or not isinstance(evidence, Drifted):
             continue
@@ -245,7 +245,7 @@ def _overall(watch: Watch, table: Table) -> Found:
     bottoms: list[Rational] = []
     for a in groups:
         if a in exact:
-            low, high, *_ = exact[a]
+            low, high = exact[a][:2]
             tops.append(high if watch.worst else low)
             bottoms.append(low if watch.worst else high)
         else:

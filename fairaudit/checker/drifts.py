@@ -13,8 +13,8 @@ from .header import Cell, Header
 from .json_values import Labels
 from .laws import gains_of
 from .policy_evidence import Attained
-from .rationals import INFINITY, ONE, ZERO, Rational, RunningTotal, at_most, extreme_positions, over_common_denominator, reduced
-from .work import keep, spend
+from .rationals import INFINITY, ONE, ZERO, Rational, RunningTotal, at_most, extreme_positions, reduced
+from .work import spend
 
 Ends = tuple[Rational, Rational]  # the least and the greatest expectation
 
@@ -111,24 +111,30 @@ class Watch:
     header: Header | None = None
     value: Rational = ONE  # of the local ratio, so far
     named: dict[Labels, Cellwise] = field(default_factory=dict)  # the two cells of the pair
-    sums: dict[int, RunningTotal] = field(default_factory=dict)  # by group: low and high end, and the ends of the range
+    sums: dict[int, RunningTotal] = field(default_factory=dict)  # by group: low and high end
     reached: dict[int, Rational] = field(default_factory=dict)
     known: dict[object, tuple[list[int], list[int], int]] = field(default_factory=dict)
     open_utility: bool = False  # whether a utility is not given
     context: int | None = None
     groups: frozenset[int] = frozenset()
+    pair: frozenset[int] = frozenset()
+    ranges: dict[int, RunningTotal] = field(default_factory=dict)  # of the groups of the pair, the ends of what their cells can be worth
 
     def begin(self, header: Header) -> None:
         """Find the places of the labels."""
         self.header = header
+        self.open_utility = header.utility is not None and None in header.utility
         at = {label: a for a, label in enumerate(header.groups)}
         self.groups = frozenset(at[label] for label in self.followed if label in at)
+        named = () if self.place is None else (self.place.higher, self.place.lower)
+        self.pair = frozenset(at[label] for label in named if label in at)
         if self.place is not None and self.place.context is not None and self.place.context in header.contexts:
             self.context = header.contexts.index(self.place.context)
 
     def take(self, cells: Sequence[Cell]) -> None:
         """Take in the cells of a context."""
-        if any(None in cell.utility for cell in {cell.utility: cell for cell in cells}.values()):
+        spend(4 * len(cells))
+        if (self.header is None or self.header.utility is None) and any(None in cell.utility for cell in cells):
             self.open_utility = True
             return
         if not self.local:
@@ -185,21 +191,29 @@ class Watch:
         for cell in cells:
             if cell.group in self.groups and cell.mass[0]:
                 own = Cellwise(cell, self.known)
-                numbers, below = over_common_denominator([*own.ends(self.move), *own.range(self.move.by_factor)])
-                n, d = reduced(cell.mass[0], cell.mass[1] * below)
-                keep(4, d.bit_length())
-                self.sums.setdefault(cell.group, RunningTotal()).add([n * number for number in numbers], d)
-                for up, other in ((False, -1 - cell.group), (True, cell.group)):
-                    self.reached[other] = _greater(self.reached.get(other, ZERO), own.reached(up))
+                (low, below), (high, _) = own.ends(self.move)
+                n, d = _over(cell.mass, below, own.total)
+                self.sums.setdefault(cell.group, RunningTotal()).add([n * low, n * high], d)
+                if cell.group in self.pair:
+                    (least, unit), (most, _) = own.range(self.move.by_factor)
+                    self.ranges.setdefault(cell.group, RunningTotal()).add([cell.mass[0] * least, cell.mass[0] * most], cell.mass[1] * unit)
+                    for up, other in ((False, -1 - cell.group), (True, cell.group)):
+                        self.reached[other] = _greater(self.reached.get(other, ZERO), own.reached(up))
 
     def means(self, masses: dict[int, Rational]) -> dict[int, list[Rational]]:
-        """Of the groups that are followed: low and high end, and the ends of the range."""
+        """Of the groups that are followed: low and high end; of those of the pair the ends of the range, too."""
         found = {}
-        for a, total in self.sums.items():
-            numbers, below = total.value()
+        for a in self.sums:
             n, d = masses[a]
-            found[a] = [reduced(number * d, below * n) for number in numbers]
+            summed = [self.sums[a].value(), *([self.ranges[a].value()] if a in self.ranges else [])]
+            found[a] = [reduced(number * d, below * n) for numbers, below in summed for number in numbers]
         return found
+
+
+def _over(mass: Rational, below: int, total: int) -> Rational:
+    """Divide a mass by a denominator; often the sum of the weights is a factor of both."""
+    n, d = mass
+    return (n // total, d * (below // total)) if n % total == below % total == 0 else reduced(n, d * below)
 
 
 def _greater(one: Rational, other: Rational) -> Rational:
