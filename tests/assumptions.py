@@ -51,6 +51,8 @@ def needed(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
         ratio = "_".join((claim["quantity"].partition("_")[0], "ratio"))
         sampled = claim["scope"].startswith("population")
         return found + (_of_interval({**claim, "quantity": ratio}, document) if sampled else [])
+    if claim["by"] == "T14":
+        return _of_hidden_context(claim, document)
     if claim["scope"].startswith(("population at confidence ", "population, one-sided at confidence ")):
         return [said[name] for name in names] + _of_interval(claim, document)
     if claim["by"] == "T15":
@@ -101,6 +103,18 @@ def _over_policies(claim: dict[str, Any], subject: dict[str, Any]) -> Iterator[s
         yield filled("drift", drift=declared["max_drift"])
     if "releases" in subject["table"]["header"]["filters"]:
         yield filled("releases", releases=str(subject["table"]["header"]["filters"]["releases"]))
+
+
+def _of_hidden_context(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
+    """What was declared of an unrecorded factor, and for a population what its interval rests on."""
+    factor, local = claim["evidence"].get("hidden_context"), claim["quantity"].startswith("local")
+    found = []
+    if factor is not None:
+        where = "of a context" if local else "over all contexts"
+        found.append(sentences()[f"hidden-{factor['direction']}"].format(k=factor["k"], m=factor["m"], where=where))
+    if claim["scope"].startswith("population"):
+        found += _of_interval({"quantity": "local_ratio" if local else "global_ratio"}, document)
+    return found
 
 
 def _of_interval(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:

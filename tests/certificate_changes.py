@@ -9,7 +9,7 @@ import unicodedata
 from collections.abc import Iterator
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from itertools import combinations, permutations
+from itertools import combinations, pairwise, permutations
 from math import gcd
 from typing import Any
 
@@ -84,7 +84,8 @@ def still_true(original: Any, mutant: bytes) -> bool:
     """Whether a changed certificate is a certificate of the same table in which every statement is true.
 
     The only such changes are: other text with the same JSON value; other versions, which are not checked; claims left out or
-    in another order; assumptions in another order; and targets that ask for something else and are judged rightly.
+    in another order; assumptions in another order; pairs, or targets, left out of what would explain a ratio away; and targets that ask for
+    something else and are judged rightly.
     """
     try:
         changed = strictly(mutant)
@@ -104,6 +105,7 @@ def still_true(original: Any, mutant: bytes) -> bool:
     for claim in claims:
         if not isinstance(claim, dict) or not isinstance(claim.get("assumptions"), list) or not texts(claim["assumptions"]):
             return False
+    claims = [_with_whole_frontier(claim, original["claims"]) for claim in claims]
     known = [json.dumps(claim | {"assumptions": sorted(claim["assumptions"])}, sort_keys=True) for claim in original["claims"]]
     stated = [json.dumps(claim | {"assumptions": sorted(claim["assumptions"])}, sort_keys=True) for claim in claims]
     if len(set(stated)) < len(stated) or not set(stated) <= set(known):
@@ -114,6 +116,35 @@ def still_true(original: Any, mutant: bytes) -> bool:
         return False
     verdicts = [target["verdict"] for target in targets] + ["none"]
     return bool(changed["verdict"] == next(v for v in ("exceeds", "inconclusive", "within", "none") if v in verdicts))
+
+
+def _on_the_same_curve(pairs: list[Any], whole: list[list[str]]) -> bool:
+    """Whether pairs (k,m) are some of those, k rising; the curve is the same with k and m exchanged."""
+    if not all(any(same(pair, own) for known in whole for own in (known, known[::-1])) for pair in pairs):
+        return False
+    common = [Fraction(k) for k, _ in pairs]
+    return all(one < other for one, other in pairwise(common))
+
+
+def _with_whole_frontier(claim: Any, claims: list[Any]) -> Any:
+    """The claim with what was left out of its frontier put back, if it is one of these with nothing else changed."""
+    shown = claim.get("evidence")
+    levels = shown["frontier"] if isinstance(shown, dict) and set(shown) == {"frontier"} else None
+    whole = next((c["evidence"]["frontier"] for c in claims if "frontier" in c["evidence"] and same(c | {"evidence": shown}, claim)), None)
+    if whole is None or not isinstance(levels, list) or not levels or not isinstance(levels[0], dict):
+        return claim
+    if levels[0].get("to") != "1":
+        return claim
+    stated = {level["to"]: level for level in whole}
+    for level in levels:
+        own = stated.pop(level.get("to"), None) if isinstance(level, dict) and isinstance(level.get("to"), str) else None
+        if own is None or not isinstance(level.get("pairs"), list) or not same(own | {"pairs": level["pairs"]}, level):
+            return claim
+        if not _on_the_same_curve(level["pairs"], own["pairs"]):
+            return claim
+    order = [level["to"] for level in whole]
+    places = [order.index(level["to"]) for level in levels]
+    return claim | {"evidence": {"frontier": whole}} if places == sorted(places) else claim
 
 
 Path_ = tuple[Any, ...]

@@ -59,6 +59,15 @@ def sample(pick: Pick) -> Certificate:
     return fa.certify(_counts(pick, pick.randint(1, 2), 2), utility, **_sampling(pick, utility), **_limits(pick)).certificate
 
 
+def hidden(pick: Pick) -> Certificate:
+    """Counts, judged with an unrecorded factor."""
+    factor = (pick.choice(["1", "6/5", "2"]), pick.choice(["1", "3/2", "4", "inf"]), pick.choice(["both", "higher", "lower"]))
+    utility = _utility(pick)
+    options = {"confidence": None} if pick.random() < 0.4 else _sampling(pick, utility)
+    limits = _limits(pick) or {"max_local_log": "0.2"}
+    return fa.certify(_counts(pick, pick.randint(1, 2), 2), utility, hidden_context=factor, **options, **limits).certificate
+
+
 def sample_of_cells(pick: Pick) -> Certificate:
     """Counts, with intervals, and a utility of its own in each cell."""
     law = _counts(pick, pick.randint(1, 2), 2)
@@ -228,6 +237,7 @@ def slots(pick: Pick) -> Certificate:
 
 KINDS: tuple[Callable[[Pick], Certificate], ...] = (
     counts,
+    hidden,
     sample,
     sample_of_cells,
     probabilities,

@@ -32,9 +32,11 @@ from fairaudit.theorems.registry import (
     RATIOS,
     SAMPLED,
     Kind,
+    is_sampled,
+    under,
     without_objection,
 )
-from fairaudit.words import DRIFTING, WHOEVER
+from fairaudit.words import DRIFTING, HIDDEN, WHOEVER
 
 ROOT = Path(__file__).resolve().parents[1]
 PROOFS = ROOT / "proofs"
@@ -53,10 +55,13 @@ SCOPES = {
     ANY_CONTEXT_FILTER: ("context filters", "CONTEXT_FILTERS"),
     EVERY_UTILITY: ("class", "CLASS"),
     f"{THIS_LAW}, {WHOEVER}": ("law, whoever the unknown are", "WHOEVER_IN_LAW"),
-    SAMPLED: ("population", ""),
+    SAMPLED: ("population", "POPULATION"),
     ONE_SIDED: ("one-sided", "ONE_SIDED"),
     f"{THIS_LAW}, {DRIFTING}": ("law, drifting", "LAW_DRIFTING"),
     f"{ONE_SIDED}, {DRIFTING}": ("one-sided, drifting", "ONE_SIDED_DRIFTING"),
+    under(THIS_LAW, HIDDEN): ("law, hidden context", "under(LAW, HIDDEN)"),
+    under(SAMPLED, HIDDEN): ("population, hidden context", "under(POPULATION, HIDDEN)"),
+    under(ONE_SIDED, HIDDEN): ("one-sided, hidden context", "under(ONE_SIDED, HIDDEN)"),
 }
 RULES = {
     "any": "certificate.md#claims",
@@ -83,6 +88,8 @@ SHAPES: dict[str, Any] = {
     "limit": {"$ref": "#/$defs/nonnegative"},
     "verdict": {"enum": ["within", "exceeds"]},
     "interval": {"enum": ["local", "global", *EXPECTED_DIFFERENCES, *DIFFERENCES]},
+    "frontier": {"$ref": "#/$defs/frontier"},
+    "hidden_context": {"$ref": "#/$defs/hidden_context"},
 }
 """What the evidence is, by its key; any other key holds a number."""
 
@@ -152,6 +159,12 @@ def scopes_table() -> str:
     return "\n".join(lines)
 
 
+def _with_confidence(scope: str) -> str:
+    """A scope as it is written: of a population with a confidence c."""
+    about, objection = without_objection(scope)
+    return under(f"{about}c" if is_sampled(about) else about, objection)
+
+
 # docs/proofs.md and proofs/index.toml
 
 
@@ -195,8 +208,8 @@ def _toml(text: str) -> str:
 def schema_text() -> str:
     """The definitions of a claim, of one about a class, and of one about a population, as the schema file spells them."""
     population = [{"$ref": "#/$defs/population_at_confidence"}, {"$ref": "#/$defs/population_one_sided"}]
-    scopes = [scope for scope in SCOPES if not scope.startswith((SAMPLED, ONE_SIDED))]
-    drifting = [{"pattern": _pattern(scope)} for scope in SCOPES if scope.startswith(ONE_SIDED) and scope != ONE_SIDED]
+    scopes = [scope for scope in SCOPES if not is_sampled(scope)]
+    objected = [_scope(scope) for scope in SCOPES if is_sampled(scope) and scope not in (SAMPLED, ONE_SIDED)]
     keys = unique(key for kind in KINDS for key in (kind.evidence, *kind.beside) if key)
     shapes = {key: SHAPES.get(key, {"$ref": "#/$defs/extended"}) for key in keys}
     shapes["theta"] = {"$ref": "#/$defs/vector"}
@@ -214,7 +227,7 @@ def schema_text() -> str:
             "value": {"$ref": "#/$defs/extended"},
             "scope": {
                 "description": "What may be changed without making the statement false.",
-                "anyOf": [{"enum": scopes}, *population, *drifting],
+                "anyOf": [{"enum": scopes}, *population, *objected],
             },
             "by": {
                 "description": (
@@ -235,7 +248,7 @@ def schema_text() -> str:
                 "properties": shapes,
             },
         },
-        "oneOf": [*_sampled(), *(entry for kind in KINDS if SAMPLED not in kind.scopes for entry in _stated(kind))],
+        "oneOf": [*_sampled(), *(entry for kind in KINDS if kind.evidence != "interval" for entry in _stated(kind))],
     }
     of_class = {
         "description": "A claim in a certificate that describes a class of utilities.",
@@ -243,7 +256,7 @@ def schema_text() -> str:
     }
     of_population = {
         "description": "A claim in a certificate about the population behind counts or the draws of a policy.",
-        "properties": {"by": {"enum": unique(kind.by for kind in KINDS if SAMPLED in kind.scopes)}, "scope": {"anyOf": population}},
+        "properties": {"by": {"enum": unique(kind.by for kind in KINDS if kind.evidence == "interval")}, "scope": {"anyOf": population}},
     }
     made = {"claim": claim, "claim_about_class": of_class, "claim_about_population": of_population}
     return "".join(f'    "{name}": {_json(entry, 4)},\n' for name, entry in made.items())
@@ -251,7 +264,7 @@ def schema_text() -> str:
 
 def _sampled() -> Iterable[dict[str, Any]]:
     """One entry for each quantity of a population: by what, and which interval it repeats."""
-    kinds = [kind for kind in KINDS if SAMPLED in kind.scopes]
+    kinds = [kind for kind in KINDS if kind.evidence == "interval"]
     for quantity, scope in product(unique(quantity for kind in kinds for quantity in kind.quantities), (SAMPLED, ONE_SIDED)):
         own = [kind for kind in kinds if quantity in kind.quantities and scope in kind.scopes]
         if not own:
@@ -289,15 +302,20 @@ def _stated(kind: Kind) -> Iterable[dict[str, Any]]:
                 "by": {"const": kind.by},
                 "relation": _among(kind.relations),
                 "quantity": _among(quantities),
-                "scope": {"pattern": _pattern(kind.scopes[0])} if kind.scopes[0].startswith(ONE_SIDED) else _among(kind.scopes),
+                "scope": {"anyOf": list(map(_scope, kind.scopes))} if any(map(is_sampled, kind.scopes)) else _among(kind.scopes),
                 "evidence": evidence,
             }
         }
 
 
-def _pattern(scope: str) -> str:
-    """A regular expression for a scope of a population."""
-    return f"^{with_confidence(scope, '[0-9]+/[1-9][0-9]*')}$"
+def _scope(scope: str) -> dict[str, Any]:
+    """One scope; of a population at any confidence."""
+    about, objection = without_objection(scope)
+    if not is_sampled(about):
+        return {"const": scope}
+    if not objection:
+        return {"$ref": f"#/$defs/population_{'at_confidence' if scope == SAMPLED else 'one_sided'}"}
+    return {"type": "string", "maxLength": 200_080, "pattern": f"^{about}[1-9][0-9]*/([2-9]|[1-9][0-9]+), {objection}$"}
 
 
 def _among(values: Iterable[str]) -> dict[str, Any]:
@@ -325,7 +343,7 @@ def script_text() -> str:
     names = {RATIOS: "RATIOS"}
     lines = []
     for kind in KINDS:
-        if SAMPLED not in kind.scopes:
+        if kind.evidence != "interval":
             quantities = names.get(kind.quantities) or json.dumps(list(kind.quantities))
             scopes = ", ".join(SCOPES[scope][1] for scope in kind.scopes)
             rest = f'"{kind.by}", {quantities}, [{scopes}], "{kind.subject}"],\n'

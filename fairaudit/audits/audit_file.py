@@ -31,7 +31,7 @@ __all__ = ["SAID_THERE", "Audit", "read_audit", "read_policy", "refuse_beside"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
 TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map")
-LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive", "unknown", "unknown_share")
+LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive", "unknown", "unknown_share", "hidden_context")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 METHODS: tuple[Method, ...] = get_args(Method)
 SELECTIONS: tuple[Selection, ...] = get_args(Selection)
@@ -56,6 +56,7 @@ class Audit:
     max_drift: Any = None
     difference: bool = False
     unknown_share: dict[Any, Any] = field(default_factory=dict)
+    hidden_context: Any = None
 
 
 SAID_THERE = (
@@ -194,6 +195,7 @@ def _audit(document: Mapping[str, Any], folder: Path, *, signed: bool) -> Audit:
         source.get("max_drift"),
         difference,
         _unknown_share(source, about),
+        source.get("hidden_context"),
     )
 
 

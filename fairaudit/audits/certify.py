@@ -10,6 +10,7 @@ from typing import Any
 from fairaudit.audits.declared import ByContext, read_declared
 from fairaudit.audits.differences import judged_differences, measured_differences, refuse_signed, with_ratios
 from fairaudit.audits.drift import refuse_drift, under_drift
+from fairaudit.audits.hidden_context import judged_with_hidden_context, read_hidden_context
 from fairaudit.audits.population import (
     decisions_given_truth,
     design_note,
@@ -46,6 +47,7 @@ from fairaudit.theorems.applicable import Guarantees, guarantees
 from fairaudit.theorems.bound import ANY_POLICY, NEAR_POLICY
 from fairaudit.theorems.case import TOO_WIDE, Case
 from fairaudit.theorems.t13_cases import TOO_MANY, TOO_NEAR
+from fairaudit.theorems.t14 import HiddenContext
 
 __all__ = ["certify"]
 
@@ -70,6 +72,7 @@ def certify(
     declared: Mapping[str, Number] | None = None,
     declared_in: ByContext | None = None,
     max_drift: Number | None = None,
+    hidden_context: HiddenContext | str | Sequence[Number] | None = None,
     all_bounds: bool = False,
     embed_table: bool | None = None,
     arrivals: Arrivals | None = None,
@@ -126,6 +129,12 @@ def certify(
         group staying distributed as they are: the certificate then has the worst and the best ratio within that, and targets are judged
         for all of it. Of a policy behind filters the policy, for everything that the filters release: the certificate then has the
         greatest ratio of all policies as near as that.
+    hidden_context : str or sequence, optional
+        ``"k,m"`` or ``"k,m,direction"``: an unrecorded factor that is at most k times as common in one group as in another of the same
+        context, and changes what one of the two gets at most m times (`"inf"` is no limit). Targets for ratios are then judged by what it
+        leaves of them at the least; a target that is not exceeded stays open, because how much a fair ratio may hide has no bound. The
+        direction is "both"; "higher" limits only how much more common it is in the group that gets more, and m is then about the other;
+        "lower" is the reverse.
     all_bounds : bool
         Whether to state bounds that the greatest ratio over policies makes superfluous, too.
     embed_table : bool, optional
@@ -202,6 +211,13 @@ def certify(
     if not any((local, overall, *differences.values())):
         raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
+    beside = {
+        "targets for differences": of_differences,
+        "a stream": arrivals,
+        "decisions of unknown group": law.unknown is not None,
+        "max_drift": max_drift,
+    }
+    hidden = read_hidden_context(hidden_context, subject, measured, limits, beside)
     tau = least_signed_expectation(law, table)
     constants, constants_in = read_declared(
         table, tau, declared or {}, declared_in or {}, max_drift, deployment, signed=difference and deployment is None
@@ -251,6 +267,9 @@ def certify(
         change = change_of(intervals[changed[0]], changed[1], changed[0], (constants["m"], constants["gamma"]))
         intervals = {quantity: own for quantity, own in intervals.items() if quantity not in change.withdrawn}
     targets, verdict = judged(measured, limits, sampled, intervals, found.bounds, constants, group_free=not table.depends_on_group)
+    if hidden is not None:
+        targets = judged_with_hidden_context(hidden, measured, limits, sampled, intervals)
+        verdict = foremost_verdict(target.verdict for target in targets)
     if found_differences is not None:
         targets = (*targets, *judged_differences(found_differences, of_differences, sampled))
         verdict = foremost_verdict(target.verdict for target in targets)
@@ -297,6 +316,7 @@ def certify(
         method=interval,
         whoever=unknown,
         unknown_shares=shares if law.unknown is not None else (),
+        hidden_context=hidden,
     )
     return under_drift(result) if deployment is None and max_drift is not None else result
 

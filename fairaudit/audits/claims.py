@@ -19,14 +19,14 @@ from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
 from fairaudit.tables.preparation import assumption
 from fairaudit.tables.values import Label
-from fairaudit.theorems.assumptions import FRESH, UNKNOWN_OTHERS, UNKNOWN_SHARE
-from fairaudit.theorems.bound import FLOORED, Bound
+from fairaudit.theorems.assumptions import FRESH, UNKNOWN_OTHERS, UNKNOWN_SHARE, hidden_said
+from fairaudit.theorems.bound import FLOORED, THIS_LAW, Bound
 from fairaudit.theorems.registry import BY_ID, BY_KEY, ONE_SIDED, SAMPLED, Kind, Relation, under
 from fairaudit.theorems.supremum import PairProof, Supremum
 from fairaudit.theorems.t05 import t5_independent
 from fairaudit.theorems.t07 import t7
 from fairaudit.theorems.t16 import Form
-from fairaudit.words import DRIFTING, WHOEVER, brief
+from fairaudit.words import DRIFTING, HIDDEN, WHOEVER, brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -112,6 +112,7 @@ def claims_of(result: Result) -> Iterator[Claim]:
     for bound in result.bounds:
         if bound.certified:
             yield _by_theorem(bound, law.assumptions)
+    yield from _of_hidden_contexts(result)
 
 
 def claim_of_class(found: WorstCase, evidence: Mapping[str, Any]) -> Claim:
@@ -231,6 +232,39 @@ def share_said(share: Share, law: Law, *, overall: bool) -> str:
     if share.group is None:
         return UNKNOWN_OTHERS.format(where=where, low=low, high=high)
     return UNKNOWN_SHARE.format(where=where, low=low, high=high, group=json.dumps(list(law.groups[share.group]), ensure_ascii=False))
+
+
+def _of_hidden_contexts(result: Result) -> Iterator[Claim]:
+    """How strong an unrecorded factor would have to be to explain ratios away, and what a declared one leaves of them."""
+    weak, strong = BY_ID["T14-frontier"], BY_ID["T14-hidden"]
+    for found in result.explanations:
+        scope, listed = _scope_of(found.interval, result.law)
+        levels = [
+            {
+                "to": number(level.to),
+                "balanced": number(level.balanced),
+                "pairs": [[number(k), number(m)] for k, m in level.pairs],
+            }
+            for level in found.levels
+        ]
+        name = f"{found.quantity}_hidden_context"
+        yield Claim(name, ">=", found.levels[0].balanced, weak.by, {weak.evidence: levels}, scope, listed)
+    hidden = result.hidden_context
+    if hidden is None:
+        return
+    for left in result.remaining:
+        scope, listed = _scope_of(left.interval, result.law)
+        factor = {"k": number(hidden.k), "m": number(hidden.m), "direction": hidden.direction}
+        said = hidden_said(left.quantity, hidden.direction, hidden.k, hidden.m)
+        evidence = {strong.evidence: factor}
+        yield Claim(f"{left.quantity}_ratio", ">=", left.value, strong.by, evidence, under(scope, HIDDEN), (said, *listed))
+
+
+def _scope_of(interval: Interval | None, law: Law) -> tuple[str, tuple[str, ...]]:
+    """The scope of a claim that starts from a figure of the table, or from an end of an interval, and what it assumes."""
+    if interval is None:
+        return THIS_LAW, law.assumptions
+    return population_at(interval.confidence, each=interval.ends == "each"), interval.assumptions
 
 
 def _by_theorem(bound: Bound, about: tuple[str, ...]) -> Claim:

@@ -34,6 +34,7 @@ from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.labels import LabelMap, read_label_map
 from fairaudit.tables.sources import Source, source_name
 from fairaudit.tables.values import Label, LabelLike, names
+from fairaudit.theorems.t14 import HiddenContext
 from fairaudit.words import approximate
 
 __all__ = ["audit"]
@@ -84,6 +85,7 @@ def audit(
     declared: Mapping[str, Number] | None = None,
     declared_in: ByContext | None = None,
     max_drift: Number | None = None,
+    hidden_context: HiddenContext | str | Sequence[Number] | None = None,
     all_bounds: bool = False,
     burden: bool = False,
     embed_table: bool | None = None,
@@ -142,7 +144,9 @@ def audit(
         Targets, as for `certify`.
     difference : bool
         Whether to state differences of expected utilities, too, which may then be negative, as for `certify`.
-    confidence, interval, independent, select, missing_units, declared, declared_in, max_drift, all_bounds, burden, embed_table
+    confidence, interval, independent, select, missing_units, declared, declared_in, max_drift, hidden_context
+        As for `certify`.
+    all_bounds, burden, embed_table
         As for `certify`. A confidence that is given needs counts; without one, a table that has none is judged as it stands.
     engine, table, query, memory, skip
         As for `read_log`.
@@ -216,6 +220,7 @@ def audit(
         declared=declared or {},
         declared_in={names(label): constants for label, constants in (declared_in or {}).items()},
         max_drift=max_drift,
+        hidden_context=hidden_context,
         all_bounds=all_bounds,
         positive=positive,
         burden=burden,
@@ -248,7 +253,12 @@ def audit(
         proxied: Result = asked.certify_by_proxies(source, reading, given, group_probability, others_)
         return proxied
     of_policies = {"declared_in": declared_in, "max_drift": max_drift, "all_bounds": all_bounds, **filters, "releases": releases != 1}
-    others: dict[str, object] = {"declared": declared, "difference": signed, "select": select != DEFAULT_SELECTION}
+    others: dict[str, object] = {
+        "declared": declared,
+        "hidden_context": hidden_context,
+        "difference": signed,
+        "select": select != DEFAULT_SELECTION,
+    }
     unfit = unfit_for_parts(reading, {"positive": positive, **others, **of_policies})
     if not isinstance(source, (str, os.PathLike, list, tuple)):
         unfit = "a table in memory"
@@ -287,6 +297,7 @@ class _Asked:
     declared: Mapping[str, Number]
     declared_in: Mapping[Label, Mapping[str, Number]]
     max_drift: Number | None
+    hidden_context: HiddenContext | str | Sequence[Number] | None
     all_bounds: bool
     positive: LabelLike | None
     burden: bool
@@ -316,6 +327,7 @@ class _Asked:
             declared=self.declared,
             declared_in=self.declared_in,
             max_drift=self.max_drift,
+            hidden_context=self.hidden_context,
             all_bounds=self.all_bounds,
             positive=self.positive,
             burden=self.burden,
@@ -381,6 +393,7 @@ def _from_audit_file(audit: Audit, asked: _Asked) -> Result:
         "declared": {**audit.declared, **asked.declared},
         "declared_in": {**audit.declared_in, **asked.declared_in},
         "max_drift": audit.max_drift if asked.max_drift is None else asked.max_drift,
+        "hidden_context": audit.hidden_context if asked.hidden_context is None else asked.hidden_context,
         "positive": audit.positive,
         "burden": asked.burden or audit.burden,
         "difference": asked.difference or audit.difference,

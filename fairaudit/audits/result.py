@@ -14,6 +14,7 @@ from fairaudit.audits.differences import decide_difference, difference_pair, dif
 from fairaudit.audits.document import certificate_of
 from fairaudit.audits.drift import DriftedRatio, TableRadius, drifted_of, measures_drift, radius_of
 from fairaudit.audits.faces import Faces
+from fairaudit.audits.hidden_context import Explanation, Remaining, explanations, remaining_ratios
 from fairaudit.audits.sentences import (
     Deciding,
     Drivers,
@@ -60,6 +61,7 @@ from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.supremum import Supremum
 from fairaudit.theorems.t13_cases import NEAR_STEPS
 from fairaudit.theorems.t13_near import DriftRadius, drift_radius, near_steps
+from fairaudit.theorems.t14 import HiddenContext
 from fairaudit.theorems.t16 import Moving
 from fairaudit.words import DRIFTING, approximate, brief, ends_text, place, plain, words_for
 
@@ -160,6 +162,8 @@ class Result(Faces):
         Where decisions have no recorded group: between which ends each ratio lies, whoever they are.
     unknown_shares : tuple of Share
         Between which shares of them are of a group, as declared.
+    hidden_context : HiddenContext or None
+        The unrecorded factor that was declared, with which targets are judged; `remaining` is what it leaves of the ratios.
 
     Examples
     --------
@@ -200,6 +204,7 @@ class Result(Faces):
     differences: Differences | None = None
     whoever: tuple[Whoever, ...] = ()
     unknown_shares: tuple[Share, ...] = ()
+    hidden_context: HiddenContext | None = None
 
     @property
     def exit_code(self) -> int:
@@ -296,6 +301,16 @@ class Result(Faces):
         return drift_radius(at, table, target.quantity, target.limit, target.unit)
 
     @cached_property
+    def explanations(self) -> tuple[Explanation, ...]:
+        """How strong an unrecorded factor would have to be to explain each ratio above 1 away, and each lower end (T14)."""
+        return tuple(explanations(self))
+
+    @cached_property
+    def remaining(self) -> tuple[Remaining, ...]:
+        """What the declared hidden context leaves of each ratio, and of each lower end (T14); empty where none was declared."""
+        return tuple(remaining_ratios(self))
+
+    @cached_property
     def drivers(self) -> Mapping[Quantity, Drivers]:
         """For each interval the pairs of groups that drive its lower and its upper end."""
         return {
@@ -385,7 +400,7 @@ class Result(Faces):
         """
         found: dict[Quantity, tuple[Fraction, Fraction | float]] = {}
         open_targets = [t for t in self.targets if t.verdict == "inconclusive" and t.confidence is not None and t.unit != "difference"]
-        for quantity in {target.quantity for target in open_targets}:
+        for quantity in {target.quantity for target in open_targets if not target.under}:
             compared, interval = self.comparisons.get(quantity), self.intervals.get(quantity)
             if compared is None or interval is None or interval.evidence["independent"] or compared.pairs > FEW_PAIRS:
                 continue
@@ -416,7 +431,8 @@ class Result(Faces):
         open_targets = [
             t
             for t in self.targets
-            if t.verdict == "inconclusive" and t.confidence is not None and t.quantity in self.comparisons and t.unit != "difference"
+            if t.verdict == "inconclusive" and t.confidence is not None and t.quantity in self.comparisons
+            if t.unit != "difference" and not t.under
         ]
         planned = []
         for t in open_targets:

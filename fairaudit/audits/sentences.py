@@ -142,7 +142,7 @@ def decide(target: Target, measured: Ratio | None, lower: Fraction | float | Non
     """
     if measured is None or target.verdict == "changed" or (target.confidence is not None and target.verdict == "exceeds" and lower is None):
         return None
-    if target.confidence is None:
+    if target.confidence is None or (target.under and target.verdict != "exceeds"):
         return Deciding(target.quantity, target.verdict, "table", measured.ratio, THIS_TABLE, None, measured.witness)
     if target.verdict == "exceeds":
         return Deciding(target.quantity, "exceeds", "lower", lower or Fraction(1), THE_INTERVAL, target.confidence, drivers[0])

@@ -58,6 +58,8 @@ def certify_worst_case(found: WorstCase, *, embed_table: bool | None = None) -> 
         )
     certificate = result.certificate
     certificate.document["subject"]["class"] = _class(found)
+    of_table = [entry for entry in certificate.document["claims"] if entry["by"] != "T14"]  # a class has no figure to be explained away
+    certificate.document["claims"] = of_table
     certificate.document["claims"].append(claim_of_class(found, _evidence(found)).entry)
     return certificate
 

@@ -34,7 +34,8 @@ of populations  ``intervals``, ``tails``, ``samples``, ``pair_exact``, ``split``
 of unknowns     ``unknown_evidence``, ``unknown_groups``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
                 ``floored``, ``near``
-of drift        ``drifts``, ``drift``; then ``judgement`` of claims of all families
+of drift        ``drifts``, ``drift``
+of objections   ``hidden_context``; then ``judgement`` of claims of all families
 certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``
 other formats   ``proxy_ranges``, ``proxies``, ``conjunctions``, ``subgroup_statement``, ``subgroups``; then ``verification`` of all
 command         ``command``

@@ -8,8 +8,21 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from .certificate import Certificate
-from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, LAW, NEAR, RULES, WHOEVER_IN_LAW, Claim, is_about_population
+from .claims import (
+    ANY_UTILITY,
+    ANY_UTILITY_FLOORED,
+    FLOORED,
+    LAW,
+    NEAR,
+    RULES,
+    WHOEVER_IN_LAW,
+    Claim,
+    is_about_population,
+    is_by_t14,
+    without_objection,
+)
 from .drift import FORMS, T16
+from .hidden_context import HiddenContext
 from .intervals import Interval, PairEvidence, StreamEvidence, UnitEvidence
 from .json_values import Labels
 from .rates import DIFFERENCES, OVERALL
@@ -64,7 +77,9 @@ class Sentences:
 
 def _sentences(claim: Claim, stated: Certificate, table: Table) -> Sentences:
     """Say what a true claim has to list."""
-    if is_about_population(claim.key) and claim.key[0] in DIFFERENCES:
+    if is_by_t14(claim.key):
+        own = _assumed_by_t14(claim, stated, table)
+    elif is_about_population(claim.key) and claim.key[0] in DIFFERENCES:
         own = Sentences((GIVEN_LABELS, *((POOLED,) if claim.key[0].endswith(OVERALL) else ()), CHOSEN_LABELS))
     elif is_about_population(claim.key):
         own = _assumed_by_interval(stated.intervals[claim.key[0].removesuffix("_ratio")], table)
@@ -89,6 +104,17 @@ def _assumed_of_drift(claim: Claim, stated: Certificate, table: Table) -> Senten
         return Sentences(own)
     interval = _assumed_by_interval(stated.intervals[quantity.partition("_")[0]], table)
     return replace(interval, needed=(*own, *interval.needed))
+
+
+def _assumed_by_t14(claim: Claim, stated: Certificate, table: Table) -> Sentences:
+    """Say what a claim about an unrecorded factor rests on: what was declared of it, and for a population the interval."""
+    quantity, _, _, scope = claim.key
+    about, _ = without_objection(scope)
+    hidden = (claim.evidence.sentence(quantity),) if isinstance(claim.evidence, HiddenContext) else ()
+    if about == LAW:
+        return Sentences(hidden)
+    own = _assumed_by_interval(stated.intervals[quantity.partition("_")[0]], table)
+    return replace(own, needed=(*hidden, *own.needed))
 
 
 def _assumed_over_policies(claim: Claim, stated: Certificate, table: Table) -> Iterator[str]:

@@ -6,11 +6,24 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from .claims import OVER_UNITS, POPULATION, RULES, UTILITIES, WHOEVER, WHOEVER_IN_LAW, Claim, is_about_population, without_objection
+from .claims import (
+    HIDDEN_CONTEXTS,
+    OVER_UNITS,
+    POPULATION,
+    RULES,
+    UTILITIES,
+    WHOEVER,
+    WHOEVER_IN_LAW,
+    Claim,
+    is_about_population,
+    is_by_t14,
+    without_objection,
+)
 from .declared import DeclaredIn, read_declared
 from .drift import about_drift, read_drifted
 from .figures import EXPECTED_DIFFERENCES
 from .header import Positive, Subject, has_truth, is_about_policy, read_positive, read_subject
+from .hidden_context import read_frontier, read_hidden
 from .intervals import Change, Interval, read_change, read_confidence, read_intervals
 from .json_values import (
     Labels,
@@ -146,6 +159,10 @@ def _read_claim(value: object, where: str, parameters: int | None, width: int) -
 
 
 def _read_evidence(value: object, where: str, key: tuple[str, str, str, str], parameters: int | None, width: int) -> object:
+    if is_by_t14(key):
+        name = "frontier" if key[0] in HIDDEN_CONTEXTS else "hidden_context"
+        item = read_object(value, where, (name,))[name]
+        return read_frontier(item, f"{where}.{name}") if name == "frontier" else read_hidden(item, f"{where}.{name}")
     if is_about_population(key):
         return read_choice(
             read_object(value, where, ("interval",))["interval"],

@@ -18,6 +18,8 @@ BETTING = "betting"  # for intervals that hold at every moment of a stream
 
 OVER_UNITS = "mean over units"  # what an interval with units is about; without units it is the mean over rows
 
+HIDDEN_CONTEXTS = ("local_hidden_context", "global_hidden_context")  # how strong an unrecorded factor would have to be
+
 # What a claim is about.
 LAW = "this law"
 POLICIES = "any policy behind this filter"
@@ -134,11 +136,21 @@ RULES: dict[tuple[str, str, str, str], Rule] = {
     ("global_ratio", "<=", "T13", ANY_UTILITY): Rule("global", "", assumes=(STATED_POPULATION,)),
     ("local_ratio", "<=", "T13", ANY_UTILITY_FLOORED): Rule("local", "multipliers"),
     ("global_ratio", "<=", "T13", ANY_UTILITY_FLOORED): Rule("global", "multipliers", assumes=(STATED_POPULATION,)),
+    **{(f"{name}_hidden_context", ">=", "T14", LAW): Rule(name, "frontier", source=name) for name in ("local", "global")},
+    **{(f"{name}_ratio", ">=", "T14", f"{LAW}, {HIDDEN}"): Rule(name, "hidden_context") for name in ("local", "global")},
     ("local_ratio", "<=", "T3", UTILITIES): Rule("local", "multipliers"),
     ("global_ratio", "<=", "T3", UTILITIES): Rule("global", "multipliers"),
     ("local_ratio", "<=", "lp-dual", UTILITIES): Rule("local", "pairs"),
     ("global_ratio", "<=", "lp-dual", UTILITIES): Rule("global", "pairs"),
 }
+
+
+def is_by_t14(key: tuple[str, str, str, str]) -> bool:
+    """Whether a claim is about what an unrecorded factor would have to be, or about what a declared one leaves of a ratio."""
+    quantity, relation, by, scope = key
+    about, under = without_objection(scope)
+    fits = (quantity in HIDDEN_CONTEXTS and not under) or (quantity in ("local_ratio", "global_ratio") and under == HIDDEN)
+    return relation == ">=" and by == "T14" and fits and (about == LAW or about.startswith((POPULATION, ONE_SIDED)))
 
 
 def is_about_population(key: tuple[str, str, str, str]) -> bool:
@@ -147,5 +159,7 @@ def is_about_population(key: tuple[str, str, str, str]) -> bool:
     of_interval = by in ("binomial", PAIR_EXACT, CONTRASTS, PAIRED_BETTING, *METHODS)
     of_cells = quantity in ("local_ratio", "global_ratio", *EXPECTED_DIFFERENCES) and of_interval
     of_stream = quantity in ("local_ratio", "global_ratio") and by == BETTING
+    if is_by_t14(key):
+        return quantity in HIDDEN_CONTEXTS and scope != LAW
     together = (of_cells or of_stream or (quantity in DIFFERENCES and by == "binomial")) and scope.startswith(POPULATION)
     return relation in ("<=", ">=") and (together or (of_cells and scope.startswith(ONE_SIDED)))

@@ -20,12 +20,14 @@ from .claims import (
     Claim,
     Rule,
     is_about_population,
+    is_by_t14,
 )
 from .declared import DeclaredIn
 from .drift import T16, fault_of_drift
 from .drifts import Watch
 from .figures import EXPECTED_DIFFERENCES, Maximum
 from .floored import fault_of_floored
+from .hidden_context import HiddenContext, fault_of_hidden_context, seen_ratio
 from .intervals import Proven
 from .near import fault_of_near
 from .policy_facts import PolicyFacts
@@ -125,6 +127,10 @@ def _rule(claim: Claim, facts: Facts) -> Rule | None:
 
 def _fault(claim: Claim, facts: Facts) -> str:
     """Say what is wrong with a claim; nothing if it is true."""
+    if is_by_t14(claim.key):
+        if facts.program is not None or facts.table.policy is not None:
+            return "unknown claim: a class of utilities, or a policy behind filters, is not explained by what was not recorded"
+        return fault_of_hidden_context(claim, seen_ratio(claim, facts.metrics, facts.proven))
     if is_about_population(claim.key):
         return _fault_about_population(claim, facts.proven)
     if claim.key[2] == T16:
@@ -167,10 +173,13 @@ def _fault_of_figure(claim: Claim, rule: Rule, facts: Facts, source: Rational) -
 def faults_of_claims(claims: Sequence[Claim], facts: Facts) -> list[str]:
     """Say of each claim what is wrong with it; nothing if it is true."""
     faults: list[str] = []
+    factors = [claim.evidence for claim in claims if isinstance(claim.evidence, HiddenContext)]
     seen: set[tuple[str, str, str, str]] = set()
     for i, claim in enumerate(claims):
         working_on(f"claims[{i}]")
-        faults.append("a claim that occurs twice" if claim.key in seen else _fault(claim, facts))
+        another = isinstance(claim.evidence, HiddenContext) and claim.evidence != factors[0]
+        fault = "another hidden context is declared, too" if another else _fault(claim, facts)
+        faults.append("a claim that occurs twice" if claim.key in seen else fault)
         seen.add(claim.key)
     return faults
 

@@ -79,6 +79,20 @@ CHOSEN_BEFOREHAND = (
     "attributes, their values, depth, the least number of rows, utility and confidence were chosen without looking at the decisions"
 )
 
+# About an unrecorded factor
+HIDDEN_BOTH = (
+    "an unrecorded factor has each of its values at most {} times as often in one of any two groups {} as in the other, and over its "
+    "values the expected utility of one of the two differs at most {} times (declared)"
+)
+HIDDEN_HIGHER = (
+    "an unrecorded factor has each of its values at most {} times as often in the group with the higher expected utility as in the "
+    "other, of any two groups {}, and over its values the expected utility of that other group differs at most {} times (declared)"
+)
+HIDDEN_LOWER = (
+    "an unrecorded factor has each of its values at most {} times as often in the group with the lower expected utility as in the "
+    "other, of any two groups {}, and over its values the expected utility of that other group differs at most {} times (declared)"
+)
+
 # About what was left out of the log: all claims of a certificate list the same ones.
 DECISIONS_LEFT_OUT = (
     "{decisions} of {of} decisions have a missing label and were left out; they are taken to be no different from the others"

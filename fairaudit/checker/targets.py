@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from .certificate import Certificate, Target
-from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, DRIFTING, FLOORED, LAW, POLICIES, WHOEVER, Claim, without_objection
+from .claims import ANY_UTILITY, ANY_UTILITY_FLOORED, DRIFTING, FLOORED, HIDDEN, LAW, POLICIES, WHOEVER, Claim, without_objection
 from .drift import T16
 from .figures import EXPECTED_DIFFERENCES
+from .hidden_context import least_hidden
 from .intervals import Proven
 from .judgement import Facts
 from .logarithms import log_at_most
@@ -70,10 +71,18 @@ def _within_drift(target: Target, facts: Facts, true_claims: Sequence[Claim]) ->
     return "depends" if verdict == "inconclusive" and target.confidence is None and len(ends) == 2 else verdict
 
 
+def _with_hidden_context(target: Target, facts: Facts, true_claims: Sequence[Claim]) -> str:
+    """Judge a ratio with the declared hidden context: how much a table that looks fair may hide has no bound."""
+    del facts
+    low = least_hidden(target.quantity, target.confidence is not None, true_claims)
+    return "" if low is None else _judge(target, (low, INFINITY))
+
+
 # How a target is judged under an objection, from the claims that are true: what it is about, its claims and its verdict.
 UNDER: dict[str, Callable[[Target, Facts, Sequence[Claim]], str]] = {
     WHOEVER: lambda target, _, true: judge_whoever(target.limit, log_at_most if target.unit == "log" else at_most, target.quantity, true),
     DRIFTING: _within_drift,
+    HIDDEN: _with_hidden_context,
 }
 
 
@@ -115,6 +124,8 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
         difference = target.unit == "difference"
         verdicts.append(_verdict_of(target, stated, facts, true_claims, window))
         fault = "" if target.verdict == verdicts[-1] else f"the {'claims give' if target.under else 'table gives'} {shown(verdicts[-1])}"
+        if target.under and not verdicts[-1]:
+            fault = f"no true claim states what is judged {shown(target.under)}"
         if target.under and target.under not in UNDER:
             fault = f"nothing is judged {shown(target.under)}"
         if target.confidence is None and without_objection(target.judged)[0] != "this table":

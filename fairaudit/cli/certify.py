@@ -66,6 +66,12 @@ def add(commands: Any) -> None:
         metavar="D",
         help="judge the worst case within this total variation, from 0 to 1: of every cell of a table, or of a policy behind filters",
     )
+    targets.add_argument(
+        "--hidden-context",
+        metavar="K,M[,higher|lower]",
+        help="judge ratios with an unrecorded factor that is at most K times as common in one group as in another and changes what one of "
+        "them gets at most M times; K limits both directions, or only how much more common it is in the group that gets more, or less",
+    )
     add_population(parser)
     _add_guarantees(parser)
     _add_input_and_output(parser)
@@ -148,6 +154,19 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     add_format(rest)
 
 
+def _refuse_beside(arguments: argparse.Namespace) -> None:
+    """Refuse options that do not go with a monitor's state, or with a choice among candidates."""
+    from fairaudit.errors import InputError
+
+    other = "--from-monitor" if arguments.from_monitor else "--slots" if arguments.slots else ""
+    for name in ("truth", "positive", "hidden_context", *DIFFERENCES) if other else ():
+        if getattr(arguments, name):
+            what = {"truth": "true labels go", "positive": "true labels go", "hidden_context": "a hidden context goes"}
+            raise InputError(
+                f"{option(name)} does not go with {other}; {what.get(name, 'differences go')} with counts and logs of decisions"
+            )
+
+
 def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     from fairaudit.errors import InputError
@@ -159,11 +178,7 @@ def run(arguments: argparse.Namespace) -> Answer:
     _check_unknown(arguments)
     if arguments.group_probability is not None:
         return _certify_by_proxies(arguments)
-    for name in ("truth", "positive", *DIFFERENCES):
-        if getattr(arguments, name) and (arguments.from_monitor or arguments.slots):
-            other = "--from-monitor" if arguments.from_monitor else "--slots"
-            what = "differences go" if name in DIFFERENCES else "true labels go"
-            raise InputError(f"{option(name)} does not go with {other}; {what} with counts and logs of decisions")
+    _refuse_beside(arguments)
     if arguments.from_monitor is not None:
         from fairaudit.cli.monitored import certify_state
 
@@ -247,6 +262,7 @@ def _certify(arguments: argparse.Namespace) -> Answer:
             declared=declared,
             declared_in=audit.declared_in if audit else None,
             max_drift=audit.max_drift if audit and arguments.max_drift is None else arguments.max_drift,
+            hidden_context=audit.hidden_context if audit and arguments.hidden_context is None else arguments.hidden_context,
             all_bounds=arguments.all_bounds,
             embed_table=False if arguments.no_table else None,
             positive=audit.positive if audit else arguments.positive,
@@ -275,6 +291,7 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
         "pool_small",
         "unknown_share",
         "max_drift",
+        "hidden_context",
         "all_bounds",
     )
     return unfit_for_parts(reading, {name: getattr(arguments, name) for name in (*others, *DIFFERENCES)})

@@ -627,6 +627,8 @@
   const WHOEVER_IN_LAW = LAW + ", whoever the unknown are";
   const OBJECTIONS = ["whoever the unknown are", "with the declared hidden context", "within the declared drift"];
   const LAW_DRIFTING = LAW + ", " + OBJECTIONS[2], ONE_SIDED_DRIFTING = ONE_SIDED + ", " + OBJECTIONS[2];
+  const under = (scope, objection) => scope + ", " + objection, HIDDEN = OBJECTIONS[1];
+  const objection = (scope) => OBJECTIONS.find((o) => scope.endsWith(", " + o)), generic = (scope) => scope.replace(/^(population(?:, one-sided)? at confidence )[^,]+/, "$1");
   const EXPECTED = ["local_difference", "global_difference"];
   const QUANTITIES = [...RATIOS, ...EXPECTED, ...DIFFERENCES, "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum"];
   const KNOWN = [
@@ -662,9 +664,11 @@
     [">=", "T16", RATIOS, [ONE_SIDED_DRIFTING], "sample"],
     ["<=", "T3", RATIOS, [CLASS], "class"],
     ["<=", "lp-dual", RATIOS, [CLASS], "class"],
+    [">=", "T14", ["local_hidden_context", "global_hidden_context"], [LAW, POPULATION, ONE_SIDED], "any"],
+    [">=", "T14", RATIOS, [under(LAW, HIDDEN), under(POPULATION, HIDDEN), under(ONE_SIDED, HIDDEN)], "any"],
   ];
   const BY_REGION = { pairs: ["pair-exact"], contrasts: ["symmetric-betting"], paired: ["paired-betting"] };  // which name the method of their claims
-  const aboutPopulation = (claim) => [POPULATION, ONE_SIDED].some((opening) => claim.scope.startsWith(opening));
+  const aboutPopulation = (claim) => "interval" in claim.evidence && [POPULATION, ONE_SIDED].some((opening) => claim.scope.startsWith(opening));
   // Of drift: a scope that names a confidence has it after its opening.
   const isScope = (scope, known) => known.startsWith(ONE_SIDED)
     ? scope.startsWith(ONE_SIDED) && scope.endsWith(known.slice(ONE_SIDED.length)) && !OBJECTIONS.some((under) => !known.endsWith(under) && scope.endsWith(under)) : scope === known;
@@ -681,7 +685,7 @@
         && (BY_REGION[interval.region] || ["binomial", interval.method]).includes(claim.by) && claim.assumptions.length > 0;
     }
     const kind = KNOWN.find(([relation, by, quantities, scopes]) => relation === claim.relation && by === claim.by
-      && quantities.includes(claim.quantity) && scopes.includes(claim.scope));
+      && quantities.includes(claim.quantity) && scopes.includes(generic(claim.scope)));
     if (!kind) return false;
     const about = kind[4], policy = Boolean(f.law.policy);
     if ((about === "class" && !f.doc.subject.class) || (about === "policy" && !policy)) return false;
@@ -693,6 +697,7 @@
   async function judgeClaim(claim, f) {
     if (!listed(claim, f)) return false;
     if (claim.by === "T16") return undefined;
+    if (claim.by === "T14") return hiddenContext(claim, f);
     const value = rational(claim.value), by = claim.by, metric = f.metric(by === "T13" ? claim.quantity.replace("_supremum", "") : claim.quantity);
     if (metric === undefined) return undefined;
     if (metric === null) return false;
@@ -716,6 +721,41 @@
     }
     if (by === "T5" && claim.scope === LAW) return compare(value, f.metric("local_ratio")) === 0 && independent(f.law);
     return judgeBound(claim, value, f);
+  }
+  function hiddenContext(claim, f) {  // what an unrecorded factor would have to be, or what a declared one leaves of a ratio
+    const name = claim.quantity.split("_")[0], sampled = claim.scope.startsWith("population"), interval = (f.doc.intervals || {})[name];
+    const metric = f.metric(name + "_ratio"), scope = claim.scope.replace(", " + HIDDEN, "");
+    if (metric === null || metric === undefined) return metric === null ? false : undefined;
+    if (sampled && (!interval || !interval.ratio || scope !== (interval.ends === "each" ? ONE_SIDED : POPULATION) + interval.confidence)) return false;
+    const seen = sampled ? rational(interval.ratio[0]) : metric, value = rational(claim.value), given = claim.evidence.hidden_context;
+    const good = given ? leaves(given, seen, value) : frontier(claim.evidence.frontier, seen, value);
+    return good && sampled ? undefined : good;
+  }
+  function leaves(given, seen, value) {
+    const k = rational(given.k), infinite = given.m === "inf", m = infinite ? ONE : rational(given.m), km = times(k, m);
+    if (compare(k, ONE) < 0 || compare(m, ONE) < 0) return false;
+    const part = infinite ? (given.direction === "lower" ? (compare(k, ONE) === 0 ? ONE : ZERO) : over(ONE, k))
+      : { both: () => over(add(m, k), add(ONE, km)), higher: () => over(minus(add(m, k), ONE), km), lower: () => over(k, add(minus(km, m), ONE)) }[given.direction]();
+    return compare(value, seen[1] === 0n ? (part[0] > 0n ? INF : ONE) : most(ONE, times(seen, part))) === 0;
+  }
+  function frontier(levels, seen, value) {
+    const TWO = [2n, 1n], small = [1n, 1000000n], fits = (b, q) => compare(add(times(b, b), ONE), times(TWO, times(b, q))) <= 0;
+    let last = ZERO;
+    if (!levels.length || compare(rational(levels[0].to), ONE) !== 0 || compare(rational(levels[0].balanced), value) !== 0) return false;
+    return levels.every((level) => {
+      const to = rational(level.to), b = rational(level.balanced);
+      if (compare(to, last) <= 0 || compare(seen, to) <= 0) return false;
+      last = to;
+      if (seen[1] === 0n || b[1] === 0n) return seen[1] === 0n && b[1] === 0n && !level.pairs.length && levels.length === 1;
+      const q = over(seen, to);
+      let before = q;
+      if (1000000n % b[1] !== 0n || compare(b, ONE) < 0 || !fits(b, q) || fits(add(b, small), q)) return false;
+      return level.pairs.every(([one, other]) => {
+        const k = rational(one), rises = compare(k, before) > 0;
+        before = k;
+        return rises && compare(rational(other), over(minus(times(q, k), ONE), minus(k, q))) === 0;
+      });
+    });
   }
   async function judgeBound(claim, value, f) {
     const { policy } = f.law, { gamma, m, gap } = f.effective, blind = gap[0] === 0n, factor = f.factor, finite = factor[1] !== 0n, by = claim.by;
@@ -813,6 +853,14 @@
     if (gone.length && (!doc.targets.length || doc.targets.some((t) => gone.includes(t.quantity)))) return "changed";
     return ["exceeds", "depends", "inconclusive", "within"].find((v) => verdicts.includes(v)) || "none";
   }
+  function withHidden(target, f, atMost) {  // by what the declared factor leaves of the ratio, at the least
+    const sampled = target.judged.startsWith(POPULATION), own = f.doc.claims.filter((c) => c.by === "T14" && c.quantity === target.quantity + "_ratio" && c.scope.startsWith("population") === sampled);
+    if ((!sampled && !target.judged.startsWith("this table")) || (sampled && !f.together) || target.unit === "difference") return false;
+    const interval = (f.doc.intervals || {})[target.quantity];
+    if (!own.length || target.estimand !== (sampled && interval && interval.units ? "mean over units" : undefined)) return false;
+    const exceeds = own.some((c) => !atMost(rational(c.value)));
+    return target.verdict === (exceeds ? "exceeds" : "inconclusive") ? (sampled ? undefined : true) : false;
+  }
   function judgeTarget(target, f) {  // true, false, or undefined when it rests on an interval
     const apart_ = target.unit === "difference", key_ = target.quantity + (apart_ ? "_difference" : "_ratio");
     const r = f.metric(key_), limit = rational(target.limit);
@@ -821,7 +869,8 @@
     if (apart_ ? !(key_ in f.doc.metrics) : f.constants.m[0] < 0n) return false;  // of utilities below 0 there are differences only
     const atMost = (v) => (target.unit !== "log" ? compare(v, limit) <= 0 : logAtMost(v, limit));
     if (Boolean(f.doc.subject.table.header.unknown) !== (target.judged.split(", ")[1] === OBJECTIONS[0])) return false;
-    if (OBJECTIONS.includes(target.judged.split(", ")[1])) return undefined;
+    if (objection(target.judged) === HIDDEN) return withHidden(target, f, atMost);
+    if (objection(target.judged)) return undefined;
     if (target.judged === "this table") return !("estimand" in target) && target.verdict === (r === null ? "inconclusive" : atMost(r) ? "within" : "exceeds");
     if (!target.judged.startsWith(POPULATION) || !f.together) return false;
     if (!apart_ && withdrawn(f.doc).includes(target.quantity)) return ["changed", "exceeds"].includes(target.verdict) ? undefined : false;
@@ -920,7 +969,7 @@
     };
     for (const claim of doc.claims) {
       const good = await judgeClaim(claim, f);
-      const why = good !== undefined ? "" : aboutPopulation(claim) ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
+      const why = good !== undefined ? "" : claim.scope.startsWith("population") ? "follows from the interval, which only fairaudit verify checks" : "only fairaudit verify checks this";
       say("claim " + claim.quantity.replace(/_/g, " ") + " " + claim.relation + " " + claim.value.slice(0, 60) + " by " + claim.by + ", about " + claim.scope, good, why);
     }
     const { local, local_difference: between } = doc.intervals || {};

@@ -38,6 +38,7 @@ from fairaudit.measures.limits import Quantity, limit_text
 from fairaudit.measures.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.reports.expectations import Expectations, Matrix, Panel
+from fairaudit.reports.hidden_context import Strength, declared, strengths
 from fairaudit.reports.ladder import Calibrated, Rung, calibration, ladder
 from fairaudit.reports.unknown_groups import UnknownRange, unknown_ranges
 from fairaudit.reports.verdicts import judged_targets
@@ -498,6 +499,16 @@ class Content:
             for x, a in zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True):
                 groups.setdefault(law.contexts[x], []).append(law.groups[a])
         return unknown_ranges(self.document, groups)
+
+    @cached_property
+    def strengths(self) -> list[Strength]:
+        """How strong an unrecorded factor would have to be to explain the ratios away."""
+        return strengths(self.document)
+
+    @cached_property
+    def declared_factor(self) -> list[str]:
+        """What a declared unrecorded factor leaves of the ratios; empty where none was declared."""
+        return declared(self.document)
 
     @cached_property
     def calibration(self) -> Calibrated | None:

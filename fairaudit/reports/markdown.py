@@ -9,6 +9,7 @@ from typing import Any
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.reports import markdown as _markdown
 from fairaudit.reports.content import UNCHECKED, Content, Figure, describe, refusing_other_documents
+from fairaudit.reports.hidden_context import Strength
 from fairaudit.reports.ladder import Rung
 from fairaudit.reports.words import Value
 
@@ -83,6 +84,15 @@ def write(page: Content, checked: str = "") -> str:
         title = "within contexts" if name == "local" else "overall"
         blocks.append(f"### What is known of the ratio {title}")
         blocks.append(table(("value", "exactly", "what", "about"), [_rung(rung) for rung in rungs]))
+    if page.strengths or page.declared_factor:
+        blocks.append("### Could something unrecorded explain it?")
+        blocks += page.declared_factor
+    if page.strengths:
+        blocks.append(
+            "It would have to be k times as common in one group as in another and change what they get m times: with k and m both below "
+            "the number under k = m it is too weak, and with one of the k of the last column it needs the m beside it."
+        )
+        blocks.append(table(("ratio", "of", "to be left", "k = m", "or k and m"), [_strength(found) for found in page.strengths]))
     shown = [panel for panel in (*page.panels[:3], page.overall) if panel]
     for panel in shown:
         blocks.append(f"### What each group {'bears' if page.burden else 'gets'}: {code(panel.title)}")
@@ -160,6 +170,11 @@ def _figure(figure: Figure) -> tuple[str, ...]:
     if figure.over_units:
         sure += f" (mean over units, {figure.over_units.decimal} in the table)"
     return (figure.name, figure.value.decimal, figure.logs, _exact(figure.value), sure, prose(figure.witness))
+
+
+def _strength(found: Strength) -> tuple[str, ...]:
+    pairs = ", ".join(f"{k.decimal} and {m.decimal}" for k, m in found.pairs)
+    return (f"{found.name}, {found.ratio.decimal}", found.about, found.to.decimal, found.balanced.decimal, pairs)
 
 
 def _rung(rung: Rung) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.certificates.certificate import Certificate, schema
 from fairaudit.errors import InputError
 from fairaudit.reports.content import UNCHECKED, Content, describe, refusing_other_documents
+from fairaudit.reports.hidden_context import area
 from fairaudit.reports.pictures import curve, heat, rail, share
 from fairaudit.reports.words import Value
 
@@ -83,6 +84,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         whoever=lambda found: markup(found.picture),
         heat=heat,
         curve=markup(curve(page.calibration)) if page.calibration else "",
+        area=lambda found: markup(area(found)),
     )
     return text
 

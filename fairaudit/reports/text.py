@@ -24,6 +24,7 @@ from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.epsilon_delta import exp_epsilon
 from fairaudit.reports.difference_text import difference_rows, difference_target, differences
 from fairaudit.reports.drift_text import ON_PAIRS, drifted_line, radius_lines
+from fairaudit.reports.hidden_context_text import explained, hidden_target
 from fairaudit.reports.unknown_groups import unknown_ranges
 from fairaudit.reports.words import REACH
 from fairaudit.tables.preparation import said
@@ -33,6 +34,7 @@ from fairaudit.theorems.registry import BY_KEY, ONE_SIDED
 from fairaudit.words import (
     DRIFTING,
     ENDS_CROSS,
+    HIDDEN,
     THE_INTERVAL,
     THIS_TABLE,
     WHOEVER,
@@ -84,6 +86,7 @@ def summary(
         _figures(result),
         intervals(result),
         differences(result),
+        explained(result),
         two_sided_text(result) if two_sided else "",
         given_truth(result),
         "\n".join(findings),
@@ -144,6 +147,8 @@ def _target(target: Target, measured: Ratio | None, result: Result) -> str:
     said = limit_text(target.quantity, target.unit, target.limit)
     if measured is None:
         return f"{said}: nothing could be compared"
+    if target.under == HIDDEN:
+        return hidden_target(target, result)
     scopes = THIS_LAW if target.confidence is None else ONE_SIDED
     within = next((one for one in result.drifted if one.quantity == target.quantity and one.scope.startswith(scopes)), None)
     if target.under == DRIFTING and within is not None:

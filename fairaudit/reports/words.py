@@ -23,7 +23,7 @@ from fairaudit.theorems.bound import (
     THIS_LAW,
     THIS_POLICY,
 )
-from fairaudit.theorems.registry import ONE_SIDED, is_sampled, kind_of
+from fairaudit.theorems.registry import ONE_SIDED, is_sampled, kind_of, without_objection
 from fairaudit.words import approximate, percent, place, plain
 
 __all__ = ["QUANTITIES", "REACH", "Value", "claimed", "clip", "how", "named", "percent", "quantity", "quotient", "scope"]
@@ -39,6 +39,8 @@ QUANTITIES = {
     "global_ratio": "global ratio",
     "local_ratio_supremum": "worst local ratio over utilities that ignore the group",
     "global_ratio_supremum": "worst global ratio over utilities that ignore the group",
+    "local_hidden_context": "strength of an unrecorded factor that could explain the local ratio",
+    "global_hidden_context": "strength of an unrecorded factor that could explain the global ratio",
     "local_difference": "local difference D of expected utilities",
     "global_difference": "global difference of expected utilities",
     "equalized_odds": PARITY_WITHIN,
@@ -123,9 +125,14 @@ def scope(text: str) -> str:
     --------
     >>> scope("population at confidence 19/20")
     'the population behind the decisions, at confidence 95 %'
+    >>> scope("this table, with the declared hidden context")
+    'the table itself, with the declared hidden context'
     >>> scope("population, one-sided at confidence 19/20")
     'the population behind the decisions, one-sided at confidence 95 %'
     """
+    about, objection = without_objection(text)
+    if objection:
+        return f"{scope(about)}, {objection}"
     if text == "this table":
         return "the table itself"
     if is_sampled(text):
@@ -137,7 +144,7 @@ def scope(text: str) -> str:
 def claimed(claim: Mapping[str, Any]) -> Value:
     """The value of a claim; an end of an interval is rounded outwards, what is known exactly to the nearest decimals."""
     outwards: dict[str, Literal["down", "up"]] = {"<=": "up", ">=": "down"}
-    return Value(number(claim["value"]), outwards[claim["relation"]] if is_sampled(claim["scope"]) else "nearest")
+    return Value(number(claim["value"]), outwards[claim["relation"]] if is_sampled(claim["scope"]) or claim["by"] == "T14" else "nearest")
 
 
 def quantity(claim: Mapping[str, Any]) -> str:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from fairaudit.exact.extended import extended_text
+from fairaudit.exact.extended import Extended, extended_text
 
 # Of a policy behind filters
 
@@ -103,6 +103,23 @@ GIVEN_TRUTH = (
 
 DECLARED_POSITIVE = "positive labels, method and confidence were chosen without looking at the draws"
 
+# Of an unrecorded factor
+
+HIDDEN_BOTH = (
+    "an unrecorded factor has each of its values at most {k} times as often in one of any two groups {where} as in the other, and over its "
+    "values the expected utility of one of the two differs at most {m} times (declared)"
+)
+
+HIDDEN_HIGHER = (
+    "an unrecorded factor has each of its values at most {k} times as often in the group with the higher expected utility as in the other, "
+    "of any two groups {where}, and over its values the expected utility of that other group differs at most {m} times (declared)"
+)
+
+HIDDEN_LOWER = (
+    "an unrecorded factor has each of its values at most {k} times as often in the group with the lower expected utility as in the other, "
+    "of any two groups {where}, and over its values the expected utility of that other group differs at most {m} times (declared)"
+)
+
 # Of a stream
 
 PAST = "given everything recorded before it, each decision has the expected utility of its context and group as its mean"
@@ -149,6 +166,9 @@ SENTENCES: dict[str, str] = {
     "chosen": DECLARED,
     "cells": CELLS,
     "split": SPLIT,
+    "hidden-both": HIDDEN_BOTH,
+    "hidden-higher": HIDDEN_HIGHER,
+    "hidden-lower": HIDDEN_LOWER,
     "given-labels": GIVEN_TRUTH,
     "chosen-labels": DECLARED_POSITIVE,
     "past": PAST,
@@ -163,3 +183,9 @@ SENTENCES: dict[str, str] = {
 def range_said(low: Fraction, high: Fraction) -> str:
     """The sentence about a range of the utility that was declared."""
     return RANGE.format(low=extended_text(low), high=extended_text(high))
+
+
+def hidden_said(quantity: str, direction: str, k: Fraction, m: Extended) -> str:
+    """The sentence about an unrecorded factor that was declared, for the local or the global ratio."""
+    where = "of a context" if quantity.startswith("local") else "over all contexts"
+    return SENTENCES[f"hidden-{direction}"].format(k=extended_text(k), m=extended_text(m), where=where)

@@ -37,7 +37,7 @@ from fairaudit.theorems.t05 import t5_decision_in, t5_in
 from fairaudit.theorems.t08 import t8_in
 from fairaudit.theorems.t12 import t12_in
 from fairaudit.theorems.t13_cases import t13_any_policy_in, t13_floored_in, t13_near_in, t13_range_floored_in, t13_range_in
-from fairaudit.words import DRIFTING, OBJECTIONS, WHOEVER
+from fairaudit.words import DRIFTING, HIDDEN, OBJECTIONS, WHOEVER
 
 Relation = Literal["=", "<=", ">="]
 
@@ -66,6 +66,8 @@ FACTORS = ("local_ratio_factor", "local_log_factor", "global_ratio_factor", "glo
 
 OF_FLOORS = ("declared-floor", "declared-floor-in", "declared-mean-floor")
 """What claims about policies that keep floors list, as they were declared."""
+
+HIDDEN_CONTEXTS = ("local_hidden_context", "global_hidden_context")
 
 OF_DRAWS = ("draws", "units", "one-row", "paired", "by-design", "pooled", "stated-population", "range", "own-range", "cells", "split")
 """What claims about draws can list besides, as their interval asks for."""
@@ -170,6 +172,7 @@ _LEAST = (
     "machine-checked, the checker decides it anew in integers (written proof in docs/theory.md, property tests against enumeration)."
 )
 _WRITTEN = f"Not machine-checked: written proofs in docs/certificate-samples.md, {_COVERAGE}."
+_OF_INTERVALS = ("chosen", *OF_DRAWS, "past", "own-past", "mix", "order")
 
 
 _T16 = (
@@ -691,6 +694,46 @@ KINDS: tuple[Kind, ...] = (
         reason="Not machine-checked: written proofs in docs/certificate-monitor.md, property tests, and simulated streams.",
         assumes=("range", "chosen", "order"),
         may_assume=("past", "own-past", "mix"),
+    ),
+    # What was not recorded
+    Kind(
+        id="T14-frontier",
+        by="T14",
+        says=(
+            "An unrecorded factor does not bring the ratio down to 1, or to a target, if it is fewer times as common in one group as in "
+            "another than the value, and changes what they get fewer times, or both than a pair of the frontier."
+        ),
+        how="the least strength of an unrecorded factor that could explain it",
+        quantities=HIDDEN_CONTEXTS,
+        relations=(">=",),
+        scopes=(THIS_LAW, SAMPLED, ONE_SIDED),
+        subject="any",
+        evidence="frontier",
+        code=("fairaudit.theorems.t14.frontier",),
+        anchor="theory.md#t14",
+        coq=("T14_frontier",),
+        may_assume=_OF_INTERVALS,
+    ),
+    Kind(
+        id="T14-hidden",
+        by="T14",
+        says=(
+            "Among people who are alike in an unrecorded factor of the declared strength, too, some ratio is at least (m + k)/(1 + mk) "
+            "of the one that was seen."
+        ),
+        how="what an unrecorded factor of the declared strength leaves of it",
+        quantities=RATIOS,
+        relations=(">=",),
+        scopes=tuple(f"{scope}, {HIDDEN}" for scope in (THIS_LAW, SAMPLED, ONE_SIDED)),
+        subject="any",
+        evidence="hidden_context",
+        code=("fairaudit.theorems.t14.least_ratio",),
+        anchor="theory.md#t14",
+        coq=(
+            *("T14_hidden", "T14_exceeds", "T14_any_spread", "T14_local", "T14_sharp"),
+            *("T14_one_sided", "T14_one_sided_sharp", "T14_one_sided_reversed", "T14_one_sided_reversed_sharp"),
+        ),
+        may_assume=("hidden-both", "hidden-higher", "hidden-lower", *_OF_INTERVALS),
     ),
 )
 

@@ -38,6 +38,8 @@ def test_of_a_table_figures_come_first_then_what_follows_from_them() -> None:
         ("global_ratio_supremum", "=", F(2), "T6"),
         ("demographic_parity", "<=", F(1, 3), "T7"),
         ("global_ratio", "<=", F(3, 2), "T5"),
+        ("local_hidden_context", ">=", F("2.618033"), "T14"),
+        ("global_hidden_context", ">=", F("2.618033"), "T14"),
     ]
     assert {claim.scope for claim in result.claims} == {"this law"}
     assert {claim.assumptions for claim in result.claims} == {()}

@@ -115,6 +115,12 @@ def forge_evidence(pick: Pick, claim: dict[str, Any]) -> bool:
     elif "attained" in evidence:
         attained = evidence["attained"]
         evidence["attained"] = {"context": None, "higher": ["a"], "lower": ["b"]} if attained is None else None
+    elif "frontier" in evidence:
+        level = pick.choice(evidence["frontier"])
+        level["balanced"] = less(pick, level["balanced"])
+    elif "hidden_context" in evidence:
+        factor = evidence["hidden_context"]
+        factor["direction"] = "lower" if factor["direction"] != "lower" else "higher"
     elif evidence and not {"multipliers", "pairs"} & evidence.keys():
         key = next(iter(evidence))
         evidence[key] = less(pick, evidence[key])

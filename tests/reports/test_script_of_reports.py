@@ -30,6 +30,7 @@ ELSEWHERE = (
         "intervals.local_difference.measured",
         "the table",
         "a row of",
+        "targets[0] lacks the key 'estimand'",  # judged with the target
     ),
     *(f"intervals.{name}.lower must be the same as upper" for name in ("local", "global")),
 )

@@ -25,10 +25,21 @@ from fairaudit import checker
 from fairaudit.theorems.assumptions import SENTENCES
 from fairaudit.theorems.bound import FLOORED, THIS_LAW
 from fairaudit.theorems.case import NEEDS
-from fairaudit.theorems.registry import BY_ID, BY_KEY, KINDS, ONE_SIDED, SAMPLED, Kind, for_any_sampled, kind_of, without_objection
+from fairaudit.theorems.registry import (
+    BY_ID,
+    BY_KEY,
+    KINDS,
+    ONE_SIDED,
+    SAMPLED,
+    Kind,
+    for_any_sampled,
+    is_sampled,
+    kind_of,
+    without_objection,
+)
 
 RULES = checker.claims.RULES
-STATED = {key: kind for key, kind in BY_KEY.items() if key[3] not in (SAMPLED, ONE_SIDED) and kind.by != "T16"}
+STATED = {key: kind for key, kind in BY_KEY.items() if not is_sampled(key[3]) and kind.by != "T16"}
 DRIFTING = {key: kind for key, kind in BY_KEY.items() if kind.by == "T16"}
 BLANK = re.compile(r"\{[^{}]*\}")
 
