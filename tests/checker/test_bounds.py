@@ -68,7 +68,7 @@ def test_the_random_certificates_are_of_many_kinds() -> None:
         for claim, least in bounds(p):
             counts = seen.setdefault((claim["by"], claim["scope"]), [0, 0, 0])
             counts[(least is None) + 2 * (least == INF)] += 1
-    rules = checker.claims.RULES.items()
+    rules = [(key, rule) for key, rule in checker.claims.RULES.items() if not checker.claims.without_objection(key[3])[1]]
     assert set(seen) == {
         key[2:] for key, rule in rules if not rule.source and key[3] != checker.claims.UTILITIES and key[2] != "T13"
     }  # all that judge this policy by a theorem about one release
