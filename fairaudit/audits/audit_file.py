@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast, get_args
 
 from fairaudit.audits.sections import check_keys, check_targets, read_section, read_toml
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.exact.rationals import Number
 from fairaudit.inference.comparisons import MissingUnits
 from fairaudit.inference.ends import Method
 from fairaudit.inference.half_split import Selection
@@ -25,7 +26,7 @@ from fairaudit.tables.engines.paths import form
 from fairaudit.tables.labels import merge_labels, read_label_map, spelt_alike
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import Label, names
+from fairaudit.tables.values import Label, LabelLike, names
 
 __all__ = ["SAID_THERE", "Audit", "read_audit", "read_policy", "refuse_beside"]
 
@@ -55,7 +56,7 @@ class Audit:
     declared_in: dict[Label, dict[str, Any]] = field(default_factory=dict)
     max_drift: Any = None
     difference: bool = False
-    unknown_share: dict[Any, Any] = field(default_factory=dict)
+    unknown_share: Mapping[LabelLike | Label, Sequence[Number]] = field(default_factory=dict)
     hidden_context: Any = None
 
 
@@ -312,7 +313,7 @@ def _law(section: Mapping[str, Any], where: str, table: Table) -> Law:
     return Law.from_log(table, **columns, unit=unit, truth=truth, missing=missing, unknown=unknown)
 
 
-def _unknown_share(section: Mapping[str, Any], where: str) -> dict[Any, Any]:
+def _unknown_share(section: Mapping[str, Any], where: str) -> Mapping[LabelLike | Label, Sequence[Number]]:
     """Declared shares of rows of unknown group: a table of label and two numbers; labels of several columns are joined by "/"."""
     value = section.get("unknown_share", {})
     if not isinstance(value, dict) or not all(isinstance(ends, list) and len(ends) == 2 for ends in value.values()):

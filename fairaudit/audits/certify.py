@@ -42,7 +42,7 @@ from fairaudit.measures.ratios import Ratio, global_fairness, global_supremum, l
 from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.utility import Utility, UtilityTable, Values
-from fairaudit.tables.values import LabelLike
+from fairaudit.tables.values import Label, LabelLike
 from fairaudit.theorems.applicable import Guarantees, guarantees
 from fairaudit.theorems.bound import ANY_POLICY, NEAR_POLICY
 from fairaudit.theorems.case import TOO_WIDE, Case
@@ -79,7 +79,7 @@ def certify(
     changed: tuple[Quantity, Window] | None = None,
     positive: LabelLike | None = None,
     burden: bool = False,
-    unknown_share: Mapping[Any, Sequence[Number]] | None = None,
+    unknown_share: Mapping[LabelLike | Label, Sequence[Number]] | None = None,
 ) -> Result:
     """Measure a law exactly, say what follows for the population behind it, judge it against targets, and prepare a certificate.
 

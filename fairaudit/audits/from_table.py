@@ -63,7 +63,7 @@ def audit(
     bins: Mapping[str, Sequence[Number] | Bins] | None = None,
     missing: Missing = "error",
     unknown: str | Sequence[str] = (),
-    unknown_share: Mapping[Any, Sequence[Number]] | None = None,
+    unknown_share: Mapping[LabelLike | Label, Sequence[Number]] | None = None,
     fold_labels: bool = False,
     label_map: LabelMap | str | os.PathLike[str] | None = None,
     group_filter: Mechanism | None = None,
@@ -303,7 +303,7 @@ class _Asked:
     burden: bool
     embed_table: bool | None
     difference: bool = False
-    unknown_share: Mapping[Any, Sequence[Number]] | None = None
+    unknown_share: Mapping[LabelLike | Label, Sequence[Number]] | None = None
 
     def certify(self, subject: Law | Deployment, utility: Utility) -> Result:
         """Certify what is held in memory."""

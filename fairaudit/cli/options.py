@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
+
+if TYPE_CHECKING:
+    from fairaudit.exact.rationals import Number
+    from fairaudit.tables.values import Label, LabelLike
 
 __all__ = ["add_command", "add_limit", "add_limits", "add_renamed", "given_limit", "given_limits", "limits_as_options"]
 
@@ -237,7 +241,7 @@ def utility_range(text: str | None) -> dict[str, str]:
     return {"m": low.strip(), "gamma": high.strip()}
 
 
-def unknown_shares(given: list[str] | None) -> dict[str, tuple[str, str]]:
+def unknown_shares(given: list[str] | None) -> Mapping[LabelLike | Label, Sequence[Number]]:
     """Read --unknown-share.
 
     Examples
@@ -247,7 +251,7 @@ def unknown_shares(given: list[str] | None) -> dict[str, tuple[str, str]]:
     """
     from fairaudit.errors import InputError, shown
 
-    found: dict[str, tuple[str, str]] = {}
+    found: dict[LabelLike | Label, Sequence[Number]] = {}
     for text in given or []:
         label, equals, ends = text.rpartition("=")
         low, comma, high = ends.partition(",")
