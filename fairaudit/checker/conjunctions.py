@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
 from math import prod
+from struct import unpack
 
 from .json_values import (
     Labels,
@@ -62,8 +63,8 @@ class SubgroupTable:
 
     def unpacked(self, packed: int) -> tuple[int, ...]:
         """The numbers that are kept as one."""
-        mask = (1 << FIELD) - 1
-        return tuple(packed >> (FIELD * i) & mask for i in range(len(self.values)))
+        size = len(self.values)
+        return unpack(f"<{size}Q", packed.to_bytes(size * FIELD // 8, "little"))
 
     def total(self, counts: Sequence[int]) -> int:
         """What rows get together."""
@@ -149,7 +150,8 @@ def read_subgroup_table(lines: Iterator[tuple[str, object, bytes]]) -> SubgroupT
     head = _read_head(first[1], first[0])
     values, unit = over_common_denominator([worth for _, worth in head.decisions])
     rising = sorted(set(values))
-    shifts = [FIELD * rising.index(value) for value in values]
+    places = {value: i for i, value in enumerate(rising)}
+    shifts = [FIELD * places[value] for value in values]
     if (bits := max(value.bit_length() for value in values)) > FIELD:
         spend(len(values) ** 2, bits)
     sizes = [len(own) for own in head.labels]

@@ -217,6 +217,7 @@ class _Prepared:
     ) -> None:
         self.sampled, self.total, self.most, self.unknown = total is not None, total, most, unknown
         self.present = {column: set(listed) for column, listed in labels.items()}
+        self.of_groups = {label for column in unknown.columns for label in labels[column]}
         for column in unknown.columns:
             self.present[column] |= {label for step in steps for label in step.labels}
         self.mapped = {(step.column, step.label) for step in steps if step.step == "mapped"}
@@ -301,6 +302,8 @@ def _fault_of_left_out(step: Step, prepared: _Prepared) -> str:
     unknown = prepared.unknown.amount
     if step.step == "unknown" and step.amount != unknown:
         return f"the table gives {shown(unknown)}"
+    if named := sorted(prepared.of_groups.intersection(step.labels)):
+        return f"the table has a group with the label {shown(named[0])}"
     total = prepared.total if step.step == "unknown" else sum_of([prepared.total, unknown])
     return "" if kept == total else f"the table gives {shown(total)} decisions that are left"
 

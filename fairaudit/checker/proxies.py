@@ -26,8 +26,8 @@ from .logarithms import log_at_most
 from .proxy_ranges import Completion, Extreme, Pair, Range, Scope, check_range, scope_of
 from .rationals import ONE, Rational, at_most, fraction_sum, read_extended, read_rational, read_rationals
 from .rows import embedded_lines, lines_of_file, read_table
-from .table import Table, is_signed
-from .text import Finding, Incomplete, Report, TableNeeded, compared, finding_of, malformed, printable, shown
+from .table import Table, counts_are_whole, is_signed
+from .text import Finding, Incomplete, Report, TableNeeded, compared, compared_file, finding_of, malformed, printable, shown
 from .work import keep, working_on
 
 PROXIES_FORMAT = "fairaudit-proxies/1"
@@ -83,6 +83,8 @@ def check_proxies(document: object, lines: Iterable[bytes] | None) -> Report:
         compared("subject.table.sha256", stated.digest, table.digest),
         compared("subject.table.cells", stated.entries, table.rows * len(table.header.decisions)),
     ]
+    if stated.embedded is not None and lines is not None:
+        findings.append(compared_file(lines, table.digest))
     findings += _check_ranges(stated, table)
     findings += _check_targets(stated)
     report = Report(tuple(findings), stated.verdict)
@@ -243,7 +245,7 @@ def _check_table(stated: Proxies, table: Table) -> None:
     """Refuse a table that is not one of counts by cells."""
     header = table.header
     columns = header.subject.columns
-    if header.subject.kind != "counts" or table.policy is not None or header.truths is not None or header.profiles:
+    if header.subject.kind != "counts" or table.policy is not None or header.truths is not None or header.profiles or header.unknown:
         raise malformed("the table", "must be one of counts, and no more")
     if columns.context or columns.group != (*stated.context, *(name for name in stated.keys if name not in stated.context)):
         raise malformed("the table", "must have the columns of the contexts and of the cells in the place of groups, and no contexts")
@@ -251,7 +253,7 @@ def _check_table(stated: Proxies, table: Table) -> None:
         raise malformed("subject.columns.decision", "is not that of the table")
     if is_signed(table):
         raise malformed("the table", "has utilities below 0, of which no ratios are stated")
-    if any(cell.mass[1] != 1 for cell in table.cells):
+    if not counts_are_whole(table):
         raise malformed("the table", "has counts that are not whole")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
@@ -25,7 +24,7 @@ from .rationals import INFINITY, ONE, Rational, as_pair, at_most, maximum, reduc
 from .sentences import CHOSEN_BEFOREHAND, INDEPENDENT_ROWS, RANGE
 from .subgroup_statement import THIS_TABLE, Ends, Stated, StatedClaim, read_stated
 from .tails import Sample, fault_of_ends
-from .text import Finding, Incomplete, Report, TableNeeded, compared, finding_of, malformed, printable, shown
+from .text import Finding, Incomplete, Report, TableNeeded, compared, compared_file, finding_of, malformed, printable, shown
 from .work import keep, spend, working_on
 
 LAST_WAYS = 1 << 256  # a number of conjunctions beyond which nobody counts
@@ -42,10 +41,7 @@ def check_subgroups(document: object, lines: Iterable[bytes] | None) -> Report:
     checked = _Checked(stated, table)
     findings: list[Finding] = []
     if stated.embedded is not None and lines is not None:
-        digest = hashlib.sha256()
-        for line in lines:
-            digest.update(line)
-        findings.append(compared("the digest of the table file", digest.hexdigest(), table.digest))
+        findings.append(compared_file(lines, table.digest))
     findings += [*checked.subject(), *checked.search(), *checked.population(), *checked.claims(), *checked.targets()]
     report = Report(tuple(findings), stated.verdict)
     if report.ok:
@@ -62,8 +58,9 @@ class _Checked:
     def __init__(self, stated: Stated, table: SubgroupTable) -> None:
         self.stated, self.table = stated, table
         counts = [0] * len(table.values)
+        places = {value: i for i, value in enumerate(table.values)}
         for (_, worth), n in zip(table.decisions, table.by_decision, strict=True):
-            counts[table.values.index(worth[0] * (table.unit // worth[1]))] += n
+            counts[places[worth[0] * (table.unit // worth[1])]] += n
         self.everybody = sum(counts), table.total(counts)
         self.depth = min(stated.depth, len(table.sizes))
         self.lower, self.upper = ONE, INFINITY  # what is proved of the population

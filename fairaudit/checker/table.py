@@ -101,6 +101,11 @@ def measure(table: Table) -> dict[str, Maximum | None]:
     return metrics | dict.fromkeys(RATIOS) if is_signed(table) else metrics
 
 
+def counts_are_whole(table: Table) -> bool:
+    """Whether each count of each cell is whole, which their sum can be without them."""
+    return all(cell.mass[1] == 1 and cell.mass[0] % cell.law[1] == 0 for cell in table.cells)  # laws are in lowest terms
+
+
 def is_signed(table: Table) -> bool:
     """Whether some utility is below 0."""
     ends = table.header.utility or table.figures.ends or ()

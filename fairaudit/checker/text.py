@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 
@@ -101,3 +103,11 @@ def compared(name: str, stated: object, actual: object) -> Finding:
     """Find whether what is stated is what the table gives."""
     true = stated == actual
     return finding_of(f"{name} is {shown(stated)}", true, "" if true else f"the table gives {shown(actual)}")
+
+
+def compared_file(lines: Iterable[bytes], digest: str) -> Finding:
+    """Find whether a file beside a certificate that holds its table is that table."""
+    found = hashlib.sha256()
+    for line in lines:
+        found.update(line)
+    return compared("the digest of the table file", found.hexdigest(), digest)

@@ -17,7 +17,7 @@ from .claims import WHOEVER, Claim
 from .header import UnknownRow
 from .json_values import Labels
 from .rationals import INFINITY, ONE, ZERO, Rational, at_most, over_common_denominator, reduced, widest_ratio
-from .table import Table, globally_compared
+from .table import Table, counts_are_whole, globally_compared
 from .text import shown
 from .unknown_evidence import Assigned, Evidence, Share, Tips
 from .work import keep, spend
@@ -214,15 +214,15 @@ def _holds_apart(block: Block, low: Rational, high: Rational) -> bool:
 
 def _all_reach(block: Block, ratio: Rational) -> bool:
     """Go through all assignments, those being the same that give each group as many rows and as much, and decide whether none is below."""
-    groups = len(block.groups)
+    groups, bits = len(block.groups), (block.unknown * block.values[0][0]).bit_length() if block.values else 0
     states = {(0,) * (2 * groups)}
     for value, number in block.values:
         further: set[tuple[int, ...]] = set()
         for state in states:
             for row in _spreads(number, groups):
-                spend(40 * groups)  # tuples are much slower than numbers
+                spend(40 * groups, bits)  # tuples are much slower than numbers
                 further.add(tuple(map(sum, zip(state, (*row, *(value * part for part in row)), strict=True))))
-        keep(len(further) * 2 * groups)
+        keep(len(further) * 2 * groups, bits)
         states = further
     for state in states:
         if _within(block, state[:groups]):
@@ -259,12 +259,12 @@ class UnknownGroups:
         self.contexts = {label: x for x, label in enumerate(header.contexts)}
         self.rows: dict[int, UnknownRow] = {row.context: row for row in table.unknown}
 
-    @property
+    @cached_property
     def fault(self) -> str:
         """Say why nothing is known: counts have to be whole, utilities not to depend on the group, and shares to be possible."""
         if not self.table.unknown:
             return "every decision has a group"
-        if any(cell.mass[1] != 1 for cell in self.table.cells) or any(n[1] != 1 for row in self.table.unknown for n in row.counts):
+        if not counts_are_whole(self.table) or any(n[1] != 1 for row in self.table.unknown for n in row.counts):
             return "counts are not whole"
         for cell in self.table.cells if self.table.header.utility is None else ():
             row = self.rows.get(cell.context)
@@ -362,6 +362,8 @@ class UnknownGroups:
         return ""
 
     def _fault_of_least(self, quantity: str, value: Rational, evidence: Evidence) -> str:
+        if value == ONE and evidence.place is not None:
+            return "the proof of a ratio of at least 1 is null"
         if value != ONE:
             block = None if evidence.place is None else self.find(quantity, evidence.place.context)
             if block is None or evidence.place is None or at_most(value, ONE):
@@ -381,6 +383,8 @@ class UnknownGroups:
 
     def _fault_of_reached(self, quantity: str, ratio: Rational, assigned: Sequence[Assigned]) -> str:
         """Say what is wrong with an assignment under which no ratio is said to be greater; blocks without one stay below it anyway."""
+        if not at_most(ONE, ratio):
+            return "no ratio is below 1"
         left = dict(self.blocks(quantity))
         for entry in assigned:
             place = None if entry.context is None else self.contexts.get(entry.context)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from .assumptions import check_assumptions
@@ -25,7 +24,7 @@ from .subgroups import check_subgroups
 from .table import Table, constants, is_signed, measure
 from .tails import tail_rarity
 from .targets import check_targets
-from .text import Finding, FormatError, Report, TableNeeded, compared, malformed
+from .text import Finding, FormatError, Report, TableNeeded, compared, compared_file, malformed
 from .work import CURRENT_WORK, Work, grant_bytes, working_on
 from .worst_case import check_class
 
@@ -135,10 +134,7 @@ def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list
         return read_table(lines_of_file(lines or ()), keep, stated.positive, stated.of_differences, watches)
     table = read_table(embedded_lines(stated.embedded), keep, stated.positive, stated.of_differences, watches)
     if lines is not None:
-        digest = hashlib.sha256()
-        for line in lines:
-            digest.update(line)
-        findings.append(compared("the digest of the table file", digest.hexdigest(), table.digest))
+        findings.append(compared_file(lines, table.digest))
     return table
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import hashlib
 import json
 import os
 import random
@@ -16,7 +17,10 @@ import pytest
 from proxy_certificates import alterations, every_kind, proxied, stated
 
 from fairaudit import checker
+from fairaudit.audits.proxies import audit_proxies
+from fairaudit.audits.reading import Reading
 from fairaudit.certificates.certificate import Certificate
+from fairaudit.model.utility import Utility
 
 ENOUGH = 10**9 if os.environ.get("FAIRAUDIT_FULL") == "1" else 250
 
@@ -119,3 +123,48 @@ def test_the_exported_checker_takes_them(tmp_path: Any) -> None:
         [sys.executable, "-I", "-S", str(tmp_path / "checker.pyz"), str(path)], capture_output=True, text=True, check=False, timeout=60
     )
     assert done.returncode == 1, done.stderr
+
+
+SMALL = {"place": ["p", "p", "q", "q"], "out": ["y", "n", "y", "n"], "n": [1, 1, 2, 4]}
+SHARES = {"place": ["p", "p", "q", "q"], "race": ["b", "w", "b", "w"], "probability": ["1/2", "1/2", "1/3", "2/3"]}
+
+
+def small() -> dict[str, Any]:
+    """Two cells with known shares."""
+    made = audit_proxies(SMALL, Reading("out", ("race",), (), count="n"), Utility({"y": 1}), SHARES, limits={})
+    return copy.deepcopy(made.certificate.document)
+
+
+def redigested(document: dict[str, Any]) -> bytes:
+    """The same with the digest of its table as it now is."""
+    table = document["subject"]["table"]
+    lines = [checker.json_values.canonical_text(line) for line in (table["header"], *table["rows"])]
+    table["sha256"] = hashlib.sha256(b"".join(lines)).hexdigest()
+    return json.dumps(document).encode()
+
+
+def test_rows_of_no_cell_are_refused() -> None:
+    """Ranges say nothing of rows that stand in the table by themselves, however many these are."""
+    document = small()
+    table = document["subject"]["table"]
+    table["header"]["unknown"] = True
+    table["rows"].append({"context": 0, "unknown": ["1000000", "0"]})
+    with pytest.raises(checker.FormatError, match="must be one of counts"):
+        checker.check(redigested(document))
+
+
+def test_counts_are_whole_one_by_one() -> None:
+    """Three halves and three halves are three rows, of which the certificate for one and one says something else."""
+    document = small()
+    assert checker.check(redigested(document)).ok
+    document["subject"]["table"]["rows"][0]["weights"] = ["3/2", "3/2"]
+    with pytest.raises(checker.FormatError, match="not whole"):
+        checker.check(redigested(document))
+
+
+def test_a_file_beside_a_table_in_the_certificate_is_that_table() -> None:
+    document = small()
+    table = document["subject"]["table"]
+    lines = [checker.json_values.canonical_text(line) for line in (table["header"], *table["rows"])]
+    assert checker.check(json.dumps(document).encode(), lines).ok
+    assert not checker.check(json.dumps(document).encode(), lines[:-1]).ok

@@ -9,14 +9,17 @@ import os
 import random
 from collections.abc import Callable
 from fractions import Fraction
+from resource import RUSAGE_SELF, getrusage
 from typing import Any
 
 import pytest
 from certificates import outcome, unknown
 from unknown_rows import enumerated, random_block
 
+import fairaudit as fa
 from fairaudit import checker
-from fairaudit.checker.unknown_groups import Block, pair_stays, stays
+from fairaudit.checker.unknown_groups import Block, _all_reach, pair_stays, stays
+from fairaudit.checker.work import CURRENT_WORK, Work
 from fairaudit.theorems.t15 import Block as Written
 
 ALTERED = int(os.environ.get("FAIRAUDIT_UNKNOWN", "200"))
@@ -232,3 +235,59 @@ def test_a_document_that_asks_for_too_much_is_refused() -> None:
     )
     with pytest.raises(checker.TooMuch, match=r"steps|memory"):
         checker.check(json.dumps(redigested(document)).encode())
+
+
+def small(yes: int = 1) -> dict[str, Any]:
+    """Two groups and two decisions without one, one of each kind."""
+    table = {"u": ["y", "n"] * 3, "a": ["f", "f", "m", "m", "?", "?"], "n": [3, 1, 2, 2, 1, 1]}
+    made = fa.audit(table, decision="u", group="a", count="n", utility={"y": yes}, unknown=["?"], max_local_ratio="5/4", confidence=None)
+    return dict(json.loads(made.certificate.text))
+
+
+def said(document: dict[str, Any]) -> str:
+    """What the checker finds false."""
+    report = checker.check(json.dumps(redigested(document)).encode())
+    return "; ".join(f"{finding.statement} {finding.detail}" for finding in report.findings if not finding.true)
+
+
+def test_a_group_has_no_label_that_names_none() -> None:
+    document = json.loads(json.dumps(small()).replace('["m"]', '["?"]').replace('"a": "m"', '"a": "?"'))
+    assert "has a group with the label" in said(document)
+
+
+@pytest.mark.parametrize("ratio", ["0", "1/2", "-7"])
+def test_no_assignment_has_a_ratio_below_1(ratio: str) -> None:
+    document = small(yes=0)
+    assert not said(document)
+    for claim in claims(document, ">="):
+        claim["evidence"]["reached"] = {"ratio": ratio, "assigned": []}
+    assert "no ratio is below 1" in said(document)
+
+
+def test_nothing_is_shown_for_a_ratio_of_at_least_1() -> None:
+    """The pair that is named here has a smaller ratio in some assignment, which nobody would look at."""
+    document = small()
+    for claim in claims(document, ">="):
+        own = {"context": []} if claim["quantity"] == "local_ratio" else {}
+        assert claim["value"] == "1"
+        claim["evidence"]["proof"] = {**own, "higher": ["m"], "lower": ["f"]}
+    assert "is null" in said(document)
+
+
+def test_counts_are_whole_one_by_one() -> None:
+    document = small(yes=0)
+    for row, weights in zip(document["subject"]["table"]["rows"], (["5/2", "3/2"], ["1/2", "7/2"]), strict=False):
+        row["weights"] = weights
+    assert "counts are not whole" in said(document)
+
+
+def test_going_through_assignments_of_long_numbers_is_counted_by_their_length() -> None:
+    long = 10**90_000
+    block = Block(None, (0, 1), (1, 1), (1, 1), ((long + 1, 300), (long, 300)), 1, ((0, 600), (0, 600)), (0, 600))
+    before, token = getrusage(RUSAGE_SELF).ru_maxrss, CURRENT_WORK.set(Work())
+    try:
+        with pytest.raises(checker.TooMuch):
+            _all_reach(block, (2, 1))
+        assert getrusage(RUSAGE_SELF).ru_maxrss - before < 500_000  # kilobytes
+    finally:
+        CURRENT_WORK.reset(token)
