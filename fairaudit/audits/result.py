@@ -517,13 +517,16 @@ class Result(Faces):
 
 
 def spellings_of(law: Law, columns: Columns, contexts: Sequence[Any]) -> tuple[dict[str, Any], ...]:
-    """Labels of one column of a law that differ in spelling alone."""
+    """Labels of one column of a law that differ in spelling alone, and groups that differ so from a label that names none."""
     listed: list[tuple[str, list[str]]] = [(columns.decision, list(law.decisions))]
     for names, labels in ((columns.group, law.groups), (columns.context, contexts)):
         listed += [(name, list(dict.fromkeys(label[i] for label in labels))) for i, name in enumerate(names)]
     if law.truth is not None and columns.truth is not None:
         listed.append((columns.truth, list(law.truth.labels)))
-    return spellings(listed)
+    unknown = {label for entry in law.preparation if entry["step"] == "unknown" for label in entry["labels"]}
+    found = spellings((name, {*labels, *(unknown if name in columns.group else ())}) for name, labels in listed)
+    own = {name: set(labels) for name, labels in listed}
+    return tuple(entry for entry in found if not own[entry["column"]].isdisjoint(entry["labels"]))
 
 
 def _exactly(value: Fraction | float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -69,14 +69,15 @@ def _spelling(text: str) -> tuple[str, ...]:
     return ("a number", "-" if sign == "-" else "", shortened, str(exponent)) if shortened else ("a number", "0")
 
 
-def _spellings(header: Header) -> Iterator[tuple[str, Labels]]:
-    """List labels of one column that are spellings of one label."""
+def _spellings(header: Header, unknown: Iterable[str]) -> Iterator[tuple[str, Labels]]:
+    """List labels of one column that are spellings of one label, or groups that are spellings of a label that names none."""
     for column, labels in _labels_by_column(header).items():
-        alike: dict[tuple[str, ...], list[str]] = {}
-        for label in labels:
+        own, alike = set(labels), dict[tuple[str, ...], list[str]]()
+        for label in own.union(unknown if column in header.subject.columns.group else ()):
             if _is_settled(label):
                 alike.setdefault(_spelling(label), []).append(label)
-        yield from sorted((column, tuple(sorted(several))) for several in alike.values() if len(several) > 1)
+        several = (found for found in alike.values() if len(found) > 1 and not own.isdisjoint(found))
+        yield from sorted((column, tuple(sorted(found))) for found in several)
 
 
 STEPS = ("intervals", "mapped", "folded", "left out", "level", "unknown")
@@ -179,10 +180,10 @@ def _read_amount(value: object, where: str, unit: str) -> Rational:
     return amount
 
 
-def check_spellings(stated: Sequence[tuple[str, Labels]], table: Table) -> Iterator[Finding]:
+def check_spellings(stated: Sequence[tuple[str, Labels]], steps: Sequence[Step], table: Table) -> Iterator[Finding]:
     """Compare the spellings, which have to be stated where there are any."""
     header = table.header if table.policy is None else table.policy.header
-    actual = tuple(_spellings(header))
+    actual = tuple(_spellings(header, [label for step in steps for label in step.labels]))
     if actual and not stated:
         column, labels = actual[0]
         raise Incomplete(

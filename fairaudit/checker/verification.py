@@ -90,7 +90,7 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
     working_on("the metrics")
     metrics = measure(table)
     findings += _check_subject(stated, table)
-    findings += check_spellings(stated.spellings, table)
+    findings += check_spellings(stated.spellings, stated.preparation, table)
     findings += check_preparation(stated.preparation, table)
     if program is not None:
         working_on("the class of utilities")

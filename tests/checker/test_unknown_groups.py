@@ -291,3 +291,15 @@ def test_going_through_assignments_of_long_numbers_is_counted_by_their_length() 
         assert getrusage(RUSAGE_SELF).ru_maxrss - before < 500_000  # kilobytes
     finally:
         CURRENT_WORK.reset(token)
+
+
+def test_a_group_that_is_a_spelling_of_a_label_that_names_none_is_pointed_out() -> None:
+    """In each group column; not two such labels, of which neither is a group."""
+    table = {"u": ["y", "n"] * 4, "a": ["f", "f", "m", "m", "N/A", "N/A", "?", "n/a"], "b": ["s", "t"] * 2 + ["n/a ", "t", "s", "t"]}
+    made = fa.audit(table, decision="u", group=["a", "b"], utility="y", unknown=["?", "n/a", "n/A"], confidence=None)
+    found = [{"column": "a", "labels": ["N/A", "n/a"]}, {"column": "b", "labels": ["n/a", "n/a "]}]
+    document = json.loads(made.certificate.text)
+    assert document["subject"]["spellings"] == found
+    assert outcome(document) == "true"
+    del document["subject"]["spellings"]
+    assert "differ in spelling alone" in outcome(document)
