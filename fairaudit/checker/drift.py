@@ -96,6 +96,7 @@ class Side:
     end: Rational
     last: Rational
     reached: Rational
+    constant: bool  # whether no factor changes it
 
 
 @dataclass(frozen=True)
@@ -153,7 +154,7 @@ def fault_of_drift(
     below = _at_most_limit(decided, evidence.limit or ONE, about.unit)
     if below != (evidence.verdict == "within"):
         return f"the verdict is not {shown(evidence.verdict)}"
-    return _fault_of_radius(claim, about, evidence, found, metric.value)
+    return _fault_of_radius(claim, about, evidence, found)
 
 
 def _at_most_limit(ratio: Rational, limit: Rational, unit: str) -> bool:
@@ -174,7 +175,7 @@ def _fault_of_ratio(value: Rational, place: Attained | None, found: Found) -> st
     return "" if at_most(ratio, value) and at_most(value, ratio) else "the pair does not attain it"
 
 
-def _fault_of_radius(claim: Claim, about: About, evidence: Drifted, found: Found, measured: Rational) -> str:
+def _fault_of_radius(claim: Claim, about: About, evidence: Drifted, found: Found) -> str:
     """*Within* has to stand for all pairs, *exceeds* for the one that is named; and beyond an exact value no longer."""
     limit, never, exact = evidence.limit or ZERO, claim.value == INFINITY, claim.key[1] == "="
     within = evidence.verdict == "within"
@@ -194,10 +195,9 @@ def _fault_of_radius(claim: Claim, about: About, evidence: Drifted, found: Found
     one, other = found.pair
     if not within:
         sign = _excess(one.end, other.end, limit, about.unit)
-        moving = one.last != other.last or one.end != one.last or other.end != other.last
+        moving = about.by_factor and not (one.constant and other.constant)
         if never:
-            stands = sign > 0 or (about.by_factor and sign == 0 and not _at_most_limit(measured, limit, about.unit))
-            return "" if stands else "some move changes what the pair says"
+            return "" if sign > 0 or (sign == 0 and moving) else "some move changes what the pair says"
         early = not at_most(claim.value, one.reached) and not at_most(claim.value, other.reached)
         if sign < 0 or (sign == 0 and (early if not about.by_factor else not moving)):
             return "a smaller move changes what the pair says"
@@ -234,7 +234,8 @@ def _local(watch: Watch) -> Found:
 
 
 def _side(watch: Watch, cell: Cellwise, up: bool) -> Side:
-    return Side(cell.ends(watch.move)[up], cell.range(watch.move.by_factor)[up], cell.reached(up))
+    least, most = cell.range(watch.move.by_factor)
+    return Side(cell.ends(watch.move)[up], (least, most)[up], cell.reached(up), least == most)
 
 
 def _overall(watch: Watch, table: Table) -> Found:
@@ -263,7 +264,8 @@ def _overall(watch: Watch, table: Table) -> Found:
         a = names.index(label) if label in names else -1
         if a not in exact or a not in groups:
             return Found(greatest, None)
-        sides.append(Side(exact[a][up], exact[a][2 + up], watch.reached[a if up else -1 - a]))
+        least, most = exact[a][2:]
+        sides.append(Side(exact[a][up], (least, most)[up], watch.reached[a if up else -1 - a], least == most))
     return Found(greatest, (sides[0], sides[1]), len(exact) < len(groups))
 
 
@@ -288,7 +290,7 @@ def _boxed(boxed: Boxed, table: Table, local: bool, place: Attained | None, eta:
                     up = upper is (label[1] == place.higher)
                     (least, most), (lo, hi) = boxed.ranges[i], box[i]
                     way = (most - hi if up else lo - least) / (most - least) if most > least else Fraction(0)
-                    sides[label[1]] = Side(as_pair(high if up else low), as_pair(most if up else least), as_pair(way))
+                    sides[label[1]] = Side(as_pair(high if up else low), as_pair(most if up else least), as_pair(way), least == most)
     greatest = reduced(*greatest)
     if place is None or place.higher == place.lower or sides.keys() != {place.higher, place.lower}:
         return Found(greatest, None)

@@ -154,3 +154,22 @@ def test_means_that_are_not_followed_are_bounded() -> None:
     for claim in of_drift(made):
         claim["evidence"]["followed"] = [["c"]]
     assert outcome(made) == "false"
+
+
+@pytest.mark.parametrize(("value", "relation"), [("inf", "="), ("1000", ">="), ("3/2", ">=")])
+@pytest.mark.parametrize(
+    ("rows", "utility", "limit"),
+    [([[1, 0, 0], [0, 1, 0], [2, 0, 3]], (2, 1, 0), "2"), ([[1, 0, 0], [1, 0, 0], [0, 4, 5], [0, 2, 3]], (0, 1, 0), "11/10")],
+    ids=["at the limit", "nothing for both"],
+)
+def test_a_pair_that_no_factor_moves_does_not_prove_that_the_table_exceeds(
+    value: str, relation: str, rows: list[list[int]], utility: tuple[int, ...], limit: str
+) -> None:
+    """The first two stay where they are, at the limit or with 0/0; of the others some exceed it, by factors near 1 alone."""
+    law = fa.Law.from_array(rows, kind="counts", decisions=["x", "y", "z"], groups=["A", "B", "C", "D"][: len(rows)])
+    made = json.loads(fa.certify(law, dict(zip("xyz", utility, strict=True)), confidence=None, max_local_ratio=limit).certificate.text)
+    claim = next(c for c in of_drift(made) if c["quantity"] == "local_ratio_factor")
+    assert (claim["evidence"]["verdict"], outcome(made)) == ("exceeds", "true")
+    claim |= {"value": value, "relation": relation}
+    claim["evidence"]["pair"] |= {"higher": ["A"], "lower": ["B"]}
+    assert outcome(made) == "false"
