@@ -13,6 +13,7 @@ from fairaudit.cli.options import add_command, add_limits, confidence_option, gi
 from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
 from fairaudit.cli.source import add_label_options, add_source, add_table_form, option, progress, reading_of
+from fairaudit.measures.limits import LIMITS
 from fairaudit.tables.sources import source_name
 
 if TYPE_CHECKING:
@@ -146,7 +147,8 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest.add_argument(
         "--show-completions",
         action="store_true",
-        help="with --group-probability, --unknown or --missing unknown: print who the members of the groups could be at each end",
+        help="print who the members of the groups could be at each end (--group-probability, --unknown, --missing unknown), and which "
+        "updates change a verdict on a ratio, or are the worst and the best within --max-drift",
     )
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--report", metavar="FILE", help="write a page for people, too (needs the extra 'report')")
@@ -215,8 +217,12 @@ def _check_unknown(arguments: argparse.Namespace) -> None:
     possible = unknown or _is_audit_file(arguments)
     if arguments.unknown_share and not possible:
         raise InputError("--unknown-share goes with --unknown LABEL, the labels that name no group, or --missing unknown")
-    if arguments.show_completions and not possible and arguments.group_probability is None:
-        raise InputError("--show-completions goes with --group-probability, or with --unknown LABEL or --missing unknown")
+    drifts = any(getattr(arguments, name) is not None for name in ("max_drift", *LIMITS))
+    if arguments.show_completions and not possible and not drifts and arguments.group_probability is None:
+        raise InputError(
+            "--show-completions goes with --group-probability, with --unknown LABEL or --missing unknown, and with a target on a ratio "
+            "(such as --max-local-ratio)"
+        )
     for name in ("from_monitor", "slots", "group_probability"):
         if unknown and getattr(arguments, name) is not None:
             raise InputError(f"--unknown and --missing unknown do not go with {option(name)}; they go with tables and logs of decisions")

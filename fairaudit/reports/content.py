@@ -37,6 +37,7 @@ from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.limits import Quantity, limit_text
 from fairaudit.measures.rates import KINDS, NAMES, OVERALL
 from fairaudit.measures.ratios import Ratio, Witness
+from fairaudit.reports.drift import Standing, standings
 from fairaudit.reports.expectations import Expectations, Matrix, Panel
 from fairaudit.reports.hidden_context import Strength, declared, strengths
 from fairaudit.reports.ladder import Calibrated, Rung, calibration, ladder
@@ -509,6 +510,11 @@ class Content:
     def declared_factor(self) -> list[str]:
         """What a declared unrecorded factor leaves of the ratios; empty where none was declared."""
         return declared(self.document)
+
+    @cached_property
+    def drifting(self) -> list[Standing]:
+        """How far verdicts stand, and between which ends the ratios are within a declared drift."""
+        return standings(self.document, self.subject, self.expectations.comparisons if self.expectations else {})
 
     @cached_property
     def calibration(self) -> Calibrated | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from math import inf
 
@@ -15,7 +15,7 @@ HELD = "the contexts of each group staying distributed as they are"
 ON_PAIRS = "no drift is stated for this verdict: its interval rests on pairs of cells, or on units, not on ends of single cells"
 
 
-def radius_lines(found: TableRadius, quantity: str) -> Iterator[str]:
+def radius_lines(found: TableRadius, quantity: str, name: Callable[[Mapping[str, str]], str] = place) -> Iterator[str]:
     r"""How far cells may move while a verdict stands.
 
     Examples
@@ -43,9 +43,13 @@ def radius_lines(found: TableRadius, quantity: str) -> Iterator[str]:
         yield f"the least update can change that{held}"
     else:
         yield f"valid unless an update {', or '.join(parts)}{held}"
+    # It takes one pair above the limit to leave it, and none to keep it again.
+    first = "the first to change it" if within else "the last pair above the limit"
     pair = found.pair or found.factor_pair
     if pair is not None:
-        yield f"the first to change it: {pair_text(pair)}"
+        yield f"{first}: {pair_text(pair, name)}"
+    if found.pair is not None and found.factor_pair not in (None, found.pair):
+        yield f"{first} by a factor: {pair_text(found.factor_pair, name)}"
 
 
 def share(value: Extended) -> str:
@@ -59,11 +63,11 @@ def share(value: Extended) -> str:
     return f"{approximate(100 * Fraction(value), 'down')} %"
 
 
-def pair_text(pair: Pair) -> str:
+def pair_text(pair: Pair, name: Callable[[Mapping[str, str]], str] = place) -> str:
     """Name a pair of groups, with the context if there is one."""
     context, higher, lower = pair
-    where = f"{place(context)}, " if context else ""
-    return plain(f"{where}{place(higher)} against {place(lower)}")
+    where = f"{name(context)}, " if context else ""
+    return plain(f"{where}{name(higher)} against {name(lower)}")
 
 
 def drifted_line(found: DriftedRatio, drift: Fraction) -> str:
@@ -77,10 +81,3 @@ def drifted_line(found: DriftedRatio, drift: Fraction) -> str:
     ends = f"from {approximate(found.best, 'down')} to {approximate(found.worst, 'up')}"
     held = f", {HELD}" if found.quantity == "global" else ""
     return f"{ends} within the declared drift, at most {share(drift)} of the decisions in each cell{held}"
-
-
-def witness_lines(rows: Mapping[str, list[Fraction]], decisions: tuple[str, ...]) -> Iterator[str]:
-    """Constructed laws, by what they are called."""
-    for name, row in rows.items():
-        listed = ", ".join(f"{plain(u)} {approximate(100 * p)} %" for u, p in zip(decisions, row, strict=True))
-        yield f"{plain(name)}: {listed}"

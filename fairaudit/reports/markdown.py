@@ -93,6 +93,9 @@ def write(page: Content, checked: str = "") -> str:
             "the number under k = m it is too weak, and with one of the k of the last column it needs the m beside it."
         )
         blocks.append(table(("ratio", "of", "to be left", "k = m", "or k and m"), [_strength(found) for found in page.strengths]))
+    if page.drifting:
+        blocks.append("### How much may change before this verdict falls")
+        blocks.append("\n".join(f"* {prose(text)}" for found in page.drifting for text in (found.title, *found.lines)))
     shown = [panel for panel in (*page.panels[:3], page.overall) if panel]
     for panel in shown:
         blocks.append(f"### What each group {'bears' if page.burden else 'gets'}: {code(panel.title)}")

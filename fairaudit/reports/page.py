@@ -85,6 +85,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         heat=heat,
         curve=markup(curve(page.calibration)) if page.calibration else "",
         area=lambda found: markup(area(found)),
+        drawn=lambda found: markup(found.picture),
     )
     return text
 

@@ -23,6 +23,7 @@ from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.epsilon_delta import exp_epsilon
 from fairaudit.reports.difference_text import difference_rows, difference_target, differences
+from fairaudit.reports.drift import updates_text
 from fairaudit.reports.drift_text import ON_PAIRS, drifted_line, radius_lines
 from fairaudit.reports.hidden_context_text import explained, hidden_target
 from fairaudit.reports.unknown_groups import unknown_ranges
@@ -83,6 +84,7 @@ def summary(
         plain(result.sentence),
         prepared_text(result.preparation),
         unknown_groups(result, completions=completions),
+        updates_text(result) if completions else "",
         _figures(result),
         intervals(result),
         differences(result),

@@ -15,7 +15,7 @@ from fairaudit.reports.words import Value, named
 from fairaudit.theorems.registry import without_objection
 from fairaudit.words import WHOEVER, approximate
 
-__all__ = ["UnknownRange", "unknown_ranges"]
+__all__ = ["UnknownRange", "as_ratio", "unknown_ranges"]
 
 
 SHOW_ASSIGNED = 8  # contexts whose assignment is listed; the certificate has all
@@ -126,7 +126,7 @@ def unknown_ranges(document: Mapping[str, Any], groups: Mapping[tuple[str, ...] 
                 Value(number(most["value"]), "up"),
                 None if reached is None else Value(number(reached["ratio"]), "up"),
                 Value(number(metric["ratio"])),
-                tuple(_as_ratio(target) for target in own),
+                tuple(as_ratio(target) for target in own),
                 tuple(_tips(target, document["subject"]["columns"]) for target in own if "tips" in target),
                 tuple(_completions(most, least, document["subject"]["columns"], groups)),
             )
@@ -134,7 +134,8 @@ def unknown_ranges(document: Mapping[str, Any], groups: Mapping[tuple[str, ...] 
     return found
 
 
-def _as_ratio(target: Mapping[str, Any]) -> Value:
+def as_ratio(target: Mapping[str, Any]) -> Value:
+    """The limit of a target as a ratio, near it where it is one on a logarithm."""
     limit = number(target["limit"])
     return Value(limit) if target["unit"] == "ratio" else Value(exp(min(700.0, float(limit))), rational=False)
 
