@@ -56,7 +56,8 @@ def needed(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
     if claim["scope"].startswith(("population at confidence ", "population, one-sided at confidence ")):
         return [said[name] for name in names] + _of_interval(claim, document)
     if claim["by"] == "T15":
-        return [_share(said, share, claim["quantity"]) for share in document["subject"].get("unknown_shares", [])]
+        shares = [_share(said, share, claim["quantity"]) for share in document["subject"].get("unknown_shares", [])]
+        return [*([said["unknown-compared"]] if _could_be_of_others(claim, document["subject"]["table"]) else []), *shares]
     if claim["by"] in ("T5", "T5-decision") and claim["scope"] == "any policy behind this filter":
         names.append("stated-population")
     found = [said[name] for name in names]
@@ -65,6 +66,14 @@ def needed(claim: dict[str, Any], document: dict[str, Any]) -> list[str]:
     if claim["scope"].endswith("that keeps the declared floor") and "tau" in document["subject"].get("declared", {}):
         found.append(said["declared-floor"].replace("{τ_d}", document["subject"]["declared"]["tau"]))
     return found
+
+
+def _could_be_of_others(claim: dict[str, Any], table: dict[str, Any]) -> bool:
+    """Whether a context that has decisions of unknown group lacks a group."""
+    cells = {(row["context"], row["group"]) for row in table["rows"] if "group" in row}
+    contexts = [row["context"] for row in table["rows"] if "unknown" in row]
+    groups = range(len(table["header"]["groups"]))
+    return claim["quantity"].startswith("local") and any((x, a) not in cells for x in contexts for a in groups)
 
 
 def _share(said: dict[str, str], share: dict[str, Any], quantity: str) -> str:

@@ -9,6 +9,8 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from fairaudit.audits.drift import TableRadius, evidence_of, radius_evidence
 from fairaudit.audits.unknown import Levels
 from fairaudit.certificates.numbers import number
@@ -19,7 +21,7 @@ from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
 from fairaudit.tables.preparation import assumption
 from fairaudit.tables.values import Label
-from fairaudit.theorems.assumptions import FRESH, UNKNOWN_OTHERS, UNKNOWN_SHARE, hidden_said
+from fairaudit.theorems.assumptions import FRESH, UNKNOWN_COMPARED, UNKNOWN_OTHERS, UNKNOWN_SHARE, hidden_said
 from fairaudit.theorems.bound import FLOORED, THIS_LAW, Bound
 from fairaudit.theorems.registry import BY_ID, BY_KEY, ONE_SIDED, SAMPLED, Kind, Relation, under
 from fairaudit.theorems.supremum import PairProof, Supremum
@@ -194,7 +196,9 @@ def claims_about_unknown(found: Whoever, result: Result) -> Iterator[Claim]:
     """Both ends of a ratio, whoever the decisions of unknown group are; what was left out as unknown is not left out of these."""
     law, quantity = result.law, f"{found.quantity}_ratio"
     left_out = tuple(text for text in (assumption(entry) for entry in law.preparation if entry["step"] != "unknown") if text)
-    assumed = (*(share_said(share, law, overall=found.quantity == "global") for share in result.unknown_shares), *left_out)
+    overall = found.quantity == "global"
+    compared = () if overall or not _could_be_of_others(law) else (UNKNOWN_COMPARED,)
+    assumed = (*compared, *(share_said(share, law, overall=overall) for share in result.unknown_shares), *left_out)
     scope = under("this law", WHOEVER)
 
     def place(at: Place) -> dict[str, Any]:
@@ -223,6 +227,12 @@ def claims_about_unknown(found: Whoever, result: Result) -> Iterator[Claim]:
         ]
         reached = {"ratio": number(found.reached.ratio), "assigned": assigned}
     yield Claim(quantity, ">=", found.least, "T15", {"proof": proof, "reached": reached}, scope, assumed)
+
+
+def _could_be_of_others(law: Law) -> bool:
+    """Whether a context with decisions of unknown group has none of some group that is recorded elsewhere."""
+    cells = np.bincount(law.cell_context, minlength=len(law.contexts))
+    return law.unknown is not None and bool((cells[law.unknown.contexts] < len(law.groups)).any())
 
 
 def share_said(share: Share, law: Law, *, overall: bool) -> str:

@@ -141,6 +141,8 @@ def ask_shares(given: Mapping[LabelLike | Label, Sequence[Number]], law: Law) ->
         If there is no such group, shares are not between 0 and 1, or they cannot all hold.
     """
     found: dict[int | None, Share] = {}
+    if OTHERS in given and (OTHERS,) in law.groups:
+        raise InputError("'*' stands for none of the groups where shares are named, and a group has this label; map it to another one")
     for label, ends in given.items():
         parts = label.split("/") if isinstance(label, str) and len(law.columns.group) > 1 else label
         name = OTHERS if label == OTHERS else names(parts)  # type: ignore[arg-type]

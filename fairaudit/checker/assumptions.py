@@ -58,6 +58,7 @@ from .sentences import (
     SPLIT,
     STATED_POPULATION,
     UNITS,
+    UNKNOWN_COMPARED,
     UNKNOWN_OTHERS,
     UNKNOWN_SHARE,
     WINDOWS,
@@ -84,7 +85,9 @@ def _sentences(claim: Claim, stated: Certificate, table: Table) -> Sentences:
     elif is_about_population(claim.key):
         own = _assumed_by_interval(stated.intervals[claim.key[0].removesuffix("_ratio")], table)
     elif claim.key[3] == WHOEVER_IN_LAW:
-        own = Sentences(tuple(_share(share, claim.key[0].startswith("global")) for share in stated.shares))
+        overall = claim.key[0].startswith("global")
+        others = not overall and any(table.figures.sizes[row.context] < len(table.header.groups) for row in table.unknown)
+        own = Sentences((*((UNKNOWN_COMPARED,) if others else ()), *(_share(share, overall) for share in stated.shares)))
     elif claim.key[2] == T16:
         own = _assumed_of_drift(claim, stated, table)
     elif claim.key[2] == "T13":

@@ -67,6 +67,9 @@ WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows
 ORDER = "which contexts and groups appear, and in what order they first do, does not depend on how decisions come out"
 
 # About decisions of unknown group
+UNKNOWN_COMPARED = (
+    "in each context only groups of which decisions are recorded there are compared, though some without a recorded group may be of others"
+)
 UNKNOWN_SHARE = "of the decisions without a recorded group, {}, a share between {} and {} belongs to the group {} (declared)"
 UNKNOWN_OTHERS = "of the decisions without a recorded group, {}, a share between {} and {} belongs to none of the groups (declared)"
 

@@ -134,6 +134,10 @@ WINDOWS = "window i of the stream has 1/(i(i + 1)) of the error that all windows
 
 # Of decisions of unknown group
 
+UNKNOWN_COMPARED = (
+    "in each context only groups of which decisions are recorded there are compared, though some without a recorded group may be of others"
+)
+
 UNKNOWN_SHARE = (
     "of the decisions without a recorded group, {where}, a share between {low} and {high} belongs to the group {group} (declared)"
 )
@@ -175,6 +179,7 @@ SENTENCES: dict[str, str] = {
     "own-past": OWN_PAST,
     "mix": MIX,
     "order": ORDER,
+    "unknown-compared": UNKNOWN_COMPARED,
     "unknown-share": UNKNOWN_SHARE,
     "unknown-others": UNKNOWN_OTHERS,
 }

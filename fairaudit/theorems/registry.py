@@ -319,7 +319,7 @@ KINDS: tuple[Kind, ...] = (
         code=("fairaudit.theorems.t15.greatest",),
         anchor="theory.md#t15",
         coq=("T15_greatest", "T15_greatest_mean", "T15_least_mean"),
-        may_assume=("unknown-share", "unknown-others"),
+        may_assume=("unknown-compared", "unknown-share", "unknown-others"),
     ),
     Kind(
         id="T15-least",
@@ -335,7 +335,7 @@ KINDS: tuple[Kind, ...] = (
         code=("fairaudit.theorems.t15.least_apart", "fairaudit.theorems.t15_assignments.least_of_all"),
         anchor="theory.md#t15",
         reason=_LEAST,
-        may_assume=("unknown-share", "unknown-others"),
+        may_assume=("unknown-compared", "unknown-share", "unknown-others"),
     ),
     # Theorems about a policy behind filters, in the order in which certificates list them
     _bound(

@@ -128,6 +128,9 @@ def test_the_command_of_the_readme(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["verify", str(certificate)]) == 0
 
 
+STARRED = {**TABLE, "sex": ["*" if sex == "f" else sex for sex in TABLE["sex"]]}
+
+
 def audit(table: dict[str, Any] = TABLE, **options: Any) -> fa.Result:
     given: dict[str, Any] = {"unknown": ["n/a", "declined"], "count": "n", "utility": "yes", **options}
     return fa.audit(table, decision="hired", group="sex", **given)
@@ -187,6 +190,7 @@ def test_a_utility_column_must_not_depend_on_the_group_where_rows_are_unknown() 
         ({"max_drift": "0.1", "max_local_ratio": 2}, "one objection at a time"),
         ({"unknown_share": {"x": (0, 1)}}, "which is no group"),
         ({"unknown_share": {"f": (0.6, 0.4)}}, "must rise"),
+        ({"table": STARRED, "unknown_share": {"*": (0, 1)}}, "has this label"),
         ({"unknown_share": {"f": (0.6, 1), "m": (0.5, 1)}}, "more than 1"),
         ({"unknown_share": {"f": (0, 0.4), "m": (0, 0.4), "*": (0, 0.1)}}, "less than 1"),
         ({"unknown": (), "unknown_share": {"f": (0, 1)}}, "goes with unknown"),

@@ -303,3 +303,20 @@ def test_a_group_that_is_a_spelling_of_a_label_that_names_none_is_pointed_out() 
     assert outcome(document) == "true"
     del document["subject"]["spellings"]
     assert "differ in spelling alone" in outcome(document)
+
+
+@pytest.mark.parametrize(("lacking", "listed"), [("t", True), ("s", False)])
+def test_that_some_may_be_of_groups_that_are_not_compared_is_said(lacking: str, listed: bool) -> None:
+    """In t nobody is recorded as m: should the unknown there be m, they get nothing, and no ratio that is claimed is about that."""
+    table = {"u": ["y", "n", "y", "n", "y", "n"], "a": ["f", "f", "m", "m", "f", "?"], "x": ["s", "s", "s", "s", "t", lacking]}
+    made = fa.audit(table, decision="u", group="a", context="x", utility="y", unknown=["?"], max_local_ratio="3", confidence=None)
+    document = json.loads(made.certificate.text)
+    assert made.verdict == "within"
+    assert outcome(document) == "true"
+    found = [claim for relation in ("<=", ">=") for claim in claims(document, relation)]
+    for claim in found:
+        assert ("though some" in "".join(claim["assumptions"])) == (listed and claim["quantity"] == "local_ratio")
+    if listed:
+        assert "though some without a recorded group may be of others" in str(fa.report(made))
+        found[0]["assumptions"] = []
+        assert "lacks the assumption" in outcome(document)
