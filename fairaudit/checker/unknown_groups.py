@@ -174,8 +174,9 @@ def stays(block: Block, limit: Rational) -> bool:
     """Decide whether no ratio of two groups is above a limit of at least 1 in any assignment."""
     groups = range(len(block.groups))
     low = {a: (block.sums[a] + block.smallest.sum(block.worst[a]), block.sizes[a] + block.worst[a]) for a in groups}
+    longest = max(max(mean).bit_length() for mean in low.values())
+    spend(2 * len(low) * max(1, len(low).bit_length()), longest, longest)
     rising = sorted(groups, key=lambda a: _Key(low[a]))
-    spend(2 * len(rising) * max(1, len(rising).bit_length()), max(n.bit_length() for n, _ in low.values()))
     for a in groups:
         for b in rising:
             if b != a and block.excess(a, b, block.most[a], block.worst[b], limit) <= 0:
@@ -285,10 +286,11 @@ class UnknownGroups:
         for value, (_, number) in zip(flat[len(means) :], rows, strict=True):
             numbers[value] = numbers.get(value, 0) + number
         unknown = sum(numbers.values())
-        spend(len(self.places) + len(self.shares), unknown.bit_length())
+        spend(2 * len(self.shares) + 4, unknown.bit_length())
         limits = {None if share.group is None else self.places[share.group]: _limits(share, unknown) for share in self.shares}
-        away = [limits.get(a, (0, unknown)) for a in (*(a for a in range(len(self.places)) if a not in means), None)]
-        rest = sum(low for low, _ in away), min(unknown, sum(high for _, high in away))
+        away = [limit for a, limit in limits.items() if a not in means]
+        free = len(self.places) + 1 - len(means) - len(away)  # receivers that are not compared and of which nothing is declared
+        rest = sum(low for low, _ in away), min(unknown, sum(high for _, high in away) + free * unknown)
         own = tuple(limits.get(a, (0, unknown)) for a in means)
         sizes = tuple(size for size, _ in means.values())
         return Block(
@@ -309,8 +311,9 @@ class UnknownGroups:
     def overall(self) -> dict[int | None, Block]:
         """All contexts together."""
         means: dict[int, tuple[int, Rational]] = {}
+        compared = set(globally_compared(self.table))
         for a, cells in enumerate(self.table.by_group()):
-            if a in globally_compared(self.table):
+            if a in compared:
                 size = sum(cell.mass[0] for cell in cells)
                 means[a] = size, reduced(*_sum([_times(cell.mass, cell.expectation) for cell in cells]))
         rows = [pair for row in self.table.unknown for pair in row.by_value]

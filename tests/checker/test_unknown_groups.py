@@ -10,6 +10,7 @@ import random
 from collections.abc import Callable
 from fractions import Fraction
 from resource import RUSAGE_SELF, getrusage
+from time import process_time
 from typing import Any
 
 import pytest
@@ -18,7 +19,8 @@ from unknown_rows import enumerated, random_block
 
 import fairaudit as fa
 from fairaudit import checker
-from fairaudit.checker.unknown_groups import Block, _all_reach, pair_stays, stays
+from fairaudit.checker.rows import embedded_lines, read_table
+from fairaudit.checker.unknown_groups import Block, UnknownGroups, _all_reach, pair_stays, stays
 from fairaudit.checker.work import CURRENT_WORK, Work
 from fairaudit.theorems.t15 import Block as Written
 
@@ -320,3 +322,34 @@ def test_that_some_may_be_of_groups_that_are_not_compared_is_said(lacking: str, 
         assert "though some without a recorded group may be of others" in str(fa.report(made))
         found[0]["assumptions"] = []
         assert "lacks the assumption" in outcome(document)
+
+
+def wide(groups: int, contexts: int) -> list[object]:
+    """A table with many groups, three of which are in each context, and unknown decisions in all."""
+    table = dict(
+        small()["subject"]["table"]["header"], groups=[[str(a)] for a in range(groups)], contexts=[[str(x)] for x in range(contexts)]
+    )
+    table["columns"] = {**table["columns"], "context": ["x"]}
+    cells = [{"context": x, "group": 6 * x + a, "weights": ["3", "1"]} for x in range(contexts) for a in range(3)]
+    return [table, *cells, *({"context": x, "unknown": ["2", "2"]} for x in range(contexts))]
+
+
+def test_many_groups_and_contexts_take_no_time() -> None:
+    """Half a megabyte, of which groups times contexts and groups times groups would be tens of millions."""
+    facts = UnknownGroups(read_table(embedded_lines(wide(20_000, 2_000))), ())
+    started = process_time()
+    assert len(facts.local) == 2_000 and all(stays(block, (9, 1)) for block in facts.local.values())
+    assert not stays(facts.overall[None], (9, 1))
+    assert process_time() - started < 10
+
+
+def test_comparing_long_means_is_counted_before_it_is_done() -> None:
+    long = 10**90_000
+    block = Block(None, tuple(range(200)), (4,) * 200, (7,) * 200, ((2, long), (1, long)), 1, ((0, 2 * long),) * 200, (0, 2 * long))
+    started, token = process_time(), CURRENT_WORK.set(Work())
+    try:
+        with pytest.raises(checker.TooMuch):
+            stays(block, (3, 1))
+    finally:
+        CURRENT_WORK.reset(token)
+    assert process_time() - started < 2
