@@ -269,6 +269,8 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
         raise malformed(f"{where}.limits", "must have the lower one first")
     ends = read_list(members[given], f"{where}.{given}", 2)
     last = read_rational(ends[1], f"{where}.{given}[1]") if difference else read_extended(ends[1], f"{where}.{given}[1]")
+    surely = of_box and not of_stream and not difference  # a group that is certain to get nothing makes the ratio infinite
+    first = (read_extended if surely else read_rational)(ends[0], f"{where}.{given}[0]")
     confidence = read_confidence(members["confidence"], f"{where}.confidence")
     return Interval(
         name.removesuffix("_difference"),
@@ -280,7 +282,7 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
         limits,
         _read_units(members["units"], f"{where}.units") if "units" in members else None,
         _read_measured(members, where, name, subject.columns) if "units" in members else None,
-        (read_rational(ends[0], f"{where}.{given}[0]"), last),
+        (first, last),
         evidence,
         difference,
     )

@@ -44,6 +44,8 @@ from interval_certificates import (
 from plain_certificates import checker, edited, false_statements, make, raw
 from policy_certificates import SCHEMA, Policy, digested, write
 
+import fairaudit as fa
+
 
 def of_policy(p: Policy, draws: dict[tuple[int, int], int], quantity: str) -> tuple[list[Cell], list[list[Form]], bool]:
     by_group = p.own["lipschitz"] > 0
@@ -410,7 +412,7 @@ def test_intervals_and_classes_do_not_meet(good: Any) -> None:
         ("intervals.local.limits", ["-1", "1"]),
         ("intervals.local.limits", ["1"]),
         ("intervals.local.ratio", ["1"]),
-        ("intervals.local.ratio", ["inf", "inf"]),
+        ("intervals.local.ratio", ["infinite", "inf"]),
         ("intervals.local.ratio", ["1", None]),
         ("intervals.local.levels", ["1/80", "1/80"]),
         ("intervals.local.levels.upper", None),
@@ -522,3 +524,14 @@ def test_how_many_samples_two_forms_rest_on() -> None:
         supports = [pick.sample(range(5), pick.choice([0, 1, 1, 1, 2, 3])) for _ in range(pick.randint(2, 4))]
         most = max(len({*one, *other}) for one, other in permutations(supports, 2))
         assert checker.interval_proofs._spanned(supports) == most
+
+
+@pytest.mark.parametrize(("worth", "true"), [(0, True), (1, False)])
+def test_the_lower_end_is_infinite_where_a_group_is_certain_to_get_nothing(worth: int, true: bool) -> None:
+    law = fa.Law.from_array([[5, 5], [10, 0]], kind="counts", decisions=["no", "yes"], groups=["A", "B"])
+    utility = fa.Utility.from_function(lambda decision, _, group: worth * (decision == "yes") + ("A" in group), law)
+    document = json.loads(fa.certify(law, utility, max_local_ratio=2).certificate.text)
+    assert (document["intervals"]["local"]["ratio"][0] == "inf") is true
+    document["intervals"]["local"]["ratio"] = ["inf", "inf"]
+    assert SCHEMA.is_valid(document)
+    assert checker.check(json.dumps(document).encode()).ok is true
