@@ -309,15 +309,18 @@ def _greatest(ratios: Iterable[Rational]) -> Rational:
     return found
 
 
-def _verdict(target: Target, ranges: Sequence[Range]) -> str:
-    """Judge a target by the ends of all ranges: each context has completions of its own."""
-    if not ranges:
+def _ends(ranges: Sequence[Range]) -> tuple[Rational, ...]:
+    """Find the greatest of the ends, and of the completions, of all ranges: each context has completions of its own."""
+    each = ((found.least.ratio, found.greatest.ratio, found.low.ratio, found.high.ratio) for found in ranges)
+    return tuple(map(_greatest, zip(*each, strict=True)))
+
+
+def _verdict(target: Target, ends: tuple[Rational, ...]) -> str:
+    """Judge a target by the ends of all ranges; there are none without ranges."""
+    if not ends:
         return "inconclusive"
     within = log_at_most if target.unit == "log" else at_most
-    least = _greatest(found.least.ratio for found in ranges)
-    greatest = _greatest(found.greatest.ratio for found in ranges)
-    low = _greatest(found.low.ratio for found in ranges)
-    high = _greatest(found.high.ratio for found in ranges)
+    least, greatest, low, high = ends
     if not within(least, target.limit):
         return "exceeds"
     if within(greatest, target.limit):
@@ -329,10 +332,10 @@ def _check_targets(stated: Proxies) -> Iterator[Finding]:
     """Judge each target by what is stated, which was checked, and the certificate by its targets."""
     verdicts: list[str] = []
     seen: set[tuple[str, str]] = set()
-    ranges = {"local": [found for _, found in stated.local], "global": [] if stated.overall is None else [stated.overall]}
+    ends = {"local": _ends([found for _, found in stated.local]), "global": _ends([stated.overall] if stated.overall else [])}
     for i, target in enumerate(stated.targets):
         working_on(f"targets[{i}]")
-        verdicts.append(_verdict(target, ranges[target.quantity]))
+        verdicts.append(_verdict(target, ends[target.quantity]))
         fault = "" if target.verdict == verdicts[-1] else f"the ranges give {shown(verdicts[-1])}"
         if target.judged != JUDGED:
             fault = f"judged must be {shown(JUDGED)}, not {shown(target.judged)}"

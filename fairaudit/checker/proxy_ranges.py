@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import combinations
 from math import lcm
 
@@ -29,11 +30,16 @@ class Cell:
     low: tuple[int, ...]
     high: tuple[int, ...]
 
+    @cached_property
+    def ends(self) -> tuple[int, int]:
+        """Add up the least rows of all groups, and the greatest."""
+        return sum(self.low), sum(self.high)
+
     def limits(self, union: Collection[int]) -> tuple[int, int]:
         """Count the rows of a union of groups, at least and at most: all groups together have all rows."""
-        others = [a for a in range(len(self.low)) if a not in union]
-        least = max(sum(self.low[a] for a in union), self.rows - sum(self.high[a] for a in others))
-        return least, min(sum(self.high[a] for a in union), self.rows - sum(self.low[a] for a in others))
+        least, most = sum(self.low[a] for a in union), sum(self.high[a] for a in union)
+        low, high = self.ends
+        return max(least, self.rows - high + most), min(most, self.rows - low + least)
 
     def first(self, count: int, backwards: bool = False) -> int:
         """Add up the utilities of so many rows from the worst on, or from the best on."""
@@ -89,9 +95,10 @@ class Scope:
         if self.known:
             return True
         self.spend_on_pass(bits_of(greatest, least))
+        wanted = (((higher,), greatest * self.units, True), ((lower,), least * self.units, False))
         for cell in self.cells:
             ends = [0, 0]
-            for union, value, above in (((higher,), greatest * self.units, True), ((lower,), least * self.units, False)):
+            for union, value, above in wanted:
                 low, high = cell.limits(union)
                 for i, ties in enumerate((False, True)):
                     ends[i] += min(max(cell.beyond(value, above, ties), low), high)

@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import random
+from time import process_time
 from typing import Any
 
 import pytest
@@ -20,6 +21,8 @@ from fairaudit import checker
 from fairaudit.audits.proxies import audit_proxies
 from fairaudit.audits.reading import Reading
 from fairaudit.certificates.certificate import Certificate
+from fairaudit.checker import proxies
+from fairaudit.checker.proxy_ranges import Cell
 from fairaudit.model.utility import Utility
 
 ENOUGH = 10**9 if os.environ.get("FAIRAUDIT_FULL") == "1" else 250
@@ -168,3 +171,30 @@ def test_a_file_beside_a_table_in_the_certificate_is_that_table() -> None:
     lines = [checker.json_values.canonical_text(line) for line in (table["header"], *table["rows"])]
     assert checker.check(json.dumps(document).encode(), lines).ok
     assert not checker.check(json.dumps(document).encode(), lines[:-1]).ok
+
+
+def test_a_pair_of_very_many_groups_takes_no_longer() -> None:
+    """What all others have is known from what all have together."""
+    many = 5_000
+    cell = Cell(((0, 1), (1, 1)), 10 * many, (1,) * many, (20,) * many)
+    started = process_time()
+    assert {cell.limits((a, a + 1)) for a in range(many - 1)} == {(2, 40)}
+    assert cell.limits(range(1, many)) == (10 * many - 20, 10 * many - 1)
+    assert process_time() - started < 2
+
+
+def test_ranges_are_gone_through_once_for_all_targets(monkeypatch: pytest.MonkeyPatch) -> None:
+    times = 0
+    greatest = proxies._greatest
+
+    def counted(ratios: Any) -> Any:
+        nonlocal times
+        times += 1
+        return greatest(ratios)
+
+    monkeypatch.setattr(proxies, "_greatest", counted)
+    document = small()
+    judged = {"quantity": "local", "unit": "ratio", "judged": proxies.JUDGED, "verdict": "depends"}
+    document["targets"] = [{**judged, "limit": str(limit)} for limit in range(2, 50)]
+    assert not checker.check(json.dumps(document).encode()).ok
+    assert 0 < times <= 8
