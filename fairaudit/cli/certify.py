@@ -147,8 +147,9 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest.add_argument(
         "--show-completions",
         action="store_true",
-        help="print who the members of the groups could be at each end (--group-probability, --unknown, --missing unknown), and which "
-        "updates change a verdict on a ratio, or are the worst and the best within --max-drift",
+        help="print who the members of the groups could be at each end (--group-probability, --unknown, --missing unknown), which "
+        "updates change a verdict on a ratio, or are the worst and the best within --max-drift, "
+        "and which unrecorded factor could explain one",
     )
     rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
     rest.add_argument("--report", metavar="FILE", help="write a page for people, too (needs the extra 'report')")
@@ -217,11 +218,11 @@ def _check_unknown(arguments: argparse.Namespace) -> None:
     possible = unknown or _is_audit_file(arguments)
     if arguments.unknown_share and not possible:
         raise InputError("--unknown-share goes with --unknown LABEL, the labels that name no group, or --missing unknown")
-    drifts = any(getattr(arguments, name) is not None for name in ("max_drift", *LIMITS))
+    drifts = any(getattr(arguments, name) is not None for name in ("max_drift", "hidden_context", *LIMITS))
     if arguments.show_completions and not possible and not drifts and arguments.group_probability is None:
         raise InputError(
-            "--show-completions goes with --group-probability, with --unknown LABEL or --missing unknown, and with a target on a ratio "
-            "(such as --max-local-ratio)"
+            "--show-completions goes with --group-probability, with --unknown LABEL or --missing unknown, with --hidden-context, and with "
+            "a target on a ratio (such as --max-local-ratio)"
         )
     for name in ("from_monitor", "slots", "group_probability"):
         if unknown and getattr(arguments, name) is not None:

@@ -26,6 +26,7 @@ from fairaudit.reports.difference_text import difference_rows, difference_target
 from fairaudit.reports.drift import updates_text
 from fairaudit.reports.drift_text import ON_PAIRS, drifted_line, radius_lines
 from fairaudit.reports.hidden_context_text import explained, hidden_target
+from fairaudit.reports.hidden_factor import factors_text
 from fairaudit.reports.unknown_groups import unknown_ranges
 from fairaudit.reports.words import REACH
 from fairaudit.tables.preparation import said
@@ -89,6 +90,7 @@ def summary(
         intervals(result),
         differences(result),
         explained(result),
+        factors_text(result) if completions else "",
         two_sided_text(result) if two_sided else "",
         given_truth(result),
         "\n".join(findings),
