@@ -61,6 +61,8 @@ def _spent(targets: Iterable[Target], facts: Facts) -> Fraction:
 
 def _within_drift(target: Target, facts: Facts, true_claims: Sequence[Claim]) -> str:
     """Judge by the worst and the best ratio within the declared drift: of a table both are attained, of a population they are ends."""
+    if facts.drift is None:
+        return ""
     proven = facts.proven.get(target.quantity)
     about = LAW if target.confidence is None else "" if proven is None else proven.scope
     keys = {sign: (f"{target.quantity}_ratio", sign, T16, f"{about}, {DRIFTING}") for sign in ("<=", ">=")}
@@ -125,7 +127,7 @@ def check_targets(stated: Certificate, facts: Facts, true_claims: Sequence[Claim
         verdicts.append(_verdict_of(target, stated, facts, true_claims, window))
         fault = "" if target.verdict == verdicts[-1] else f"the {'claims give' if target.under else 'table gives'} {shown(verdicts[-1])}"
         if target.under and not verdicts[-1]:
-            fault = f"no true claim states what is judged {shown(target.under)}"
+            fault = f"no true claim, or nothing declared, states what is judged {shown(target.under)}"
         if target.under and target.under not in UNDER:
             fault = f"nothing is judged {shown(target.under)}"
         if target.confidence is None and without_objection(target.judged)[0] != "this table":

@@ -173,3 +173,11 @@ def test_a_pair_that_no_factor_moves_does_not_prove_that_the_table_exceeds(
     claim |= {"value": value, "relation": relation}
     claim["evidence"]["pair"] |= {"higher": ["A"], "lower": ["B"]}
     assert outcome(made) == "false"
+
+
+def test_a_target_within_a_drift_needs_one_that_is_declared() -> None:
+    law = fa.Law.from_array([["1/2", "1/2"], ["1/10", "9/10"]], decisions=["yes", "no"], groups=["f", "m"])
+    made = json.loads(fa.certify(law, {"yes": 1}, max_local_ratio="3/2").certificate.text)
+    made["targets"][0] |= {"judged": "this table, within the declared drift", "verdict": "inconclusive"}
+    made["verdict"] = "inconclusive"
+    assert outcome(made) == "false"
