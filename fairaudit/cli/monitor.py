@@ -113,7 +113,11 @@ def _add_running(parser: argparse.ArgumentParser) -> None:
         help="stop at the first moment that a target is exceeded, with exit code 1; or also when the ratio changed",
     )
     run_.add_argument("--dead-letters", metavar="FILE", help="where lines go that cannot be counted, with the reason")
-    run_.add_argument("--baseline", metavar="CERTIFICATE", help="say whether the ratios have changed since this certificate")
+    run_.add_argument(
+        "--baseline",
+        metavar="CERTIFICATE",
+        help="say whether the ratios have changed since this certificate, and whether the decisions so far left the radius of its verdicts",
+    )
     run_.add_argument("--prometheus", metavar="FILE", help="write the figures there for a Prometheus text-file collector")
     run_.add_argument(
         "--format",
@@ -277,6 +281,9 @@ def _seconds(text: str) -> float:
 
 def _baseline(path: str) -> Baseline:
     """The ends of R in a certificate, with the confidence of both together; of a table without intervals, its exact figures."""
+    from fairaudit.certificates.moved_laws import radii_of_table
+    from fairaudit.certificates.reader import subject
+    from fairaudit.cli.monitor_answers import Baseline
     from fairaudit.errors import InputError
 
     def end(text: str) -> Fraction | float:
@@ -286,7 +293,7 @@ def _baseline(path: str) -> Baseline:
         document = json.loads(Path(path).read_text("utf-8"))
         if document["format"] != "fairaudit-certificate/1":
             raise KeyError
-        found: Baseline = {}
+        found: dict[str, tuple[Fraction | float, Fraction | float, Fraction]] = {}
         for quantity in ("local", "global"):
             interval, metric = document.get("intervals", {}).get(quantity), document["metrics"][quantity]
             if interval:
@@ -294,8 +301,9 @@ def _baseline(path: str) -> Baseline:
                 found[quantity] = end(interval["ratio"][0]), end(interval["ratio"][1]), max(Fraction(0), 1 - error)
             elif metric:
                 found[quantity] = end(metric["ratio"]), end(metric["ratio"]), Fraction(1)
+        table = subject(document) if radii_of_table(document) else None
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
     except (ValueError, KeyError, TypeError, AttributeError, ZeroDivisionError):
         raise InputError(f"{path} is not a certificate; check it with fairaudit verify") from None
-    return found
+    return Baseline(found, document, table)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -13,14 +14,22 @@ from fairaudit.cli.output import Answer
 from fairaudit.measures.limits import LIMITS, limit_cells, limit_readings, limit_text
 
 if TYPE_CHECKING:
+    from fairaudit.certificates.reader import Subject
     from fairaudit.streams.looks import Look
     from fairaudit.streams.settings import Settings
     from fairaudit.streams.stream import Monitor
 
 __all__ = ["Baseline", "Screen"]
 
-Baseline = dict[str, tuple[Fraction | float, Fraction | float, Fraction]]
-"""Both ends of R in a certificate, and the confidence with which they hold."""
+
+@dataclass(frozen=True)
+class Baseline:
+    """A certificate: both ends of R with the confidence with which they hold, and its table where verdicts on it have a radius."""
+
+    ends: Mapping[str, tuple[Fraction | float, Fraction | float, Fraction]]
+    certificate: Mapping[str, Any]
+    table: Subject | None
+
 
 KEPT = ("target", "changed", "window", "stream", "ratio", "error", "exceeds", "events", "line")
 
@@ -167,11 +176,37 @@ class Screen:
             }
         if self.baseline is not None:
             entry["change"] = {
-                quantity: _change(found.intervals[quantity], self.baseline[quantity], settings)
+                quantity: _change(found.intervals[quantity], self.baseline.ends[quantity], settings)
                 for quantity in found.intervals
-                if quantity in self.baseline
+                if quantity in self.baseline.ends
             }
+            if self.baseline.table is not None:
+                entry["radii"] = list(_radii(self.baseline.certificate, self.baseline.table, monitor))
         return entry
+
+
+def _radii(certificate: Mapping[str, Any], table: Subject, monitor: Monitor) -> Iterator[dict[str, Any]]:
+    """Whether what was counted so far left the radius of a verdict of the baseline."""
+    from fairaudit.certificates.moved_laws import departures_so_far
+    from fairaudit.certificates.numbers import number
+    from fairaudit.certificates.reader import Subject
+
+    now = monitor.subject()
+    if now is None:
+        return
+    for found in departures_so_far(certificate, table, Subject(now.law, now.utility.on(now.law))):
+        quantity, unit, _ = found.claim["quantity"].split("_")
+        yield {
+            "quantity": quantity,
+            "unit": unit,
+            "limit": found.claim["evidence"]["limit"],
+            "verdict": found.claim["evidence"]["verdict"],
+            "radius": number(found.radius),
+            "moved": None if found.moved is None else number(found.moved),
+            "cell": found.cell,
+            "left": found.left,
+            "sentence": found.sentence,
+        }
 
 
 def _closed(window: dict[str, Any]) -> Answer:
@@ -190,6 +225,8 @@ def _window(window: Mapping[str, Any]) -> str:
 
 
 def _lines(entry: dict[str, Any]) -> list[str]:
+    from fairaudit.words import plain
+
     amount = f"{entry['decisions']} decisions ({entry['per_second']:.0f} per second)"
     lines = [f"{HEADLINES[entry['verdict']]} after {amount}; {entry['contexts']} contexts, {entry['groups']} groups"]
     for quantity, (low, high) in entry["ratio"].items():
@@ -216,6 +253,7 @@ def _lines(entry: dict[str, Any]) -> list[str]:
         )
     for quantity, change in entry.get("change", {}).items():
         lines.append(f"  {quantity} ratio against the baseline: {change['verdict']} (at confidence {change['confidence']})")
+    lines += [f"  {plain(radius['sentence'])} (the decisions so far)" for radius in entry.get("radii", ())]
     counted = [(entry["dead_letters"], "could not be read"), (entry["repeats"], "repeats left out")]
     counted += [(entry["before_since"], "before --since"), (entry["clock_went_back"], "with a clock that went back")]
     lines += [f"  {n} lines {what}" for n, what in counted if n]

@@ -911,3 +911,66 @@ def test_times_are_read() -> None:
     for bad in ("yesterday", None, True, "inf", 1e13, [1]):
         with pytest.raises(InputError, match="is not a time"):
             reader.moment(bad)
+
+
+def test_a_baseline_says_whether_decisions_left_the_radius_of_its_verdict(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def decided(f: int, m: int, job: str = "cook") -> list[dict[str, str]]:
+        """Of 100 women and 100 men; those who get nothing get one of two labels."""
+        return [
+            {"job": job, "sex": s, "answer": "yes" if k < yes else "no" if k % 2 else "later"}
+            for s, yes in (("f", f), ("m", m))
+            for k in range(100)
+        ]
+
+    made = tmp_path / "c.json"
+    columns = ["--decision", "answer", "--group", "sex", "--context", "job", "--utility", "yes", "--confidence", "none"]
+
+    def watched(log: list[dict[str, str]], *given: str) -> tuple[dict[str, Any], str]:
+        options = ["monitor", str(write(tmp_path / "new.jsonl", log)), *(given or OPTIONS), "--baseline", str(made)]
+        main([*options, "--format", "json"])
+        answer = envelopes(capsys.readouterr().out)[-1]
+        main([*options, "--format", "text"])
+        return answer["result"]["radii"][0], capsys.readouterr().out
+
+    # 1/2 against 2/5 and a limit of 2 have the radius 1/10.
+    main(["certify", str(write(tmp_path / "old.jsonl", decided(50, 40))), *columns, "--max-local-ratio", "2", "-o", str(made)])
+    capsys.readouterr()
+    for log, moved, left in ((decided(50, 40), "0", False), (decided(60, 30), "1/10", False), (decided(61, 35), "11/100", True)):
+        radius, text = watched(log)
+        assert (radius["radius"], radius["moved"], radius["left"], radius["verdict"]) == ("1/10", moved, left, "within")
+        assert f"  {radius['sentence']} (the decisions so far)" in text
+    assert watched(decided(61, 35))[0]["cell"] == {"job": "cook", "sex": "f"}
+    assert watched([*decided(50, 40), *decided(50, 40, "clean")])[0]["left"] is True  # the verdict was of no such context
+    other = ["--decision", "answer", "--group", "sex", "--utility", "yes"]
+    assert watched(decided(50, 40), *other)[0]["sentence"].endswith("says nothing of a table with other columns")
+    worth = [*OPTIONS[:-1], "yes=2"]
+    assert watched(decided(50, 40), *worth)[0]["sentence"].endswith("says nothing of a utility whose range is another one")
+
+    # No update whatever changes a verdict that the range of the utility gives.
+    main(
+        [
+            "certify",
+            str(tmp_path / "old.jsonl"),
+            *columns[:-4],
+            "--utility",
+            "yes=2,no=1,later=1",
+            *columns[-2:],
+            "--max-local-ratio",
+            "2",
+            "-o",
+            str(made),
+        ]
+    )
+    capsys.readouterr()
+    found, _ = watched([*decided(99, 1), *decided(1, 99, "clean")], *OPTIONS[:-1], "yes=2,no=1,later=1")
+    assert (found["radius"], found["left"], found["moved"]) == ("inf", False, None)
+    assert watched(decided(50, 40))[0]["left"] is None  # here what is not listed is worth 0
+
+    # A limit that is exceeded: the cells of a context that has no decision yet may be those that exceed it.
+    old = [*decided(50, 40), *decided(50, 49, "clean")]
+    main(["certify", str(write(tmp_path / "old.jsonl", old)), *columns, "--max-local-ratio", "8/7", "-o", str(made)])
+    capsys.readouterr()
+    assert watched(old)[0]["left"] is False
+    seen, text = watched(decided(50, 40))
+    assert seen["left"] is None and "2 of its cells have no decision so far" in text
+    assert watched([*decided(48, 40), *decided(50, 49, "clean")])[0]["left"] is True
