@@ -118,6 +118,50 @@ def still_true(original: Any, mutant: bytes) -> bool:
     return bool(changed["verdict"] == next(v for v in ("exceeds", "inconclusive", "within", "none") if v in verdicts))
 
 
+def says_no_more(original: Any, mutant: bytes) -> bool:
+    """Whether a changed certificate that is accepted says what the original one does, or less, about drift, and else is still true.
+
+    A pair and what is followed are how a claim is proved and not what it says, so that others may do as well.
+    """
+    changed = json.loads(mutant)
+    if not isinstance(changed, dict) or not isinstance(changed.get("claims"), list):
+        return False
+    put_back = [
+        next((own for own in original["claims"] if _says_less_of_drift(claim, own, original["metrics"])), claim)
+        for claim in changed["claims"]
+    ]
+    return still_true(original, as_bytes(changed | {"claims": put_back}))
+
+
+def _says_less_of_drift(claim: Any, own: Any, metrics: Any) -> bool:
+    """Whether one claim about drift follows from another: by a smaller move, and with a verdict that stands for it the more so.
+
+    No factor makes what is 0 greater: a ratio that is infinite exceeds all limits for ever.
+    """
+    if not isinstance(claim, dict) or claim.get("by") != "T16" or not isinstance(claim.get("evidence"), dict):
+        return False
+    if set(claim["evidence"]) != set(own["evidence"]) or "verdict" not in own["evidence"] or claim["relation"] not in ("=", ">="):
+        return False
+    limits = [each["evidence"]["limit"] for each in (claim, own)]
+    values = [each["value"] for each in (claim, own)]
+    if not same(own, claim | {"evidence": own["evidence"], "relation": own["relation"], "value": own["value"]}):
+        return False
+    if claim["evidence"]["verdict"] != own["evidence"]["verdict"] or any(text != str(Fraction(text)) for text in limits):
+        return False
+    easier = (
+        Fraction(limits[0]) >= Fraction(limits[1]) if own["evidence"]["verdict"] == "within" else Fraction(limits[0]) <= Fraction(limits[1])
+    )
+    quantity, _, form = own["quantity"].partition("_")
+    if form.endswith("factor") and metrics[quantity]["ratio"] == "inf" and own["evidence"]["verdict"] == "exceeds":
+        easier = True
+    if claim["relation"] == "=":
+        return own["relation"] == "=" and values[0] == values[1] and (limits[0] == limits[1] or (easier and values[0] == "inf"))
+    least = 0 if claim["quantity"].endswith("_radius") else 1
+    if values[0] == "inf" or values[0] != str(Fraction(values[0])) or Fraction(values[0]) < least:
+        return False
+    return easier and (values[1] == "inf" or Fraction(values[0]) <= Fraction(values[1]))
+
+
 def _on_the_same_curve(pairs: list[Any], whole: list[list[str]]) -> bool:
     """Whether pairs (k,m) are some of those, k rising; the curve is the same with k and m exchanged."""
     if not all(any(same(pair, own) for known in whole for own in (known, known[::-1])) for pair in pairs):
