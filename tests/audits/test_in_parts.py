@@ -45,9 +45,9 @@ def table_text(certificate: Certificate) -> bytes:
     return b"".join(certificate.table.parts())
 
 
-def without_t5(document: dict[str, Any]) -> dict[str, Any]:
-    """In parts nobody looks whether group and context are independent."""
-    return {**document, "claims": [claim for claim in document["claims"] if claim["by"] != "T5"]}
+def without_cells(document: dict[str, Any]) -> dict[str, Any]:
+    """In parts nobody looks whether group and context are independent, nor how far cells may move."""
+    return {**document, "claims": [claim for claim in document["claims"] if claim["by"] not in ("T5", "T16")]}
 
 
 @st.composite
@@ -102,7 +102,7 @@ def test_the_certificate_is_that_of_the_log_in_memory(
         for target in memory["targets"]:
             del target["verdict"], target["judged"]
         del memory["verdict"]
-    assert without_t5(written) == without_t5(memory)
+    assert without_cells(written) == without_cells(memory)
     report = checker.check(found.certificate.text.encode(), iter(table_text(found.certificate).splitlines(keepends=True)))
     assert all(finding.true for finding in report.findings)
 
