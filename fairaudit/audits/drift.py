@@ -289,6 +289,11 @@ def radius_evidence(result: Result, target: Target, found: TableRadius, form: Fo
     else:
         bound = target.limit if target.unit == "ratio" else None
         own = evidence_of(result, target.quantity, pair, form, amount, bound, worst=found.verdict == "within")
+        if found.verdict == "within" and form == "radius" and bound is None and target.limit:
+            # Before the radius, from which it is rounded inwards, another pair may be the greatest.
+            worst = drifted_extremes(result.moving[target.quantity], Fraction(amount))
+            if worst is None or _labels(result, target.quantity, worst[0].pair) != pair:
+                own["pair"] = None
     return {**own, "limit": number(target.limit), "verdict": found.verdict}
 
 

@@ -181,3 +181,13 @@ def test_a_target_within_a_drift_needs_one_that_is_declared() -> None:
     made["targets"][0] |= {"judged": "this table, within the declared drift", "verdict": "inconclusive"}
     made["verdict"] = "inconclusive"
     assert outcome(made) == "false"
+
+
+@pytest.mark.parametrize("limit", [40, 700])
+def test_a_pair_is_not_named_where_another_one_is_the_greatest_before_it(limit: int) -> None:
+    """The radius of a limit on a logarithm is rounded inwards."""
+    big = 10**15
+    rows = [[1, big, 1], [1, 10**20, 2], [big, big, 2]]
+    laws = [[str(F(w, sum(row))) for w in row] for row in rows]
+    law = fa.Law.from_array(laws, decisions=["x", "y", "z"], groups=["A", "B", "C"])
+    assert outcome(json.loads(fa.certify(law, {"x": 2, "y": 1}, max_local_log=limit).certificate.text)) == "true"
