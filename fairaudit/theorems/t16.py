@@ -349,7 +349,7 @@ class Moving:
     def __init__(self, law: Law, table: UtilityTable, quantity: Quantity) -> None:
         self.law, self.table, self.overall = law, table, quantity == "global"
         self.known: dict[int, Mean] = {}
-        self.alike: dict[bytes, Mean] = {}
+        self.alike: dict[tuple[int, ...], Mean] = {}
         if self.overall:
             self.starts = np.array([0, len(law.global_groups)])
         else:
@@ -366,7 +366,7 @@ class Moving:
     def _of_cell(self, cell: int) -> Mean:
         values = self.table.values if self.table.by_decision else self.table.values[cell]
         row = np.array(self.law.row(cell), dtype=object)
-        key = repr((row.tolist(), values.tolist())).encode()
+        key = (*row.tolist(), *values.tolist())
         if key not in self.alike:
             self.alike[key] = Mean(row[None, :], values, None, self.table.scale)
         return self.alike[key]
