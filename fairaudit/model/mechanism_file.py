@@ -87,7 +87,9 @@ def read_mechanism_with_notes(
         raise InputError("the name of the filter's file is empty; name a CSV file")
     try:
         text = _text(Path(path))
-        table = _parse(Path(path).name, _EMPTY_CORNER.sub(rf"\g<1>{CORNER}", text, count=1) if _EMPTY_CORNER.match(text) else text)
+        table = _parse(
+            Path(path).name, _EMPTY_CORNER.sub(rf"\g<1>{CORNER}", text, count=1) if _EMPTY_CORNER.match(text) else text, labels=True
+        )
         sides = names(input) or _starting(table, "input"), names(output) or _starting(table, "output")
         asked = bool(input or output or probability)
         if asked or (PROBABILITY in table.columns and all(sides)):

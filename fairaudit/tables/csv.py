@@ -11,6 +11,7 @@ import lzma
 import os
 import re
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
@@ -403,12 +404,12 @@ def _line(data: bytes, position: int) -> int:
     return len(re.findall(rb"\r\n?|\n", data[:position])) + 1
 
 
-def _parse(name: str, text: str) -> CsvTable:
+def _parse(name: str, text: str, *, labels: bool = False) -> CsvTable:
     delimiter = _delimiter(text)
     _refuse_title(text[:HEAD], delimiter)
     rows = _rows(io.StringIO(text, newline=""), delimiter)
     _, first = next(rows)
-    header = _header(first)
+    header = _header(first, labels=labels)
     cells: list[list[str]] = []
     lines: list[int] = []
     for line, row in rows:
@@ -422,12 +423,21 @@ def _parse(name: str, text: str) -> CsvTable:
     return CsvTable(name, columns, lines, delimiter, Layout(delimiter, header).notes)
 
 
-def _header(row: Sequence[str]) -> tuple[str, ...]:
-    names = [name if name.strip() else f"column {position}" for position, name in enumerate(row, 1)]
-    told = [f"{name} (column {position})" if names.count(name) > 1 else name for position, name in enumerate(names, 1)]
-    if twice := next((name for name in told if told.count(name) > 1), None):
-        raise InputError(f"the column name {shown(twice)} occurs twice in the header line; give each column its own name")
-    return tuple(told)
+def _header(row: Sequence[str], *, labels: bool = False) -> tuple[str, ...]:
+    """The names of columns, told apart where they are missing or repeated; of a matrix they are labels, which nobody may make up."""
+    names = list(row)
+    if not labels:
+        names = [name if name.strip() else f"column {position}" for position, name in enumerate(row, 1)]
+        times = Counter(names)
+        names = [f"{name} (column {position})" if times[name] > 1 else name for position, name in enumerate(names, 1)]
+    known: set[str] = set()
+    for position, name in enumerate(names, 1):
+        if not name.strip():
+            raise InputError(f"column {position} has no name in the header line; name every column")
+        if name in known:
+            raise InputError(f"the column name {shown(name)} occurs twice in the header line; give each column its own name")
+        known.add(name)
+    return tuple(names)
 
 
 def title_rows(rows: Sequence[Sequence[str]]) -> int:
