@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pty
 import shlex
+import subprocess
 import sys
 from pathlib import Path
 
@@ -23,9 +24,9 @@ TABLE = "Dept,Gender,Admit,Freq\n" + "".join(
 
 def on_terminal(words: list[str], answers: list[str]) -> tuple[str, int]:
     """Run the command on a terminal, and give its answers as soon as it asks."""
-    child, master = pty.fork()
-    if child == 0:
-        os.execv(sys.executable, [sys.executable, "-m", "fairaudit", *words])  # noqa: S606
+    master, terminal = pty.openpty()
+    child = subprocess.Popen([sys.executable, "-m", "fairaudit", *words], stdin=terminal, stdout=terminal, stderr=terminal)
+    os.close(terminal)
     said, left = b"", list(answers)
     while True:
         try:
@@ -37,8 +38,8 @@ def on_terminal(words: list[str], answers: list[str]) -> tuple[str, int]:
         said += part
         if said.rstrip(b" ").endswith(b"]") and left:
             os.write(master, left.pop(0).encode() + b"\n")
-    _, status = os.waitpid(child, 0)
-    return said.decode().replace("\r", ""), os.waitstatus_to_exitcode(status)
+    os.close(master)
+    return said.decode().replace("\r", ""), child.wait(60)
 
 
 @pytest.fixture
