@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer
+from fairaudit.cli.population import OF_SAMPLES
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -17,22 +18,7 @@ if TYPE_CHECKING:
     from fairaudit.model.allocation import Allocation
 
 FOREIGN = ("decision", "group", "count", "probability", "weight", "utility", "utility_column")
-NOT_HERE = (
-    "in_parts",
-    "unit",
-    "interval",
-    "independent_cells",
-    "select",
-    "by_context",
-    "min_cell",
-    "pool_small",
-    "missing_units",
-    "two_sided",
-    "utility_range",
-    "placebo",
-    "placebo_group",
-    "claimed_exp_epsilon",
-)
+NOT_HERE = ("in_parts", *OF_SAMPLES)
 
 
 def certify_choices(arguments: argparse.Namespace) -> Answer:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.population import OF_SAMPLES
 from fairaudit.measures.limits import LIMITS
 
 if TYPE_CHECKING:
@@ -32,23 +33,12 @@ SETTLED = (
     "utility",
     "utility_column",
     "confidence",
-    "unit",
-    "interval",
-    "utility_range",
-    "independent_cells",
-    "select",
-    "by_context",
-    "min_cell",
-    "pool_small",
-    "missing_units",
-    "two_sided",
-    "placebo",
-    "claimed_exp_epsilon",
     "no_table",
     "in_parts",
     "burden",
     "fold_labels",
     "map",
+    *OF_SAMPLES,
     *LIMITS,
 )
 """Options that a state answers, or that its certificates do not have."""

@@ -30,6 +30,24 @@ class Finding:
     lines: tuple[str, ...] = ()
 
 
+OF_SAMPLES = (
+    "unit",
+    "missing_units",
+    "interval",
+    "two_sided",
+    "utility_range",
+    "independent_cells",
+    "select",
+    "placebo",
+    "placebo_group",
+    "by_context",
+    "min_cell",
+    "pool_small",
+    "claimed_exp_epsilon",
+)
+"""Options about the population behind counts and logs, besides the confidence; what is settled otherwise refuses them."""
+
+
 def add_population(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     sampling = parser.add_argument_group("the population behind counts and logs (choose before looking at the decisions)")

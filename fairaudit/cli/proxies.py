@@ -8,6 +8,7 @@ from typing import Any
 from fairaudit.cli.destinations import check_output, refuse_output
 from fairaudit.cli.options import given_limits
 from fairaudit.cli.output import Answer
+from fairaudit.cli.population import OF_SAMPLES
 from fairaudit.cli.source import option, progress, reading_of
 
 __all__ = ["certify_by_proxies"]
@@ -28,18 +29,9 @@ ELSEWHERE = (
     "all_bounds",
     "in_parts",
     "print_sql",
-    "unit",
-    "missing_units",
-    "interval",
-    "two_sided",
-    "utility_range",
-    "independent_cells",
-    "select",
-    "placebo",
-    "by_context",
-    "claimed_exp_epsilon",
     "winner",
     "profile_exp_epsilon",
+    *OF_SAMPLES,
 )
 """Options that have no meaning for such an audit."""
 

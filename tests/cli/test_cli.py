@@ -379,3 +379,10 @@ def test_messages_about_a_log_name_it(file: str, content: str, more: str, folder
     (folder / file).write_text(content)
     code, _, err = ran(folder, capsys, f"certify {file} --decision u --group g --utility yes {more}", "text")
     assert code == 2 and err.startswith(f"fairaudit: {file}: ") and err.count(file) == 1
+
+
+@pytest.mark.parametrize("option", ["--min-cell=3", "--pool-small", "--placebo-group=x", "--unit=x"])
+def test_what_samples_have_does_not_go_with_probabilities_of_groups(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--decision=d", "--utility=yes", "--group=g", "--group-probability=shares.csv", option]
+    assert main(["certify", "table.csv", *words]) == 2
+    assert capsys.readouterr().err == f"fairaudit: {option.partition('=')[0]} does not go with --group-probability\n"
