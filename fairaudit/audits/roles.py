@@ -141,6 +141,10 @@ class _Guess:
     def numeric(self, seen: Seen) -> bool:
         return all(value is not None for value in self.numbers[seen.name])
 
+    def few(self, seen: Seen) -> bool:
+        """Whether it has a few labels, or fewer numbers."""
+        return 2 <= seen.different <= (NUMBERS if self.numeric(seen) else MANY)
+
     def take(self, pattern: str, fits: Callable[[Seen], bool]) -> Seen | None:
         """The first column whose name and labels fit, which is then no longer free."""
         found = next((seen for seen in self.left if _named(seen, pattern) and fits(seen)), None)
@@ -191,18 +195,15 @@ class _Guess:
     def _decision(self) -> Seen | None:
         """A column of few labels: by its name, else the one with the fewest that is no attribute of people."""
 
-        def few(seen: Seen) -> bool:
-            return 2 <= seen.different <= (NUMBERS if self.numeric(seen) else MANY)
-
         def two(seen: Seen) -> bool:
             return seen.different == 2
 
         attributes = f"{RACE}|{SEX}|{AGE}|{OTHER}"
-        for pattern, fits in ((GOOD, two), (BAD, two), (NEUTRAL, two), (GOOD, few), (BAD, few), (NEUTRAL, few)):
-            found = self.take(pattern, lambda seen, fits=fits: fits(seen) and few(seen) and not _named(seen, f"{RACE}|{SEX}|{AGE}"))  # type: ignore[misc]
+        for pattern, fits in ((GOOD, two), (BAD, two), (NEUTRAL, two), (GOOD, self.few), (BAD, self.few), (NEUTRAL, self.few)):
+            found = self.take(pattern, lambda seen, fits=fits: fits(seen) and self.few(seen) and not _named(seen, f"{RACE}|{SEX}|{AGE}"))  # type: ignore[misc]
             if found is not None:
                 return found
-        rest = [seen for seen in self.left if few(seen) and not _named(seen, attributes)]
+        rest = [seen for seen in self.left if self.few(seen) and not _named(seen, attributes)]
         found = min(rest, key=lambda seen: seen.different, default=None)
         if found is not None:
             self.left.remove(found)
@@ -210,12 +211,8 @@ class _Guess:
 
     def _groups(self) -> tuple[list[Seen], dict[str, tuple[Fraction, ...]]]:
         """Race and sex; else age, cut into intervals where it is a number; else other attributes of people."""
-
-        def few(seen: Seen) -> bool:
-            return 2 <= seen.different <= (NUMBERS if self.numeric(seen) else MANY)
-
         order = list(self.left)
-        found = [seen for seen in (self.take(RACE, few), self.take(SEX, few)) if seen is not None]
+        found = [seen for seen in (self.take(RACE, self.few), self.take(SEX, self.few)) if seen is not None]
         if found:
             return sorted(found, key=order.index), {}
         age = self.take(AGE, lambda seen: seen.different >= 2)
@@ -229,7 +226,7 @@ class _Guess:
         other = self.take(OTHER, lambda seen: 2 <= seen.different <= GROUPS)
         if other is not None:
             return [other], {}
-        rest = [seen for seen in self.left if few(seen) and not _named(seen, CONTEXT)]
+        rest = [seen for seen in self.left if self.few(seen) and not _named(seen, CONTEXT)]
         self.left = [seen for seen in self.left if seen not in rest[:1]]
         return rest[:1], {}
 

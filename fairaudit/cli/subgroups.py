@@ -112,7 +112,7 @@ def run(arguments: argparse.Namespace) -> Answer:
 
 
 def _text(found: Subgroups, written: list[str]) -> str:
-    from fairaudit.reports.text import prepared_text
+    from fairaudit.reports.text import prepared_text, written_text
     from fairaudit.words import plain
 
     lines = [_headline(found), "", plain(found.sentence), "", *_table(found), ""]
@@ -124,8 +124,7 @@ def _text(found: Subgroups, written: list[str]) -> str:
     if found.log.preparation:
         lines += ["", prepared_text(found.log.preparation)]
     if written:
-        beside = f" --table {written[1]}" if len(written) > 1 else ""
-        lines += ["", f"Certificate: {plain(', '.join(written))}", f"Check it:    fairaudit verify {plain(written[0] + beside)}"]
+        lines += ["", written_text(written)]
     return "\n".join(lines)
 
 

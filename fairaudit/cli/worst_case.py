@@ -142,7 +142,7 @@ def _who(found: WorstCase) -> str:
 
 def _text(found: WorstCase, written: list[str]) -> str:
     from fairaudit.audits.result import spellings_of
-    from fairaudit.reports.text import prepared_text, spelling_text
+    from fairaudit.reports.text import prepared_text, spelling_text, written_text
     from fairaudit.tables.preparation import assumption
     from fairaudit.words import plain
 
@@ -162,8 +162,7 @@ def _text(found: WorstCase, written: list[str]) -> str:
     if judged := [assumption(entry) for entry in law.preparation if entry["step"] == "left out"]:
         lines += ["", "For you to judge", *(f"  - {plain(text)}" for text in judged)]
     if written:
-        beside = f" --table {written[1]}" if len(written) > 1 else ""
-        lines += ["", f"Certificate: {plain(', '.join(written))}", f"Check it:    fairaudit verify {plain(written[0] + beside)}"]
+        lines += ["", written_text(written)]
     lines += [
         "",
         "What this does not say",

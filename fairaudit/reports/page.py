@@ -90,6 +90,24 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     return text
 
 
+def scriptless(template: str, title: str, page: Any, headline: str, document: Mapping[str, Any], checked: str) -> str:
+    """Write what is said of a certificate as a page that recomputes nothing, by a template that extends ``scriptless.html.j2``."""
+    environment, markup = templates()
+    css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
+    text: str = environment.get_template(template).render(
+        page=page,
+        title=title,
+        headline=headline[0].upper() + headline[1:],
+        checked=checked or UNCHECKED,
+        unchecked=not checked,
+        css=markup(css),
+        embedded=markup(embedded(document)),
+        format=document["format"],
+        policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
+    )
+    return text
+
+
 def embedded(document: Mapping[str, Any]) -> str:
     """The JSON of a certificate as it may stand in a page."""
     text = json.dumps(document, ensure_ascii=True, separators=(",", ":"))

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.resources import files
 from typing import Any
 
 from fairaudit.reports.content import UNCHECKED, refusing_other_documents
 from fairaudit.reports.markdown import code, table
-from fairaudit.reports.page import digest, embedded, templates
+from fairaudit.reports.page import scriptless
 from fairaudit.reports.proxy_content import HEADLINES, describe_proxies
 
 __all__ = ["proxy_html", "proxy_markdown"]
@@ -25,20 +24,10 @@ def proxy_html(document: Mapping[str, Any], *, checked: str = "") -> str:
     checked : str
         A sentence on who checked it.
     """
-    environment, markup = templates()
     page = describe_proxies(document)
-    css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
-    headline = HEADLINES[page.verdict]
-    text: str = environment.get_template("proxies.html.j2").render(
-        page=page,
-        headline=headline[0].upper() + headline[1:],
-        checked=checked or UNCHECKED,
-        unchecked=not checked,
-        css=markup(css),
-        embedded=markup(embedded(document)),
-        policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
+    return scriptless(
+        "proxies.html.j2", "Fairness audit of groups that were not recorded", page, HEADLINES[page.verdict], document, checked
     )
-    return text
 
 
 @refusing_other_documents

@@ -9,6 +9,7 @@ from fairaudit.audits.proxies import ProxyAudit, ProxyRange, ProxyTarget
 from fairaudit.exact.extended import Extended
 from fairaudit.measures.limits import limit_text
 from fairaudit.reports.proxy_content import SAMPLING
+from fairaudit.reports.text import written_text
 from fairaudit.words import approximate, plain
 
 __all__ = ["proxy_text"]
@@ -31,8 +32,7 @@ def proxy_text(result: ProxyAudit, top: int, written: Sequence[str], *, completi
     blocks.append("Taken as given:\n" + "\n".join(f"  {text}" for text in result.assumptions))
     blocks.append(SAMPLING)
     if written:
-        beside = f" --table {written[1]}" if len(written) > 1 else ""
-        blocks.append(f"Certificate: {', '.join(written)}\nCheck it:    fairaudit verify {written[0] + beside}")
+        blocks.append(written_text(written))
     return "\n\n".join(plain(line) if "\n" not in line else "\n".join(map(plain, line.split("\n"))) for line in blocks)
 
 

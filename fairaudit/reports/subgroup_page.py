@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.resources import files
 from typing import Any
 
 from fairaudit.reports.content import UNCHECKED, refusing_other_documents
 from fairaudit.reports.markdown import code, prose, table
-from fairaudit.reports.page import digest, embedded, templates
+from fairaudit.reports.page import scriptless
 from fairaudit.reports.subgroup_content import HEADLINES, describe_subgroups
 
 __all__ = ["subgroup_html", "subgroup_markdown"]
@@ -25,20 +24,8 @@ def subgroup_html(document: Mapping[str, Any], *, checked: str = "") -> str:
     checked : str
         A sentence on who checked it.
     """
-    environment, markup = templates()
     page = describe_subgroups(document)
-    css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
-    headline = HEADLINES[page.verdict]
-    text: str = environment.get_template("subgroups.html.j2").render(
-        page=page,
-        headline=headline[0].upper() + headline[1:],
-        checked=checked or UNCHECKED,
-        unchecked=not checked,
-        css=markup(css),
-        embedded=markup(embedded(document)),
-        policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
-    )
-    return text
+    return scriptless("subgroups.html.j2", "The most unequal subgroups", page, HEADLINES[page.verdict], document, checked)
 
 
 @refusing_other_documents

@@ -104,8 +104,7 @@ def summary(
         _limits(result),
     ]
     if written:
-        beside = f" --table {written[1]}" if len(written) > 1 else ""
-        blocks.append(f"Certificate: {plain(', '.join(written))}\nCheck it:    fairaudit verify {plain(written[0] + beside)}")
+        blocks.append(written_text(written))
     return "\n\n".join(block for block in blocks if block)
 
 
@@ -116,6 +115,12 @@ def spelling_text(found: Sequence[dict[str, Any]]) -> str:
         lines += [f"SPELLINGS    and {more} more, all in the certificate"] if more > 0 else []
     advice = "--fold-labels merges labels that differ in case, blanks or Unicode form alone; --map FILE merges any"
     return "\n".join([*lines, f"             {advice}"]) if lines else ""
+
+
+def written_text(written: Sequence[str]) -> str:
+    """Where a certificate is, with its table where that stands beside it, and how it is checked."""
+    beside = f" --table {written[1]}" if len(written) > 1 else ""
+    return f"Certificate: {plain(', '.join(written))}\nCheck it:    fairaudit verify {plain(written[0] + beside)}"
 
 
 def prepared_text(preparation: Sequence[Entry]) -> str:

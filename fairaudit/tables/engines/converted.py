@@ -66,14 +66,15 @@ def _of_originals(said: str, names: dict[str, str]) -> str:
 def _copied(path: str, place: Path, request: Request) -> str:
     """The file itself, or a copy that can be read."""
     kind = form(path)
+    if kind == "zip":
+        place.mkdir(parents=True)
+        return _copied(_unpacked(path, place), place / "inside", request)
     convert = CONVERSIONS.get(kind)
     if convert is None and not request.skip:
         return path
-    if request.table is not None and kind not in ("spreadsheet", "zip"):
+    if request.table is not None and kind != "spreadsheet":
         raise InputError(f"a table is that of a database, or a sheet of a spreadsheet; this is {kind}")
     place.mkdir(parents=True)
-    if kind == "zip":
-        return _copied(_unpacked(path, place), place / "inside", request)
     copy = place / f"{Path(path).name}{'.csv' if kind == 'statistics' else ''}"
     if convert is not None:
         convert(path, copy, request)
@@ -221,7 +222,6 @@ def _text(cell: Any, line: int, place: int) -> str:
 
 
 CONVERSIONS: dict[Form, Callable[[str, Path, Request], None]] = {
-    "zip": lambda *_: None,
     "utf-16": _from_utf16,
     "spreadsheet": _from_spreadsheet,
     "statistics": _from_statistics,
