@@ -19,7 +19,7 @@ from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.words import brief
 
-__all__ = ["MeanDifference", "global_difference", "least_signed_expectation", "local_difference"]
+__all__ = ["MeanDifference", "furthest_contexts", "global_difference", "least_signed_expectation", "local_difference", "signed_means"]
 
 
 @brief
@@ -60,8 +60,34 @@ def local_difference(law: Law, utility: UtilityTable) -> MeanDifference | None:
     Fraction(1, 2)
     """
     found = _widest(expectation_grid(law, _raised(utility)))
-    if found is None:
-        return None
+    return None if found is None else _local_difference(law, utility, found)
+
+
+def furthest_contexts(law: Law, utility: UtilityTable, count: int) -> tuple[MeanDifference, ...]:
+    """Rank contexts by the difference of the two groups that are furthest apart in them; those without a difference are left out.
+
+    Examples
+    --------
+    >>> from fairaudit.model.utility import Utility
+    >>> law = Law.from_array([[[3, 1], [1, 1]], [[1, 1], [0, 1]]], kind="counts", decisions=["yes", "no"])
+    >>> [str(found.value) for found in furthest_contexts(law, Utility({"yes": 1}).on(law), 5)]
+    ['1/2', '1/4']
+    """
+    grid = expectation_grid(law, _raised(utility))
+    if len(grid.starts) < 2:
+        return ()
+    found = [(_of_block(grid, block), block) for block in _candidates(grid, count)]
+    found.sort(key=lambda entry: (entry[0][0][1] - entry[0][0][0], entry[1]))
+    return tuple(_local_difference(law, utility, own) for own, _ in found[:count] if own[0][0] > own[0][1])
+
+
+def signed_means(law: Law, utility: UtilityTable) -> list[Fraction]:
+    """The mean of each of the law's global groups, for a utility of any sign."""
+    grid, low = mean_grid(law, _raised(utility)), min(utility.m, Fraction(0))
+    return [Fraction(*grid.exact(i, 0)) + low for i in range(len(grid.lo))]
+
+
+def _local_difference(law: Law, utility: UtilityTable, found: tuple[tuple[Fraction, Fraction], int, int]) -> MeanDifference:
     cells = np.flatnonzero(law.compared)
     high, low = (int(cells[i]) for i in found[1:])
     context = law.context_label(int(law.cell_context[high]))
@@ -112,13 +138,13 @@ def _widest(grid: Grid) -> tuple[tuple[Fraction, Fraction], int, int] | None:
     return best
 
 
-def _candidates(grid: Grid) -> Iterator[int]:
-    """The blocks that may hold the greatest difference, in order; those of equal rows have none."""
+def _candidates(grid: Grid, count: int = 1) -> Iterator[int]:
+    """The blocks that may hold one of the greatest differences, in order; those of equal rows have none."""
     edges, lo, hi = grid.starts[:-1], grid.lo[:, 0], grid.hi[:, 0]
     apart = np.maximum.reduceat(hi, edges) - np.minimum.reduceat(lo, edges)
     surely = np.maximum.reduceat(lo, edges) - np.minimum.reduceat(hi, edges)
     upper, lower = np.nextafter(apart, np.inf), np.nextafter(surely, -np.inf)
-    blocks = np.flatnonzero(~(upper < lower.max()))
+    blocks = np.flatnonzero(~(upper < np.sort(lower)[-min(count, lower.size)]))
     yield from blocks[~grid.same(blocks)].tolist()
 
 

@@ -22,7 +22,16 @@ from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.words import brief
 
-__all__ = ["Ratio", "Witness", "global_fairness", "global_supremum", "local_fairness", "local_supremum", "most_unequal_ratios"]
+__all__ = [
+    "Ratio",
+    "Witness",
+    "global_fairness",
+    "global_supremum",
+    "local_fairness",
+    "local_supremum",
+    "most_unequal_contexts",
+    "most_unequal_ratios",
+]
 
 
 @brief
@@ -188,6 +197,36 @@ def most_unequal_ratios(law: Law, utility: UtilityTable, count: int, *, within_c
         return tuple(_local_ratio(law, grid, *found) for found in _rank(grid, count))
     grid = mean_grid(law, utility)
     return tuple(_global_ratio(law, grid, high, low) for _, high, low in _rank(grid, count))
+
+
+def most_unequal_contexts(law: Law, utility: UtilityTable, count: int) -> tuple[Ratio, ...]:
+    """Rank contexts by the ratio of their most unequal pair of groups.
+
+    Returns
+    -------
+    tuple of Ratio
+        That pair of each of the `count` most unequal contexts, most unequal first; contexts in which all groups get the same are left out.
+
+    Examples
+    --------
+    >>> from fairaudit.model.utility import Utility
+    >>> law = Law.from_array([[[3, 1], [1, 1]], [[1, 1], [1, 3]]], kind="counts", decisions=["yes", "no"])
+    >>> [(str(found.ratio), found.witness.context) for found in most_unequal_contexts(law, Utility({"yes": 1}).on(law), 5)]
+    [('2', {'context': '1'}), ('3/2', {'context': '0'})]
+    """
+    grid = expectation_grid(law, utility)
+    if len(grid.starts) < 2:
+        return ()
+    blocks = np.flatnonzero(_candidates(grid, count)[:, 0])
+    found: list[tuple[Pair, int, int, int, int]] = []
+    infinite = 0
+    for block in blocks[~grid.same(blocks)].tolist():
+        for ratio, high, low in _rank_block(grid, block, 0, 1):
+            found.append((ratio, block, 0, high, low))
+            infinite += ratio[1] == 0
+        if infinite >= count:  # nothing is greater, and of equal ratios the first count
+            break
+    return tuple(_local_ratio(law, grid, 0, high, low) for _, _, _, high, low in _best(found, count))
 
 
 def _rank(grid: Grid, count: int) -> list[tuple[int, int, int]]:

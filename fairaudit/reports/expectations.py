@@ -13,7 +13,8 @@ import numpy as np
 
 from fairaudit.audits.sentences import Size, amount_text
 from fairaudit.certificates.reader import Subject
-from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.cells import Ends
+from fairaudit.inference.comparisons import Comparison, Form
 from fairaudit.inference.ends import Method, cell_ends
 from fairaudit.inference.policy_comparisons import policy_comparison
 from fairaudit.inference.table_comparisons import global_comparison, local_comparison
@@ -22,7 +23,7 @@ from fairaudit.model.utility import Utility
 from fairaudit.reports.words import Value, named, quotient
 from fairaudit.tables.values import Label
 
-__all__ = ["Expectations", "Matrix", "Member", "Panel"]
+__all__ = ["Expectations", "Matrix", "Member", "Panel", "form_ends"]
 
 
 PANELS = 8  # contexts on a page; the table has all
@@ -30,6 +31,16 @@ PANELS = 8  # contexts on a page; the table has all
 MEMBERS = 12  # groups of a context on a page
 
 MOST_FORMS = 64  # cells of one mean, beyond which its ends would take seconds to find again
+
+
+def form_ends(comparison: Comparison, form: Form, confidence: Fraction, method: Method) -> Ends | None:
+    """Between which ends a mean lies in the population, by itself at a confidence; None where it is of too many cells."""
+    if len(form) > MOST_FORMS:
+        return None
+    cells = [(comparison.cells[i], w) for i, w in form]
+    level = (1 - confidence) / 2 / max(1, sum(cell.informative for cell, _ in cells))
+    found = [(cell_ends(cell, level, method), w) for cell, w in cells]
+    return sum((w * lo for (lo, _), w in found), Fraction(0)), sum((w * hi for (_, hi), w in found), Fraction(0))
 
 
 @dataclass(frozen=True)
@@ -193,16 +204,11 @@ class Expectations:
         forms = {
             tuple(label.values()): form for label, form in zip(comparison.labels[place_of][1], comparison.blocks[place_of], strict=True)
         }
-        error = (1 - Fraction(entry["confidence"])) / 2
+        confidence = Fraction(entry["confidence"])
 
-        def ends(label: dict[str, str]) -> tuple[Fraction, Fraction] | None:
+        def ends(label: dict[str, str]) -> Ends | None:
             form = forms.get(tuple(label.values()))
-            if form is None or len(form) > MOST_FORMS:
-                return None
-            cells = [(comparison.cells[i], w) for i, w in form]
-            level = error / max(1, sum(cell.informative for cell, _ in cells))
-            found = [(cell_ends(cell, level, entry["method"]), w) for cell, w in cells]
-            return sum((w * lo for (lo, _), w in found), Fraction(0)), sum((w * hi for (_, hi), w in found), Fraction(0))
+            return None if form is None else form_ends(comparison, form, confidence, entry["method"])
 
         return ends
 

@@ -1,0 +1,241 @@
+"""The verdict of an overview: in a sentence from the pair of groups that decided it, and whether it is more than chance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal, localcontext
+from fractions import Fraction
+from math import inf
+from typing import Literal
+
+from fairaudit.audits.sentences import Deciding
+from fairaudit.audits.targets import Target
+from fairaudit.exact.extended import Extended
+from fairaudit.exact.rationals import quotient
+from fairaudit.inference.verdicts import SEVERITY
+from fairaudit.measures.differences import MeanDifference
+from fairaudit.measures.limits import Quantity, limit_text
+from fairaudit.measures.ratios import Ratio, Witness
+from fairaudit.reports.overview_parts import Gets, Known, Parts, Seen
+from fairaudit.reports.words import clip
+from fairaudit.words import DRIFTING, ENDS_CROSS, HIDDEN, THE_INTERVAL, WHOEVER, approximate, percent, place
+
+__all__ = ["chance", "figure", "sentences", "target_lines"]
+
+
+SHOW_LABEL = 60  # characters of the labels of a group or context in a sentence
+
+GREAT = Fraction(10**15)  # beyond, figures have an exponent
+
+
+def figure(value: Extended, rounding: Literal["nearest", "down", "up"] = "nearest", digits: int = 4) -> str:
+    """A ratio or difference in some digits, and not fewer than those before the point.
+
+    Examples
+    --------
+    >>> figure(Fraction(22, 15), digits=3), figure(Fraction(123456, 10), "down"), figure(Fraction(1, 3), "up")
+    ('1.47', '12,345', '0.3334')
+    """
+    if isinstance(value, Fraction) and 10 ** (digits - 1) <= value < GREAT:
+        towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
+        with localcontext(prec=60):
+            whole, rest = divmod(value.numerator, value.denominator)
+            sticky = Decimal(whole) + (Decimal(rest) / Decimal(value.denominator) if rest else 0)
+            return f"{int(sticky.to_integral_value(towards)):,}"
+    return approximate(value, rounding, digits)
+
+
+def target_lines(targets: Sequence[Target]) -> tuple[tuple[str, str], ...]:
+    """The verdict on each target, and its limit."""
+    return tuple((target.verdict, limit_text(target.quantity, target.unit, target.limit)) for target in targets)
+
+
+def sentences(parts: Parts, amount: str, *, rates: bool) -> tuple[str, ...]:
+    """The verdict in a sentence from the pair that decided it; without a target one for contexts, and one for all together."""
+    say = _Speaker(parts, amount, rates)
+    seen = parts.seen
+    foremost = _foremost(seen)
+    if foremost is not None:
+        return (say.judged(*foremost),)
+    quantities: tuple[Quantity, ...] = ("local", "global")
+    found = [] if parts.signed else [say.measured(q, seen.ratios.get(q), seen.of_ratios.get(q)) for q in quantities]
+    found += [say.measured(q, seen.differences.get(q), seen.of_differences.get(q)) for q in quantities if q in seen.differences]
+    said = [text for text in found if text]
+    if not seen.columns.context:
+        said = [text for i, text in enumerate(found) if text and not (i % 2 and found[i - 1])]
+    return tuple(said) or ("No two groups can be compared.",)
+
+
+def _foremost(seen: Seen) -> tuple[Target, Deciding | None] | None:
+    """The first target of those that determine the verdict on all, with what decided it."""
+    pairs = zip(seen.targets, seen.deciding, strict=True)
+    return max(pairs, key=lambda pair: SEVERITY[pair[0].verdict], default=None)
+
+
+class _Speaker:
+    """The parts of a sentence."""
+
+    def __init__(self, parts: Parts, amount: str, rates: bool) -> None:
+        self.parts, self.seen, self.amount, self.rates = parts, parts.seen, amount, rates
+
+    def measured(self, quantity: Quantity, found: Ratio | MeanDifference | None, known: Known | None) -> str:
+        """What the table shows of its most unequal pair, and what draws say of the population; empty where nothing is compared."""
+        if found is None:
+            return ""
+        over_units = known is not None and known.over_units is not None
+        shown = known.over_units if known is not None and known.over_units is not None else found
+        unit = "ratio" if isinstance(shown, Ratio) else "difference"
+        tail = "" if known is None else f"; in the population {self._noun(quantity, unit)} is {_ends(known)}"
+        return self._pair(shown, shown.witness, unit, tail, over_units=over_units, digits=3)
+
+    def judged(self, target: Target, deciding: Deciding | None) -> str:
+        """The pair that decided a target, with the end that did."""
+        seen, quantity = self.seen, target.quantity
+        of_differences = target.unit == "difference"
+        measured = seen.differences.get(quantity) if of_differences else seen.ratios.get(quantity)
+        if measured is None:
+            where = "" if not seen.columns.context else " over all contexts" if quantity == "global" else " within a context"
+            return f"No two groups can be compared{where}."
+        known = (seen.of_differences if of_differences else seen.of_ratios).get(quantity)
+        unit: Literal["ratio", "difference"] = "difference" if of_differences else "ratio"
+        over_units = known is not None and known.over_units is not None and target.confidence is not None and not target.under
+        shown = known.over_units if over_units and known is not None and known.over_units is not None else measured
+        witness = shown.witness if deciding is None or deciding.end == "table" or deciding.pair is None else deciding.pair
+        tail = self._tail(target, deciding, known, unit)
+        return self._pair(shown, witness, unit, tail, over_units=over_units, digits=4 if target.confidence is None else 3)
+
+    def _tail(self, target: Target, deciding: Deciding | None, known: Known | None, unit: Literal["ratio", "difference"]) -> str:
+        """What is known of the population: the end that decided, or both where neither does."""
+        if deciding is None or deciding.end == "table":
+            return ""
+        is_ = f"; in the population {self._noun(target.quantity, unit)} is"
+        at = f"at {percent(target.confidence or 0)}"
+        if target.verdict == "exceeds":
+            return f"{is_} at least {figure(deciding.value, 'down')}, {at}"
+        by = "" if deciding.by in (THE_INTERVAL, ENDS_CROSS) else f" by {deciding.by}"
+        if target.verdict == "within":
+            return f"{is_} at most {figure(deciding.value, 'up')}{by}, {at}"
+        if deciding.value == inf and known is None:
+            return "; nothing bounds the population"
+        least = "" if known is None else f" at least {figure(known.lower, 'down')},"
+        return f"{is_}{least} at most {figure(deciding.value, 'up')}{by}, {'each ' if least else ''}{at}"
+
+    def _noun(self, quantity: Quantity, unit: str) -> str:
+        """Of one pair its ratio, of several the greatest."""
+        law = self.parts.subject.law
+        single = len(law.groups) == 2 and (quantity == "global" or self.seen.contexts < 2)
+        return f"the {'' if single else 'greatest '}{unit}"
+
+    def _pair(self, most: Ratio | MeanDifference, witness: Witness, unit: str, tail: str, *, over_units: bool, digits: int) -> str:
+        """Two groups, what they get, and how far apart that is; that all groups get the same, where the greatest says so."""
+        units, alike = ", mean over units" if over_units else "", (most.ratio == 1 if isinstance(most, Ratio) else most.value == 0)
+        if alike:
+            where = " over all contexts" if witness.context is None else " in every context"
+            return f"{self.amount}{units}: the same in all groups that are compared{where if self.seen.columns.context else ''}{tail}."
+        high, low = witness.expectations
+        about = f"{self.amount}{self._where(witness)}{units}"
+        found = self.parts.pair(witness, Fraction(1), self.seen.sizes([witness])[0], rates=self.rates)
+        if high == low:
+            apart = "alike"
+        elif unit == "difference":
+            apart = f"{figure(high - low)} apart"
+        else:
+            ratio = quotient(high, low)
+            apart = "an infinite ratio" if ratio == inf else f"{figure(ratio, digits=digits)} times"
+        return f"{about}: {_who(found.higher)}, {_who(found.lower)}, {apart}{tail}."
+
+    def _where(self, witness: Witness) -> str:
+        if witness.context is None:
+            return " over all contexts" if self.seen.columns.context else ""
+        return f" within {_named(witness.context)}" if witness.context else ""
+
+
+def _who(found: Gets) -> str:
+    of = f" ({found.of})" if found.of else ""
+    return f"{_named(found.group)} {found.amount}{of}"
+
+
+def _named(labels: Mapping[str, str]) -> str:
+    return clip(place(labels), SHOW_LABEL)
+
+
+def _ends(known: Known) -> str:
+    """An interval in words."""
+    low, high = figure(known.lower, "down"), figure(known.upper, "up")
+    if known.lower > known.upper:
+        return f"at least {low}, and at most {high}: the ends cross (at {percent(known.confidence)})"
+    if known.each:
+        return f"at least {low}, at most {high}, each at {percent(known.confidence)}"
+    if known.upper == inf:
+        return f"at least {low}, at {percent(known.confidence)}, and nothing bounds it from above"
+    return f"between {low} and {high}, at {percent(known.confidence)}"
+
+
+def chance(parts: Parts) -> tuple[tuple[str, str], ...]:
+    """Whether the verdict is established beyond chance, in a word or two, and why.
+
+    With a target "yes" says that it is proved to be exceeded, "no" that it is proved to be kept; without one "yes" says that the interval
+    of the ratio lies above 1 (of a difference, above 0), which is "too few decisions" where it does not.
+    """
+    seen = parts.seen
+    if not any({**seen.ratios, **seen.differences}.values()):
+        return (("not a question", "no two groups can be compared"),)
+    foremost = _foremost(seen)
+    if foremost is not None:
+        return (_of_target(foremost[0], seen),)
+    known = dict(seen.of_differences if parts.signed else seen.of_ratios)
+    if not known:
+        return (_without_draws(seen),)
+    if not seen.columns.context and len(known) > 1:
+        known.pop("global")
+    nothing = 0 if parts.signed else 1
+    answers = {quantity: found.lower > nothing for quantity, found in known.items()}
+    where: dict[Quantity, str] = {"local": "within a context", "global": "over all contexts"} if seen.columns.context else {}
+    said: dict[bool, list[Quantity]] = {}
+    for quantity, answer in answers.items():
+        said.setdefault(answer, []).append(quantity)
+    found = []
+    for answer, quantities in said.items():
+        confidences = dict.fromkeys(percent(known[quantity].confidence) for quantity in quantities)
+        at = f"{'each ' if len(quantities) > 1 else ''}at {' and '.join(confidences)}"
+        places = " and ".join(where[quantity] for quantity in quantities if quantity in where)
+        some = f"groups differ {places}".rstrip() + f", {at}"
+        open_ = f"that groups are alike {places}".rstrip() + f" is not excluded, {at}"
+        found.append(("yes", some) if answer else ("too few decisions", open_))
+    return tuple(found)
+
+
+def _without_draws(seen: Seen) -> tuple[str, str]:
+    """Why chance is no question where there is no interval."""
+    if seen.kind == "counts":
+        return "not asked", "no interval was computed; the figures describe this table alone"
+    return "not a question", "exact: nothing was drawn by chance"
+
+
+def _of_target(target: Target, seen: Seen) -> tuple[str, str]:
+    """Whether the verdict on a target is more than chance."""
+    outcome = {"exceeds": "the limit is exceeded", "within": "the limit is kept"}.get(target.verdict, "nothing is settled")
+    at = "" if target.confidence is None else f", at {percent(target.confidence)}"
+    if target.verdict == "changed" or seen.verdict == "changed":
+        return "it depends", "the ratio changed during the stream, so that nothing is said of one constant ratio"
+    if target.under == HIDDEN:
+        return "it depends", f"on the declared unrecorded factor: with it {outcome}{at}"
+    if target.under == DRIFTING:
+        return "it depends", f"on the declared drift: in the worst case within it {outcome}{at}"
+    if target.under == WHOEVER:
+        if target.verdict == "depends":
+            return "it depends", "on who the decisions without a recorded group are"
+        return "not asked", f"judged for this table alone: {outcome}, whoever those without a group are"
+    if (seen.differences if target.unit == "difference" else seen.ratios).get(target.quantity) is None:
+        return "not known", "no two groups can be compared"
+    if target.confidence is None:
+        found = _without_draws(seen)
+        return (found[0], "judged for this table alone, decided exactly") if seen.kind == "counts" else found
+    by = f", by {target.upper[1]}" if target.upper is not None and target.upper[1] != THE_INTERVAL else ""
+    if target.verdict == "exceeds":
+        return "yes", f"the limit is exceeded in the population{at}"
+    if target.verdict == "within":
+        return "no", f"within the limit is established{by}{at}"
+    if target.upper is None:
+        return "not known", "nothing bounds the population behind the table"
+    return "too few decisions", seen.further or f"what was recorded does not settle it{at}"
