@@ -1,37 +1,93 @@
-"""Pages and pictures of the documentation that are made from the code, when the site is built."""
+"""Pages of the documentation that are made from the code and from notebooks, when the site is built."""
 
 from __future__ import annotations
 
+import base64
 import contextlib
+import functools
 import io
 import os
 import re
+import sys
+import tempfile
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).resolve().parents[2]
-FACES = ("metrics", "plots", "testing", "pytest_plugin")  # public, and imported by their own names
+REFERENCE = {
+    "audit": ("Audit", ("audits", "measures", "theorems")),
+    "certificates": ("Verify, compare, report", ("verified", "checker", "certificates", "reports")),
+    "tables": ("Tables", ("tables",)),
+    "models": ("Laws, utilities, policies, filters", ("model",)),
+    "filters": ("Calibrate and design", ("filters",)),
+    "privacy": ("Privacy", ("privacy",)),
+    "samples": ("Intervals and planning", ("inference",)),
+    "worst-case": ("Worst utility", ("worst",)),
+    "streams": ("Monitor", ("streams",)),
+    "errors": ("Numbers and errors", ("exact", "errors")),
+}
+"""Pages of the reference: title, and the packages whose public names they hold."""
+FACES = {"metrics": "Metrics", "plots": "Pictures", "testing": "Strategies for tests", "pytest_plugin": "Fixture for pytest"}
+"""Public modules that are imported by their own names."""
+GOLDEN = ROOT / "tests" / "golden"
+"""Pages as a browser draws them."""
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Add the references and the pictures."""
-    files.append(File.generated(config, "reference/cli.md", content=command_line()))
-    files.append(File.generated(config, "reference/python.md", content=python_reference()))
-    for name, content in pictures().items():
-        files.append(File.generated(config, f"pictures/{name}", content=content))
+    """Add the references and the notebooks."""
+    pages = {"reference/cli.md": command_line(), **python_reference()}
+    for notebook in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")):
+        text, pictures = executed(notebook.stem, notebook.read_text("utf-8"))
+        pages[f"notebooks/{notebook.stem}.md"] = text
+        for name, content in pictures.items():
+            files.append(File.generated(config, f"notebooks/{name}", content=content))
+    for name, text in pages.items():
+        files.append(File.generated(config, name, content=text))
+    for picture in GOLDEN.glob("*-desktop.png"):
+        files.append(File.generated(config, f"pictures/{picture.name}", abs_src_path=str(picture)))
     return files
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Links that leave docs/ for the repository's own files lead nowhere on the site."""
-    return re.sub(r"\[([^\]]*)\]\(\.\./[^)]*\)", r"\1", markdown)
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    """Links to the repository's own files lead nowhere on the site and become text; those that bear the name of a page get its title."""
+    markdown = re.sub(r"(?<=\]\()\.\./tests/golden/", "pictures/", markdown)
+    markdown = re.sub(r"(?<=\]\()(notebooks/\w+)\.ipynb", r"\1.md", markdown)
+    if "/" not in page.file.src_uri:
+        markdown = re.sub(r"\[([^\]]*)\]\(\.\./[^)]*\)", r"\1", markdown)
+    return re.sub(r"\[([\w-]+\.md)\](?=\(\1)", lambda named: f"[{_title(named[1])}]", markdown)
+
+
+def _title(name: str) -> str:
+    return (ROOT / "docs" / name).read_text("utf-8").split("\n", 1)[0].removeprefix("# ")
+
+
+def on_page_content(html: str, **_: Any) -> str:
+    """Cells of tables know the names of their columns, which stand before them on a phone."""
+    return re.sub(r"<table>.*?</table>", lambda table: _with_columns(table[0]), html, flags=re.DOTALL)
+
+
+def _with_columns(table: str) -> str:
+    head = table.partition("</thead>")[0]
+    found = re.findall(r"<th\b[^>]*>(.*?)</th>", head, re.DOTALL)
+    columns = [re.sub(r"<[^>]*>", "", each).strip().replace('"', "&quot;") for each in found]
+    rows = []
+    for row in table.split("</tr>"):
+        before, *cells = row.split("<td")
+        names = [*columns[row.count("<th") :], *[""] * len(cells)]
+        rows.append("<td".join([before, *(_labelled(cell, name) for cell, name in zip(cells, names, strict=False))]))
+    return "</tr>".join(rows)
+
+
+def _labelled(cell: str, column: str) -> str:
+    return f' data-column="{column}"{cell}' if column else cell
 
 
 def command_line() -> str:
     """Every command's own help."""
-    os.environ["COLUMNS"] = "110"
+    os.environ["COLUMNS"] = "80"
     overview = _help()
     names = re.findall(r"^    ([a-z-]+)(?:\s|$)", overview, re.MULTILINE)
     parts = ["# Command line", "What `--help` says, command by command.", f"```text\n{overview}```"]
@@ -48,37 +104,65 @@ def _help(*command: str) -> str:
     return text.getvalue()
 
 
-def python_reference() -> str:
-    """Every public name, from its docstring."""
-    from fairaudit import _HOME
+def python_reference() -> dict[str, str]:
+    """A page for each group of public names and each public module, and one that lists all names."""
+    import fairaudit
 
-    parts = [
+    names = [name for name in fairaudit.__all__ if name in fairaudit._HOME]
+    packages = {name: fairaudit._HOME[name].split(".")[1] for name in names}
+    where = {package: page for page, (_, held) in REFERENCE.items() for package in held}
+    pages = {}
+    for page, (title, held) in REFERENCE.items():
+        parts = [f"::: fairaudit.{name}" for package in held for name in names if packages[name] == package]
+        pages[f"reference/{page}.md"] = "\n\n".join([f"# {title}", *parts]) + "\n"
+    for name, title in FACES.items():
+        pages[f"reference/{name.replace('_', '-')}.md"] = f"# {title}\n\n::: fairaudit.{name}\n"
+    rows = [_row(f"fa.{name}", f"{where[packages[name]]}.md#fairaudit.{name}", getattr(fairaudit, name)) for name in sorted(names)]
+    faces = [_row(f"fairaudit.{name}", f"{name.replace('_', '-')}.md", import_module(f"fairaudit.{name}")) for name in sorted(FACES)]
+    index = [
         "# Python",
-        "What `import fairaudit as fa` offers lives in the modules below; names in the table are reachable as `fa.NAME`.",
-        "| name | module |\n| --- | --- |\n" + "\n".join(f"| `{name}` | `{home}` |" for name, home in sorted(_HOME.items())),
+        "Every public name and what it is for; [Python, task by task](../python.md) shows them at work. `import fairaudit as fa` offers:",
+        "| name | what it is |\n| --- | --- |\n" + "\n".join(rows),
+        "These modules are imported by their own names:",
+        "| module | what it is |\n| --- | --- |\n" + "\n".join(faces),
     ]
-    parts += [f"::: {home}" for home in dict.fromkeys(_HOME.values())]
-    parts += [f"::: fairaudit.{name}" for name in FACES]
-    return "\n\n".join(parts) + "\n"
+    return {**pages, "reference/python.md": "\n\n".join(index) + "\n"}
 
 
-def pictures() -> dict[str, bytes]:
-    """Pictures that pages show, drawn afresh."""
-    from fairaudit import Law, calibrate, certify, plots
-    from fairaudit.tables.examples import example
+def _row(name: str, where: str, thing: Any) -> str:
+    summary = (thing.__doc__ or "").strip().split("\n\n")[0].replace("\n", " ").replace("``", "`").replace("|", "\\|")
+    return f"| [`{name}`]({where}) | {summary} |"
 
-    table = example("ucb-admissions").table()
-    law = Law.from_counts(table, decision="Admit", group="Gender", context="Dept", count="Freq")
-    result = certify(law, {"Admitted": 1}, max_local_ratio="3/2")
-    found = [calibrate(max_log=t, groups=16, gamma=1, tau="0.3") for t in ("0.05", "0.1", "0.2", "0.4", "0.7", "1")]
-    drawn = {
-        "expectations": plots.plot_expectations(result),
-        "bounds": plots.plot_bounds(result),
-        "calibration": plots.plot_truth_kept(found),
-    }
-    contents = {}
-    for name, axes in drawn.items():
-        picture = io.BytesIO()
-        axes.figure.savefig(picture, format="png", dpi=120, bbox_inches="tight")
-        contents[f"{name}.png"] = picture.getvalue()
-    return contents
+
+@functools.cache
+def executed(name: str, source: str) -> tuple[str, dict[str, bytes]]:
+    """A notebook as a page, with what its cells print and draw today, and its pictures by name."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    notebook = nbformat.reads(source, as_version=4)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"}
+    with tempfile.TemporaryDirectory() as folder:
+        NotebookClient(notebook, timeout=120, resources={"metadata": {"path": folder}}).execute(env=environment)
+    title, *cells = notebook.cells
+    needs = "`pip install 'fairaudit-certify[plots,report]' jupyterlab pytest`"
+    parts = [title.source, f"This page is a notebook: [download it]({name}.ipynb). It needs {needs}."]
+    pictures: dict[str, bytes] = {}
+    for cell in cells:
+        parts.append(cell.source if cell.cell_type == "markdown" else f"```python\n{cell.source}\n```")
+        outputs = cell.get("outputs", ())
+        printed = "".join(each.text for each in outputs if each.output_type == "stream").rstrip()
+        parts += [f"```text\n{printed}\n```"] if printed else []
+        parts += [_shown(each.data, f"{name}-{len(parts)}.png", pictures) for each in outputs if each.output_type != "stream"]
+    return "\n\n".join(parts) + "\n", pictures
+
+
+def _shown(data: Any, name: str, pictures: dict[str, bytes]) -> str:
+    """What a cell gives: HTML, a picture, or text."""
+    if "text/html" in data:
+        html = re.sub(r'<style scoped>.*?</style>| border="1" class="dataframe"', "", data["text/html"], flags=re.DOTALL)
+        return f'<div class="output">{html}</div>'
+    if "image/png" in data:
+        pictures[name] = base64.b64decode(data["image/png"])
+        return f"![What the cell draws]({name})"
+    return f"```text\n{data['text/plain']}\n```"

@@ -39,32 +39,32 @@ def test_readme_shows_the_first_result(capsys: pytest.CaptureFixture[str]) -> No
         assert line == "…" or line in printed
 
 
-def test_readme_commands_are_accepted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("page", "codes"),
+    [
+        ("README.md", [("certify", 0), ("verify", 0), ("certify", 2)]),  # without a terminal nothing is asked
+        ("docs/start.md", [("certify", 0), ("report", 0), ("verify", 0)]),
+        ("docs/calibration.md", [("calibrate", 0), ("calibrate", 0)]),
+    ],
+)
+def test_first_commands_are_accepted(page: str, codes: list[tuple[str, int]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "decisions.csv").write_text("answer,sex,age,department\nyes,f,30,a\nno,f,30,a\nmaybe,m,30,a\nyes,m,30,a\n")
-    rows = ['{"answer":"yes","sex":"f","department":"a"}', '{"answer":"no","sex":"m","department":"a"}']
-    (tmp_path / "decisions.jsonl").write_text("\n".join(rows * 5) + "\n")
-    (tmp_path / "choices.csv").write_text("shown_order,chosen\nann bob,ann\nbob ann,ann\n")
+    (tmp_path / "decisions.xlsx").write_bytes(b"")
     ran = []
-    for text in blocks(ROOT / "README.md", "sh"):
+    for text in blocks(ROOT / page, "sh"):
         for part in re.split(r"&&|(?<!\\)\n", text):
             words = shlex.split(part.replace("\\\n", " "))
             if words and words[0].endswith("fairaudit"):
                 ran.append((words[1], main(words[1:])))
-    commands = [
-        "certify",
-        "verify",
-        "report",
-        "inspect",
-        "certify",
-        "plan",
-        "monitor",
-        "certify",
-        "calibrate",
-        "calibrate",
-        "worst-case",
-        "certify",
-        "experiment",
-    ]
-    assert [command for command, _ in ran] == commands
-    assert [code for _, code in ran] == [0, 0, 0, 0, 3, 0, 3, 3, 0, 0, 0, 0, 0]
+    assert ran == codes
+
+
+def test_a_spreadsheet_without_options_is_answered_by_a_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl is not installed (it is in the extra test)")
+    book, path = openpyxl.Workbook(), tmp_path / "decisions.xlsx"
+    for row in [("answer", "sex", "department"), *[("yes", "f", "a"), ("no", "m", "b"), ("yes", "m", "a")] * 40]:
+        book.active.append(row)
+    book.save(path)
+    assert main(["certify", str(path)]) == 2
+    proposed = capsys.readouterr().err.partition("to try: fairaudit ")[2].strip()
+    assert main(shlex.split(proposed)) == 0
