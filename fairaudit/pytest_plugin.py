@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -13,28 +14,69 @@ if TYPE_CHECKING:
 __all__ = ["fairness_gate"]
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the setting for readers of JUnit files that refuse properties of a test."""
+    help_ = (
+        "whether fairness_gate leaves properties in the file of --junitxml; false for readers that hold it against a schema without them"
+    )
+    parser.addini("fairness_properties", help_, type="bool", default=True)
+
+
 @pytest.fixture
-def fairness_gate() -> Callable[..., Result]:
-    """Give a function with the arguments of `fairaudit.certify` that fails the test unless every target is kept.
+def fairness_gate(request: pytest.FixtureRequest, record_property: Callable[[str, object], None]) -> Callable[..., Result]:
+    """Give a function that fails the test unless every target is kept.
+
+    With ``pytest --junitxml=FILE``, each gate leaves its verdict, sentence, ratios, their ends and the path of its certificate as
+    properties of the test, and what was kept in its standard output; a gate that is not kept says the same in its failure.
 
     Returns
     -------
     callable
-        Takes what `fairaudit.certify` takes, at least one target among them, and returns its `Result`. The test fails when a target is
-        exceeded, and also when the draws do not decide: too few decisions are no evidence of fairness.
+        Takes the `Result` of `fairaudit.audit` or what `fairaudit.certify` takes, with at least one target, and ``save``, where to write
+        the certificate; returns the `Result`. The test fails when a target is exceeded, and also when the draws do not decide: too few
+        decisions are no evidence of fairness. The certificate is written before that.
     """
+    gates = 0
 
-    def gate(subject: Any, utility: Any, **options: Any) -> Result:
+    def gate(subject: Any, *utility: Any, save: str | os.PathLike[str] | None = None, **options: Any) -> Result:
         from fairaudit.audits.certify import certify
+        from fairaudit.audits.result import Result
         from fairaudit.reports.text import verdict
         from fairaudit.words import plain
 
-        result = certify(subject, utility, **options)
+        nonlocal gates
+        gates += 1
+        judged = isinstance(subject, Result) and not utility and not options
+        result: Result = subject if judged else certify(subject, *utility, **options)
+        written = "" if save is None else str(result.certificate.save(save)[0])
+        if request.config.getini("fairness_properties"):
+            for name, value in _properties(result, written):
+                record_property(f"fairness{gates if gates > 1 else ''}.{name}", plain(value))
         if result.verdict == "none":
             pytest.fail("the fairness gate has no target; give one, such as max_local_ratio='5/4'", pytrace=False)
+        said = [verdict(result), plain(result.sentence), *([f"Certificate: {plain(written)}"] if written else [])]
         if result.verdict != "within":
             planned = [planned.sentence for _, planned in result.further_draws]
-            pytest.fail("\n".join([verdict(result), plain(result.sentence), *planned]), pytrace=False)
+            pytest.fail("\n".join([*said, *planned]), pytrace=False)
+        print("\n".join(said))  # noqa: T201 - pytest keeps it with the test
         return result
 
     return gate
+
+
+def _properties(result: Result, written: str) -> Iterator[tuple[str, str]]:
+    """What a gate found: ratios exactly, ends of intervals rounded outwards."""
+    from fairaudit.certificates.numbers import number
+    from fairaudit.words import approximate
+
+    yield "verdict", result.verdict
+    yield "sentence", result.sentence
+    for name, measured in (("local", result.local), ("global", result.global_)):
+        if measured is not None:
+            yield f"{name}.ratio", number(measured.ratio)
+    for name, interval in result.intervals.items():
+        yield f"{name}.at_least", approximate(interval.lower, "down")
+        yield f"{name}.at_most", approximate(interval.upper, "up")
+        yield f"{name}.confidence", number(interval.confidence)
+    if written:
+        yield "certificate", written
