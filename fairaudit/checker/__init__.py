@@ -3,10 +3,11 @@
 This folder stands alone: it uses the Python standard library only, imports nothing of the package that writes
 certificates, and runs from a copy of itself under any name::
 
-    python -I -S checker CERTIFICATE.json [--table FILE] [--require within]
+    python -I -S checker CERTIFICATE.json [--table FILE] [--require within] [--verbose | --quiet]
 
-It reads the certificate and the decision table, computes every figure again from the table, and says of each statement
-in the certificate whether it is true.  All decisions are made in integers; no floating-point number occurs.
+It reads the certificate and the decision table, computes every figure again from the table, and says in one paragraph what is true
+and what is assumed, before that each statement that is false, and with ``--verbose`` each statement.  All decisions are made in
+integers; no floating-point number occurs.
 
 What is trusted: Python's integers, ``fractions``, ``json`` and ``hashlib``; and, for the claims ``by`` T1, T2 and so on,
 the theorems of those names.  Nothing that the certificate says is.  What the sentences under ``assumptions`` say cannot be checked,
@@ -27,7 +28,7 @@ logarithms      ``logarithms``
 table           ``laws``, ``header``: laws of the decision, and the first line of a table
 filters         ``filters``
 figures         ``figures``, ``rates``, ``table``, ``rows``, ``metrics``: what the lines of a table add up to, and what is stated of it
-claims          ``sentences``, ``claims``: what they assume, and their rules; then by family
+claims          ``sentences``, ``claims``: what they assume, and their rules; ``summary``: how they are said; then by family
 of classes      ``utility_class``, ``program``, ``worst_case``
 of populations  ``intervals``, ``tails``, ``samples``, ``pair_exact``, ``split``, ``regions``, ``difference_regions``, ``betting``,
                 ``paired_betting``, ``symmetric_betting``, ``contrasts``, ``difference_contrasts``, ``joint_betting``, ``interval_proofs``
@@ -36,15 +37,16 @@ of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, `
                 ``floored``, ``near``
 of drift        ``drifts``, ``drift``
 of objections   ``hidden_context``; then ``judgement`` of claims of all families
-certificate     ``preparation``, ``certificate``, ``assumptions``, ``targets``
+certificate     ``preparation``, ``certificate``, ``outline``, ``assumptions``, ``targets``
 other formats   ``proxy_ranges``, ``proxies``, ``conjunctions``, ``subgroup_statement``, ``subgroups``; then ``verification`` of all
 command         ``command``
 ==============  ================================================================================================================
 """
 
 from .certificate import CERTIFICATE_FORMAT
-from .command import Refusal, examine, finding_line, main, summary_line
+from .command import Refusal, examine, main
 from .json_values import without_page
+from .summary import lines, paragraph, summary_line
 from .text import Finding, FormatError, Incomplete, Report, TableNeeded, TooMuch, printable
 from .verification import check
 
@@ -59,8 +61,9 @@ __all__ = [
     "TooMuch",
     "check",
     "examine",
-    "finding_line",
+    "lines",
     "main",
+    "paragraph",
     "printable",
     "summary_line",
     "without_page",

@@ -14,7 +14,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from .certificate import CERTIFICATE_FORMAT
-from .text import Finding, FormatError, Incomplete, Report, TableNeeded, TooMuch, malformed, printable
+from .summary import lines
+from .text import FormatError, Incomplete, Report, TableNeeded, TooMuch, malformed, printable
 from .verification import check
 
 MAX_BYTES = 1 << 30  # of a certificate, and of one line of a table
@@ -57,20 +58,6 @@ def examine(path: str, table: str | None = None) -> Report | Refusal:
         return Refusal("The numbers in the certificate or its table need more memory than there is.", 2)
 
 
-def finding_line(finding: Finding) -> str:
-    """A statement, and whether it is true."""
-    detail = f" ({finding.detail})" if finding.detail else ""
-    return f"{'true ' if finding.true else 'FALSE'}  {finding.statement}{detail}"
-
-
-def summary_line(report: Report, required: str | None = None) -> str:
-    """How many statements are true, and the verdict that the certificate states."""
-    wrong, count = sum(not finding.true for finding in report.findings), len(report.findings)
-    summary = f"{wrong} of {count} statements are FALSE" if wrong else f"all {count} statements are true of the table"
-    missing = f", but {required!r} is required" if required not in (None, report.verdict) else ""
-    return f"{summary}; the stated verdict is {report.verdict!r}{missing}"
-
-
 def _print(lines: Iterable[str]) -> None:
     if sys.stdout is None:  # standard output was closed; the exit code still tells
         return
@@ -102,18 +89,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code.
     """
     parser = argparse.ArgumentParser(prog="checker", description="Check a certificate.", allow_abbrev=False)
-    parser.add_argument("certificate", help="the certificate, a JSON file")
+    parser.add_argument("certificate", help="the certificate, a JSON file, or a page that holds one")
     parser.add_argument("--table", metavar="FILE", help="the table, if the certificate does not embed it")
     parser.add_argument("--require", choices=["within"], help="fail unless the verdict is this one")
+    more = parser.add_mutually_exclusive_group()
+    more.add_argument("--verbose", action="store_true", help="print every statement and every assumption, too")
+    more.add_argument("--quiet", action="store_true", help="print nothing; the exit code tells")
     try:
         arguments = parser.parse_args(argv)
     except SystemExit as stop:
         return 2 if stop.code else 0
     found = examine(arguments.certificate, arguments.table)
     if isinstance(found, Refusal):
-        return _failed(found.message, found.code)
+        return found.code if arguments.quiet else _failed(found.message, found.code)
     try:
-        _print([*map(finding_line, found.findings), summary_line(found, arguments.require)])
+        if not arguments.quiet:
+            _print(lines(found, arguments.require, verbose=arguments.verbose))
     except OSError as error:
         return _failed(f"Cannot read or write: {error}.", 2)
     return 0 if found.ok and arguments.require in (None, found.verdict) else 1

@@ -54,6 +54,8 @@ _OPENING, _CLOSING = b'<script type="application/json" id="certificate">', b"</s
 
 def without_page(raw: bytes) -> bytes:
     """Take the certificate out of the page of a report; anything else is given back as it is."""
+    if raw.startswith(b"%PDF-"):
+        raise malformed("the file", "is a PDF, which people read; check the certificate that is attached to it, or the page")
     if raw[:100].lstrip()[:9].lower() != b"<!doctype":
         return raw
     _, opening, rest = raw.partition(_OPENING)

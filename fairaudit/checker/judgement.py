@@ -190,5 +190,4 @@ def check_claims(claims: Sequence[Claim], faults: Sequence[str]) -> Iterator[Fin
         quantity, relation, by, scope = claim.key
         statement = f"claims[{i}]: {shown(quantity)} {shown(relation)[1:-1]} {shown(claim.value)} by {shown(by)}"
         statement += "" if scope == LAW else f" for {shown(scope)}"
-        assumed = f"assuming, for the reader to judge, {shown(list(claim.assumptions))}" if claim.assumptions else ""
-        yield finding_of(statement, not fault, fault or assumed)
+        yield finding_of(statement, not fault, fault, claim.assumptions)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
 
@@ -26,8 +26,9 @@ from .logarithms import log_at_most
 from .proxy_ranges import Completion, Extreme, Pair, Range, Scope, check_range, scope_of
 from .rationals import ONE, Rational, at_most, fraction_sum, read_extended, read_rational, read_rationals
 from .rows import embedded_lines, lines_of_file, read_table
+from .summary import NAMES, assumed_for, said_of_figure, said_of_table, said_of_target
 from .table import Table, counts_are_whole, is_signed
-from .text import Finding, Incomplete, Report, TableNeeded, compared, compared_file, finding_of, malformed, printable, shown
+from .text import Finding, Incomplete, Outline, Report, TableNeeded, compared, compared_file, finding_of, malformed, printable, shown
 from .work import keep, working_on
 
 PROXIES_FORMAT = "fairaudit-proxies/1"
@@ -88,9 +89,27 @@ def check_proxies(document: object, lines: Iterable[bytes] | None) -> Report:
     findings += _check_ranges(stated, table)
     findings += _check_targets(stated)
     report = Report(tuple(findings), stated.verdict)
-    if report.ok:
-        _check_assumptions(stated)
-    return report
+    if not report.ok:
+        return report
+    _check_assumptions(stated)
+    return replace(report, outline=_outline(stated))
+
+
+def _outline(stated: Proxies) -> Outline:
+    """Say in short what is stated."""
+    figures = []
+    for name, ranges in (("local", [found for _, found in stated.local]), ("global", [stated.overall] if stated.overall else [])):
+        if ranges:
+            least, greatest, _, _ = _ends(ranges)
+            figures.append(said_of_figure(NAMES[name], None, [(JUDGED, ">=", least), (JUDGED, "<=", greatest)]))
+    return Outline(
+        said_of_table(stated.entries, embedded=stated.embedded is not None),
+        tuple(
+            said_of_target(NAMES[target.quantity], target.unit, target.limit, target.judged, target.verdict) for target in stated.targets
+        ),
+        tuple(figures),
+        assumed_for([(JUDGED, stated.assumptions)]),
+    )
 
 
 def _read(document: object) -> Proxies:

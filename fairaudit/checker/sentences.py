@@ -112,3 +112,16 @@ UNKNOWN_LEFT_OUT = (
 )
 
 LEFT_OUT = re.compile(".*(?:were left out|could not be counted).*", re.DOTALL)
+
+# What is said first to people who know neither draws nor cells; word by word the assumption stands beside the statements.
+IN_PLAIN_WORDS = {
+    DRAWS: (
+        "the decisions about a group in a context came about independently, each with the same chances, and how many there are does not "
+        "depend on how they came out"
+    ),
+    OWN_RANGE: (
+        "whatever could have been decided about a group in a context has a utility between 0 and the greatest that a decision has there"
+    ),
+    CHOSEN: "utility, method and confidence were chosen without looking at the decisions",
+    CELLS: "the decisions about different groups and contexts are independent of each other",
+}

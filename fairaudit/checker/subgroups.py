@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, cmp_to_key
 from itertools import chain
@@ -23,8 +24,9 @@ from .preparation import check_steps
 from .rationals import INFINITY, ONE, Rational, as_pair, at_most, maximum, reduced, written
 from .sentences import CHOSEN_BEFOREHAND, INDEPENDENT_ROWS, RANGE
 from .subgroup_statement import THIS_TABLE, Ends, Stated, StatedClaim, read_stated
+from .summary import NAMES, assumed_for, said_of_figure, said_of_table, said_of_target
 from .tails import Sample, fault_of_ends
-from .text import Finding, Incomplete, Report, TableNeeded, compared, compared_file, finding_of, malformed, printable, shown
+from .text import Finding, Incomplete, Outline, Report, TableNeeded, compared, compared_file, finding_of, malformed, printable, shown
 from .work import keep, spend, working_on
 
 LAST_WAYS = 1 << 256  # a number of conjunctions beyond which nobody counts
@@ -44,9 +46,27 @@ def check_subgroups(document: object, lines: Iterable[bytes] | None) -> Report:
         findings.append(compared_file(lines, table.digest))
     findings += [*checked.subject(), *checked.search(), *checked.population(), *checked.claims(), *checked.targets()]
     report = Report(tuple(findings), stated.verdict)
-    if report.ok:
-        _check_assumptions(stated, table)
-    return report
+    if not report.ok:
+        return report
+    _check_assumptions(stated, table)
+    return replace(report, outline=_outline(stated))
+
+
+def _outline(stated: Stated) -> Outline:
+    """Say in short what is stated."""
+    name = NAMES["subgroup"]
+    return Outline(
+        said_of_table(stated.cells, embedded=stated.embedded is not None),
+        tuple(said_of_target(name, "ratio", limit, judged, verdict) for limit, judged, verdict in stated.targets),
+        (
+            said_of_figure(
+                name,
+                stated.found[0].ratio,
+                [(claim.scope, claim.relation, claim.value) for claim in stated.claims if claim.scope != THIS_TABLE],
+            ),
+        ),
+        assumed_for((claim.scope, claim.assumptions) for claim in stated.claims),
+    )
 
 
 Reached = tuple[Rational, int, int, int, Conjunction]  # the ratio, how many rows, what they get, the same by value, and which they are
@@ -282,8 +302,7 @@ class _Checked:
             fault = "a claim that occurs twice" if claim.relation in said else self._fault_of_claim(claim)
             said.add(claim.relation)
             statement = f"claims[{i}]: subgroup_ratio {claim.relation} {shown(claim.value)} by T18 for {shown(claim.scope)}"
-            assumed = f"assuming, for the reader to judge, {shown(list(claim.assumptions))}" if claim.assumptions else ""
-            yield finding_of(statement, not fault, fault or assumed)
+            yield finding_of(statement, not fault, fault, claim.assumptions)
         if "=" not in said:
             raise Incomplete("there is no claim on the greatest ratio of this table")
         needed = {">="} if self.stated.confidence is not None else set()

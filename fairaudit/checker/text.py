@@ -79,6 +79,17 @@ class Finding:
     statement: str
     true: bool
     detail: str
+    assumes: tuple[str, ...] = ()  # what only the reader can judge
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What a document says in short, in words: of which nothing holds but if all its statements are true."""
+
+    table: str = ""  # where it is
+    targets: tuple[str, ...] = ()
+    figures: tuple[str, ...] = ()
+    assumptions: tuple[tuple[str, tuple[str, ...]], ...] = ()  # each with what the statements that rest on it are about
 
 
 @dataclass(frozen=True)
@@ -87,6 +98,8 @@ class Report:
 
     findings: tuple[Finding, ...]
     verdict: str
+    outline: Outline = Outline()
+    of_page: bool = False  # whether the document stood in a page
 
     @property
     def ok(self) -> bool:
@@ -94,9 +107,9 @@ class Report:
         return all(finding.true for finding in self.findings)
 
 
-def finding_of(statement: str, true: bool, detail: str = "") -> Finding:
+def finding_of(statement: str, true: bool, detail: str = "", assumes: Iterable[str] = ()) -> Finding:
     """State a finding, which nothing in the document can disguise."""
-    return Finding(printable(statement), true, printable(detail))
+    return Finding(printable(statement), true, printable(detail), tuple(assumes))
 
 
 def compared(name: str, stated: object, actual: object) -> Finding:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from .assumptions import check_assumptions
 from .certificate import Certificate, read_certificate
@@ -15,6 +16,7 @@ from .intervals import Proven
 from .json_values import decoded, without_page
 from .judgement import Facts, check_claims, faults_of_claims
 from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
+from .outline import outline_of
 from .preparation import check_preparation, check_spellings
 from .program import Program
 from .proxies import PROXIES_FORMAT, check_proxies
@@ -72,12 +74,18 @@ def check(certificate: bytes, table: Iterable[bytes] | None = None) -> Report:
 
 
 def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
-    """Read, compute, compare: in this order, which is that of the findings."""
+    """Read, compute, compare: in this order, which is that of the findings, and say in short what is true."""
     grant_bytes(len(certificate))
-    document = decoded(without_page(certificate), "the certificate")
+    held = without_page(certificate)
+    document = decoded(held, "the certificate")
     other = document.get("format") if isinstance(document, dict) else None
-    if isinstance(other, str) and other in OTHER_FORMATS:
-        return _checked_as(other, document, lines)
+    form = other if isinstance(other, str) and other in OTHER_FORMATS else None
+    report = _checked_certificate(document, lines) if form is None else _checked_as(form, document, lines)
+    return replace(report, of_page=held is not certificate)
+
+
+def _checked_certificate(document: object, lines: Iterable[bytes] | None) -> Report:
+    """Check a certificate of a table, or of a policy."""
     stated = read_certificate(document)
     working_on("the table")
     findings: list[Finding] = []
@@ -109,9 +117,10 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
     findings += check_claims(stated.claims, faults)
     findings += check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault], window)
     report = Report(tuple(findings), stated.verdict)
-    if report.ok:
-        check_assumptions(stated, table)
-    return report
+    if not report.ok:
+        return report
+    check_assumptions(stated, table)
+    return replace(report, outline=outline_of(stated, facts))
 
 
 def _checked_as(form: str, document: object, lines: Iterable[bytes] | None) -> Report:

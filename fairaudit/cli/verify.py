@@ -9,21 +9,21 @@ from typing import Any
 
 from fairaudit.cli.output import Answer, add_format
 
-OF_A_PAGE = "this is about the certificate in the page; what the page shows besides was not compared with it"
-
 
 def add(commands: Any) -> None:
     """Declare the options."""
     parser = commands.add_parser(
         "verify",
         help="check a certificate",
-        description="Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it.",
+        description="Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it, and say "
+        "in one paragraph what is true and what is assumed.",
         epilog="exit codes: 0 all true; 1 a statement is false, or the required verdict is not there; 2 bad input; 3 the table is needed",
-        usage="%(prog)s CERTIFICATE.json [--table FILE] [--require within] [--format text|json]\n       %(prog)s --export FILE.pyz",
+        usage="%(prog)s CERTIFICATE [--table FILE] [--require within] [--verbose | --quiet] [--format text|json]\n"
+        "       %(prog)s --export FILE.pyz",
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("certificate", metavar="CERTIFICATE.json", nargs="?", help="the certificate, or a page that shows one")
+    parser.add_argument("certificate", metavar="CERTIFICATE", nargs="?", help="the certificate, or a page that shows one")
     parser.add_argument("--table", metavar="FILE", help="the canonical table, when the certificate does not hold it")
     parser.add_argument("--require", choices=("within",), help="also fail unless the verdict is 'within'")
     parser.add_argument(
@@ -31,6 +31,9 @@ def add(commands: Any) -> None:
         metavar="FILE.pyz",
         help="write the checker as one file, which runs as `python -I -S FILE.pyz CERTIFICATE.json`, and print its SHA-256",
     )
+    more = parser.add_mutually_exclusive_group()
+    more.add_argument("--verbose", action="store_true", help="print every statement and every assumption, too")
+    more.add_argument("--quiet", action="store_true", help="print nothing; the exit code tells")
     add_format(parser)
 
 
@@ -50,27 +53,34 @@ def run(arguments: argparse.Namespace) -> Answer | int:
 
 
 def _check(arguments: argparse.Namespace) -> Answer | int:
-    from fairaudit.cli.checking import Refusal, examine, finding_line, printable, summary_line
+    from fairaudit.cli.checking import Refusal, examine, lines, paragraph, printable, summary_line
 
     found = examine(arguments.certificate, arguments.table)
     if isinstance(found, Refusal):
-        print(f"fairaudit: {printable(arguments.certificate)}: {printable(found.message)}", file=sys.stderr)
+        if not arguments.quiet:
+            print(f"fairaudit: {printable(arguments.certificate)}: {printable(found.message)}", file=sys.stderr)
         return found.code
+    code = 0 if found.ok and arguments.require in (None, found.verdict) else 1
+    if arguments.quiet:
+        return code
     said = summary_line(found, arguments.require)
     return Answer(
         "verify",
         # What a false certificate states is no verdict.
         verdict=found.verdict if found.ok else "none",
         sentence=printable(f"{said[0].upper()}{said[1:]}."),
-        notes=(OF_A_PAGE,) if arguments.certificate.lower().endswith((".html", ".htm")) else (),
         result=lambda: {
             "true": found.ok,
             "stated_verdict": found.verdict,
             "required_verdict": arguments.require,
-            "statements": [{"statement": f.statement, "true": f.true, "detail": f.detail} for f in found.findings],
+            "paragraph": paragraph(found, arguments.require),
+            "assumptions": [{"assumption": text, "about": list(about)} for text, about in found.outline.assumptions],
+            "statements": [
+                {"statement": f.statement, "true": f.true, "detail": f.detail, "assumptions": list(f.assumes)} for f in found.findings
+            ],
         },
-        text=lambda: "\n".join(printable(line) for line in (*map(finding_line, found.findings), said)),
-        code=0 if found.ok and arguments.require in (None, found.verdict) else 1,
+        text=lambda: "\n".join(map(printable, lines(found, arguments.require, verbose=arguments.verbose))),
+        code=code,
     )
 
 
