@@ -1,3 +1,4 @@
+# PYTHON_ARGCOMPLETE_OK
 """Entry point of ``python -m fairaudit``."""
 
 import sys

@@ -1,3 +1,4 @@
+# PYTHON_ARGCOMPLETE_OK
 """The command line. Each command is a module with `add` (its options) and `run` (its work, which imports what it needs).
 
 `run` gives an answer, several that come one after the other, or, where it has written what there was to say, an exit code.
@@ -6,6 +7,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -117,6 +119,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not given or given[0] not in commands.choices:
         for module in plugins(ENTRY_POINT):
             module.add(commands)
+    if "_ARGCOMPLETE" in os.environ and argv is None:
+        from fairaudit.cli.completion import complete
+
+        complete(parser, commands.choices)
     arguments = _read(parser, commands.choices, given)
     try:
         code = tell(arguments.run(arguments), getattr(arguments, "format", "text"))

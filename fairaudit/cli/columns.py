@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from fairaudit.audits.roles import Roles
     from fairaudit.tables.engines.survey import Seen, Survey
 
-__all__ = ["Column", "described", "looked_at", "suggested", "warnings", "written"]
+__all__ = ["Column", "described", "looked_at", "quoted", "suggested", "warnings", "written"]
 
 MISSING_WORDS = {"na", "n/a", "nan", "null", "none", "unknown", "?", "-", "."}
 
@@ -109,18 +109,18 @@ def written(roles: Roles) -> dict[str, str]:
     edges = {name: ":" + ",".join(map(str, cut)) for name, cut in roles.bins.items()}
     return {
         "decision": roles.decision or "COL",
-        "group": ",".join(_quoted(name) + edges.get(name, "") for name in roles.group) or "COL",
-        "context": ",".join(map(_quoted, roles.context)),
+        "group": ",".join(quoted(name) + edges.get(name, "") for name in roles.group) or "COL",
+        "context": ",".join(map(quoted, roles.context)),
         "count": roles.count or "",
         "probability": roles.probability or "",
         "weight": roles.weight or "",
-        "unit": _quoted(roles.unit or ""),
-        "utility": _quoted(roles.utility) if roles.decision else "DECISION",
+        "unit": quoted(roles.unit or ""),
+        "utility": quoted(roles.utility) if roles.decision else "DECISION",
         "missing": "drop" if roles.missing else "",
     }
 
 
-def _quoted(label: str) -> str:
+def quoted(label: str) -> str:
     """Quote a name or label as `--group` and `--utility` read it, where that is needed."""
     needed = label != label.strip() or any(c in label for c in ',="\r\n')
     return '"' + label.replace('"', '""') + '"' if needed else label
