@@ -1,6 +1,6 @@
 """Completion in a shell, by argcomplete: commands, options and choices, and columns and labels of the table that stands on the line.
 
-``eval "$(register-python-argcomplete fairaudit)"`` turns it on, in bash and in zsh; docs/start.md says more.
+``eval "$(register-python-argcomplete fairaudit)"`` turns it on, in bash and in zsh; docs/which-command.md says more.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from fairaudit.cli.output import Answer, add_format
+from fairaudit.cli.output import Answer, add_format, tell
 
 
 def add(commands: Any) -> None:
@@ -18,12 +18,12 @@ def add(commands: Any) -> None:
         description="Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it, and say "
         "in one paragraph what is true and what is assumed.",
         epilog="exit codes: 0 all true; 1 a statement is false, or the required verdict is not there; 2 bad input; 3 the table is needed",
-        usage="%(prog)s CERTIFICATE [--table FILE] [--require within] [--verbose | --quiet] [--format text|json]\n"
+        usage="%(prog)s CERTIFICATE… [--table FILE] [--require within] [--verbose | --quiet] [--format text|json]\n"
         "       %(prog)s --export FILE.pyz",
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("certificate", metavar="CERTIFICATE", nargs="?", help="the certificate, or a page that shows one")
+    parser.add_argument("certificates", metavar="CERTIFICATE", nargs="*", help="the certificate, or a page that shows one; or several")
     parser.add_argument("--table", metavar="FILE", help="the canonical table, when the certificate does not hold it")
     parser.add_argument("--require", choices=("within",), help="also fail unless the verdict is 'within'")
     parser.add_argument(
@@ -42,23 +42,36 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     from fairaudit.errors import InputError
 
     if arguments.export is not None:
-        if (arguments.certificate, arguments.table, arguments.require) != (None, None, None):
+        if (arguments.certificates, arguments.table, arguments.require) != ([], None, None):
             raise InputError("--export writes the checker and checks nothing; leave the certificate, --table and --require away")
         return _export(arguments.export)
-    if arguments.certificate is None:
+    if not arguments.certificates:
         raise InputError(
             "no certificate is named; give CERTIFICATE.json, or --export FILE.pyz to write the checker; see fairaudit verify --help"
         )
-    return _check(arguments)
+    if len(arguments.certificates) == 1:
+        return _check(arguments, arguments.certificates[0])
+    if arguments.table is not None:
+        raise InputError("--table is the table of one certificate; name one, or leave --table away")
+    return min(filter(None, [_check_one_of(arguments, name) for name in arguments.certificates]), default=0)
 
 
-def _check(arguments: argparse.Namespace) -> Answer | int:
+def _check_one_of(arguments: argparse.Namespace, name: str) -> int:
+    """Check one of several certificates and print what was found."""
+    from fairaudit.cli.checking import printable
+
+    if not arguments.quiet and arguments.format == "text":
+        print(f"{printable(name)}:")
+    return tell(_check(arguments, name), arguments.format)
+
+
+def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
     from fairaudit.cli.checking import Refusal, examine, lines, paragraph, printable, summary_line
 
-    found = examine(arguments.certificate, arguments.table)
+    found = examine(name, arguments.table)
     if isinstance(found, Refusal):
         if not arguments.quiet:
-            print(f"fairaudit: {printable(arguments.certificate)}: {printable(found.message)}", file=sys.stderr)
+            print(f"fairaudit: {printable(name)}: {printable(found.message)}", file=sys.stderr)
         return found.code
     code = 0 if found.ok and arguments.require in (None, found.verdict) else 1
     if arguments.quiet:

@@ -162,3 +162,8 @@ def test_a_commit_is_stopped_until_the_gate_is_kept(folder: Path, released: Path
     git("commit", "-m", "third", cwd=home)
     assert git("log", "--format=%s", cwd=home).split() == ["third"]
     assert verify(home / "certificate.json").verdict == "within"
+    (home / "old.certificate.json").write_text((home / "certificate.json").read_text("utf-8").replace('"25/17"', '"24/17"'))
+    git("add", "-A", cwd=home)
+    stopped = git("commit", "-m", "fourth", cwd=home)
+    assert "certificates are true" in stopped
+    assert "FALSE" in stopped
