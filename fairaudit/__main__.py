@@ -1,5 +1,5 @@
-# PYTHON_ARGCOMPLETE_OK
 """Entry point of ``python -m fairaudit``."""
+# PYTHON_ARGCOMPLETE_OK
 
 import sys
 

@@ -1,8 +1,8 @@
-# PYTHON_ARGCOMPLETE_OK
 """The command line. Each command is a module with `add` (its options) and `run` (its work, which imports what it needs).
 
 `run` gives an answer, several that come one after the other, or, where it has written what there was to say, an exit code.
 """
+# PYTHON_ARGCOMPLETE_OK
 
 from __future__ import annotations
 
