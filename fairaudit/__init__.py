@@ -144,6 +144,7 @@ _HOME = {name: module for module, names in _NAMES.items() for name in names}
 __all__ = [*_HOME, "__version__"]
 
 if TYPE_CHECKING:
+    import fairaudit.metrics  # noqa: F401
     from fairaudit.audits.certify import certify as certify
     from fairaudit.audits.claims import Claim as Claim
     from fairaudit.audits.from_table import audit as audit
@@ -235,10 +236,12 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'fairaudit' has no attribute {name!r}")
     from importlib import import_module
 
+    if name == "metrics":
+        return import_module("fairaudit.metrics")
+    if name not in _HOME:
+        raise AttributeError(f"module 'fairaudit' has no attribute {name!r}", name=name, obj=import_module("fairaudit"))
     value = getattr(import_module(_HOME[name]), name)
     globals()[name] = value
     return value

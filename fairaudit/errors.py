@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["FairauditError", "FalseCertificate", "Infeasible", "InputError", "ManyRowsError", "TableNeeded", "nearest", "shown"]
+__all__ = ["FairauditError", "FalseCertificate", "Infeasible", "InputError", "ManyRowsError", "TableNeeded", "kind_of", "nearest", "shown"]
 
 
 class FairauditError(Exception):
@@ -82,6 +82,22 @@ def shown(value: object, width: int = 60) -> str:
     except ValueError:
         text = f"a number of about {int(getattr(value, 'bit_length', lambda: 0)()) * 3 // 10} digits"
     return text if len(text) <= width else text[: width - 1] + "…"
+
+
+def kind_of(value: object) -> str:
+    """What a value is, for use in a message.
+
+    Examples
+    --------
+    >>> kind_of(None), kind_of(3), kind_of("x"), kind_of(InputError)
+    ('None', 'an int', 'a text', 'the class InputError')
+    """
+    if value is None:
+        return "None"
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    name = {"str": "text", "bool": "truth value"}.get(type(value).__name__, type(value).__name__)
+    return f"{'an' if name[0] in 'aeiouAEIO' else 'a'} {name}"
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.errors import InputError, shown
+from fairaudit.arguments import answered
+from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.enclosures import log_fixed
 from fairaudit.exact.rationals import rational
 from fairaudit.measures.distances import demographic_parity as _demographic_parity
@@ -36,6 +37,7 @@ __all__ = [
 TRUTH = {"true": "1", "false": "0", "True": "1", "False": "0"}
 
 
+@answered
 def local_g_fairness(
     y_true: Any,
     y_pred: Any,
@@ -83,6 +85,7 @@ def local_g_fairness(
     return _log(local_fairness(law, _utility(utility, law).on(law)))
 
 
+@answered
 def global_g_fairness(
     y_true: Any,
     y_pred: Any,
@@ -120,6 +123,7 @@ def global_g_fairness(
     return _log(global_fairness(law, _utility(utility, law).on(law)))
 
 
+@answered
 def demographic_parity(
     y_true: Any,
     y_pred: Any,
@@ -161,6 +165,7 @@ def demographic_parity(
     return float(found.value)
 
 
+@answered
 def parity_within_contexts(
     y_true: Any,
     y_pred: Any,
@@ -202,6 +207,7 @@ def parity_within_contexts(
     return float(found.value)
 
 
+@answered
 def equalized_odds(
     y_true: Any,
     y_pred: Any,
@@ -253,6 +259,7 @@ def equalized_odds(
     return float(found.value)
 
 
+@answered
 def equal_opportunity(
     y_true: Any,
     y_pred: Any,
@@ -326,7 +333,10 @@ def _law(y_pred: Any, sensitive_features: Any, control_features: Any, sample_wei
 
 
 def _flat(values: Any, name: str) -> list[Any]:
-    array = values if isinstance(values, np.ma.MaskedArray) else np.asarray(values)  # whose list has None where it is masked
+    try:
+        array = values if isinstance(values, np.ma.MaskedArray) else np.asarray(values)  # whose list has None where it is masked
+    except ValueError:
+        raise InputError(f"{name} has rows of different lengths; one value for each sample is accepted") from None
     if array.ndim == 2 and array.shape[1] == 1:
         array = array[:, 0]
     if array.ndim != 1:
@@ -357,6 +367,12 @@ def _utility(utility: Mapping[Any, Any] | None, law: Law) -> Utility:
             raise InputError(f"y_pred as a utility: {error}; or give utility={{decision: value}}") from None
     values = {label_text(decision) or "": value for decision, value in utility.items()}
     numbers = {_worth(label): value for label, value in values.items()}
+    if not any(decision in values or _worth(decision) in numbers for decision in law.decisions):
+        word = next(iter(values), "")
+        raise InputError(
+            f"none of the decisions that the utility lists occurs in y_pred, such as {shown(word)}; {nearest(word, law.decisions)} "
+            "(where a sample may lack them, list those that are worth 0, too)"
+        )
     return Utility({decision: values.get(decision, numbers.get(_worth(decision), 0)) for decision in law.decisions})
 
 

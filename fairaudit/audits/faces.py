@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from fairaudit.arguments import answered
 from fairaudit.verified.verification import Verification, verify
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ class Faces:
         """The certificate of the result."""
         raise NotImplementedError
 
+    @answered
     def save(self, path: str | os.PathLike[str]) -> list[Path]:
         """Write the certificate, and beside it the canonical table if that is not embedded (`Certificate.save`).
 
@@ -34,16 +36,19 @@ class Faces:
         """
         return self.certificate.save(path)
 
+    @answered
     def verify(self, require: Literal["within"] | None = None) -> Verification:
         """Check every statement of the certificate with the independent checker (`fairaudit.verify`)."""
         return verify(self.certificate, require=require)
 
+    @answered
     def report(self, path: str | os.PathLike[str] | None = None, *, format: Literal["html", "markdown"] = "html") -> str:  # noqa: A002
         """Write the certificate as a page for people, or as markdown, after checking it (`fairaudit.report`)."""
         from fairaudit.reports.report import report
 
         return report(self.certificate, path, format=format)
 
+    @answered
     def plot(self, path: str | os.PathLike[str] | None = None, *, picture: Picture = "expectations") -> Axes:
         """Draw the result with matplotlib (extra ``plots``).
 

@@ -17,6 +17,7 @@ from fairaudit.audits.population import confidence_for
 from fairaudit.audits.proxies import audit_proxies
 from fairaudit.audits.reading import MOST_ROWS, Access, Reading, read_audited, uncollected, unfit_for_parts
 from fairaudit.audits.result import Result
+from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, ManyRowsError, naming
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.comparisons import MissingUnits
@@ -238,10 +239,7 @@ def audit(
     if isinstance(source, (str, os.PathLike)) and os.fspath(source).endswith(".toml"):
         refuse_beside(os.fspath(source), {**beside, **filters, "releases": releases != 1, "utility": utility, "positive": positive})
         return _from_audit_file(read_audit(os.fspath(source), signed=signed), asked)
-    if decision is None and utility_column is None:
-        raise InputError("no decision column was named; give decision, the name of the column")
-    if not group:
-        raise InputError("no group column was named; give group, the name of one column or of several")
+    _refuse_unnamed(source, decision or utility_column, roles["group"])
     roles["decision"] = decision or utility_column
     _refuse_shares_of_nobody(unknown_share, unknown=bool(unknown) or missing == "unknown")
     reached = Access(engine, table, query, memory, skip)
@@ -275,6 +273,17 @@ def audit(
                     return asked.certify(_behind(law, **filters), read)
         with naming(_name(source)):
             return asked.certify_in_parts(source, _needed(given), reading)
+
+
+def _refuse_unnamed(source: object, decision: str | None, group: Sequence[str]) -> None:
+    """Refuse what is no table, and a table of which no decision or no group is named."""
+    if isinstance(source, (Result, Certificate)):
+        kind = type(source).__name__
+        raise InputError(f"a {kind} is of an audit that was made already; give the table, or verify, compare and report what there is")
+    if decision is None:
+        raise InputError("no decision column was named; give decision, the name of the column")
+    if not group:
+        raise InputError("no group column was named; give group, the name of one column or of several")
 
 
 def _refuse_shares_of_nobody(shares: Mapping[Any, Any] | None, *, unknown: bool) -> None:

@@ -16,7 +16,7 @@ from fairaudit.errors import InputError, ManyRowsError, naming, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
-from fairaudit.tables.arriving import as_table
+from fairaudit.tables.arriving import as_table, unreadable
 from fairaudit.tables.binning import Bins, apply_bins
 from fairaudit.tables.columns import LabelledRows, Missing, read_labels
 from fairaudit.tables.csv import CsvTable, decimal_commas, read_csv
@@ -373,10 +373,7 @@ def _held(
     elif access.table is not None or access.query is not None:
         raise InputError(f"{spelled('table')} and {spelled('query')} go with a database")
     if not hasattr(source, "columns") and not isinstance(source, Mapping) and not isinstance(source, Tally):
-        raise InputError(
-            f"a table cannot be read from a {type(source).__name__}; use a file, a database, a frame, an Arrow stream, "
-            "a list of records, or a mapping of column to list"
-        )
+        raise unreadable(source)
     if is_frame(source) and not hasattr(source, "iloc") and not all(isinstance(name, str) for name in source.columns):
         source = {name: source[name] for name in source.column_names}
     if not bins:

@@ -9,6 +9,7 @@ from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.arguments import answered
 from fairaudit.audits.claims import Claim, claims_of
 from fairaudit.audits.differences import decide_difference, difference_pair, difference_sentence
 from fairaudit.audits.document import certificate_of
@@ -441,6 +442,7 @@ class Result(Faces):
             planned.append((t, further_draws(self.comparisons[t.quantity], interval.confidence, **limit)))
         return tuple(planned)
 
+    @answered
     def most_unequal(self, count: int = 3) -> dict[str, tuple[Ratio, ...] | tuple[Distance, ...]]:
         """Rank the most unequal pairs of groups, by measure.
 

@@ -11,6 +11,7 @@ from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fairaudit.arguments import answered
 from fairaudit.audits.reading import Access, Reading, uncollected
 from fairaudit.audits.subgroup_rows import SubgroupLog, read_subgroup_log
 from fairaudit.certificates.certificate import Certificate
@@ -176,6 +177,7 @@ class Subgroups:
 
         return certificate_of(self)
 
+    @answered
     def save(self, path: str | os.PathLike[str]) -> list[Path]:
         """Write the certificate, and beside it the table if that is large."""
         return self.certificate.save(path)
@@ -217,6 +219,7 @@ class Subgroups:
         return pd.DataFrame.from_records(records)
 
 
+@answered
 def subgroups(
     source: Source,
     *,

@@ -6,6 +6,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any
 
+from fairaudit.arguments import answered
 from fairaudit.audits.certify import certify
 from fairaudit.audits.claims import claim_of_class
 from fairaudit.certificates.certificate import Certificate
@@ -17,6 +18,7 @@ from fairaudit.worst.result import WorstCase
 __all__ = ["certify_worst_case"]
 
 
+@answered
 def certify_worst_case(found: WorstCase, *, embed_table: bool | None = None) -> Certificate:
     """Write a worst case as a certificate: of the law with the worst utility, with the class and the bound for all of it.
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from fairaudit.arguments import answered, answered_class
 from fairaudit.certificates.subgroup_table import SubgroupTable
 from fairaudit.certificates.table import Table, WrittenTable
 from fairaudit.errors import InputError
@@ -25,6 +26,7 @@ EMBED_LIMIT = 100_000  # cells: about 10 MB of text; larger tables stand beside 
 LONG = 1_000  # entries of a list that are not indented, which would take most of the time and half of the text
 
 
+@answered_class()
 @brief
 @dataclass(frozen=True)
 class Certificate:
@@ -55,6 +57,7 @@ class Certificate:
         """The document as JSON, indented but for long lists, which have a hundred entries on each line."""
         return _written(self.document, 0) + "\n"
 
+    @answered
     def save(self, path: str | os.PathLike[str]) -> list[Path]:
         """Write the certificate, and beside it the canonical table if that is not embedded.
 

@@ -93,7 +93,9 @@ def parse_rational(text: str) -> tuple[int, int]:
         if int(bottom) == 0:
             raise InputError(f"{shown(text)} divides by zero")
         return _lowest(-int(top) if sign == "-" else int(top), int(bottom))
-    raise InputError(f"{shown(text)} is not a number such as 12, 0.25, 1e-3 or 1/3")
+    percent = re.fullmatch(r"([0-9]{1,6}) ?%", text)
+    meant = f"; {shown(text)} is {int(percent[1]) / 100:g}" if percent else ""
+    raise InputError(f"{shown(text)} is not a number such as 12, 0.25, 1e-3 or 1/3{meant}")
 
 
 def rational(value: object) -> tuple[int, int]:

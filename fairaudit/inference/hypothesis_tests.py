@@ -7,6 +7,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended, extended_text
 from fairaudit.exact.rationals import Number, option_value
@@ -63,6 +64,7 @@ class NoiseFloor:
     sentence: str
 
 
+@answered
 def refute_epsilon(
     comparison: Comparison,
     exp_epsilon: Number,
@@ -129,6 +131,7 @@ def refute_epsilon(
     return EpsilonRefutation(refuted, interval, claimed, f"{sentence} {shared}", (FRESH, *interval.assumptions))
 
 
+@answered
 def noise_floor(
     effect: Comparison,
     placebo: Comparison,

@@ -51,7 +51,10 @@ it is the other way round, by 3 % each."""
 
 def confidence_level(value: Any) -> Fraction:
     """Read a confidence in (0, 1); a float is the decimal that it is printed as."""
-    level = Fraction(*option_value(value))
+    try:
+        level = Fraction(*option_value(value))
+    except InputError as error:
+        raise InputError(f"confidence: {error}") from None
     if not 0 < level < 1:
         raise InputError(f"a confidence of {shown(value)} is not accepted; it lies between 0 and 1, such as 0.95")
     return level

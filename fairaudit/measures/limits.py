@@ -14,6 +14,7 @@ from functools import wraps
 from math import inf
 from typing import Any, Literal, ParamSpec, TypeVar
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.enclosures import exp_enclosure, log_enclosure
 from fairaudit.exact.rationals import option_value, rational_text
@@ -99,10 +100,12 @@ def without_bare_limits(bare: Mapping[str, tuple[str, str]]) -> Callable[[Callab
     """Let a function answer a keyword that does not tell a ratio from its logarithm with the two that do."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        sentences = answered(function)
+
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
             refuse_bare(kwargs, bare)
-            return function(*args, **kwargs)
+            return sentences(*args, **kwargs)
 
         return call
 

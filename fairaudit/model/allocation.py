@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
 from fairaudit.model.law import Law
 from fairaudit.tables.label_text import label_text
@@ -75,6 +76,7 @@ class Allocation:
     warnings: tuple[str, ...]
 
 
+@answered
 def read_allocation(
     table: Table, *, slots: str | Sequence[str], winner: str, context: str | Sequence[str] | None = None, separator: str | None = None
 ) -> Allocation:

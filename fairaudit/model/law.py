@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.dense import Numbers, Weights, least_and_sums
 from fairaudit.exact.rationals import common_denominator
@@ -121,6 +122,7 @@ class Law:
     unknown: UnknownRows | None = None
 
     @staticmethod
+    @answered
     def from_counts(
         table: Table,
         *,
@@ -163,6 +165,7 @@ class Law:
         return _read(table, decision, group, context, "counts", count, None, missing, truth=truth, unknown=unknown)
 
     @staticmethod
+    @answered
     def from_log(
         table: Table,
         *,
@@ -209,6 +212,7 @@ class Law:
         return _read(table if tally is None else tally, decision, group, context, "counts", None, None, missing, unit, truth, unknown)
 
     @staticmethod
+    @answered
     def from_probabilities(
         table: Table,
         *,
@@ -253,6 +257,7 @@ class Law:
         return _read(table, decision, group, context, "probabilities", probability, weight, missing)
 
     @staticmethod
+    @answered
     def from_array(
         array: Numbers,
         *,
@@ -630,7 +635,10 @@ def _from_array(
 ) -> Law:
     if kind not in ("counts", "probabilities"):
         raise InputError(f"kind={shown(kind)} is not accepted; use 'counts' or 'probabilities'")
-    values = np.asarray(array)
+    try:
+        values = np.asarray(array)
+    except ValueError:
+        raise InputError("the rows of the array are not equally long; it is indexed [context, group, decision]") from None
     single = values.ndim == 2
     if single:
         values = values[None]

@@ -20,6 +20,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.dense import Numbers
 from fairaudit.exact.enclosures import exp_enclosure
@@ -111,6 +112,7 @@ class Mechanism:
     columns: tuple[str, ...] = ()
 
     @staticmethod
+    @answered
     def from_array(array: Numbers, inputs: Sequence[LabelsLike], outputs: Sequence[LabelsLike] | None = None) -> Mechanism:
         """Read a stochastic table from an array.
 
@@ -138,6 +140,7 @@ class Mechanism:
         return _from_rows(_labels(inputs, "inputs"), _labels(outputs, "outputs"), [[rational(v) for v in row] for row in rows.tolist()])
 
     @staticmethod
+    @answered
     def from_table(table: Table, *, input: str | Sequence[str], output: str | Sequence[str], probability: str) -> Mechanism:  # noqa: A002
         """Read a stochastic table with one row per input and output; pairs without a row have probability 0.
 
@@ -217,6 +220,7 @@ class Mechanism:
         parts = [f.rows[i] for f, i in zip(self.factors, self._locate(value), strict=True)]
         return tuple(prod(entries) for entries in product(*parts))
 
+    @answered
     def probability(self, value: LabelsLike, released: LabelsLike) -> Fraction:
         """M(released|value), exact.
 
@@ -403,6 +407,7 @@ def _check_store(store: Store, subject: str) -> None:
         )
 
 
+@answered
 def RandomizedResponse(  # noqa: N802
     values: Sequence[LabelsLike],
     *,
@@ -463,6 +468,7 @@ def RandomizedResponse(  # noqa: N802
     return Mechanism((Factor(labels, labels, rows, bottom),))
 
 
+@answered
 def Identity(values: Sequence[LabelsLike]) -> Mechanism:  # noqa: N802
     """No privacy: every value is released as it is.
 
@@ -491,6 +497,7 @@ def Identity(values: Sequence[LabelsLike]) -> Mechanism:  # noqa: N802
     return Mechanism((Factor(labels, labels, tuple(tuple(int(i == j) for j in range(k)) for i in range(k)), 1),))
 
 
+@answered
 def Constant(values: Sequence[LabelsLike], output: LabelsLike | ByGroup[Number] | None = None) -> Mechanism:  # noqa: N802
     """Perfect privacy: the same value, or a draw from the same distribution, whatever the truth.
 
@@ -529,6 +536,7 @@ def Constant(values: Sequence[LabelsLike], output: LabelsLike | ByGroup[Number] 
     return _from_rows(labels, labels, [[chosen.get(label, (0, 1)) for label in labels]] * len(labels))
 
 
+@answered
 def Product(parts: Mapping[str, Mechanism]) -> Mechanism:  # noqa: N802
     """Independent filters, one for each attribute, applied together.
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import parse_rational, rational_text
 from fairaudit.model.mechanism import Mechanism
@@ -29,6 +30,7 @@ RESIDUE = Fraction(1, 10**6)
 _EMPTY_CORNER = re.compile(r'([\r\n]*)[ ]*(?:"[ ]*")?(?=[,;\t|])')
 
 
+@answered
 def read_mechanism(
     path: str | os.PathLike[str],
     *,

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.arguments import answered, answered_class
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.dense import Numbers
 from fairaudit.exact.rationals import Number, common_denominator, option_value, rational
@@ -54,6 +55,7 @@ class PolicyTable(Protocol):
         ...
 
 
+@answered_class()
 @brief
 @dataclass(frozen=True, eq=False)
 class Policy:
@@ -81,6 +83,7 @@ class Policy:
             raise InputError("unknown groups do not go with a policy or filters, which say what each group is given")
 
     @staticmethod
+    @answered
     def from_probabilities(
         table: Table,
         *,
@@ -96,6 +99,7 @@ class Policy:
         )
 
     @staticmethod
+    @answered
     def from_counts(
         table: Table,
         *,
@@ -109,6 +113,7 @@ class Policy:
         return Policy(Law.from_counts(table, decision=decision, group=group, count=count, context=context, missing=missing))
 
     @staticmethod
+    @answered
     def from_array(
         array: Numbers,
         *,
@@ -120,6 +125,7 @@ class Policy:
         return Policy(Law.from_array(array, decisions=decisions, groups=groups, contexts=contexts))
 
     @staticmethod
+    @answered
     def from_source(source: PolicySource | PolicyTable, trials: int = 50) -> Policy:
         """Ask a plug-in for its table, or sample its decisions.
 
@@ -142,6 +148,7 @@ class Policy:
         counts = sample_policy(asked, trials=trials)
         return Policy.from_counts(counts, decision="decision", group="group", context="context", count="count")
 
+    @answered
     def behind(
         self, *, group: Mechanism, context: Mechanism | None = None, population: Population | None = None, releases: int = 1
     ) -> Deployment:
@@ -391,6 +398,7 @@ class Deployment:
         )
 
 
+@answered
 def sample_policy(
     decide: Callable[[LabelsLike, LabelsLike], LabelLike] | PolicySource,
     cells: Iterable[tuple[LabelsLike, LabelsLike]] | None = None,
@@ -450,6 +458,7 @@ def sample_policy(
     }
 
 
+@answered
 def policy_source(name: str) -> Any:
     """Load a plug-in that is registered under the entry point ``fairaudit.policies``.
 

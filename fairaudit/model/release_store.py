@@ -10,6 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from fairaudit.arguments import answered_class
 from fairaudit.errors import InputError, shown
 
 __all__ = ["ReleaseStore"]
@@ -28,6 +29,7 @@ FIND = "SELECT released FROM releases WHERE filter = ? AND attribute = ? AND sub
 PATIENCE = 60.0  # seconds to wait for other processes that write
 
 
+@answered_class()
 class ReleaseStore:
     """Keeps the first release of each filter, attribute and subject in a file.
 

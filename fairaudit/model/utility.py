@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.arguments import answered, answered_class
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.dense import Weights
 from fairaudit.exact.rationals import Number, common_denominator, option_value, rational
@@ -41,6 +42,7 @@ MISSPELT = 0.8  # of difflib's measure: 'yess' is yes, 'not hired' is not hired
 Entry = tuple[str, Label, Label]
 
 
+@answered_class(values=Values)
 @brief
 @dataclass(frozen=True)
 class Utility:
@@ -99,6 +101,7 @@ class Utility:
             raise InputError("the utility lists no decision; list at least one, such as {'Admitted': 1}")
 
     @staticmethod
+    @answered
     def from_table(
         table: Table,
         *,
@@ -172,6 +175,7 @@ class Utility:
         return Utility(*_simplest(entries), observed=True, signed=signed)
 
     @staticmethod
+    @answered
     def from_function(function: Callable[[str, Label, Label], Number], law: Law, *, signed: bool = False) -> Utility:
         """Tabulate g(u, x, a) over the decisions, contexts and groups of a law.
 
@@ -225,6 +229,7 @@ class Utility:
             return [*self.values.values(), Fraction(0)]
         return [Fraction(*pair) for pair in self.entries.values()]
 
+    @answered
     def over(self, law: Law) -> Law:
         """The law with all decisions that the utility names, so that those that never occurred count into the range of g.
 
@@ -253,6 +258,7 @@ class Utility:
             )
         return law.with_decisions(further)
 
+    @answered
     def on(self, law: Law) -> UtilityTable:
         """Lay the utility out over the alphabet of a law, with all decisions that it names: see `over`.
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from math import inf
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.arguments import answered, answered_class
 from fairaudit.errors import Infeasible, InputError, nearest, shown
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import Number, option_value
@@ -63,6 +64,7 @@ class ClassOptions(TypedDict, total=False):
     ball: Ball | None
 
 
+@answered_class(terms=Terms, bound=Number)
 @brief
 @dataclass(frozen=True)
 class LinearRow:
@@ -103,6 +105,12 @@ class LinearRow:
         object.__setattr__(self, "bound", read_number("the bound of a row", self.bound))
 
 
+@answered_class(
+    features=Mapping[str, Feature],
+    lower=Number | Mapping[str, Number],
+    upper=Number | Mapping[str, Number],
+    rows=Sequence[tuple[Mapping[str, Number], Number]],
+)
 @brief
 @dataclass(frozen=True)
 class Family:
@@ -172,6 +180,7 @@ class Family:
         return tuple(self.features)
 
 
+@answered_class(reference=Utility | Values, radius=Number)
 @brief
 @dataclass(frozen=True)
 class Ball:
@@ -211,6 +220,7 @@ class Ball:
         object.__setattr__(self, "reference", self.reference if isinstance(self.reference, Utility) else Utility(self.reference))
 
 
+@answered_class(**get_type_hints(ClassOptions))
 @brief
 @dataclass(frozen=True)
 class UtilityClass:
@@ -295,6 +305,7 @@ class UtilityClass:
             object.__setattr__(self, name, value)
 
     @staticmethod
+    @answered
     def from_cvxpy(
         law: Law, variable: cvxpy.Variable, constraints: Sequence[cvxpy.Constraint], **options: Unpack[ClassOptions]
     ) -> UtilityClass:

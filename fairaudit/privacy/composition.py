@@ -10,6 +10,7 @@ from fractions import Fraction
 from itertools import pairwise
 from math import inf, lcm
 
+from fairaudit.arguments import answered
 from fairaudit.exact.rationals import Number, at_least
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.model.releases import check_releases
@@ -67,6 +68,7 @@ class Composition:
     exact: bool
     laws: tuple[PairLaw, ...] = field(repr=False)
 
+    @answered
     def delta(self, exp_epsilon: Number) -> Fraction:
         """δ at a rational e^ε ≥ 1: the least one if `exact`, else an upper bound."""
         k = at_least("exp_epsilon", exp_epsilon, 1)
@@ -74,11 +76,13 @@ class Composition:
             return Fraction(0)
         return min(Fraction(1), max((hockey_stick(law, k) for law in self.laws), default=Fraction(0)))
 
+    @answered
     def delta_at(self, epsilon: Number) -> Fraction:
         """Return a δ for which the releases are (ε, δ)-differentially private, as `fairaudit.privacy.epsilon_delta.delta_at` does."""
         return self.delta(exp_epsilon_below(epsilon))
 
 
+@answered
 def compose(mechanism: Mechanism, releases: int, *, exact: bool | None = None) -> Composition:
     r"""Privacy of several releases of the same value with fresh randomness.
 

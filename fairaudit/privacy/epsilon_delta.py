@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from fractions import Fraction
 
+from fairaudit.arguments import answered
 from fairaudit.exact.enclosures import exp_below, log_enclosure
 from fairaudit.exact.rationals import Number, at_least, fraction
 from fairaudit.model.mechanism import Factor, Mechanism
@@ -19,6 +20,7 @@ EXP_BITS = 64
 """e^ε is rounded to these binary digits, a few units of which stay below the 2^-60 that `delta_at` promises."""
 
 
+@answered
 def pure_dp(mechanism: Mechanism) -> PureDP:
     """Pure differential privacy, exact: of the whole tuple, and when one attribute changes.
 
@@ -118,6 +120,7 @@ def approx_dp(mechanism: Mechanism, exp_epsilon: Number) -> ApproxDP:
     return ApproxDP(k, hockey_stick(worst, k), (worst.first, worst.second))
 
 
+@answered
 def delta(mechanism: Mechanism, exp_epsilon: Number) -> Fraction:
     """The least δ at a rational e^ε ≥ 1, exact: the greatest Σ max(0, P − e^ε·Q) over all ordered pairs.
 

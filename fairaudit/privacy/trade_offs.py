@@ -11,6 +11,7 @@ from itertools import pairwise
 from math import inf, lcm
 from statistics import NormalDist
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number, at_least, option_value
 from fairaudit.model.mechanism import Mechanism
@@ -113,6 +114,7 @@ def pair_trade_off(law: PairLaw) -> TradeOff:
     return TradeOff(tuple((Fraction(a, law.denominator), Fraction(b, law.denominator)) for a, b in _corners(law)))
 
 
+@answered
 def trade_off(mechanism: Mechanism) -> TradeOff:
     """Trade-off curve of the filter: the lower convex hull of those of all ordered pairs, hence symmetric.
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
+from fairaudit.arguments import answered
 from fairaudit.errors import FalseCertificate, InputError, nearest, shown
 from fairaudit.files import write_atomically
 from fairaudit.reports.markdown import markdown
@@ -27,6 +28,7 @@ OF_OTHERS: dict[str, dict[str, Callable[..., str]]] = {
 }
 
 
+@answered
 def report(
     certificate: CertificateLike,
     path: str | os.PathLike[str] | None = None,

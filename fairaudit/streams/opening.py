@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Literal
 
-from fairaudit.errors import InputError, shown
+from fairaudit.errors import InputError, kind_of, shown
 from fairaudit.exact.rationals import Number, option_value, rational_text
 from fairaudit.measures.limits import MEASURED, without_bare_limits
 from fairaudit.model.utility import utility_values
@@ -127,7 +127,7 @@ def monitor(
     docs/monitoring.md.
     """
     if not isinstance(log, (str, os.PathLike)):
-        raise InputError(f"a {type(log).__name__} is no log to watch; give the path of a file")
+        raise InputError(f"{kind_of(log)} is no log to watch; give the path of a file")
     limits = {
         "max_local_ratio": max_local_ratio,
         "max_global_ratio": max_global_ratio,

@@ -106,6 +106,9 @@ class State:
             raise InputError(f"there is no state {path}")
         try:
             self.db = sqlite3.connect(path or ":memory:", isolation_level=None, timeout=2)
+        except sqlite3.Error as error:
+            raise InputError(f"{path} cannot be used as the state of a monitor: {error}") from None
+        try:
             self.settings = self._begin(settings, existing=existing, read_only=read_only)
         except sqlite3.Error as error:
             self.close()
@@ -118,7 +121,8 @@ class State:
         stored = self._stored() if existing else None
         if stored is None:
             if settings is None:
-                raise InputError(f"there is no state {self.path}, and no audit was described; name the columns and the utility")
+                missing = "no state was named" if self.path is None else f"there is no state {self.path}"
+                raise InputError(f"{missing}, and no audit was described; name the columns and the utility")
             self._create(settings)
             return settings
         if settings is not None and settings.run_length == RUN_LENGTH and not stored.run_length:

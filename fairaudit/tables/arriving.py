@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from fairaudit.errors import InputError
+from fairaudit.errors import InputError, kind_of
 from fairaudit.tables.frames import is_frame
 from fairaudit.tables.values import column
 
-__all__ = ["as_table"]
+__all__ = ["as_table", "unreadable"]
 
 
 def as_table(source: Any, columns: Sequence[str]) -> Any:
@@ -37,6 +37,8 @@ def as_table(source: Any, columns: Sequence[str]) -> Any:
         names = list(dict.fromkeys(name for record in source for name in record))
         return {name: [record.get(name) for record in source] for name in names}
     library = type(source).__module__.partition(".")[0]
+    if isinstance(source, type):
+        raise unreadable(source)
     if library == "datasets" and hasattr(source, "with_format"):
         return _of_hugging_face(source, columns)
     if library == "pyiceberg" and hasattr(source, "scan"):
@@ -51,6 +53,27 @@ def as_table(source: Any, columns: Sequence[str]) -> Any:
         arrow = _arrow()
         return _selected(arrow.RecordBatchReader.from_stream(source), columns)
     return _arrow().Table.from_batches([source]) if library == "pyarrow" and type(source).__name__ == "RecordBatch" else source
+
+
+def unreadable(source: Any) -> InputError:
+    """What is wrong with something that is no table, and what to give in its place.
+
+    Examples
+    --------
+    >>> print(unreadable([[1, "f"], [0, "m"]]))
+    a table cannot be read from a list whose values have no names; give a list of dicts, or a dict of column to list
+    """
+    what, remedy = kind_of(source), "use a file, a database, a frame, an Arrow stream, a list of records, or a mapping of column to list"
+    if isinstance(source, Iterator):
+        remedy = "give a list of records, such as list(…) makes of it, or a dict of column to list"
+    elif hasattr(source, "to_frame") and hasattr(source, "ndim"):
+        what, remedy = f"{what}, which is one column", "give the frame that it is a column of"
+    elif hasattr(source, "__array__"):
+        what, remedy = f"{what}, whose columns have no names", "give a frame, or a dict of column to list"
+    elif isinstance(source, (list, tuple)):
+        what = f"{what} whose values have no names" if source else f"{what} without a row"
+        remedy = "give a list of dicts, or a dict of column to list"
+    return InputError(f"a table cannot be read from {what}; {remedy}")
 
 
 def _selected(reader: Any, columns: Sequence[str]) -> Any:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number, option_value, rational
 from fairaudit.tables.label_text import label_text
@@ -45,6 +46,7 @@ class Bins:
     refused = "not a finite number"
 
     @staticmethod
+    @answered
     def of(name: str, edges: Sequence[Number]) -> Bins:
         """Read rising edges.
 

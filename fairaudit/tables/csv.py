@@ -20,6 +20,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import IO, cast
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.tally import Tally
@@ -160,6 +161,7 @@ class Layout:
         return () if self.delimiter == "," else (f"the columns are separated by {DELIMITERS[self.delimiter]}",)
 
 
+@answered
 def read_csv(path: str | os.PathLike[str]) -> CsvTable:
     """Read a delimited text file (UTF-8, with a header line), compressed or not.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.resources import files
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.csv import CsvTable, read_csv
 from fairaudit.words import brief
@@ -82,6 +83,7 @@ EXAMPLES = (
 )
 
 
+@answered
 def example(name: str) -> Example:
     """Look an example up by name.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from fairaudit.errors import InputError, naming, shown
+from fairaudit.tables.arriving import unreadable
 from fairaudit.tables.csv import read_csv
 from fairaudit.tables.engines.logs import read_log, survey_log
 from fairaudit.tables.engines.paths import form
@@ -95,6 +96,8 @@ def _table(source: Any) -> Any:
         return read_log(path, [column.name for column in survey_log(path).columns])
     if is_frame(source):
         return read_log(source, list(source.columns))
+    if not isinstance(source, Mapping) and not hasattr(source, "columns"):
+        raise unreadable(source)
     return source
 
 

@@ -13,6 +13,7 @@ from unicodedata import normalize, ucd_3_2_0
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.columns import label_codes
 from fairaudit.tables.csv import CsvTable
@@ -65,6 +66,7 @@ def spellings(columns: Iterable[tuple[str, Iterable[str]]]) -> tuple[dict[str, A
     return tuple(found)
 
 
+@answered
 def merge_labels(table: Table, columns: str | Sequence[str], *, fold: bool = False, label_map: LabelMap | None = None) -> Table:
     """Write labels in one way before a table is counted; the certificate records what was merged.
 

@@ -11,7 +11,7 @@ from uuid import UUID
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.errors import InputError, nearest, shown
+from fairaudit.errors import InputError, kind_of, nearest, shown
 from fairaudit.exact.rationals import common_denominator, rational
 from fairaudit.tables.label_text import PLAIN, label_text, native_values
 
@@ -86,14 +86,31 @@ def column(table: Any, name: str) -> list[Any]:
     """Values of a column of a frame or mapping as a list of Python values."""
     known = [c for c in (table.columns if hasattr(table, "columns") else table) if isinstance(c, str)]
     if name not in known:
-        raise InputError(f"there is no column {shown(name)}; {nearest(name, known)}")
-    values = table[name]
+        raise InputError(f"there is no column {shown(name)}; {nearest(name, known) if known else _nameless(table)}")
+    try:
+        values = table[name]
+    except TypeError:
+        raise InputError(f"{kind_of(table)} has columns, but cannot be asked for one; give the frame that it was made of") from None
+    if isinstance(values, (str, bytes)) or not (hasattr(values, "__len__") or hasattr(values, "__iter__")):
+        raise InputError(f"column {shown(name)} is {shown(values)}, {kind_of(values)}; a list of values, one for each row, is accepted")
     if getattr(values, "ndim", 1) != 1:
+        if isinstance(table, Mapping):
+            raise InputError(f"column {shown(name)} has shape {values.shape}; a list of values, one for each row, is accepted")
         raise InputError(f"the column name {shown(name)} occurs more than once; give each column its own name")
     try:
         return native_values(values)
     except InputError as error:
         raise InputError(f"column {shown(name)}: {error}") from None
+
+
+def _nameless(table: Any) -> str:
+    """What is wrong with a table none of whose columns is named by a text."""
+    columns = list(table.columns if hasattr(table, "columns") else table)
+    if not columns:
+        return "the table has no columns"
+    if isinstance(columns[0], tuple):
+        return f"the names of its columns are tuples such as {shown(columns[0])}; make one text of each, such as '_'.join(name)"
+    return f"the names of its columns are no texts, but such as {shown(columns[0])}; give each column a name"
 
 
 def encode(values: list[Any], name: str, locate: Locate) -> tuple[NDArray[np.int64], list[str]]:

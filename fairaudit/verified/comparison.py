@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from fairaudit.arguments import answered
 from fairaudit.certificates.compare import CertificateComparison, compare_documents
 from fairaudit.certificates.reader import FORMAT, OTHER_FORMATS
 from fairaudit.errors import FalseCertificate, InputError
@@ -12,6 +13,7 @@ from fairaudit.verified.verification import CertificateLike, checked, opened
 __all__ = ["compare"]
 
 
+@answered
 def compare(before: CertificateLike, after: CertificateLike) -> CertificateComparison:
     """Compare two certificates of the same columns and utility; both are checked first, as `verify` does.
 

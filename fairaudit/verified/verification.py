@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from fairaudit import __version__, checker
+from fairaudit.arguments import answered
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.certificates.reader import FORMAT, MAX_BYTES, OTHER_FORMATS, load
 from fairaudit.checker import Finding
-from fairaudit.errors import FalseCertificate, InputError, TableNeeded
+from fairaudit.errors import FalseCertificate, InputError, TableNeeded, kind_of
 from fairaudit.inference.verdicts import Verdict
 from fairaudit.words import brief
 
@@ -100,6 +101,7 @@ class Verification:
         return self
 
 
+@answered
 def verify(
     certificate: CertificateLike, table: str | os.PathLike[str] | None = None, require: Literal["within"] | None = None
 ) -> Verification:
@@ -180,6 +182,8 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
     """
     lines = None if table is None else _lines(Path(table))
     if isinstance(certificate, (str, os.PathLike)):
+        if not os.fspath(certificate):
+            raise InputError("'' is no file name; name the file of the certificate")
         document, raw = load(certificate, (FORMAT, *OTHER_FORMATS), unwrap=_without_page)
         return Opened(document, raw, lines, os.fspath(certificate))
     name = "the certificate"
@@ -193,8 +197,7 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
         return Opened(dict(certificate), Certificate(dict(certificate)).text.encode("ascii"), lines, name)
     made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", None)
     if not isinstance(made, Certificate):
-        kind = type(certificate).__name__
-        raise InputError(f"a {kind} is no certificate; give a Certificate, a Result, the document, or the path of the file")
+        raise InputError(f"{kind_of(certificate)} is no certificate; give a Certificate, a Result, the document, or the path of the file")
     if lines is None and made.table is not None:
         lines = made.table.lines()
     return Opened(made.document, made.text.encode("ascii"), lines, name)

@@ -9,6 +9,7 @@ linear-fractional programs, one per ordered pair of groups.
 
 from __future__ import annotations
 
+from fairaudit.arguments import answered
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
 from fairaudit.model.utility_class import UtilityClass
@@ -19,6 +20,7 @@ from fairaudit.worst.result import WorstCase
 from fairaudit.worst.search import linear_case
 
 
+@answered
 def worst_case(law: Law, utility_class: UtilityClass, quantity: Quantity = "local") -> WorstCase:
     """Find the utility of a class for which a law looks worst.
 

@@ -157,7 +157,7 @@ def test_a_policy_behind_filters() -> None:
             {"decision": "hired", "group": "sex", "utility": "yes", "count": "n", "confidence": 0.9},
             "whole",
         ),
-        (3, {"decision": "hired", "group": "sex", "utility": "yes"}, "a table cannot be read from a int"),
+        (3, {"decision": "hired", "group": "sex", "utility": "yes"}, "a table cannot be read from an int"),
         ("no-such.csv", {"decision": "hired", "group": "sex", "utility": "yes"}, "no-such.csv: there is no such file"),
         (COUNTS, {"decision": "hired", "group": "sex", "utility": "yes", "max_local": 2}, "max_local is not accepted"),
     ],

@@ -329,5 +329,5 @@ def test_a_deployment_says_how_many_releases_one_memory_sees() -> None:
 @pytest.mark.parametrize("releases", [0, 10_001, True, 2.0, "2", None])
 def test_releases_that_are_no_number_are_refused(releases: Any) -> None:
     policy = Policy.from_array([["0.9", "0.1"], ["0.2", "0.8"]], decisions=["hire", "pass"], groups=["f", "m"])
-    with pytest.raises(InputError, match="a whole number from 1 to 10000 is accepted"):
+    with pytest.raises(InputError, match="a whole number"):
         policy.behind(group=fa.RandomizedResponse(["f", "m"], keep_probability="0.75"), releases=releases)

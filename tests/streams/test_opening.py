@@ -86,5 +86,5 @@ def test_the_same_log_gives_the_same_certificate_whatever_the_seed_of_hashes(tmp
 
 
 def test_what_is_no_path_is_refused_in_one_sentence() -> None:
-    with pytest.raises(fa.InputError, match="a int is no log to watch"):
+    with pytest.raises(fa.InputError, match="log is 3, an int; a path is accepted"):
         fa.monitor(3, **ASKED)  # type: ignore[arg-type]

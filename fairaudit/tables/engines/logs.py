@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
+from fairaudit.arguments import answered
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.tables.binning import Bins
@@ -17,6 +18,7 @@ from fairaudit.tables.engines.request import Report, Request, database_source
 from fairaudit.tables.preparation import Entry, intervals
 from fairaudit.tables.sources import Source
 from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import column, names
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Survey
@@ -39,9 +41,10 @@ Engine = Literal["auto", "duckdb", "python", "spark"] | SparkSession
 Task = Literal["read", "survey"]
 
 
+@answered
 def read_log(
     source: Source,
-    columns: Sequence[str],
+    columns: str | Sequence[str],
     *,
     bins: Mapping[str, Sequence[Number] | Bins] | None = None,
     engine: Engine = "auto",
@@ -63,7 +66,7 @@ def read_log(
         Stata, SPSS and SAS, Feather, ORC); ``sqlite:FILE``, ``duckdb:FILE``,
         ``delta:FOLDER``, ``postgresql://…``, or a URL that ibis knows (``bigquery://…``, ``snowflake://…``, ``trino://…``); a frame, lazy
         frame or relation of pandas, polars, pyarrow, DuckDB or PySpark.
-    columns : sequence of str
+    columns : str or sequence of str
         The columns that tell rows apart: decision, groups, contexts, and, where wanted, unit and utility.
     bins : mapping of str to sequence of number, optional
         Numeric columns to cut into intervals at these edges; an interval holds its lower edge. A number in a text is the rational that it
@@ -104,7 +107,7 @@ def read_log(
     >>> sorted(zip(tally["hired"], tally["age"]))
     [('no', '18 to under 65'), ('yes', '65 and over'), ('yes', 'under 18')]
     """
-    request = replace(_request(columns, bins, table, query, memory, report), meanwhile=meanwhile, most=most, by=tuple(by), skip=skip)
+    request = replace(_request(names(columns), bins, table, query, memory, report), meanwhile=meanwhile, most=most, by=tuple(by), skip=skip)
     _check(request, engine)
     if _is_text(source) or _is_paths(source):
         tally: Tally = _from_text(source, request, engine or "auto", "read")
@@ -118,7 +121,12 @@ def read_log(
         raise InputError("lines are skipped above the header of text and of spreadsheets, not of a frame")
     found = tally_frame(source, request.columns, request.bins)
     if found is None:
-        raise InputError(f"a log cannot be read from a {type(source).__name__}; use a file, a database, or a frame")
+        if hasattr(source, "columns"):
+            for name in request.columns:
+                column(source, name)  # which occurs twice, say
+        from fairaudit.tables.arriving import unreadable
+
+        raise unreadable(source)
     return replace(found, preparation=cut_columns(request.bins))
 
 

@@ -34,6 +34,16 @@ STATISTICS = (".dta", ".sav", ".zsav", ".por", ".sas7bdat", ".xpt")
 
 JSON_NAME = re.compile(r".*\.(jsonl|ndjson|json)(\.(gz|zst))?", re.IGNORECASE)
 
+NO_TABLES = (
+    (b"%pdf-", "a PDF"),
+    (b"<!doctype html", "a web page"),
+    (b"<html", "a web page"),
+    (b"{\\rtf", "a document"),
+    (b"\x89png", "a picture"),
+    (b"\xff\xd8\xff", "a picture"),
+)
+"""How files begin that hold no table, in small letters."""
+
 
 def read_text(paths: Sequence[str], request: Request) -> Tally:
     """Count the rows of delimited text line by line: what every other reader of such files has to agree with."""
@@ -84,13 +94,14 @@ def form(path: str) -> Form:
     """
     try:
         with Path(path).open("rb") as file:
-            start = file.read(16)
+            start = file.read(64)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except IsADirectoryError:
         return _form_of_folder(Path(path))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    _refuse_no_table(path, start)
     if start.startswith(b"PAR1") or path.lower().endswith((".parquet", ".parq", ".pq")):
         return "parquet"
     if start.startswith(b"SQLite format 3\x00"):
@@ -98,6 +109,15 @@ def form(path: str) -> Form:
     if start[8:12] == b"DUCK":
         return "duckdb"
     return _form_to_convert(path, start) or ("json" if JSON_NAME.fullmatch(path) else "csv")
+
+
+def _refuse_no_table(path: str, start: bytes) -> None:
+    """Refuse what could be read as a text of one column, and is no table."""
+    if b'"format": "fairaudit-' in start:
+        raise InputError(f"{path} is a certificate; fairaudit verify checks it, and an audit is made of the table")
+    for mark, what in NO_TABLES:
+        if start.lower().startswith(mark):
+            raise InputError(f"{path} is {what}; save the table in it as CSV or as a spreadsheet, and name that file")
 
 
 def _form_to_convert(path: str, start: bytes) -> Form | None:
