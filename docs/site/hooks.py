@@ -65,7 +65,9 @@ def _title(name: str) -> str:
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """Cells of tables know the names of their columns, which stand before them on a phone."""
+    """Pictures open by themselves, options are not broken, and cells of tables know their columns, which stand before them on a phone."""
+    html = re.sub(r'<img [^>]*src="([^"]*pictures/[^"]+)"[^>]*>', r'<a href="\1">\g<0></a>', html)
+    html = re.sub(r"<code>(?=--[\w-]+</code>)", '<code class="option">', html)
     return re.sub(r"<table>.*?</table>", lambda table: _with_columns(table[0]), html, flags=re.DOTALL)
 
 
@@ -152,7 +154,7 @@ def executed(name: str, source: str) -> tuple[str, dict[str, bytes]]:
         parts.append(cell.source if cell.cell_type == "markdown" else f"```python\n{cell.source}\n```")
         outputs = cell.get("outputs", ())
         printed = "".join(each.text for each in outputs if each.output_type == "stream").rstrip()
-        parts += [f"```text\n{printed}\n```"] if printed else []
+        parts += [f"``` {{ .text .printed }}\n{printed}\n```"] if printed else []
         parts += [_shown(each.data, f"{name}-{len(parts)}.png", pictures) for each in outputs if each.output_type != "stream"]
     return "\n\n".join(parts) + "\n", pictures
 

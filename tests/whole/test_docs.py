@@ -68,3 +68,18 @@ def test_a_spreadsheet_without_options_is_answered_by_a_command(tmp_path: Path, 
     assert main(["certify", str(path)]) == 2
     proposed = capsys.readouterr().err.partition("to try: fairaudit ")[2].strip()
     assert main(shlex.split(proposed)) == 0
+
+
+def test_every_command_answers_a_question(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    commands = re.findall(r"^    ([a-z-]+)(?:\s|$)", capsys.readouterr().out, re.MULTILINE)
+    assert len(commands) >= 14
+    page = (ROOT / "docs" / "which-command.md").read_text("utf-8")
+    assert [each for each in commands if f"`fairaudit {each}" not in page] == []
+
+
+def test_pages_say_for_whom_they_are_before_anything_else() -> None:
+    """A title, then a paragraph: no heading, no table, no code, no list."""
+    first = {page.name: page.read_text("utf-8").split("\n\n", 2)[1] for page in PAGES}
+    assert {name: text for name, text in first.items() if re.match(r"[#|*-]|```|\d\.", text)} == {}

@@ -32,7 +32,7 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
             if language == "python":
                 exec(compile(text, "gallery.md", "exec"), namespace)  # noqa: S102
             else:
-                assert [main(shlex.split(each)[1:]) for each in text.split("&&")] == [0] * (text.count("&&") + 1)
+                assert [main(shlex.split(each)[1:]) for each in text.replace("\\\n", " ").split("&&")] == [0] * (text.count("&&") + 1)
     finally:
         os.chdir(before)
     return folder
