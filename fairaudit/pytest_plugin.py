@@ -23,7 +23,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture
-def fairness_gate(request: pytest.FixtureRequest, record_property: Callable[[str, object], None]) -> Callable[..., Result]:
+def fairness_gate(request: pytest.FixtureRequest) -> Callable[..., Result]:
     """Give a function that fails the test unless every target is kept.
 
     With ``pytest --junitxml=FILE``, each gate leaves its verdict, sentence, ratios, their ends and the path of its certificate as
@@ -50,8 +50,8 @@ def fairness_gate(request: pytest.FixtureRequest, record_property: Callable[[str
         result: Result = subject if judged else certify(subject, *utility, **options)
         written = "" if save is None else str(result.certificate.save(save)[0])
         if request.config.getini("fairness_properties"):
-            for name, value in _properties(result, written):
-                record_property(f"fairness{gates if gates > 1 else ''}.{name}", plain(value))
+            prefix = f"fairness{gates if gates > 1 else ''}"
+            request.node.user_properties += [(f"{prefix}.{name}", plain(value)) for name, value in _properties(result, written)]
         if result.verdict == "none":
             pytest.fail("the fairness gate has no target; give one, such as max_local_ratio='5/4'", pytrace=False)
         said = [verdict(result), plain(result.sentence), *([f"Certificate: {plain(written)}"] if written else [])]

@@ -56,6 +56,7 @@ def test_the_pytest_fixture(tmp_path: Path) -> None:
     """A real pytest run, with one gate that is kept, one that is exceeded, one that is not settled and one without a target."""
     printed = pytested(tmp_path, GATES, "--junitxml=gates.xml", "-o", "junit_logging=system-out")
     assert "3 failed, 1 passed" in printed
+    assert "warning" not in printed
     for words_said in ("EXCEEDS", "INCONCLUSIVE", "the fairness gate has no target"):
         assert words_said in printed
     found = cases(tmp_path / "gates.xml")

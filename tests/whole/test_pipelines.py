@@ -56,6 +56,11 @@ def test_the_command_of_the_page(folder: Path) -> None:
     assert "1.471 times as often" in PAGE
 
 
+def test_a_repaired_model_passes(folder: Path) -> None:
+    exec(compile(block("python", "import pandas").replace("1700", "2450"), "gates.md", "exec"), {})  # noqa: S102
+    assert bash("fairaudit certify audit.toml").returncode == 0
+
+
 def test_make_and_shell(folder: Path) -> None:
     if shutil.which("make") is None:
         pytest.skip("make is not on this machine")
@@ -68,12 +73,11 @@ def test_make_and_shell(folder: Path) -> None:
 
 
 def test_the_test_of_the_page(folder: Path) -> None:
-    """The ratio may be 3/2 there, and a value of 1.563 is not excluded."""
     Path("test_fairness.py").write_text(block("python", "# test_fairness.py"))
     words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", "/dev/null", "--rootdir", ".", "--junitxml=gates.xml"]
     done = subprocess.run([*words, "test_fairness.py"], capture_output=True, encoding="utf-8", check=False)
-    assert "INCONCLUSIVE" in done.stdout
-    assert verify("certificate.json").verdict == "inconclusive"
+    assert "1 failed" in done.stdout
+    assert verify("certificate.json").verdict == "exceeds"
     properties = re.findall(r'property name="(fairness[\w.]+)"', Path("gates.xml").read_text("utf-8"))
     assert set(re.findall(r"`(fairness\.[\w.]+)`", PAGE)) <= set(properties)
 
