@@ -6,6 +6,9 @@ import sys
 
 
 def _run() -> int:
+    if sys.version_info < (3, 10):  # noqa: UP036 - a copy of the folder meets any Python
+        sys.stderr.write("The checker needs Python 3.10 or later, and this is %d.%d.\n" % sys.version_info[:2])  # noqa: UP031
+        return 2
     if __package__:
         from .command import main
 

@@ -14,6 +14,10 @@ _MAIN = '''"""Run the checker, whose files are in the folder beside this one."""
 
 import sys
 
+if sys.version_info < (3, 10):
+    sys.stderr.write("The checker needs Python 3.10 or later, and this is %d.%d.\\n" % sys.version_info[:2])
+    sys.exit(2)
+
 from checker import main
 
 sys.exit(main())

@@ -251,3 +251,14 @@ def test_export_and_checking_are_apart(arguments: list[str], said: str, capsys: 
     assert main(["verify", *arguments]) == 2
     captured = capsys.readouterr()
     assert said in captured.err and not captured.out and captured.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("way", ["folder", "file"])
+def test_an_old_python_is_told_so(tmp_path: Path, way: str) -> None:
+    """What it would say first is a fault of syntax, and its exit code that of a false statement."""
+    run = started(way, tmp_path)[-1]
+    old = (
+        f"import runpy, sys; sys.version_info = (3, 9, 18); sys.argv = ['checker', 'c.json']; runpy.run_path({run!r}, run_name='__main__')"
+    )
+    done = subprocess.run([sys.executable, "-c", old], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", "The checker needs Python 3.10 or later, and this is 3.9.\n")
