@@ -5,6 +5,7 @@
   const PAIRS = 400000;
   const WORK = 4000000;
   const PAGE = 10;
+  const CHOICES = 300;
   const ONE = [1n, 1n], ZERO = [0n, 1n], INF = [1n, 0n];
   const at = (id) => document.getElementById(id);
 
@@ -27,18 +28,20 @@
   const whole = (list) => { const d = list.reduce((m, r) => lcm(m, r[1]), 1n); return [list.map((r) => r[0] * (d / r[1])), d]; };
   const sum = (list) => list.reduce((a, b) => a + b, 0n);
 
-  function decimals([n, d]) {  // four significant digits
+  function decimals([n, d], places = 4) {  // some significant digits
     if (d === 0n) return "infinite";
     if (n === 0n) return "0";
+    if (n < 0n) return "-" + decimals([-n, d], places);
     let power = String(n).length - String(d).length;
     let digits = 0n;
+    const least_ = 10n ** BigInt(places - 1);
     for (let i = 0; i < 3; i++) {
-      const shift = 3 - power;
+      const shift = places - 1 - power;
       const top = shift >= 0 ? n * 10n ** BigInt(shift) : n, bottom = shift >= 0 ? d : d * 10n ** BigInt(-shift);
       digits = (2n * top + bottom) / (2n * bottom);
-      if (digits < 1000n) power--; else if (digits > 9999n) power++; else break;
+      if (digits < least_) power--; else if (digits >= 10n * least_) power++; else break;
     }
-    return String(Number(digits + "e" + (power - 3)));
+    return String(Number(digits + "e" + (power - places + 1)));
   }
 
   // log of a ratio, enclosed: [lo, hi] in units of 2^-bits.
@@ -905,13 +908,13 @@
     if (!tone || !tone.classList.contains(doc.verdict)) wrong++;
     say("the " + count + " figures of the certificate that stand on this page", wrong === 0, wrong ? wrong + " of them differ from the certificate" : "");
   }
-  function near(r, said) {
+  function near(r, said, sharp = 1000n) {
     const match = /^(\d+)(?:\.(\d+))?(?:e([+-]\d+))?$/.exec(said);
     if (!match) return false;
     const places = (match[2] || "").length, power = Number(match[3] || 0) - places, n = BigInt(match[1] + (match[2] || ""));
     if (Math.abs(power) > 200000) return false;
     const v = power >= 0 ? [n * 10n ** BigInt(power), 1n] : [n, 10n ** BigInt(-power)], gap = minus(r, v);
-    return compare([abs(gap[0]) * 1000n, gap[1]], r) <= 0;
+    return compare([abs(gap[0]) * sharp, gap[1]], r) <= 0;
   }
 
   async function check(doc) {
@@ -926,6 +929,8 @@
     say("digest of the table", (await digest(table)) === table.sha256);
     const law = about.kind === "policy" ? await readPolicy(table.header, table.rows) : await readLaw(table.header, table.rows);
     if (!law) { say("the law behind the filters", undefined, "too large for this page"); return { findings, law }; }
+    law.burden = about.utility.burden === true; law.signed = about.utility.m.startsWith("-");
+    await shownRows(law, say);
     const groups = await groupLaws(law), metrics = await measure(law, groups), found = await constants(law);
     const asked = EXPECTED.some((name) => name in doc.metrics);
     if (asked) Object.assign(metrics, await apart(law, groups));
@@ -1021,44 +1026,90 @@
     box.append(element("strong", "✗ " + why + ": "), printable(what) + ". Nothing was recomputed. Do not use this page.");
   }
 
+  // The rows of the complete table: those that stand on the page, or, of a table with too many for that, made as they are looked at.
   function lookUp(law) {
     const box = at("lookup");
     if (!box || law.cells.length < 2) return;
-    const name = (columns, label) => printable(columns.map((c, i) => c + "=" + label[i]).join(", "));
-    const contexts = law.contexts.map((l) => name(law.columns.context, l)), groups = law.groups.map((l) => name(law.columns.group, l));
-    let first = 0, shown = law.cells;
-    const size = (c) => Number((c.e[0] * 10n ** 15n) / c.e[1]);
+    const contextColumns = law.columns.context, name = (label) => printable(label.join(" / "));
+    const contexts = law.contexts.map(name), groups = law.groups.map(name), body = at("rows"), written = [...body.children];
+    const heads = [...document.querySelectorAll("#complete th")].map((e) => e.textContent), burden = law.burden;
+    const percent = columnOf("rate") >= 0, counts = columnOf("decisions") >= 0;
+    const amount = (c) => (percent ? (c.e[0] === 0n || compare(c.e, ONE) === 0 ? decimals([100n * c.e[0], c.e[1]]) : Number(decimals([100n * c.e[0], c.e[1]], 3)).toPrecision(3)) + " %" : decimals(c.e));
+    const best = new Map();
+    const bestOf = (c) => {
+      if (!best.size) for (const b of law.byContext) best.set(b[0].x, b.map((o) => o.e).reduce(burden ? least : most));
+      return best.get(c.x);
+    };
+    const far = (c) => { const b = bestOf(c); return law.signed ? minus(most(b, c.e), least(b, c.e)) : quotient(most(b, c.e), least(b, c.e)); };
+    const make = (c) => {
+      const row = document.createElement("tr"), exact = text(c.e), r = far(c), kept = counts ? over([sum(c.w), 1n], [c.d, 1n]) : null;
+      const own = c.w.reduce((t, w, u) => (c.g[u] && c.g[u][0] ? t + w : t), 0n);
+      const cells = [...(contextColumns.length ? [contexts[c.x]] : []), groups[c.a], ...(counts ? [amountText(kept)] : []),
+        ...(counts && percent ? [amountText([own, c.d])] : []), amount(c), compare(c.e, bestOf(c)) === 0 ? "best" : decimals(r), exact.length > 60 ? "(" + exact.length + " characters)" : exact];
+      cells.forEach((v, i) => { const cell = document.createElement("td"); cell.append(element("bdi", v)); cell.dataset.l = heads[i]; row.append(cell); });
+      return row;
+    };
+    const list = law.cells.map((c, i) => ({ c, row: written.length ? () => written[i] : () => make(c) }));
+    let first = 0, shown = list;
     const draw = () => {
-      const body = at("rows");
-      body.textContent = "";
-      for (const c of shown.slice(first, first + PAGE)) {
-        const row = document.createElement("tr"), exact = text(c.e), value = element("td", decimals(c.e));
-        value.className = "num";
-        for (const label of [contexts[c.x], groups[c.a]]) { const place = document.createElement("td"); place.append(element("bdi", label)); row.append(place); }
-        const long = element("td", exact.length > 60 ? "(" + exact.length + " characters)" : exact);
-        long.className = "exact";
-        row.append(value, long); body.append(row);
-      }
+      body.replaceChildren(...shown.slice(first, first + PAGE).map((e) => e.row()));
       at("where").textContent = shown.length ? (first + 1) + " to " + Math.min(first + PAGE, shown.length) + " of " + shown.length.toLocaleString("en") : "nothing found";
       at("back").disabled = first === 0; at("next").disabled = first + PAGE >= shown.length;
     };
+    const chosen = (id) => (at(id) && at(id).value !== "" ? Number(at(id).value) : null);
     const choose = () => {
-      const words = at("find").value.toLowerCase(), order = at("order").value;
-      shown = law.cells.filter((c) => !words || contexts[c.x].toLowerCase().includes(words) || groups[c.a].toLowerCase().includes(words));
+      const words = at("find").value.toLowerCase(), order = at("order").value, x = chosen("context"), pair = [chosen("group"), chosen("against")].filter((a) => a !== null);
+      shown = list.filter(({ c }) => (!words || contexts[c.x].toLowerCase().includes(words) || groups[c.a].toLowerCase().includes(words))
+        && (x === null || c.x === x) && (!pair.length || pair.includes(c.a)));
       if (order !== "table") {
-        const keyed = shown.map((c) => [size(c), c]);
-        keyed.sort((p, q) => (order === "high" ? q[0] - p[0] : p[0] - q[0]));
+        const keyed = shown.map((e) => [order === "far" ? far(e.c) : e.c.e, e]);
+        keyed.sort((p, q) => (order === "low" ? compare(p[0], q[0]) : compare(q[0], p[0])));
         shown = keyed.map((k) => k[1]);
+      }
+      const out = at("compared"), two = x === null && contexts.length > 1 ? [] : pair.map((a) => law.cells.find((c) => c.x === (x || 0) && c.a === a)).filter(Boolean);
+      out.textContent = "";
+      if (two.length === 2 && two[0] !== two[1]) {
+        const [p, q] = compare(two[0].e, two[1].e) < 0 ? [two[1], two[0]] : two, r = law.signed ? minus(p.e, q.e) : quotient(p.e, q.e), exact = text(r);
+        out.append(element("bdi", groups[p.a]), " " + amount(p) + " against ", element("bdi", groups[q.a]), " " + amount(q) + ": ", element("strong", decimals(r) + (law.signed ? " apart" : " times")), exact.length > 60 ? "" : " (" + exact + ")");
       }
       first = 0; draw();
     };
     let pending = 0;
     at("find").addEventListener("input", () => { clearTimeout(pending); pending = setTimeout(choose, 150); });
     at("order").addEventListener("change", choose);
+    const fill = (id, names) => { for (const [i, v] of names.entries()) { const o = element("option", v); o.value = i; at(id).append(o); } at(id).addEventListener("change", choose); };
+    if (groups.length <= CHOICES && contexts.length <= CHOICES) {
+      if (at("context")) fill("context", contexts);
+      fill("group", groups); fill("against", groups);
+      at("choice").hidden = false;
+    }
     at("back").addEventListener("click", () => { first = Math.max(0, first - PAGE); draw(); });
     at("next").addEventListener("click", () => { first += PAGE; draw(); });
+    addEventListener("beforeprint", () => { body.replaceChildren(...list.map((e) => e.row())); });
+    addEventListener("afterprint", draw);
     draw();
-    box.hidden = false;
+    if (at("hint")) at("hint").textContent = "Choose a context and groups; printing lists all " + list.length.toLocaleString("en") + " rows.";
+    box.hidden = at("turn").hidden = at("all").hidden = false; at("all").open = true;
+  }
+  const columnOf = (name) => [...document.querySelectorAll("#complete th")].findIndex((e) => e.dataset.is === name);
+  const amountText = (r) => { const [n, d] = lowest(r); return d === 1n ? n.toLocaleString("en") : ((10n * n) / d / 10n).toLocaleString("en") + "." + ((10n * n) / d) % 10n; };
+
+  // Whether the rows that stand on the page are those of the table, in its order: exactly where they say so, and rounded where they do not.
+  async function shownRows(law, say) {
+    const rows = [...document.querySelectorAll("#rows tr")];
+    if (!rows.length) return;
+    const last = document.querySelectorAll("#complete th").length - 1, rate = columnOf("rate"), decisions = columnOf("decisions");
+    const label = (l) => printable(l.join(" / "));
+    let wrong = rows.length === law.cells.length ? 0 : 1;
+    for (const [i, c] of law.cells.entries()) {
+      const cells = rows[i] ? [...rows[i].children].map((e) => e.textContent) : [], exact = cells[last] || "";
+      const names = [...(law.columns.context.length ? [law.contexts[c.x]] : []), law.groups[c.a]];
+      const fits = names.every((l, k) => !/^[ -~]{0,100}$/.test(l.join(" / ")) || cells[k] === label(l)) && (exact === "in the certificate" || exact === text(c.e))
+        && (rate < 0 || near([100n * c.e[0], c.e[1]], (cells[rate] || "").replace(" %", ""), 200n)) && (decisions < 0 || !/^[0-9,]{1,19}$/.test(cells[decisions]) || cells[decisions] === amountText([sum(c.w), c.d]));
+      if (!fits) wrong++;
+      if (late()) await turn();
+    }
+    say("the " + rows.length + " rows of the table that stand on this page", wrong === 0, wrong ? wrong + " of them differ from the table" : "");
   }
 
   async function run() {

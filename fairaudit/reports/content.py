@@ -132,6 +132,13 @@ class Content:
         return verdict
 
     @property
+    def title(self) -> str:
+        """What was decided, compared between whom, within what."""
+        columns = self.document["subject"]["columns"]
+        within = f", within {', '.join(clip(name, 40) for name in columns['context'])}" if columns["context"] else ""
+        return f"{clip(columns['decision'], 40)} by {', '.join(clip(name, 40) for name in columns['group'])}{within}"
+
+    @property
     def headline(self) -> str:
         """The verdict in words."""
         return VERDICTS[self.verdict][len(self.document["targets"]) > 1]
@@ -241,11 +248,24 @@ class Content:
             said, pair = difference_sentence(deciding, self.differences, words, **options), difference_pair(deciding, self.differences)
         else:
             said, pair = sentence(deciding, local, overall, words, **options), headline_pair(deciding, local, overall)
+        return " ".join((*self._cautions(pair, name), said))
+
+    def _cautions(self, pair: Witness | None, name: Callable[[Mapping[str, str]], str]) -> list[str]:
+        """What has to be known before the sentence is read."""
         identifiers = "" if self.subject is None else identifier_text(self.subject.law, self.subject.law.columns)
         first = caution(pair, None if pair is None else self.sizes_of(pair), identifiers, name)
         few = few_of_policy(None if self.subject is None else self.subject.deployment, pair)
         changed = self._changed if "changed" in self.document else ""
-        return " ".join(text for text in (changed, first, few, said) if text)
+        return [text for text in (changed, first, few) if text]
+
+    @cached_property
+    def cautions(self) -> list[str]:
+        """Few decisions behind the pair that decided, labels that look like identifiers, a stream that contradicts itself."""
+        deciding = foremost([target["verdict"] for target in self.document["targets"]], self.deciding)
+        apart = self.signed or (deciding is not None and deciding.unit == "difference")
+        local, overall = self.measured["local"], self.measured["global"]
+        pair = difference_pair(deciding, self.differences) if apart else headline_pair(deciding, local, overall)
+        return [plain(text) for text in self._cautions(pair, named)]
 
     @property
     def _changed(self) -> str:

@@ -17,6 +17,7 @@ from fairaudit.certificates.reader import Subject, number
 from fairaudit.exact.extended import Extended
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.moving_ends import MovingEnds
+from fairaudit.reports.charts import from_one, steps
 from fairaudit.reports.drift_text import drifted_line, pair_text, radius_lines, share
 from fairaudit.reports.unknown_groups import as_ratio
 from fairaudit.reports.words import Value, clip, named, scope
@@ -40,7 +41,7 @@ MOST_DRAWN = 50_000  # cells, beyond which a picture would take seconds
 
 SIZE = (420, 300)
 
-MARGIN = (48, 14, 14, 42)
+MARGIN = (48, 30, 14, 42)
 
 
 @dataclass(frozen=True)
@@ -88,8 +89,8 @@ class Standing:
             return []
         mark = Fraction(1) if self.mark == inf else Fraction(self.mark)
         span = min(Fraction(1), 2 * mark) or Fraction(1, 20)
-        steps = 40 if self.moved[0].starts[-1] <= MOST_DRAWN // 10 else 10
-        at = sorted({span * Fraction(i, steps) for i in range(steps + 1)} | {min(mark, span)})
+        count = 40 if self.moved[0].starts[-1] <= MOST_DRAWN // 10 else 10
+        at = sorted({span * Fraction(i, count) for i in range(count + 1)} | {min(mark, span)})
         found = []
         for eta in at:
             one = drifted_extremes(self.moved[0], eta)
@@ -293,7 +294,8 @@ def _picture(of: Standing) -> str:
     limits = [float(limit) for limit in of.limits]
     here = next((p for p in points if p[0] == float(of.mark)), None)
     ends = [points[0][1], points[0][2], *limits, *([here[1], here[2]] if here and not of.radius else [])]
-    top = max(1.2, 1 + 1.6 * (max((end for end in ends if isfinite(end)), default=2) - 1))
+    marks = from_one(max(1.2, 1 + 1.6 * (max((end for end in ends if isfinite(end)), default=2) - 1)))
+    top = marks[-1]
 
     def x(eta: float) -> float:
         return left + (width - left - right) * eta / span
@@ -311,16 +313,17 @@ def _picture(of: Standing) -> str:
         edge = y(min(limits))
         parts.append(f'<rect class="beyond" x="{left}" y="{upper}" width="{width - left - right}" height="{edge - upper:.1f}"/>')
     parts.append(f'<polygon class="weak" points="{outline}"/>')
-    for step in range(5):
-        level = 1 + (top - 1) * step / 4
+    for level in marks:
         parts.append(f'<line class="rail" x1="{left}" x2="{width - right}" y1="{y(level):.1f}" y2="{y(level):.1f}"/>')
         parts.append(f'<text x="{left - 8}" y="{y(level) + 4:.1f}" text-anchor="end">{level:.3g}</text>')
-        tick = f"{100 * span * step / 4:.3g} %"
-        parts.append(f'<text x="{x(span * step / 4):.1f}" y="{height - 24}" text-anchor="{"end" if step == 4 else "middle"}">{tick}</text>')
+    for tick in steps(0, 100 * span, 4):
+        if tick <= 100 * span:
+            anchor = "end" if tick > 98 * span else "middle"
+            parts.append(f'<text x="{x(tick / 100):.1f}" y="{height - 24}" text-anchor="{anchor}">{tick:.3g} %</text>')
     parts.append(
         f'<text x="{(left + width - right) / 2}" y="{height - 6}" text-anchor="middle">decisions of each cell that an update changes</text>'
     )
-    parts.append(f'<text x="{left + 6}" y="{upper + 12}">ratio</text>')
+    parts.append(f'<text x="{left - 34}" y="{upper - 12}">ratio</text>')
     parts += [f'<line class="limit" x1="{left}" x2="{width - right}" y1="{y(v):.1f}" y2="{y(v):.1f}"/>' for v in limits]
     for line, kind in ((worst, "line"), (best, "line least")):
         shown = " ".join(f"{a:.1f},{y(b):.1f}" for a, b in _under(line, top))

@@ -95,20 +95,20 @@ class Expectations:
     def panels(self) -> list[Panel]:
         """The most unequal contexts, with what each group gets; empty without a table."""
         law = self.subject.law
-        values = self._expectations
+        values = self.values
         blocks = [(a, b) for a, b in pairwise(law.starts.tolist()) if b - a > 1]
-        spread = {block: self._spread(values[slice(*block)]) for block in blocks}
+        spread = {block: self.spread(values[slice(*block)]) for block in blocks}
         worst = sorted(blocks, key=spread.__getitem__, reverse=True)[:PANELS]
         panels = []
         for start, end in worst:
             context = law.context_label(int(law.cell_context[start]))
-            ends, units = self._ends("local", context), self._over_units(context)
+            ends, units = self.ends("local", context), self.over_units(context)
             entries = [
                 (
                     law.group_label(int(law.cell_group[i])),
                     values[i],
-                    None if self._before is None else self._before[i],
-                    self._amount([i]),
+                    None if self.before is None else self.before[i],
+                    self.amount([i]),
                 )
                 for i in range(start, end)
             ]
@@ -119,7 +119,7 @@ class Expectations:
             panels.append(panel)
         return panels
 
-    def _over_units(self, context: dict[str, str]) -> dict[str, Fraction]:
+    def over_units(self, context: dict[str, str]) -> dict[str, Fraction]:
         """What the groups of a context get as mean over units, where the certificate has an interval of those."""
         comparison = self.comparisons.get("local")
         if comparison is None or comparison.of_units is None:
@@ -133,18 +133,18 @@ class Expectations:
         """Means of the groups over all contexts, where they are compared and there are several contexts."""
         if not self.subject.law.global_groups or (len(self.subject.law.contexts) == 1 and self.panels):
             return None
-        means = self._means
+        means = self.means
         law = self.subject.law
-        entries = [(law.group_label(a), value, None, self._amount(np.flatnonzero(law.cell_group == a).tolist())) for a, value in means]
+        entries = [(law.group_label(a), value, None, self.amount(np.flatnonzero(law.cell_group == a).tolist())) for a, value in means]
         values = [value for _, value in means]
-        return self._panel("All contexts together", entries, self._ends("global", None), self._spread(values))
+        return self._panel("All contexts together", entries, self.ends("global", None), self.spread(values))
 
     @property
     def signed(self) -> bool:
         """Whether utilities can be negative, so that groups are apart by differences and not by factors."""
         return self.subject.utility.signed
 
-    def _spread(self, values: Sequence[Fraction]) -> Any:
+    def spread(self, values: Sequence[Fraction]) -> Any:
         """How far apart the groups of a panel are."""
         return max(values) - min(values) if self.signed else quotient(max(values), min(values))
 
@@ -161,12 +161,13 @@ class Expectations:
         return Panel(title, tuple(members), size, Value(spread))
 
     @cached_property
-    def _expectations(self) -> list[Fraction]:
+    def values(self) -> list[Fraction]:
+        """E(x,a)."""
         found = self.subject
         return [Fraction(*cell_expectation(found.law, found.utility, cell)) for cell in range(len(found.law.weights))]
 
     @cached_property
-    def _before(self) -> list[Fraction] | None:
+    def before(self) -> list[Fraction] | None:
         """E(x,a) without the filters."""
         deployment = self.subject.deployment
         if deployment is None or deployment.unfiltered is None:
@@ -175,16 +176,17 @@ class Expectations:
         return [Fraction(*cell_expectation(law, utility, cell)) for cell in range(len(law.weights))]
 
     @cached_property
-    def _means(self) -> list[tuple[int, Fraction]]:
+    def means(self) -> list[tuple[int, Fraction]]:
+        """Of each group that is compared over all contexts its mean."""
         law = self.subject.law
         sums: dict[int, list[Fraction | int]] = {a: [0, 0] for a in law.global_groups}
         for cell, (a, mass) in enumerate(zip(law.cell_group.tolist(), law.cell_mass, strict=True)):
             if a in sums and mass:
-                sums[a][0] += mass * self._expectations[cell]
+                sums[a][0] += mass * self.values[cell]
                 sums[a][1] += mass
         return [(a, Fraction(top) / bottom) for a, (top, bottom) in sums.items()]
 
-    def _amount(self, cells: Sequence[int]) -> str:
+    def amount(self, cells: Sequence[int]) -> str:
         """How much was recorded in some cells; units where one has several decisions, in a cell by itself."""
         law = self.subject.law
         if law.kind != "counts":
@@ -193,7 +195,7 @@ class Expectations:
         by_unit = law.units is not None and law.units.repeated and len(cells) == 1
         return amount_text(Size(total, sum(n for n, _ in law.units.profiles[cells[0]]) if law.units is not None and by_unit else None))
 
-    def _ends(self, quantity: Literal["local", "global"], context: dict[str, str] | None) -> Any:
+    def ends(self, quantity: Literal["local", "global"], context: dict[str, str] | None) -> Any:
         """A function from a group to the ends of what it gets in the population, each by itself at the confidence of the certificate."""
         comparison, entry = self.comparisons.get(quantity), self.intervals.get(quantity)
         if comparison is None or entry is None or entry["method"] not in get_args(Method):  # of a stream, looked at more than once

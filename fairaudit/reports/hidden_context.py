@@ -8,6 +8,7 @@ from math import inf, isfinite
 from typing import Any
 
 from fairaudit.certificates.reader import number
+from fairaudit.reports.charts import from_one
 from fairaudit.reports.hidden_context_text import factor_text, left_text
 from fairaudit.reports.words import Value, scope
 from fairaudit.theorems.bound import THIS_LAW
@@ -21,7 +22,7 @@ NAMES = {"local": "within contexts", "global": "overall"}
 
 SIZE = (420, 300)
 
-MARGIN = (48, 14, 14, 42)
+MARGIN = (48, 30, 14, 42)
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,8 @@ def area(found: Strength) -> str:
     q, balanced = found.excess, float(found.balanced)
     if not isfinite(q) or balanced > 1e6 or q <= 1:
         return ""
-    most = 1 + 2.2 * (balanced - 1)
+    ticks = from_one(1 + 2.2 * (balanced - 1))
+    most = ticks[-1]
 
     def x(k: float) -> float:
         return left + (width - left - right) * (k - 1) / (most - 1)
@@ -96,7 +98,6 @@ def area(found: Strength) -> str:
     first = (q * most - 1) / (most - q)
     ks = [first * (most / first) ** (i / 40) for i in range(41)]
     line = " ".join(f"{x(k):.1f},{y(min(most, (q * k - 1) / (k - q) if k > q else inf)):.1f}" for k in ks)
-    ticks = [1 + (most - 1) * i / 4 for i in range(5)]
     said = f"An unrecorded factor with k and m both below {found.balanced.decimal} is too weak to explain the ratio {found.name}"
     parts = [f'<svg class="curve" viewBox="0 0 {width} {height}" role="img" aria-label="{said}.">']
     corners = f"{x(1):.1f},{y(1):.1f} {x(1):.1f},{y(most):.1f}"
@@ -106,11 +107,13 @@ def area(found: Strength) -> str:
         parts.append(f'<text x="{left - 8}" y="{y(tick) + 4:.1f}" text-anchor="end">{tick:.3g}</text>')
         parts.append(f'<text x="{x(tick):.1f}" y="{height - 24}" text-anchor="middle">{tick:.3g}</text>')
     parts.append(f'<text x="{(left + width - right) / 2}" y="{height - 6}" text-anchor="middle">k: times as common in one group</text>')
-    parts.append(f'<text x="{left + 6}" y="{upper + 12}">m: times the outcome</text>')
+    parts.append(f'<text x="{left - 34}" y="{upper - 12}">m: times the outcome</text>')
     parts.append(f'<polyline class="line" points="{line}"/>')
     parts.append(f'<circle class="here" cx="{x(balanced):.1f}" cy="{y(balanced):.1f}" r="5"/>')
     dots = [(x(float(k)), y(float(m))) for k, m in found.pairs if max(float(k), float(m)) < most]
     parts += [f'<circle class="point" cx="{across:.1f}" cy="{up:.1f}" r="3"/>' for across, up in dots]
-    said = f"The ratio {found.name}: factors in the shaded area are too weak to explain it. The large dot: k = m."
+    said = (
+        "Shaded: factors that are too weak to explain the ratio. The curve: the weakest that could. Large dot: k = m; small: other pairs."
+    )
     parts.append(f"</svg><figcaption>{said}</figcaption>")
     return "".join(parts)

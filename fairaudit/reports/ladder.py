@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import inf, log, prod
@@ -19,7 +19,7 @@ from fairaudit.theorems.bound import ANY_POLICY, FLOORED
 from fairaudit.theorems.registry import is_sampled
 from fairaudit.words import approximate
 
-__all__ = ["Calibrated", "Rung", "calibration", "ladder"]
+__all__ = ["Calibrated", "Rung", "Step", "by_scope", "calibration", "ladder"]
 
 
 CALIBRATED_GROUPS = 64  # groups up to which a page says how much truth a filter may tell: less than a second
@@ -43,6 +43,45 @@ class Calibrated:
     here: tuple[float, float] | None
     target: float | None
     assumption: str
+
+
+@dataclass(frozen=True)
+class Step:
+    """What is known of a ratio for one scope: a value, an upper bound, a lower one, or both ends of an interval."""
+
+    kind: Literal["measured", "unfiltered", "interval", "bound", "least", "target"]
+    name: str
+    scope: str
+    low: Value
+    high: Value
+
+
+def by_scope(rungs: Sequence[Rung]) -> tuple[list[Step], list[Rung]]:
+    """The sharpest that is known for each scope, and the bounds that it makes superfluous.
+
+    Examples
+    --------
+    >>> rungs = [Rung("bound", "at most, by a theorem", "any policy", Value(Fraction(n))) for n in (2, 3)]
+    >>> steps, rest = by_scope([Rung("least", "at least, by a theorem", "any policy", Value(Fraction(1))), *rungs])
+    >>> steps[0].kind, steps[0].name, float(steps[0].high), len(rest)
+    ('interval', 'between, by a theorem', 2.0, 1)
+    """
+    steps = [Step(r.kind, r.name, r.scope, r.value, r.value) for r in rungs if r.kind not in ("bound", "least")]
+    best: dict[str, dict[str, Rung]] = {}
+    for rung in (*(r for r in rungs if r.kind == "bound"), *(r for r in reversed(rungs) if r.kind == "least")):
+        best.setdefault(rung.scope, {}).setdefault(rung.kind, rung)
+    for about, found in best.items():
+        if len(found) == 1:
+            steps += [Step(r.kind, r.name, about, r.value, r.value) for r in found.values()]
+            continue
+        least, most = found["least"], found["bound"]
+        alike = least.name.removeprefix("at least, ") == most.name.removeprefix("at most, ")
+        name = f"between, {most.name.removeprefix('at most, ')}" if alike else f"{least.name}; {most.name}"
+        steps.append(Step("interval", name, about, least.value, most.value))
+    order = ("measured", "unfiltered", "interval", "least", "bound", "target")
+    kept = [rung for found in best.values() for rung in found.values()]
+    rest = [r for r in rungs if r.kind in ("bound", "least") and not any(r is one for one in kept)]
+    return sorted(steps, key=lambda step: (order.index(step.kind), float(step.high))), rest
 
 
 def ladder(document: Mapping[str, Any], name: Literal["local", "global"]) -> list[Rung]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from fairaudit.certificates.certificate import Certificate
@@ -11,6 +11,8 @@ from fairaudit.reports import markdown as _markdown
 from fairaudit.reports.content import UNCHECKED, Content, Figure, describe, refusing_other_documents
 from fairaudit.reports.hidden_context import Strength
 from fairaudit.reports.ladder import Rung
+from fairaudit.reports.rows import Row
+from fairaudit.reports.views import Views
 from fairaudit.reports.words import Value
 
 
@@ -59,63 +61,20 @@ def write(page: Content, checked: str = "") -> str:
     """Write a report."""
     checked = checked or ("" if page.subject else UNCHECKED)
     title = "Fairness audit, not checked" if checked == UNCHECKED else "Fairness audit"
-    blocks = [f"## {title}: {page.headline[0].lower()}{page.headline[1:]}"]
-    if page.spelt:
-        blocks.append("\n".join(f"* **Spellings**: {prose(line)}" for line in page.spelt))
-    blocks.append(prose(page.lead))
-    if page.targets:
-        blocks.append("\n".join(_target(t) for t in page.targets))
-    blocks.append(
-        table(("measure", "value", "log", "exactly", "in the population", "between"), [_figure(figure) for figure in page.figures])
-    )
+    views = Views(page)
+    blocks = [f"## {title}: {page.headline[0].lower()}{page.headline[1:]}", *_first(page, views)]
+    blocks += _groups(page, views)
     if page.unknown:
         lines = [f"* {prose(text)}" for found in page.unknown for text in (found.sentence, *found.tips)]
         lines += [f"* {title}: {prose('; '.join(given))}" for found in page.unknown for title, given in found.completions]
         blocks.append("### Decisions without a recorded group\n\n" + "\n".join(lines))
-    if page.given_truth:
-        rows = [_figure(figure) for figure in page.given_truth]
-        blocks.append(f"### Given the true label\n\n{prose(page.positive)}")
-        blocks.append(table(("measure", "value", "log", "exactly", "in the population", "between"), rows))
-        listed = [(code(label), true, false) for label, true, false in page.rates]
-        blocks += [table(("group", "true positive rate", "false positive rate"), listed)] if listed else []
-    if page.prepared:
-        blocks.append("### Before it was counted\n\n" + "\n".join(f"* {prose(line)}" for line in page.prepared))
-    for name, rungs in page.ladders.items():
-        title = "within contexts" if name == "local" else "overall"
-        blocks.append(f"### What is known of the ratio {title}")
-        blocks.append(table(("value", "exactly", "what", "about"), [_rung(rung) for rung in rungs]))
-    if page.strengths or page.declared_factor:
-        blocks.append("### Could something unrecorded explain it?")
-        blocks += page.declared_factor
-    if page.strengths:
-        blocks.append(
-            "It would have to be k times as common in one group as in another and change what they get m times: with k and m both below "
-            "the number under k = m it is too weak, and with one of the k of the last column it needs the m beside it."
-        )
-        blocks.append(table(("ratio", "of", "to be left", "k = m", "or k and m"), [_strength(found) for found in page.strengths]))
-    if page.drifting:
-        blocks.append("### How much may change before this verdict falls")
-        blocks.append("\n".join(f"* {prose(text)}" for found in page.drifting for text in (found.title, *found.lines)))
-    shown = [panel for panel in (*page.panels[:3], page.overall) if panel]
-    for panel in shown:
-        blocks.append(f"### What each group {'bears' if page.burden else 'gets'}: {code(panel.title)}")
-        rows = [
-            (
-                code(m.label),
-                m.value.decimal,
-                _exact(m.value),
-                m.weight,
-                m.over_units.decimal if m.over_units else "",
-                f"{m.ends[0].decimal} to {m.ends[1].decimal}" if m.ends else "",
-            )
-            for m in panel.members
-        ]
-        heads = ("group", page.amount, "exactly", "recorded", "mean over units", "in the population, each by itself")
-        blocks.append(table(heads, rows))
+    if views.left_out:
+        blocks.append("### What was left out or merged\n\n" + "\n".join(f"* {prose(line)}" for line in views.left_out))
     if page.not_compared:
         blocks.append("### What was not compared\n\n" + "\n".join(f"* {prose(line)}" for line in page.not_compared))
     judged = [f"* {prose(text)} (for statements about {prose(scopes)})" for text, scopes in page.assumptions]
     blocks.append("### What you have to judge\n\n" + "\n".join([*judged, *(f"* {line}" for line in page.limits)]))
+    blocks += _figures(page, views)
     digest = page.document["subject"]["table"]["sha256"]
     beside = "" if page.subject else " --table certificate.table.jsonl"
     blocks.append(
@@ -125,6 +84,83 @@ def write(page: Content, checked: str = "") -> str:
     if checked:
         blocks.append(checked)
     return "\n\n".join(blocks) + "\n"
+
+
+def _first(page: Content, views: Views) -> Iterator[str]:
+    """What was audited, the verdict from the pair that decided it, and whether it is more than chance."""
+    yield prose(page.title)
+    found = views.overview
+    if found is not None:
+        yield prose(f"Audited: {found.audited}.")
+    if page.spelt:
+        yield "\n".join(f"* **Spellings**: {prose(line)}" for line in page.spelt)
+    if found is not None:
+        yield "\n\n".join(prose(line) for line in (*page.cautions, *found.sentences))
+    else:
+        yield prose(page.lead)
+    if page.targets:
+        yield "\n".join(_target(t) for t in page.targets)
+    if found is not None:
+        yield "\n".join(f"**Established beyond chance: {word}.** {prose(f'{why[0].upper()}{why[1:]}.')}" for word, why in found.chance)
+
+
+def _groups(page: Content, views: Views) -> Iterator[str]:
+    """What each group gets, and the most unequal contexts."""
+    gets = "bears" if page.burden else "gets"
+    named = (prose(views.group_column), "recorded", prose(views.amount_name))
+    heads = (*named, "exactly", "in the population", "mean over units", views.apart_name.lower())
+    if views.overall is not None:
+        yield f"### What each group {gets}"
+        amount = f"{views.amount_name}, mean over units" if views.over_units else views.amount_name
+        yield table((*heads[:2], prose(amount), *heads[3:]), [_row(row, views) for row, _ in (*views.overall.rows, *views.overall.folded)])
+    if views.ranking:
+        yield "### Contexts, the most unequal first"
+        listed = [
+            (code(one.title), one.apart.decimal, *(f"{code(row.group)} {views.amount(row.value)}" for row in (one.higher, one.lower)))
+            for one, _ in views.first
+        ]
+        yield table(("context", "difference" if page.signed else "ratio", views.more.lower(), views.less.lower()), listed)
+        if more := len(views.others) + views.unranked:
+            yield f"and {more:,} more contexts, none of them more unequal."
+    for one in views.contexts[:3]:
+        yield f"### What each group {gets}: {code(one.title)}"
+        yield table(heads, [_row(row, views) for row, _ in one.rows])
+
+
+def _row(row: Row, views: Views) -> tuple[str, ...]:
+    between = views.between(row.ends) if row.ends else ""
+    units = views.amount(row.over_units) if row.over_units else ""
+    return (code(row.group), row.of, views.amount(row.value), _exact(row.value), between, units, "best" if row.best else row.apart.decimal)
+
+
+def _figures(page: Content, views: Views) -> Iterator[str]:
+    """The exact figures, and what is known of them."""
+    yield "### The figures, exactly"
+    if views.overview is not None:
+        yield prose(page.lead)
+    yield table(("measure", "value", "log", "exactly", "in the population", "between"), [_figure(figure) for figure in page.figures])
+    if page.given_truth:
+        yield f"### Given the true label\n\n{prose(page.positive)}"
+        rows = [_figure(figure) for figure in page.given_truth]
+        yield table(("measure", "value", "log", "exactly", "in the population", "between"), rows)
+        listed = [(code(label), true, false) for label, true, false in page.rates]
+        if listed:
+            yield table(("group", "true positive rate", "false positive rate"), listed)
+    for name, rungs in page.ladders.items():
+        yield f"### What is known of the ratio {'within contexts' if name == 'local' else 'overall'}"
+        yield table(("value", "exactly", "what", "about"), [_rung(rung) for rung in rungs])
+    if page.strengths or page.declared_factor:
+        yield "### Could something unrecorded explain it?"
+        yield from page.declared_factor
+    if page.strengths:
+        yield (
+            "It would have to be k times as common in one group as in another and change what they get m times: with k and m both below "
+            "the number under k = m it is too weak, and with one of the k of the last column it needs the m beside it."
+        )
+        yield table(("ratio", "of", "to be left", "k = m", "or k and m"), [_strength(found) for found in page.strengths])
+    if page.drifting:
+        yield "### How much may change before this verdict falls"
+        yield "\n".join(f"* {prose(text)}" for found in page.drifting for text in (found.title, *found.lines))
 
 
 def code(text: str) -> str:

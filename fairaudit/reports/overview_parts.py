@@ -28,7 +28,7 @@ from fairaudit.reports.words import Value, clip, named, quotient
 from fairaudit.tables.preparation import Entry, said
 from fairaudit.words import approximate, percent, plain
 
-__all__ = ["Compared", "Gets", "GroupLine", "Known", "Parts", "Seen", "amount_name", "counted_decisions", "rate_text"]
+__all__ = ["Compared", "Gets", "GroupLine", "Known", "Parts", "Seen", "amount_name", "counted_decisions", "how_many", "rate_text"]
 
 
 FEW_LABELS = 3  # decisions that count, of which a sentence names each
@@ -124,8 +124,8 @@ class Gets:
         if self.size is None:
             return ""
         if self.counted is not None and self.size.units is None:
-            return f"{_size(self.counted)} of {_size(self.size.decisions)}"
-        return f"n = {_size(self.size.decisions)}" if self.size.units is None else f"{self.size.units:,} units"
+            return f"{how_many(self.counted)} of {how_many(self.size.decisions)}"
+        return f"n = {how_many(self.size.decisions)}" if self.size.units is None else f"{self.size.units:,} units"
 
 
 @dataclass(frozen=True)
@@ -330,14 +330,14 @@ class Parts:
         what = {"policy": "a policy behind privacy filters", "probabilities": "probabilities of decisions"}.get(self.seen.kind, "")
         if not what:
             total = Fraction(sum(law.cell_mass), law.scale)
-            what = f"{_size(total)} decision{'' if total == 1 else 's'}"
+            what = f"{how_many(total)} decision{'' if total == 1 else 's'}"
             if law.unknown is not None:
                 without = Fraction(int(law.unknown.weights.sum()), law.scale)
-                what += f" and {_size(without)} without a group"
+                what += f" and {how_many(without)} without a group"
             if law.units is not None and law.units.columns:
                 what += f" on {law.units.total:,} unit{'' if law.units.total == 1 else 's'} ({_columns(law.units.columns)})"
         elif self.subject.deployment is not None and (policy := self.subject.deployment.policy.law).kind == "counts":
-            what += f", seen in {_size(Fraction(sum(policy.cell_mass), policy.scale))} decisions"
+            what += f", seen in {how_many(Fraction(sum(policy.cell_mass), policy.scale))} decisions"
         said = f"{what}, {len(law.groups):,} groups ({_columns(columns.group)})"
         if not columns.context:
             return f"{said}, no contexts"
@@ -355,7 +355,7 @@ class Parts:
         return (*lines[:LEFT_OUT], f"and {more} more, all in the certificate") if more > 0 else tuple(lines)
 
 
-def _size(decisions: Fraction) -> str:
+def how_many(decisions: Fraction) -> str:
     """How many decisions: to the last one, or about, where nobody could have counted them."""
     return Size(decisions).text if decisions < MOST_COUNTED else approximate(decisions)
 

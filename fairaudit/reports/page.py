@@ -6,18 +6,16 @@ import base64
 import hashlib
 import json
 from collections.abc import Mapping
-from fractions import Fraction
 from functools import cache
 from importlib.resources import files
-from math import inf
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.certificates.certificate import Certificate, schema
 from fairaudit.errors import InputError
 from fairaudit.reports.content import UNCHECKED, Content, describe, refusing_other_documents
 from fairaudit.reports.hidden_context import area
-from fairaudit.reports.pictures import curve, heat, rail, share
-from fairaudit.reports.words import Value
+from fairaudit.reports.pictures import curve, heat
+from fairaudit.reports.views import Views
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -62,12 +60,12 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
     css, script = (files("fairaudit.reports").joinpath(name).read_text("utf-8") for name in ("page.css", "check.js"))
     script = script.replace('"certificate.schema.json"', _shape(), 1)
-    shown = [*page.panels, *([page.overall] if page.overall else [])]
-    top = max((end for panel in shown for m in panel.members for end in _reach(m)), key=float, default=Value(inf))
-    least = min((end for panel in shown for m in panel.members for end in _reach(m)), key=float, default=top)
-    least = least if page.signed and float(least) < 0 else Value(Fraction(0))
+    views = Views(page)
     text: str = environment.get_template("page.html.j2").render(
         page=page,
+        views=views,
+        titles=_titles(page, views),
+        pairs=[matrix for matrix in page.matrices if len(matrix.rows) > 2],
         checked=checked,
         unchecked="" if checked or page.subject is not None else UNCHECKED,
         css=markup(css),
@@ -75,13 +73,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         embedded=markup(embedded(page.document)),
         policy=f"default-src 'none'; style-src '{digest(css)}'; script-src '{digest(script)}'; base-uri 'none'; form-action 'none'; "
         "require-trusted-types-for 'script'; trusted-types 'none'",
-        top=top,
-        whiskers=any(m.ends for panel in shown for m in panel.members),
-        hidden_contexts=_hidden(page),
-        bottom=least,
-        share=lambda value, most: f"{share(value, most, float(least)):.2f}%",
-        rail=lambda rung, rungs: markup(rail(rung, rungs)),
-        whoever=lambda found: markup(found.picture),
+        svg=markup,
         heat=heat,
         curve=markup(curve(page.calibration)) if page.calibration else "",
         area=lambda found: markup(area(found)),
@@ -90,8 +82,13 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     return text
 
 
-def scriptless(template: str, title: str, page: Any, headline: str, document: Mapping[str, Any], checked: str) -> str:
-    """Write what is said of a certificate as a page that recomputes nothing, by a template that extends ``scriptless.html.j2``."""
+def scriptless(
+    template: str, title: str, page: Any, headline: str, document: Mapping[str, Any], checked: str, found: tuple[str, str]
+) -> str:
+    """Write what is said of a certificate as a page that recomputes nothing, by a template that extends ``scriptless.html.j2``.
+
+    Its first section has the name and title `found`.
+    """
     environment, markup = templates()
     css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
     text: str = environment.get_template(template).render(
@@ -99,6 +96,13 @@ def scriptless(template: str, title: str, page: Any, headline: str, document: Ma
         title=title,
         headline=headline[0].upper() + headline[1:],
         checked=checked or UNCHECKED,
+        svg=markup,
+        sections=[
+            found,
+            *([("judge", "What you have to judge")] if page.assumptions else []),
+            ("audited", "What was audited"),
+            ("verify", "How to verify"),
+        ],
         unchecked=not checked,
         css=markup(css),
         embedded=markup(embedded(document)),
@@ -162,14 +166,25 @@ def digest(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}"
 
 
-def _hidden(page: Content) -> str:
-    if page.subject is None:
-        return ""
-    starts = page.subject.law.starts
-    compared = int(((starts[1:] - starts[:-1]) > 1).sum())
-    more = compared - len(page.panels)
-    return f"These are the most unequal contexts. {more:,} more are in the table below." if more > 0 else ""
-
-
-def _reach(member: Any) -> list[Value]:
-    return [member.value, *(member.ends or ()), *([member.before] if member.before else [])]
+def _titles(page: Content, views: Views) -> dict[str, str]:
+    """The sections of a page, in order, with their titles."""
+    gets = "bears" if page.burden else "gets"
+    found = {
+        "groups": (f"What each group {gets}", views.overall or page.subject is None),
+        "contexts": ("Contexts, the most unequal first", views.ranking),
+        "unknown": ("Decisions without a recorded group", page.unknown),
+        "every": ("Look up a group" if not views.context_column else "Look up a group or context", views.cells > 1),
+        "left-out": ("What was left out", True),
+        "judge": ("What you have to judge", True),
+        "found": ("The figures, exactly", True),
+        "given": ("Given the true label", page.given_truth),
+        "known": ("What is known, from the table to the guarantee", True),
+        "unrecorded": ("Could something unrecorded explain it?", page.strengths or page.declared_factor),
+        "drift": ("How much may change before this verdict falls", page.drifting),
+        "truth": ("How much truth a filter may tell", page.calibration),
+        "pairs": ("Pair by pair", any(len(matrix.rows) > 2 for matrix in page.matrices)),
+        "audited": ("What was audited", True),
+        "claims": ("Every statement", True),
+        "verify": ("How to verify", True),
+    }
+    return {name: title for name, (title, there) in found.items() if there}

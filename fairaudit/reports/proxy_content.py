@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil, inf, log
+from math import inf
 from typing import Any
 
 from fairaudit.certificates.reader import number
 from fairaudit.exact.extended import Extended
 from fairaudit.measures.limits import limit_text
+from fairaudit.reports.charts import Axis, linear, logarithmic
+from fairaudit.reports.unknown_groups import as_ratio
+from fairaudit.reports.words import Value
 from fairaudit.words import approximate
 
 __all__ = ["FORMAT", "HEADLINES", "SAMPLING", "Bar", "Panel", "ProxyContent", "describe_proxies"]
@@ -34,13 +37,12 @@ HEADLINES = {
 
 @dataclass(frozen=True)
 class Bar:
-    """A range and where it stands on its scale, in per cent."""
+    """A range, with its marks on the scale as the inside of an SVG."""
 
     name: str
     said: str
     exact: str
-    start: float
-    end: float
+    marks: str
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,9 @@ class ProxyContent:
     facts: tuple[tuple[str, str], ...]
     targets: tuple[tuple[str, str], ...]
     panels: tuple[Panel, ...]
-    span: str
+    means: Axis
+    ratios: Axis
+    limited: bool
     more: int
     assumptions: tuple[str, ...]
     sha256: str
@@ -76,10 +80,13 @@ def describe_proxies(document: Mapping[str, Any]) -> ProxyContent:
     local = sorted(document["local"], key=lambda entry: -number(entry["greatest"]["ratio"]))
     top = max((Fraction(mean[1]) for entry in local for mean in entry["means"]), default=Fraction(1)) or Fraction(1)
     overall = document["global"]
-    span = _span([*local, *([overall] if overall is not None else [])])
-    panels = [_panel(entry, subject, top, span, _named(columns["context"], entry["context"])) for entry in local[:SHOW]]
+    means, ratios = linear([top]), _ratios([*local, *([overall] if overall is not None else [])])
+    limits = {name: [_as_ratio(entry) for entry in document["targets"] if entry["quantity"] == name] for name in ("local", "global")}
+    panels = [
+        _panel(entry, subject, means, ratios, limits["local"], _named(columns["context"], entry["context"])) for entry in local[:SHOW]
+    ]
     if columns["context"] and overall is not None:
-        panels.append(_panel(overall, subject, top, span, "All contexts together"))
+        panels.append(_panel(overall, subject, means, ratios, limits["global"], "All contexts together"))
     facts = [
         ("Decision", columns["decision"]),
         ("Groups", f"{', '.join(columns['group'])}: {', '.join(', '.join(group) for group in subject['groups'])}"),
@@ -93,7 +100,9 @@ def describe_proxies(document: Mapping[str, Any]) -> ProxyContent:
         tuple(facts),
         tuple((entry["verdict"], limit_text(entry["quantity"], entry["unit"], Fraction(entry["limit"]))) for entry in document["targets"]),
         tuple(panels),
-        f"{span:g}",
+        means,
+        ratios,
+        any(limits.values()),
         max(0, len(local) - SHOW),
         (*document["assumptions"], SAMPLING),
         table["sha256"],
@@ -125,30 +134,30 @@ def _lead(local: list[Any], overall: Any, *, contexts: bool) -> str:
     return f"No row says who belongs to which group. From the probabilities of the groups in each cell, {said}."
 
 
-def _panel(entry: Mapping[str, Any], subject: Mapping[str, Any], top: Fraction, span: float, title: str) -> Panel:
+def _panel(entry: Mapping[str, Any], subject: Mapping[str, Any], means: Axis, ratios: Axis, limits: list[float], title: str) -> Panel:
     names = {a: ", ".join(subject["groups"][a]) for a in entry["groups"]}
-    means = [
-        Bar(names[a], _range(Fraction(low), Fraction(high)), f"{low} to {high}", *(float(100 * Fraction(end) / top) for end in (low, high)))
-        for a, (low, high) in zip(entry["groups"], entry["means"], strict=True)
-    ]
-    ratios = []
+    gets = []
+    for a, pair in zip(entry["groups"], entry["means"], strict=True):
+        low, high = map(Fraction, pair)
+        gets.append(Bar(names[a], _range(low, high), f"{pair[0]} to {pair[1]}", means.track(whiskers=[(low, high)])))
+    apart, edges = [], [edge for limit in limits for edge in (limit, 1 / limit)]
     for pair in entry["pairs"]:
-        low, high = map(number, pair["ratio"])
-        said = _range(low, high) + ("" if all(pair["sharp"]) else " (at most)")
+        first, last = map(number, pair["ratio"])
+        said = _range(first, last) + ("" if all(pair["sharp"]) else " (at most)")
         named = f"{names[pair['groups'][0]]} over {names[pair['groups'][1]]}"
-        ratios.append(Bar(named, said, " to ".join(pair["ratio"]), _on_log_scale(low, span), _on_log_scale(high, span)))
+        marks = ratios.track(whiskers=[(Value(first), Value(last))], limits=edges, lines=[1])
+        apart.append(Bar(named, said, " to ".join(pair["ratio"]), marks))
     ends = number(entry["least"]["ratio"]), number(entry["greatest"]["ratio"])
-    return Panel(title, f"greatest ratio {_range(*ends)}", tuple(means), tuple(ratios))
+    return Panel(title, f"greatest ratio {_range(*ends)}", tuple(gets), tuple(apart))
 
 
-def _on_log_scale(value: Extended, span: float) -> float:
-    """From 1/span to span, in per cent; 1 is in the middle, and what is beyond stands at the edge."""
-    found = float(value)
-    return min(100.0, max(0.0, 50 + 50 * log(found, span))) if 0 < found < inf else 100.0 if found else 0.0
+def _as_ratio(target: Mapping[str, Any]) -> float:
+    """The limit of a target as a ratio."""
+    return float(as_ratio(target))
 
 
-def _span(ranges: list[Any]) -> float:
-    """How far the scale of ratios reaches: as far as they do, but not where they are infinite or nearly so."""
+def _ratios(ranges: list[Any]) -> Axis:
+    """A scale of ratios that reaches as far as they do, but not where they are infinite or nearly so."""
     ends = [float(number(end)) for entry in ranges for pair in entry["pairs"] for end in pair["ratio"]]
     far = max((max(end, 1 / end) for end in ends if 0 < end < inf), default=4.0)
-    return float(ceil(min(MOST_SPAN, max(2.0, far))))
+    return logarithmic([min(MOST_SPAN, max(2.0, far))], both=True)

@@ -25,9 +25,8 @@ def proxy_html(document: Mapping[str, Any], *, checked: str = "") -> str:
         A sentence on who checked it.
     """
     page = describe_proxies(document)
-    return scriptless(
-        "proxies.html.j2", "Fairness audit of groups that were not recorded", page, HEADLINES[page.verdict], document, checked
-    )
+    title, first = "Groups that were not recorded", ("ranges", "What each group can have got")
+    return scriptless("proxies.html.j2", title, page, HEADLINES[page.verdict], document, checked, first)
 
 
 @refusing_other_documents

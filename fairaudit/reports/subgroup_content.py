@@ -9,6 +9,7 @@ from typing import Any
 
 from fairaudit.certificates.reader import number
 from fairaudit.measures.limits import limit_text
+from fairaudit.reports.charts import Axis, linear
 from fairaudit.tables.preparation import words
 from fairaudit.words import approximate, percent, place, words_for
 
@@ -28,7 +29,7 @@ HEADLINES = {
 
 @dataclass(frozen=True)
 class SubgroupRow:
-    """A subgroup, and where it stands on a scale from 0, in per cent.
+    """A subgroup, with its marks on the scale.
 
     Attributes
     ----------
@@ -38,12 +39,10 @@ class SubgroupRow:
         The ratio in full.
     same : tuple of str
         Other conditions that the same rows have.
-    at, beside : float
-        Where its mean stands, and that of the rest.
-    ends : pair of float, or None
-        Where the ends of its mean in the population stand.
-    less : bool
-        Whether it gets less than the rest.
+    between : str
+        Between which ends its mean is in the population.
+    marks : str
+        Its mean, that of the rest and that of everybody on the scale, as the inside of an SVG.
     """
 
     name: str
@@ -54,10 +53,8 @@ class SubgroupRow:
     interval: str
     exact: str
     same: tuple[str, ...]
-    at: float
-    beside: float
-    ends: tuple[float, float] | None
-    less: bool
+    between: str
+    marks: str
 
 
 @dataclass(frozen=True)
@@ -71,8 +68,7 @@ class SubgroupContent:
     rows: tuple[SubgroupRow, ...]
     amount: str
     overall: str
-    overall_at: float
-    top: str
+    axis: Axis
     compared: str
     together: str
     assumptions: tuple[str, ...]
@@ -88,7 +84,8 @@ def describe_subgroups(document: Mapping[str, Any]) -> SubgroupContent:
     findings, targets = document["findings"], document["targets"]
     listed = [*(Fraction(one["sum"]) / one["rows"] for one in findings), *(_rest(one, everybody) for one in findings)]
     top = max([*listed, *(Fraction(one["ends"]["subgroup"][1]) for one in findings if "ends" in one)]) or Fraction(1)
-    rows = tuple(_row(one, everybody, top) for one in findings)
+    axis = linear([*listed, top])
+    rows = tuple(_row(one, everybody, axis) for one in findings)
     scopes = [claim["scope"] for claim in document["claims"]]
     confidence = next((scope.removeprefix(POPULATION) for scope in scopes if scope.startswith(POPULATION)), None)
     depth = family["depth"]
@@ -108,8 +105,7 @@ def describe_subgroups(document: Mapping[str, Any]) -> SubgroupContent:
         rows=rows,
         amount=amount,
         overall=approximate(everybody[1] / everybody[0]),
-        overall_at=float(100 * everybody[1] / everybody[0] / top),
-        top=approximate(top),
+        axis=axis,
         compared=f"Every combination of up to {depth} attribute values with {least} was compared with all other rows; none is more unequal "
         f"than these.",
         together=""
@@ -126,10 +122,10 @@ def _rest(one: Mapping[str, Any], everybody: tuple[int, Fraction]) -> Fraction:
     return Fraction(everybody[1] - Fraction(one["sum"]), everybody[0] - int(one["rows"]))
 
 
-def _row(one: Mapping[str, Any], everybody: tuple[int, Fraction], top: Fraction) -> SubgroupRow:
+def _row(one: Mapping[str, Any], everybody: tuple[int, Fraction], axis: Axis) -> SubgroupRow:
     mean, rest, ratio = Fraction(one["sum"]) / one["rows"], _rest(one, everybody), number(one["ratio"])
     low, high = map(number, one.get("interval", ("1", "1")))
-    ends = [float(100 * Fraction(end) / top) for end in one["ends"]["subgroup"]] if "ends" in one else None
+    ends = tuple(Fraction(end) for end in one["ends"]["subgroup"]) if "ends" in one else None
     return SubgroupRow(
         name=place(one["conditions"]),
         rows=f"{one['rows']:,}",
@@ -139,10 +135,13 @@ def _row(one: Mapping[str, Any], everybody: tuple[int, Fraction], top: Fraction)
         interval=f"{approximate(low, 'down')} to {approximate(high, 'up')}" if ends else "",
         exact=str(ratio),
         same=tuple(map(place, one["same"])),
-        at=float(100 * mean / top),
-        beside=float(100 * rest / top),
-        ends=(ends[0], ends[1]) if ends else None,
-        less=one["side"] == "less",
+        between=f"{approximate(ends[0], 'down')} to {approximate(ends[1], 'up')}" if ends else "",
+        marks=axis.track(
+            dots=[(mean, "last" if one["side"] == "less" else "first")],
+            rings=[rest],
+            whiskers=[(ends[0], ends[1])] if ends else [],
+            lines=[everybody[1] / everybody[0]],
+        ),
     )
 
 

@@ -25,7 +25,8 @@ def subgroup_html(document: Mapping[str, Any], *, checked: str = "") -> str:
         A sentence on who checked it.
     """
     page = describe_subgroups(document)
-    return scriptless("subgroups.html.j2", "The most unequal subgroups", page, HEADLINES[page.verdict], document, checked)
+    first = ("worst", "Who fares most unequally")
+    return scriptless("subgroups.html.j2", "The most unequal subgroups", page, HEADLINES[page.verdict], document, checked, first)
 
 
 @refusing_other_documents

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import exp, isfinite, log
+from math import exp
 from typing import Any
 
 from fairaudit.audits.sentences import pair_text
@@ -72,26 +72,6 @@ class UnknownRange:
         """All of it in words."""
         name = "the ratio within contexts" if self.quantity == "local" else "the ratio over all"
         return f"{self.opening}; whoever they are, {name} is {self.ends}; among those with a group it is {self.labelled.decimal}"
-
-    @property
-    def picture(self) -> str:
-        """The range on a logarithmic scale from 1, with the targets as lines and what is beyond them shaded, as SVG; numbers only."""
-        shown = [float(v.value) for v in (self.greatest, self.labelled, *self.limits, self.least) if isfinite(float(v.value))]
-        span = log(max(shown) * 1.15)
-
-        def at(value: float) -> float:
-            return 100.0 if not isfinite(value) else min(100.0, 100 * log(max(1.0, value)) / span) if span > 0 else 0.0
-
-        low, high, dot = (at(float(v.value)) for v in (self.least, self.greatest, self.labelled))
-        limits = [at(float(v.value)) for v in self.limits]
-        parts = []
-        if limits:
-            parts.append(f'<rect class="beyond" x="{min(limits):.2f}%" width="{100 - min(limits):.2f}%" y="0" height="18"/>')
-        parts.append('<line class="rail" x1="0" x2="100%" y1="9" y2="9"/>')
-        parts += [f'<line class="limit" x1="{x:.2f}%" x2="{x:.2f}%" y1="-4" y2="22"/>' for x in limits]
-        parts.append(f'<line class="whisker" x1="{low:.2f}%" x2="{max(high, low + 0.4):.2f}%" y1="9" y2="9"/>')
-        parts.append(f'<circle class="dot" cx="{dot:.2f}%" cy="9" r="5.5"/>')
-        return "".join(parts)
 
 
 def unknown_ranges(document: Mapping[str, Any], groups: Mapping[tuple[str, ...] | None, Sequence[Sequence[str]]]) -> list[UnknownRange]:

@@ -361,10 +361,10 @@ def test_it_works_from_the_keyboard(browser: Browser, tmp_path: Path) -> None:
     from selenium.webdriver.common.keys import Keys
 
     reached = []
-    for _ in range(40):
+    for _ in range(80):
         ActionChains(browser.driver).send_keys(Keys.TAB).perform()
         reached.append(browser.run("const e = document.activeElement; return e.id || e.className || e.tagName"))
-    for wanted in ("skip", "find", "order", "scroll", "save"):
+    for wanted in ("skip", "find", "order", "context", "group", "against", "next", "save"):
         assert wanted in reached, reached
     assert reached.count("SUMMARY") >= 5
 

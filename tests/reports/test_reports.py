@@ -140,7 +140,7 @@ def test_ends_of_a_ratio_with_a_target_hold_each_by_itself() -> None:
     notebook = result._repr_html_()
     assert "each end at confidence 19/20</td><td>at least 1.044, at most 2.757</td>" in notebook
     assert "population, at confidence 19/20</td><td>1.290 to 1.670</td>" in notebook
-    assert "each at 95 %" not in html(admissions().certificate)
+    assert "In the population: at least" not in html(admissions().certificate)
 
 
 def test_intervals_of_groups_are_those_of_their_draws() -> None:

@@ -11,9 +11,11 @@ import pytest
 from certificates import unknown
 
 from fairaudit.certificates.certificate import schema
+from fairaudit.reports.content import describe
 from fairaudit.reports.markdown import markdown
 from fairaudit.reports.page import html
 from fairaudit.reports.unknown_groups import unknown_ranges
+from fairaudit.reports.views import Views
 from fairaudit.reports.words import Value
 
 
@@ -33,7 +35,9 @@ def test_the_ends_are_those_of_the_claims_and_the_picture_has_the_targets() -> N
         assert found.greatest.value == Fraction(claims[f"{found.quantity}_ratio", "<="])
         assert found.least.value == Fraction(claims[f"{found.quantity}_ratio", ">="])
         assert (
-            found.picture.count('class="limit"') == len(found.limits) == sum(t["quantity"] == found.quantity for t in document["targets"])
+            Views(describe(document)).whoever(found)[1].count('class="limit"')
+            == len(found.limits)
+            == sum(t["quantity"] == found.quantity for t in document["targets"])
         )
 
 
@@ -41,4 +45,4 @@ def test_an_infinite_end_reaches_the_edge_of_the_picture() -> None:
     document = json.loads(unknown(random.Random(1)).text)
     found = unknown_ranges(document, {})[0]
     wide = type(found)(**{**vars(found), "greatest": Value(float("inf"))})
-    assert 'x2="100.00%"' in wide.picture
+    assert 'x2="100.0%" y1="13"' in Views(describe(document)).whoever(wide)[1]

@@ -633,7 +633,7 @@ def test_text_page_markdown_and_json(log: Path, tmp_path: Path, capsys: pytest.C
     apart = json.loads((tmp_path / "d.json").read_text())
     assert apart["metrics"]["true_positive_rate"] is None and "rows" not in apart["subject"]["table"]
     assert main(["verify", str(tmp_path / "d.json"), "--table", str(tmp_path / "d.table.jsonl")]) == 0
-    assert html(apart).count(">Given the true label<") == 1
+    assert html(apart).count(">Given the true label</h2>") == 1
 
 
 def test_differences_are_compared(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
