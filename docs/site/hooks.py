@@ -32,6 +32,9 @@ REFERENCE = {
 """Pages of the reference: title, and the packages whose public names they hold."""
 FACES = {"metrics": "Metrics", "plots": "Pictures", "testing": "Strategies for tests", "pytest_plugin": "Fixture for pytest"}
 """Public modules that are imported by their own names."""
+OPTION = r'<span class="option">\1</span>'
+PHONE = 44
+"""Letters that stand beside each other in a table on a phone."""
 GOLDEN = ROOT / "tests" / "golden"
 """Pages as a browser draws them."""
 
@@ -64,23 +67,35 @@ def _title(name: str) -> str:
     return (ROOT / "docs" / name).read_text("utf-8").split("\n", 1)[0].removeprefix("# ")
 
 
-def on_page_content(html: str, **_: Any) -> str:
+def on_page_content(html: str, page: Any, **_: Any) -> str:
     """Pictures open by themselves, options are not broken, and cells of tables know their columns, which stand before them on a phone."""
     html = re.sub(r'<img [^>]*src="([^"]*pictures/[^"]+)"[^>]*>', r'<a href="\1">\g<0></a>', html)
-    html = re.sub(r"<code>(?=--[\w-]+</code>)", '<code class="option">', html)
-    return re.sub(r"<table>.*?</table>", lambda table: _with_columns(table[0]), html, flags=re.DOTALL)
+    html = re.sub(r"(?<!<span></span>)<code>[^<\n]*</code>", lambda code: re.sub(r"(?<![\w-])(--?\w[\w-]*)", OPTION, code[0]), html)
+    html = re.sub(r"(?<!`)\bdocs/([\w-]+)\.md", r'<a href="../\1.html">\1</a>', html) if "/" in page.file.src_uri else html
+    return re.sub(r"<table>.*?</thead>.*?</table>", lambda table: _with_columns(table[0]), html, flags=re.DOTALL)
 
 
 def _with_columns(table: str) -> str:
-    head = table.partition("</thead>")[0]
-    found = re.findall(r"<th\b[^>]*>(.*?)</th>", head, re.DOTALL)
-    columns = [re.sub(r"<[^>]*>", "", each).strip().replace('"', "&quot;") for each in found]
+    """Cells know their columns, and a table whether its words fit beside each other: not on a phone (``wide``), or nowhere (``many``)."""
+    head, _, body = table.partition("</thead>")
+    columns = [_text(each).replace('"', "&quot;") for each in re.findall(r"<th\b[^>]*>(.*?)</th>", head, re.DOTALL)]
+    longest = [max(map(len, column.split()), default=0) for column in columns]
     rows = []
-    for row in table.split("</tr>"):
+    for row in body.split("</tr>"):
         before, *cells = row.split("<td")
-        names = [*columns[row.count("<th") :], *[""] * len(cells)]
+        start = row.count("<th")
+        for at, cell in enumerate(cells, start):
+            if at < len(longest):
+                longest[at] = max([longest[at], *map(len, _text(cell.partition(">")[2]).split())])
+        names = [*columns[start:], *[""] * len(cells)]
         rows.append("<td".join([before, *(_labelled(cell, name) for cell, name in zip(cells, names, strict=False))]))
-    return "</tr>".join(rows)
+    kind = "many" if len(columns) > 6 else "wide" if sum(longest) + 3 * len(columns) > PHONE else ""
+    opened = head.replace("<table>", f'<table data-columns="{kind}">', 1) if kind else head
+    return f"{opened}</thead>{'</tr>'.join(rows)}"
+
+
+def _text(html: str) -> str:
+    return re.sub(r"<[^>]*>", "", html).strip()
 
 
 def _labelled(cell: str, column: str) -> str:
@@ -115,7 +130,8 @@ def python_reference() -> dict[str, str]:
     where = {package: page for page, (_, held) in REFERENCE.items() for package in held}
     pages = {}
     for page, (title, held) in REFERENCE.items():
-        parts = [f"::: fairaudit.{name}" for package in held for name in names if packages[name] == package]
+        here = sorted((name for name in names if packages[name] in held), key=lambda name: (name[0].isupper(), held.index(packages[name])))
+        parts = [f"::: fairaudit.{name}" for name in here]
         pages[f"reference/{page}.md"] = "\n\n".join([f"# {title}", *parts]) + "\n"
     for name, title in FACES.items():
         pages[f"reference/{name.replace('_', '-')}.md"] = f"# {title}\n\n::: fairaudit.{name}\n"
@@ -132,7 +148,8 @@ def python_reference() -> dict[str, str]:
 
 
 def _row(name: str, where: str, thing: Any) -> str:
-    summary = (thing.__doc__ or "").strip().split("\n\n")[0].replace("\n", " ").replace("``", "`").replace("|", "\\|")
+    text = "A number: exact, but for a float, which is read as the decimal that it is printed as." if name == "fa.Number" else thing.__doc__
+    summary = text.strip().split("\n\n")[0].replace("\n", " ").replace("``", "`").replace("|", "\\|")
     return f"| [`{name}`]({where}) | {summary} |"
 
 
