@@ -32,7 +32,8 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
             if language == "python":
                 exec(compile(text, "gallery.md", "exec"), namespace)  # noqa: S102
             else:
-                assert [main(shlex.split(each)[1:]) for each in text.replace("\\\n", " ").split("&&")] == [0] * (text.count("&&") + 1)
+                codes = [main(shlex.split(each)[1:]) for each in text.replace("\\\n", " ").split("&&")]
+                assert set(codes) <= {0, 3}  # 3: the verdict of an example is inconclusive
     finally:
         os.chdir(before)
     return folder
@@ -55,7 +56,7 @@ def test_pictures_are_what_the_commands_draw(name: str, drawn: Path) -> None:
     numpy, image = pytest.importorskip("numpy"), pytest.importorskip("PIL.Image")
     ours, theirs = (numpy.asarray(image.open(path).convert("L"), dtype=float) for path in (shown, made))
     assert ours.shape == theirs.shape
-    assert abs(ours - theirs).mean() < 2.5  # of 255: another release of matplotlib moves letters, another picture is far off
+    assert abs(ours - theirs).mean() < 10  # of 255: answers of the decision maker are drawn anew, and letters move; another picture is far off
 
 
 def test_every_picture_has_one_command_and_is_shown() -> None:
