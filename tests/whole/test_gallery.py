@@ -56,7 +56,7 @@ def test_pictures_are_what_the_commands_draw(name: str, drawn: Path) -> None:
     numpy, image = pytest.importorskip("numpy"), pytest.importorskip("PIL.Image")
     ours, theirs = (numpy.asarray(image.open(path).convert("L"), dtype=float) for path in (shown, made))
     assert ours.shape == theirs.shape
-    assert abs(ours - theirs).mean() < 10  # of 255: answers of the decision maker are drawn anew, and letters move; another picture is far off
+    assert abs(ours - theirs).mean() < 10  # of 255: answers are drawn anew, and letters move; another picture is far off
 
 
 def test_every_picture_has_one_command_and_is_shown() -> None:
