@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from fractions import Fraction
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -135,6 +136,17 @@ def test_each_verdict_stops_what_was_asked(tmp_path: Path, verdict: str, fail_on
     assert found.summary.startswith("**Fairness gate**\n\n## Fairness audit: ")
     assert found.summary.count("<details>") == found.summary.count("</details>") == 1
     assert {path.name for path in Path(found.outputs["folder"]).iterdir()} == {"certificate.json", "page.html"}
+
+
+@pytest.mark.parametrize(
+    ("limit", "verdict", "code"), [("max_local_ratio", "inconclusive", 3), ("max_global_ratio", "exceeds", 1)], ids=["local", "global"]
+)
+def test_the_admissions_of_1973(tmp_path: Path, limit: str, verdict: str, code: int) -> None:
+    """1198 of 2691 men and 557 of 1835 women: 1.467 times; in the departments, where women fare better, too few to tell."""
+    found = gate(tmp_path, arguments="--example ucb-admissions", **{limit: "5/4"})
+    assert (found.code, found.outputs["verdict"]) == (code, verdict), found.printed
+    document = json.loads(Path(found.outputs["certificate"]).read_text("utf-8"))
+    assert Fraction(document["metrics"]["global"]["ratio"]) == Fraction(1198, 2691) / Fraction(557, 1835)
 
 
 def test_each_run_has_a_folder_of_its_own(tmp_path: Path) -> None:
