@@ -161,6 +161,85 @@ def test_as_a_scikit_learn_scorer() -> None:
     assert (scores < -0.1).all()
 
 
+def people() -> tuple[pd.DataFrame, list[int]]:
+    """Those with many years are mostly men, and half of what decides is years."""
+    frame = pd.DataFrame({"test": [i % 11 for i in range(440)], "years": [i % 8 for i in range(440)]})
+    fit = [int(2 * test + years > 17) for test, years in zip(frame["test"], frame["years"], strict=True)]
+    return frame.assign(sex=["m" if years > 4 else "f" for years in frame["years"]]), fit
+
+
+def tree(depth: int) -> Any:
+    from sklearn.compose import make_column_transformer
+    from sklearn.pipeline import make_pipeline
+    from sklearn.tree import DecisionTreeClassifier
+
+    return make_pipeline(make_column_transformer(("passthrough", ["test", "years"])), DecisionTreeClassifier(max_depth=depth))
+
+
+def parity(estimator: Any, frame: pd.DataFrame, fit: Any) -> float:
+    return -metrics.demographic_parity(fit, estimator.predict(frame), sensitive_features=frame["sex"])
+
+
+def test_scores_of_folds_are_differences_of_selection_rates() -> None:
+    """With the group among the columns or routed to the scorer, each score is what plain loops over the fold give."""
+    from sklearn import config_context
+    from sklearn.metrics import make_scorer
+    from sklearn.model_selection import KFold, cross_val_score
+
+    frame, fit = people()
+    folds = KFold(5)
+    scores = cross_val_score(tree(3), frame, fit, scoring=parity, cv=folds)
+    with config_context(enable_metadata_routing=True):
+        scorer = make_scorer(metrics.demographic_parity, greater_is_better=False).set_score_request(sensitive_features=True)
+        routed = cross_val_score(tree(3), frame, fit, scoring=scorer, cv=folds, params={"sensitive_features": frame["sex"]})
+    for (train, test), score in zip(folds.split(frame), scores, strict=True):
+        hired = tree(3).fit(frame.iloc[train], np.array(fit)[train]).predict(frame.iloc[test])
+        women, men = (hired[(frame["sex"].iloc[test] == sex).to_numpy()] for sex in "fm")
+        assert score == pytest.approx(-abs(women.mean() - men.mean()), abs=1e-12)
+    assert routed.tolist() == scores.tolist() and scores.min() < -0.15
+
+
+def test_a_search_takes_the_most_accurate_that_keeps_a_limit() -> None:
+    from sklearn.model_selection import GridSearchCV
+
+    def choose(found: Any) -> int:
+        kept = [i for i, score in enumerate(found["mean_test_parity"]) if -score <= 0.1]
+        return max(kept, key=lambda i: float(found["mean_test_accuracy"][i]))
+
+    frame, fit = people()
+    depths = {"decisiontreeclassifier__max_depth": [1, 3]}
+    scoring = {"accuracy": "accuracy", "parity": parity}
+    search = GridSearchCV(tree(1), depths, scoring=scoring, refit=choose).fit(frame, fit)
+    assert search.best_params_ == {"decisiontreeclassifier__max_depth": 1}
+    assert search.cv_results_["mean_test_accuracy"][1] > search.cv_results_["mean_test_accuracy"][0]
+
+
+def test_a_fold_without_a_group_has_no_score() -> None:
+    from sklearn.model_selection import PredefinedSplit, cross_val_score
+
+    frame, fit = people()
+    folds = PredefinedSplit((frame["sex"] == "f").astype(int))
+    with pytest.warns(UserWarning, match="there is only one group") as seen:
+        scores = cross_val_score(tree(1), frame, fit, scoring=parity, cv=folds)
+    assert np.isnan(scores).all()
+    for warning, sex in zip(seen, "mf", strict=True):
+        assert f"there is only one group, '{sex}'; fairness compares at least two" in str(warning.message)
+
+
+def test_the_difference_of_a_metric_frame_is_parity() -> None:
+    from fairlearn.metrics import MetricFrame, selection_rate
+
+    frame, fit = people()
+    found = MetricFrame(metrics=selection_rate, y_true=fit, y_pred=fit, sensitive_features=frame["sex"])
+    assert found.difference() == pytest.approx(metrics.demographic_parity(fit, fit, sensitive_features=frame["sex"]), abs=1e-12)
+
+
+def test_metrics_come_with_the_package() -> None:
+    import fairaudit as fa
+
+    assert fa.metrics is metrics
+
+
 def test_aif360_agrees(aif360: Any, berkeley: pd.DataFrame, data: Path) -> None:
     indexed = berkeley.set_index("Gender")["admitted"]
     given = {"prot_attr": "Gender", "priv_group": "Male", "pos_label": 1}

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from fairaudit.arguments import answered
+from fairaudit.errors import InputError
 from fairaudit.verified.verification import Verification, verify
 
 if TYPE_CHECKING:
@@ -47,6 +48,39 @@ class Faces:
         from fairaudit.reports.report import report
 
         return report(self.certificate, path, format=format)
+
+    @answered
+    def log_to_mlflow(self, *, prefix: str = "fairaudit", run_id: str | None = None) -> str:
+        """Keep the result in a run of MLflow (extra ``mlflow``), with its certificate and page.
+
+        Metrics are the ratios, differences and distances, the ends of their intervals rounded outwards, and the exit code; parameters
+        what was asked for; tags the verdict and its sentence. What is infinite is not among the metrics.
+
+        Parameters
+        ----------
+        prefix : str
+            What the names of metrics, parameters and tags begin with, and the folder of the artifacts; a run holds one result under each.
+        run_id : str, optional
+            The run; by default the active one, or a new one that is ended.
+
+        Returns
+        -------
+        str
+            The run.
+
+        Raises
+        ------
+        InputError
+            If mlflow is missing, or the run does not take the result.
+        """
+        try:
+            from fairaudit.mlflow_plugin import log
+        except ImportError as error:
+            if (error.name or "").partition(".")[0] != "mlflow":
+                raise
+            raise InputError("this needs the library mlflow: pip install 'fairaudit-certify[mlflow]'") from None
+        result: Any = self
+        return log(result, prefix=prefix, run_id=run_id)
 
     @answered
     def plot(self, path: str | os.PathLike[str] | None = None, *, picture: Picture = "expectations") -> Axes:
