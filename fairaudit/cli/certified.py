@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Sequence
 from fractions import Fraction
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.output import Answer
+from fairaudit.cli.output import Answer, in_colour
 
 if TYPE_CHECKING:
     from fairaudit.audits.drift import TableRadius
@@ -21,14 +23,14 @@ if TYPE_CHECKING:
     from fairaudit.measures.ratios import Ratio, Witness
     from fairaudit.theorems.t13_near import DriftRadius
 
-__all__ = ["certified", "target_entries"]
+__all__ = ["TOP", "certified", "target_entries"]
+
+
+TOP = 3  # most unequal pairs that are listed, unless more are asked for
 
 
 def certified(arguments: argparse.Namespace, result: Result, findings: list[Finding], notes: Sequence[str] = ()) -> Answer:
     """Write the certificate and its page where the options say so, and answer with what was found."""
-    from fairaudit.reports.text import summary
-    from fairaudit.words import plain
-
     written = result.certificate.save(arguments.output) if arguments.output is not None else []
     if arguments.report is not None:
         _write_page(result.certificate, arguments.report)
@@ -38,17 +40,69 @@ def certified(arguments: argparse.Namespace, result: Result, findings: list[Find
         sentence=result.sentence,
         notes=(*result.notes, *notes),
         result=lambda: result.certificate.document,
-        details=lambda: _details(result, arguments.top, findings, two_sided=arguments.two_sided),
-        text=lambda: summary(
-            result,
-            arguments.top,
-            [str(path) for path in written],
-            [plain(line) for found in findings for line in (found.sentence, *found.lines)],
-            two_sided=arguments.two_sided,
-            completions=arguments.show_completions,
-        ),
+        details=lambda: _details(result, arguments.top or TOP, findings, two_sided=arguments.two_sided),
+        text=lambda: _text(arguments, result, findings, [str(path) for path in written]),
         code=1 if any(finding.refuted for finding in findings) else result.exit_code,
     )
+
+
+def _text(arguments: argparse.Namespace, result: Result, findings: list[Finding], written: Sequence[str]) -> str:
+    """The first screen, or, where it or a part of it was asked for, everything that was found."""
+    from fairaudit.words import plain
+
+    two_sided, completions = arguments.two_sided, arguments.show_completions
+    asked = two_sided or completions or arguments.top is not None or any(finding.lines for finding in findings)
+    if arguments.verbose or asked:
+        from fairaudit.reports.text import summary
+
+        said = [plain(line) for found in findings for line in (found.sentence, *found.lines)]
+        return summary(result, arguments.top or TOP, written, said, two_sided=two_sided, completions=completions)
+    from fairaudit.reports.overview import of_result
+    from fairaudit.reports.screen import CONTEXTS, GROUPS, first_screen
+
+    found = of_result(result, groups=GROUPS, contexts=CONTEXTS)
+    said = [finding.sentence for finding in findings]
+    return first_screen(found, _source(arguments), _next(result, written), said, colour=in_colour())
+
+
+def _source(arguments: argparse.Namespace) -> str:
+    """What was read: of a file its name."""
+    from fairaudit.tables.sources import source_name
+
+    if arguments.example is not None:
+        return f"example {arguments.example}"
+    name = source_name(arguments.from_monitor or arguments.table)
+    return name if "://" in name else PurePath(name).name or name
+
+
+def _next(result: Result, written: Sequence[str]) -> str:
+    """What to do next: check the certificate, plan a sample that decides, or write a certificate."""
+    if written:
+        return f"fairaudit verify {shlex.quote(written[0])}{f' --table {shlex.quote(written[1])}' if len(written) > 1 else ''}"
+    planned = _plan(result) if result.verdict == "inconclusive" else ""
+    return planned or "the same command with -o certificate.json, for a certificate that anybody can check"
+
+
+def _plan(result: Result) -> str:
+    """The command that says how many draws would decide the pair that leaves a target open; empty where it has none."""
+    from fairaudit.exact.rationals import rational_text
+    from fairaudit.words import approximate
+
+    binary = result.utility.by_decision and set(result.utility.values.tolist()) <= {0, result.utility.scale}
+    for target, deciding in zip(result.targets, result.deciding, strict=True):
+        if target.verdict != "inconclusive" or target.confidence is None or target.unit == "difference" or target.under or not binary:
+            continue
+        if deciding is None or deciding.pair is None or result.law.units is not None or min(deciding.pair.expectations) <= 0:
+            continue
+        guesses = ",".join(approximate(value) for value in deciding.pair.expectations)
+        limit = rational_text((target.limit.numerator, target.limit.denominator))
+        sure = (
+            ""
+            if target.confidence == Fraction(19, 20)
+            else f" --confidence {rational_text((target.confidence.numerator, target.confidence.denominator))}"
+        )
+        return f"fairaudit plan --guess {guesses} --max-{target.unit} {limit}{sure}"
+    return ""
 
 
 def target_entries(result: Result) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.certified import certified
+from fairaudit.cli.certified import TOP, certified
 from fairaudit.cli.destinations import check_output
 from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits, unknown_shares, utility_range
 from fairaudit.cli.output import Answer, add_format, ready
@@ -143,7 +143,10 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest.add_argument(
         "--print-sql", choices=DIALECTS, metavar="DIALECT", help=f"print the query that counts the log ({', '.join(DIALECTS)})"
     )
-    rest.add_argument("--top", metavar="K", type=_positive, default=3, help="how many of the most unequal pairs to list (default 3)")
+    rest.add_argument(
+        "--top", metavar="K", type=_positive, help=f"print everything, with so many of the most unequal pairs (default {TOP})"
+    )
+    rest.add_argument("--verbose", action="store_true", help="print everything that was found, not the first screen alone")
     rest.add_argument(
         "--show-completions",
         action="store_true",
@@ -331,7 +334,7 @@ def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
             report=told,
             **given_limits(arguments),
             confidence=confidence_option(arguments.confidence),
-            top=arguments.top,
+            top=arguments.top or TOP,
             embed_table=False if arguments.no_table else None,
             burden=arguments.burden,
         )

@@ -13,7 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-__all__ = ["Answer", "add_format", "aligned", "envelope", "is_json", "note", "put", "ready", "silence", "tell"]
+__all__ = ["Answer", "add_format", "aligned", "envelope", "in_colour", "is_json", "note", "put", "ready", "silence", "tell"]
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,11 @@ def envelope(found: Answer) -> dict[str, Any]:
         "result": found.result(),
         **({"details": found.details()} if found.details is not None else {}),
     }
+
+
+def in_colour() -> bool:
+    """Whether texts may have colours: on a terminal, where nobody has switched them off (https://no-color.org)."""
+    return sys.stdout is not None and sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 def ready(found: Answer, form: str | None) -> Answer:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from fairaudit.cli.certified import TOP
 from fairaudit.cli.destinations import check_output, refuse_output
 from fairaudit.cli.options import given_limits
 from fairaudit.cli.output import Answer
@@ -82,6 +83,6 @@ def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
         sentence=result.sentence,
         notes=result.notes,
         result=lambda: result.certificate.document,
-        text=lambda: proxy_text(result, arguments.top, [str(path) for path in written], completions=arguments.show_completions),
+        text=lambda: proxy_text(result, arguments.top or TOP, [str(path) for path in written], completions=arguments.show_completions),
         code=result.exit_code,
     )

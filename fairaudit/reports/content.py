@@ -255,8 +255,7 @@ class Content:
         identifiers = "" if self.subject is None else identifier_text(self.subject.law, self.subject.law.columns)
         first = caution(pair, None if pair is None else self.sizes_of(pair), identifiers, name)
         few = few_of_policy(None if self.subject is None else self.subject.deployment, pair)
-        changed = self._changed if "changed" in self.document else ""
-        return [text for text in (changed, first, few) if text]
+        return [text for text in (self.changed, first, few) if text]
 
     @cached_property
     def cautions(self) -> list[str]:
@@ -268,8 +267,10 @@ class Content:
         return [plain(text) for text in self._cautions(pair, named)]
 
     @property
-    def _changed(self) -> str:
-        """What a window of the stream says against the whole of it."""
+    def changed(self) -> str:
+        """What a window of the stream says against the whole of it; empty where none contradicts it."""
+        if "changed" not in self.document:
+            return ""
         found = self.document["changed"]
         low, high, first, last = (number(end) for key in ("stream", "ratio") for end in found[key]["ratio"])
         return change_text(found["quantity"], found["window"], (low, high), (first, last), Fraction(number(found["confidence"])))

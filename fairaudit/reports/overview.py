@@ -12,17 +12,18 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from fairaudit.audits.document import document
-from fairaudit.audits.sentences import Sizes, sizes
+from fairaudit.audits.sentences import Sizes, change_text, sizes
 from fairaudit.certificates.reader import Subject, mean_difference, number, ratio
 from fairaudit.measures.limits import Quantity
-from fairaudit.measures.rates import NAMES
+from fairaudit.measures.rates import NAMES, OVERALL
 from fairaudit.measures.ratios import Witness
+from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
 from fairaudit.reports.assumed import in_short
 from fairaudit.reports.drift import standings
 from fairaudit.reports.hidden_context import declared
 from fairaudit.reports.overview_parts import Compared, GroupLine, Known, Parts, Seen, amount_name, counted_decisions, rate_text
-from fairaudit.reports.overview_verdict import chance, sentences, target_lines
+from fairaudit.reports.overview_verdict import cautions, chance, sentences, target_lines
 from fairaudit.reports.unknown_groups import unknown_ranges
 from fairaudit.reports.verdicts import judged_targets
 from fairaudit.reports.words import Value, named
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fairaudit.audits.result import Result
+    from fairaudit.audits.targets import Target
     from fairaudit.reports.content import Content
 
 __all__ = ["Overview", "of_content", "of_result", "overview"]
@@ -68,6 +70,8 @@ class Overview:
         How many contexts with two groups are not listed; none of them is more unequal.
     targets : tuple of (str, str)
         The verdict on each target, and its limit.
+    cautions : tuple of str
+        What makes little of the sentences: hardly any decisions behind them, a column like an identifier, a ratio that changed.
     sentences : tuple of str
         The verdict in a sentence from the pair that decided it; without a target one for contexts, one for all together.
     chance : tuple of (str, str)
@@ -80,6 +84,8 @@ class Overview:
         What is assumed, in short.
     signed : bool
         Whether utilities can be negative, so that groups are apart by differences and not by ratios.
+    burden : bool
+        Whether the utility counts a burden, so that the best group is the one with the least.
     """
 
     amount: str
@@ -92,12 +98,14 @@ class Overview:
     contexts: tuple[Compared, ...]
     more_contexts: int
     targets: tuple[tuple[str, str], ...]
+    cautions: tuple[str, ...]
     sentences: tuple[str, ...]
     chance: tuple[tuple[str, str], ...]
     beside: tuple[str, ...]
     left_out: tuple[str, ...]
     assumptions: tuple[str, ...]
     signed: bool
+    burden: bool
 
 
 def overview(subject: Subject, seen: Seen, *, groups: int = GROUPS, contexts: int = CONTEXTS) -> Overview:
@@ -128,13 +136,24 @@ def overview(subject: Subject, seen: Seen, *, groups: int = GROUPS, contexts: in
         unequal,
         more_contexts,
         target_lines(seen.targets),
+        cautions(parts),
         sentences(parts, amount, rates=rates),
         chance(parts),
         seen.beside,
         parts.left_out(),
-        in_short(seen.assumptions),
+        (*in_short(seen.assumptions), *_as_given(subject.law, seen)),
         parts.signed,
+        seen.burden,
     )
+
+
+def _as_given(law: Law, seen: Seen) -> Iterator[str]:
+    """What is assumed of a table by whoever reads its figures."""
+    if law.population == "equal" and law.global_groups and len(law.contexts) > 1:
+        yield "all contexts weigh equally, as no population was given"
+    if not seen.burden:
+        yield "more of it is better; where it harms, --burden says so"
+    yield f"the {'table is' if seen.kind == 'counts' else 'probabilities are'} genuine and complete"
 
 
 def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS) -> Overview:
@@ -173,10 +192,13 @@ def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS)
         burden=result.burden,
         not_compared=result.not_compared,
         preparation=result.preparation,
-        assumptions=tuple(dict.fromkeys(text for claim in result.claims for text in claim.assumptions)),
+        assumptions=_assumed([claim.entry for claim in result.claims], result.targets),
         beside=tuple(_beside(document(result))) if special else (),
+        spelt=result.spellings,
+        changed=_changed(result),
         further=_further(result),
         worst=result.partial.pairs if result.partial else None,
+        labels=result.partial.table.header["contexts"] if result.partial else None,
     )
     return overview(Subject(result.law, result.utility, result.deployment), seen, groups=groups, contexts=contexts)
 
@@ -187,7 +209,7 @@ def of_content(content: Content, *, groups: int = GROUPS, contexts: int = CONTEX
     if subject is None:
         return None
     about, stated = found["subject"], found.get("intervals", {})
-    claims = (text for claim in found["claims"] for text in claim["assumptions"])
+    targets = [target for target, _ in judged_targets(found)]
 
     def sizes_of(pairs: Sequence[Witness]) -> list[Sizes | None]:
         return sizes(subject.law, pairs)
@@ -197,7 +219,7 @@ def of_content(content: Content, *, groups: int = GROUPS, contexts: int = CONTEX
         kind=about["kind"],
         contexts=len(subject.law.contexts),
         verdict=found["verdict"],
-        targets=[target for target, _ in judged_targets(found)],
+        targets=targets,
         deciding=content.deciding,
         ratios={} if content.signed else {"local": content.measured["local"], "global": content.measured["global"]},
         differences=content.differences,
@@ -208,10 +230,21 @@ def of_content(content: Content, *, groups: int = GROUPS, contexts: int = CONTEX
         burden=content.burden,
         not_compared=found["not_compared"],
         preparation=about.get("preparation", ()),
-        assumptions=tuple(dict.fromkeys(claims)),
+        assumptions=_assumed(found["claims"], targets),
         beside=tuple(_beside(found)),
+        spelt=about.get("spellings", ()),
+        changed=content.changed,
     )
     return overview(subject, seen, groups=groups, contexts=contexts)
+
+
+def _changed(result: Result) -> str:
+    """What a window of a stream says against the whole of it."""
+    if result.changed is None:
+        return ""
+    own = result.changed
+    ends = (own.stream.lower, own.stream.upper), (own.part.lower, own.part.upper)
+    return change_text(own.quantity, own.window.number, *ends, own.confidence)
 
 
 def _known(stated: Mapping[str, Any], unit: Literal["ratio", "difference"]) -> Iterator[tuple[Quantity, Known]]:
@@ -226,6 +259,12 @@ def _known(stated: Mapping[str, Any], unit: Literal["ratio", "difference"]) -> I
             yield quantity, Known(Fraction(low), high, Fraction(entry["confidence"]), entry.get("ends") == "each", method, over_units)
 
 
+def _assumed(claims: Sequence[Mapping[str, Any]], targets: Sequence[Target]) -> tuple[str, ...]:
+    """What claims rest on, without those about updates where no drift was declared."""
+    drifts = any(target.under == DRIFTING for target in targets)
+    return tuple(dict.fromkeys(text for claim in claims if drifts or claim["by"] != "T16" for text in claim["assumptions"]))
+
+
 def _further(result: Result) -> str:
     """How many more draws would settle the target that is open, where that can be estimated."""
     if result.verdict != "inconclusive":
@@ -233,23 +272,26 @@ def _further(result: Result) -> str:
     units = "units" if result.law.units is not None and result.law.units.repeated else "decisions"
     for target, planned in result.further_draws:
         if target.verdict == "inconclusive" and planned.total is not None and planned.decides is not None:
-            return f"about {planned.total:,} more {units} would decide ({planned.decides}), if the truth is as measured"
+            shown = {"exceeds": "the limit is exceeded", "within": "the limit is kept"}[planned.decides]
+            return f"an estimate: {planned.total:,} more {units} would show that {shown}, if the truth is as measured"
     return ""
 
 
 def _beside(found: Mapping[str, Any]) -> Iterator[str]:
     """What else a document says: of decisions without a group, of an unrecorded factor, of drift, of rates given the true label."""
-    yield from (one.sentence for one in unknown_ranges(found, {}))
-    under = {target.under for target, _ in judged_targets(found)}
-    if HIDDEN in under:
+    for one in unknown_ranges(found, {}):
+        name = "the ratio within contexts" if one.quantity == "local" else "the ratio over all"
+        yield f"Whoever the {one.amounts[0]} of {one.amounts[1]} decisions without a group are, {name} is {one.ends}."
+    targets = [target for target, _ in judged_targets(found)]
+    if any(target.under == HIDDEN for target in targets):
         yield from declared(found)
-    if DRIFTING in under:
-        yield from (f"{one.title}: {'; '.join(one.lines)}" for one in standings(found, None, {}) if not one.radius)
-    for key in ("equal_opportunity", "equal_opportunity_overall", "equalized_odds_true_label", "equalized_odds_true_label_overall"):
-        entry = found["metrics"].get(key)
+    drifting = {target.quantity for target in targets if target.under == DRIFTING}
+    yield from (f"{one.title}: {one.lines[0]}." for one in standings(found, None, {}) if not one.radius and one.quantity in drifting)
+    for key in ("equal_opportunity", "equalized_odds_true_label"):
+        entry = found["metrics"].get(key) or found["metrics"].get(key + OVERALL)
         if entry is not None:
             witness = entry["witness"]
-            where = f"{named(witness['context'])}: " if witness.get("context") else ""
+            where = f" within {named(witness['context'])}" if witness.get("context") else ""
             high, low = (rate_text(Value(number(rate))) for rate in witness["rates"])
-            pair = f"{where}{NAMES[witness['rate']]} {high} for {named(witness['higher'])}, {low} for {named(witness['lower'])}"
-            yield f"{NAMES[key]}: a difference of {approximate(number(entry['value']))} ({pair})"
+            pair = f"{NAMES[witness['rate']]}{where} {high} for {named(witness['higher'])}, {low} for {named(witness['lower'])}"
+            yield f"{NAMES[key][0].upper()}{NAMES[key][1:]}: {pair}, {approximate(number(entry['value']))} apart."

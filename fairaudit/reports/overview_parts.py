@@ -76,6 +76,9 @@ class Seen:
     assumptions: Sequence[str]
     beside: tuple[str, ...] = ()
     further: str = ""
+    changed: str = ""
+    spelt: Sequence[dict[str, Any]] = ()
+    labels: Sequence[Any] | None = None  # of the contexts, where the table has them all together
     worst: Sequence[Ratio] | None = None
 
 

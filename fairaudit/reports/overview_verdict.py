@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal, localcontext
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
 from math import inf
 from typing import Literal
 
-from fairaudit.audits.sentences import Deciding
+from fairaudit.audits.differences import difference_pair
+from fairaudit.audits.sentences import Deciding, caution, few_of_policy, headline_pair, identifier_text
 from fairaudit.audits.targets import Target
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import quotient
 from fairaudit.inference.verdicts import SEVERITY
 from fairaudit.measures.differences import MeanDifference
-from fairaudit.measures.limits import Quantity, limit_text
+from fairaudit.measures.limits import Quantity, limit_cells, limit_text
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.reports.overview_parts import Gets, Known, Parts, Seen
 from fairaudit.reports.words import clip
-from fairaudit.words import DRIFTING, ENDS_CROSS, HIDDEN, THE_INTERVAL, WHOEVER, approximate, percent, place
+from fairaudit.tables.preparation import said
+from fairaudit.words import DRIFTING, ENDS_CROSS, HIDDEN, THE_INTERVAL, WHOEVER, approximate, percent, place, plain
 
-__all__ = ["chance", "figure", "sentences", "target_lines"]
+__all__ = ["cautions", "chance", "figure", "sentences", "target_lines"]
 
+
+SHOW_SPELT = 2  # labels in several spellings that are named
+
+FOLD = "--fold-labels merges labels that differ in case, blanks or Unicode form alone."
 
 SHOW_LABEL = 60  # characters of the labels of a group or context in a sentence
 
@@ -36,18 +42,25 @@ def figure(value: Extended, rounding: Literal["nearest", "down", "up"] = "neares
     >>> figure(Fraction(22, 15), digits=3), figure(Fraction(123456, 10), "down"), figure(Fraction(1, 3), "up")
     ('1.47', '12,345', '0.3334')
     """
-    if isinstance(value, Fraction) and 10 ** (digits - 1) <= value < GREAT:
-        towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
-        with localcontext(prec=60):
-            whole, rest = divmod(value.numerator, value.denominator)
-            sticky = Decimal(whole) + (Decimal(rest) / Decimal(value.denominator) if rest else 0)
-            return f"{int(sticky.to_integral_value(towards)):,}"
-    return approximate(value, rounding, digits)
+    if not isinstance(value, Fraction) or not Fraction(1, 10**300) < abs(value) < GREAT:
+        return approximate(value, rounding, digits)
+    towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
+    whole = len(str(abs(value.numerator) // value.denominator))
+    with localcontext(Context(prec=max(digits, whole), rounding=towards)) as context:
+        return f"{context.divide(Decimal(value.numerator), Decimal(value.denominator)):,}"
 
 
 def target_lines(targets: Sequence[Target]) -> tuple[tuple[str, str], ...]:
     """The verdict on each target, and its limit."""
-    return tuple((target.verdict, limit_text(target.quantity, target.unit, target.limit)) for target in targets)
+    return tuple((target.verdict, _limit(target)) for target in targets)
+
+
+def _limit(target: Target) -> str:
+    """A limit on a ratio in both readings; on another number as it is said everywhere."""
+    if target.unit != "ratio" or target.limit < 1:
+        return limit_text(target.quantity, target.unit, target.limit)
+    most, least, _ = limit_cells("ratio", target.limit)
+    return f"{target.quantity} ratio at most {most} (least at least {least} of the greatest)"
 
 
 def sentences(parts: Parts, amount: str, *, rates: bool) -> tuple[str, ...]:
@@ -64,6 +77,27 @@ def sentences(parts: Parts, amount: str, *, rates: bool) -> tuple[str, ...]:
     if not seen.columns.context:
         said = [text for i, text in enumerate(found) if text and not (i % 2 and found[i - 1])]
     return tuple(said) or ("No two groups can be compared.",)
+
+
+def cautions(parts: Parts) -> tuple[str, ...]:
+    """What to know before the sentences: that a column looks like an identifier, or that hardly any decisions stand behind them."""
+    seen, law = parts.seen, parts.subject.law
+    foremost = _foremost(seen)
+    deciding = None if foremost is None else foremost[1]
+    if seen.differences and (parts.signed or (deciding is not None and deciding.unit == "difference")):
+        pair = difference_pair(deciding, seen.differences)
+    else:
+        pair = headline_pair(deciding, seen.ratios.get("local"), seen.ratios.get("global"))
+    size = None if pair is None else seen.sizes([pair])[0]
+    listed = (
+        *said({"spellings": seen.spelt[:SHOW_SPELT]}),
+        FOLD if seen.spelt else "",
+        seen.changed,
+        identifier_text(law, seen.columns, seen.labels),
+        caution(pair, size, "", _named),
+        few_of_policy(parts.subject.deployment, pair),
+    )
+    return tuple(plain(text) for text in listed if text)
 
 
 def _foremost(seen: Seen) -> tuple[Target, Deciding | None] | None:
@@ -102,6 +136,8 @@ class _Speaker:
         shown = known.over_units if over_units and known is not None and known.over_units is not None else measured
         witness = shown.witness if deciding is None or deciding.end == "table" or deciding.pair is None else deciding.pair
         tail = self._tail(target, deciding, known, unit)
+        if any(getattr(witness, name) != getattr(shown.witness, name) for name in ("context", "higher", "lower")):
+            tail = {"inconclusive": ", which leaves it open", "within": ", the closest to the limit"}.get(target.verdict, "") + tail
         return self._pair(shown, witness, unit, tail, over_units=over_units, digits=4 if target.confidence is None else 3)
 
     def _tail(self, target: Target, deciding: Deciding | None, known: Known | None, unit: Literal["ratio", "difference"]) -> str:
@@ -209,7 +245,7 @@ def _without_draws(seen: Seen) -> tuple[str, str]:
     """Why chance is no question where there is no interval."""
     if seen.kind == "counts":
         return "not asked", "no interval was computed; the figures describe this table alone"
-    return "not a question", "exact: nothing was drawn by chance"
+    return "not a question", "nothing was drawn by chance, the figures are exact"
 
 
 def _of_target(target: Target, seen: Seen) -> tuple[str, str]:
@@ -233,7 +269,7 @@ def _of_target(target: Target, seen: Seen) -> tuple[str, str]:
         return (found[0], "judged for this table alone, decided exactly") if seen.kind == "counts" else found
     by = f", by {target.upper[1]}" if target.upper is not None and target.upper[1] != THE_INTERVAL else ""
     if target.verdict == "exceeds":
-        return "yes", f"the limit is exceeded in the population{at}"
+        return "yes", f"the population exceeds the limit{at}"
     if target.verdict == "within":
         return "no", f"within the limit is established{by}{at}"
     if target.upper is None:

@@ -72,9 +72,9 @@ def test_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str], options:
     command = ["certify", str(path), "--decision", "hired", "--group", "sex", "--probability", "p", "--utility", "yes"]
     assert main([*command, *options]) == code
     out, err = capsys.readouterr()
-    assert out.startswith(word)
+    assert f"\n{word} " in out
     assert err == ""
-    assert "sex=f is favoured over sex=m: an expected utility of 0.5 against 0.4, 1.25 times as much." in out
+    assert "\nhired=yes: sex=f 50.0 %, sex=m 40.0 %, 1.25 times.\n" in out
 
 
 def test_nothing_to_compare_locally_is_inconclusive(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -83,8 +83,8 @@ def test_nothing_to_compare_locally_is_inconclusive(tmp_path: Path, capsys: pyte
     command = ["certify", str(path), "--decision", "u", "--group", "a", "--context", "x", "--utility", "y", "--confidence", "none"]
     assert main([*command, "--max-local-log", "1"]) == 3
     out, _ = capsys.readouterr()
-    assert out.startswith("INCONCLUSIVE")
-    assert "No context has two groups" in out
+    assert "\nINCONCLUSIVE " in out
+    assert "No two groups can be compared within a context." in out
     assert "fewer than two groups" in out
 
 
@@ -175,7 +175,7 @@ def test_inspect_suggests_a_command_that_runs(tmp_path: Path, capsys: pytest.Cap
     assert main(["inspect", str(path)]) == 0
     command = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("  fairaudit certify"))
     assert main(shlex.split(command)[1:]) == 0
-    assert "24475/18432" in capsys.readouterr().out
+    assert "Gender=Female 82.4 % (89 of 108)" in capsys.readouterr().out
 
 
 def test_top_lists_that_many_pairs(capsys: pytest.CaptureFixture[str]) -> None:

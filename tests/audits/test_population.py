@@ -303,21 +303,21 @@ def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tup
 
 def test_certify_says_it_in_words(run: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
     certificate = tmp_path / "c.json"
-    code, out, _ = run("--max-local-ratio", "5/4", "-o", str(certificate))
+    code, out, _ = run("--max-local-ratio", "5/4", "-o", str(certificate), "--verbose")
     assert code == 1 and out.startswith("EXCEEDS")
     assert ", each at 95 % (3 in the table)" in out and "Two-sided" not in out
     assert "In the population from which these decisions were drawn" in out
     assert main(["verify", str(certificate)]) == 0
-    code, out, _ = run("--max-local-ratio", "3")
+    code, out, _ = run("--max-local-ratio", "3", "--verbose")
     assert code == 3 and "Planning estimate" in out
-    code, out, _ = run("--max-local-ratio", "3", "--confidence", "none")
+    code, out, _ = run("--max-local-ratio", "3", "--confidence", "none", "--verbose")
     assert code == 0 and "this table, decided exactly" in out
-    code, out, _ = run("--max-local-ratio", "3", "--max-local-log", "1")
+    code, out, _ = run("--max-local-ratio", "3", "--max-local-log", "1", "--verbose")
     assert ", each at 97.5 % (3 in the table)" in out and "The verdicts on all targets hold together at confidence 95 %." in out
 
 
 def test_the_two_sided_interval_is_printed_where_it_is_asked_for(run: Callable[..., tuple[int, str, str]]) -> None:
-    plain = run()[1]
+    plain = run("--verbose")[1]
     shown = next(line for line in plain.splitlines() if line.startswith("  local ratio R "))
     code, out, _ = run("--max-local-ratio", "5/4", "--two-sided")
     heading = "Two-sided (half the error on each side; may straddle a limit that the one-sided end decides)"
@@ -329,10 +329,15 @@ def test_the_two_sided_interval_is_printed_where_it_is_asked_for(run: Callable[.
     assert run("--two-sided", "--confidence", "none")[0] == 2
 
 
+def joined(text: str) -> str:
+    """A text without its line ends."""
+    return " ".join(text.split())
+
+
 def test_the_claim_of_a_filter_is_tested(run: Callable[..., tuple[int, str, str]]) -> None:
     """R = 3 in 200 draws: it refutes e^ε = 3/2, and not 5."""
     code, out, _ = run("--claimed-exp-epsilon", "3/2")
-    assert code == 1 and "the filter is not what it claims" in out
+    assert code == 1 and "the filter is not what it claims" in joined(out)
     code, out, _ = run("--claimed-exp-epsilon", "5", "--format", "json")
     found = envelope(out)["details"]["findings"][0]
     assert code == 0 and found["refuted"] is False and any("fresh for each decision" in text for text in found["assumptions"])
@@ -366,9 +371,9 @@ def test_a_placebo_is_a_noise_floor(run: Callable[..., tuple[int, str, str]], tm
     loud.write_text("u,edit\n" + "yes,one\n" * 90 + "no,one\n" * 10 + "yes,two\n" * 30 + "no,two\n" * 70)
     other.write_text("v,edit\nyes,one\nno,two\n")
     code, out, _ = run("--placebo", str(quiet), "--placebo-group", "edit")
-    assert code == 0 and "the effect rises above the noise floor" in out
+    assert code == 0 and "the effect rises above the noise floor" in joined(out)
     code, out, _ = run("--placebo", str(loud), "--placebo-group", "edit")
-    assert code == 0 and "does not rise above the noise floor" in out
+    assert code == 0 and "does not rise above the noise floor" in joined(out)
     code, _, err = run("--placebo", str(other), "--placebo-group", "edit")
     assert code == 2 and "the placebo: " in err and "other.csv: there is no column 'u'" in err
     code, _, err = run("--placebo", str(quiet))

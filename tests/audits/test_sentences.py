@@ -55,7 +55,7 @@ def asked(capsys: pytest.CaptureFixture[str], *words: str) -> str:
 def test_all_faces_of_the_admissions_name_the_pair_that_exceeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Over all departments men are favoured, and that exceeds; that women are favoured in department A decided nothing."""
     path = tmp_path / "certificate.json"
-    said = asked(capsys, *EXAMPLE, "--max-global-ratio", "5/4", "-o", str(path))
+    said = asked(capsys, *EXAMPLE, "--max-global-ratio", "5/4", "-o", str(path), "--verbose")
     first, second, *drift, blank, sentence = said.split("\n")[:6]
     assert first.startswith("EXCEEDS ") and second.strip() == "Gender=Male over Gender=Female (n = 2,691 and 1,835)" and not blank
     assert drift[0].strip().startswith("valid unless an update changes")
@@ -365,7 +365,7 @@ def test_a_monitor_names_the_pair(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert any(line.startswith("ALARM") and line.endswith(", sex=m over sex=f") for line in said.splitlines())
     entries = envelopes(asked(capsys, "monitor", str(log), *options, "--format", "json"))
     assert entries[-1]["result"]["targets"][0]["pair"] == {"context": {}, "higher": {"sex": "m"}, "lower": {"sex": "f"}}
-    said = asked(capsys, "certify", "--from-monitor", str(tmp_path / "state.db"))
+    said = asked(capsys, "certify", "--from-monitor", str(tmp_path / "state.db"), "--verbose")
     assert "sex=m is disadvantaged compared with sex=f: an expected burden of 0.8 against 0.3 in the table" in said
 
 
@@ -383,7 +383,8 @@ def test_a_monitor_state_of_before_keeps_its_digest() -> None:
 
 def test_a_burden_is_said_in_every_face(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "certificate.json"
-    said = asked(capsys, *EXAMPLE, "--utility", "Rejected", "--burden", "--max-local-ratio", "5/4", "--confidence", "none", "-o", str(path))
+    judged = ["--utility", "Rejected", "--burden", "--max-local-ratio", "5/4", "--confidence", "none"]
+    said = asked(capsys, *EXAMPLE, *judged, "-o", str(path), "--verbose")
     assert "In Dept=A, Gender=Male is disadvantaged compared with Gender=Female: an expected burden of 0.3794 against 0.1759" in said
     assert "favoured" not in said and "--burden" not in said and "Burden: from 0 to 1" in said
     document = load(path)[0]
@@ -408,7 +409,8 @@ def test_a_burden_is_said_in_every_face(tmp_path: Path, capsys: pytest.CaptureFi
 def test_a_benefit_is_not_written_down_and_has_a_hint(capsys: pytest.CaptureFixture[str]) -> None:
     """Certificates of benefits keep their bytes."""
     assert "burden" not in admissions().certificate.document["subject"]["utility"]
-    assert "if it counts a burden, say so with --burden" in asked(capsys, *EXAMPLE)
+    assert "if it counts a burden, say so with --burden" in asked(capsys, *EXAMPLE, "--verbose")
+    assert "--burden" in asked(capsys, *EXAMPLE) and "--burden" not in asked(capsys, *EXAMPLE, "--burden")
 
 
 @pytest.mark.parametrize("stated", [False, "true", 1, None])
@@ -424,7 +426,7 @@ def test_an_audit_file_states_a_burden(tmp_path: Path, capsys: pytest.CaptureFix
     (tmp_path / "log.csv").write_text("fined,sex\n" + "yes,f\nno,f\nno,m\nyes,f\nno,m\nyes,m\n" * 5)
     audit = '[law]\ntable = "log.csv"\ndecision = "fined"\ngroup = "sex"\n[utility]\nvalues = { yes = 1 }\nburden = '
     (tmp_path / "audit.toml").write_text(audit + "true\n")
-    assert "sex=f is disadvantaged compared with sex=m" in asked(capsys, "certify", str(tmp_path / "audit.toml"))
+    assert "sex=f is disadvantaged compared with sex=m" in asked(capsys, "certify", str(tmp_path / "audit.toml"), "--verbose")
     (tmp_path / "audit.toml").write_text(audit + '"yes"\n')
     assert command(["certify", str(tmp_path / "audit.toml")]) == 2
     assert "[utility] burden is 'yes'; true or false is accepted" in capsys.readouterr().err
@@ -446,14 +448,14 @@ def test_a_headline_from_few_decisions_says_so_first(tmp_path: Path, capsys: pyt
     for face in (html(result.certificate), markdown(result.certificate), result._repr_html_()):
         assert first in face.replace("&#61;", "=")
     (tmp_path / "log.csv").write_text("u,a\n" + "yes,f\n" * 9 + "yes,m\nno,m\n" * 6)
-    said = asked(
-        capsys, "certify", str(tmp_path / "log.csv"), "--decision", "u", "--group", "a", "--utility", "yes", "--confidence", "none"
+    options = ["--decision", "u", "--group", "a", "--utility", "yes", "--confidence", "none"]
+    assert "\nOnly 9 decisions stand behind a=f.\nu=yes: a=f 100 % (9 of 9), " in asked(
+        capsys, "certify", str(tmp_path / "log.csv"), *options
     )
+    said = asked(capsys, "certify", str(tmp_path / "log.csv"), *options, "--verbose")
     assert said.split("\n\n")[1].startswith("Only 9 decisions stand behind a=f. a=f is favoured over a=m")
     (tmp_path / "log.csv").write_text("u,a\n" + "yes,f\n" * 10 + "yes,m\nno,m\n" * 6)
-    said = asked(
-        capsys, "certify", str(tmp_path / "log.csv"), "--decision", "u", "--group", "a", "--utility", "yes", "--confidence", "none"
-    )
+    said = asked(capsys, "certify", str(tmp_path / "log.csv"), *options, "--verbose")
     assert said.split("\n\n")[1].startswith("a=f is favoured over a=m") and "(n = 10 and 12)" in said
 
 
@@ -468,7 +470,7 @@ def test_a_column_that_is_an_identifier_is_named_first() -> None:
 
 def test_sizes_stand_beside_every_pair_of_counts(capsys: pytest.CaptureFixture[str]) -> None:
     """Of units also how many there are; sums of weights are rounded down to one decimal; probabilities have none."""
-    said = asked(capsys, *EXAMPLE)
+    said = asked(capsys, *EXAMPLE, "--verbose")
     assert "1.328  Dept=A: Gender=Female 0.8241, Gender=Male 0.6206 (n = 108 and 825)" in said
     assert "1.467  Gender=Male 0.4452, Gender=Female 0.3035 (n = 2,691 and 1,835)" in said
     weighted = fa.Law.from_counts(

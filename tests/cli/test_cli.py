@@ -249,7 +249,7 @@ def test_numbers_are_exact_and_those_of_the_text(n: list[int], tmp_path_factory:
     printed = {}
     for form in ("text", "json"):
         with redirect_stdout(StringIO()) as said:
-            assert main([*command, "--format", form]) in (0, 1)
+            assert main([*command, "--verbose", "--format", form]) in (0, 1)
         printed[form] = said.getvalue()
     found = envelope(printed["json"])
     count = dict(zip(cells, n, strict=True))

@@ -257,7 +257,7 @@ def test_an_audit_file_end_to_end(folder: Path, capsys: pytest.CaptureFixture[st
     from fairaudit.cli import main
 
     target = folder / "c.json"
-    assert main(["certify", str(folder / "audit.toml"), "-o", str(target)]) == 0
+    assert main(["certify", str(folder / "audit.toml"), "-o", str(target), "--verbose"]) == 0
     out = capsys.readouterr().out
     assert "WITHIN" in out
     assert "e^ε = 49/9" in out

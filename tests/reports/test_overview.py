@@ -66,12 +66,12 @@ def test_the_admissions_are_said_by_department_and_over_all() -> None:
 
 def test_a_target_is_answered_with_the_end_that_decided_it() -> None:
     exceeded = of_result(admissions(max_global_ratio="0.8"))
-    assert exceeded.chance == (("yes", "the limit is exceeded in the population, at 95 %"),)
+    assert exceeded.chance == (("yes", "the population exceeds the limit, at 95 %"),)
     assert "in the population the ratio is at least 1.290, at 95 %" in exceeded.sentences[0]
     kept = of_result(admissions(max_global_ratio=2))
     assert kept.chance == (("no", "within the limit is established, at 95 %"),) and "the ratio is at most 1.6" in kept.sentences[0]
     open_ = of_result(admissions(max_local_ratio="0.8"))
-    assert open_.chance[0][0] == "too few decisions" and "more decisions would decide (exceeds)" in open_.chance[0][1]
+    assert open_.chance[0][0] == "too few decisions" and "more decisions would show that the limit is exceeded" in open_.chance[0][1]
     assert "the greatest ratio is at least 1.044, at most 2.757, each at 95 %" in open_.sentences[0]
     assert of_result(admissions(max_local_ratio="0.8", confidence=None)).chance[0][0] == "not asked"
     hidden = of_result(admissions(max_global_ratio="1.1", hidden_context="2,3"))
@@ -85,7 +85,7 @@ def test_a_target_is_answered_with_the_end_that_decided_it() -> None:
 def test_nothing_is_said_of_chance_where_nothing_was_drawn() -> None:
     table = {"u": ["hired", "refused"] * 2, "a": ["f", "f", "m", "m"], "p": ["0.25", "0.75", "0.5", "0.5"]}
     found = of_result(fa.audit(table, decision="u", group="a", probability="p", utility="hired", max_local_ratio="0.8"))
-    assert found.chance == (("not a question", "exact: nothing was drawn by chance"),)
+    assert found.chance == (("not a question", "nothing was drawn by chance, the figures are exact"),)
     assert found.sentences == ("hired: a=m 50.0 %, a=f 25.0 %, 2 times.",)
     assert found.audited == "probabilities of decisions, 2 groups (a), no contexts"
 

@@ -48,6 +48,9 @@ def log(tmp_path: Path) -> Path:
 def test_spellings_come_before_the_headline(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("certify", log, *WORDS, "--context", "age", "-o", tmp_path / "c.json") == 0
     out, _ = capsys.readouterr()
+    assert out.index("' Black', 'BLACK' and 'Black' count as") < out.index("--fold-labels") < out.index("answer=yes within")
+    assert run("certify", log, *WORDS, "--context", "age", "--verbose") == 0
+    out, _ = capsys.readouterr()
     first = out.index("SPELLINGS")
     assert (
         first == 0

@@ -75,7 +75,7 @@ def test_text_page_and_markdown_show_both(tmp_path: Path, capsys: pytest.Capture
     path = tmp_path / "log.csv"
     path.write_text("u,a,person\n" + "".join(",".join(map(str, row)) + "\n" for row in zip(*lopsided().values(), strict=True)))
     command = ["certify", str(path), "--decision", "u", "--group", "a", "--unit", "person", "--utility", "yes", "--max-local-ratio", "5/4"]
-    assert main([*command, "-o", str(tmp_path / "c.json")]) == 0
+    assert main([*command, "-o", str(tmp_path / "c.json"), "--verbose"]) == 0
     out, err = capsys.readouterr()
     first = out.splitlines()[0]
     assert first.startswith("WITHIN")
@@ -84,7 +84,7 @@ def test_text_page_and_markdown_show_both(tmp_path: Path, capsys: pytest.Capture
     assert "2 as the mean over rows" in err
     assert main([*command, "--format", "json"]) == 0
     assert envelope(capsys.readouterr().out)["details"]["targets"][0]["estimand"] == "mean over units"
-    assert main([*command, "--confidence", "none"]) == 1
+    assert main([*command, "--confidence", "none", "--verbose"]) == 1
     assert "(this table, mean over rows, decided exactly)" in capsys.readouterr().out
     document = json.loads((tmp_path / "c.json").read_text())
     from fairaudit.reports.markdown import markdown

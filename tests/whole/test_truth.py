@@ -44,7 +44,7 @@ def test_the_papers_quantity_has_its_own_name_and_stands_only_beside_contexts(
     table.write_text("\n".join(",".join(row) for row in [tuple(LOG), *zip(*LOG.values(), strict=True)]) + "\n")
     saved = tmp_path / "certificate.json"
     options = ["--decision", "hired", "--group", "sex", *(["--context", context] if context else []), "--utility", "yes", "-o", str(saved)]
-    assert main(["certify", str(table), *options]) == 0
+    assert main(["certify", str(table), *options, "--verbose"]) == 0
     text = capsys.readouterr().out
     assert main(["compare", str(saved), str(saved)]) == 0
     compared = capsys.readouterr().out
@@ -609,7 +609,7 @@ def test_one_certificate_whoever_reads_the_log(log: Path, tmp_path: Path) -> Non
 
 
 def test_text_page_markdown_and_json(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["certify", str(log), *OPTIONS, "-o", str(tmp_path / "c.json")]) == 0
+    assert main(["certify", str(log), *OPTIONS, "-o", str(tmp_path / "c.json"), "--verbose"]) == 0
     printed = capsys.readouterr().out
     for line in (
         "Given the true label in column 't' (positive: decision 'y', true label 'y')",
