@@ -155,6 +155,17 @@ def test_each_run_has_a_folder_of_its_own(tmp_path: Path) -> None:
     assert len({outputs["certificate"] for outputs in two}) == 2
 
 
+def test_a_table_that_stands_apart_is_not_kept(tmp_path: Path) -> None:
+    """Artifacts of a public repository are public."""
+    table(tmp_path, 1000, 500)
+    found = gate(tmp_path, file="decisions.csv", arguments=f"{OPTIONS} --no-table --confidence none", max_local_ratio="5/4")
+    assert (found.code, found.outputs["verdict"]) == (1, "exceeds"), found.printed
+    folder = found.outputs["folder"]
+    assert {path.name for path in Path(folder).iterdir()} == {"certificate.json", "certificate.table.jsonl", "page.html"}
+    kept = next(step["with"]["path"] for step in STEPS if step.get("uses", "").startswith("actions/upload-artifact"))
+    assert filled(kept, {}, {"gate": found.outputs}).split() == [folder, f"!{folder}/*.table.jsonl"]
+
+
 def test_without_a_target_nothing_is_stopped_and_that_is_said(tmp_path: Path) -> None:
     table(tmp_path, 1000, 500)
     found = gate(tmp_path, file="decisions.csv", arguments=OPTIONS)
