@@ -92,7 +92,7 @@ class Axis:
         Examples
         --------
         >>> linear([1]).track(dots=[(0.5, "")]).count("<line"), "<circle" in linear([1]).track(dots=[(0.5, "")])
-        (7, True)
+        (6, True)
         """
         parts = []
         if beyond is not None:
@@ -150,10 +150,10 @@ def linear(values: Iterable[object], *, percent: bool = False) -> Axis:
     Examples
     --------
     >>> [text for _, text in linear([0.3, 0.45], percent=True).ticks]
-    ['0', '10 %', '20 %', '30 %', '40 %', '50 %']
+    ['0', '20 %', '40 %', '60 %']
     """
     finite = [number for number in map(float, values) if isfinite(number)]  # type: ignore[arg-type]
-    marks = steps(min([0.0, *finite]), max([0.0, *finite]))
+    marks = steps(min([0.0, *finite]), max([0.0, *finite]), 4)
     if percent:
         marks = [mark for mark in marks if mark <= 1]
     texts = [f"{100 * mark:.10g} %" if percent and mark else f"{mark:.4g}" for mark in marks]

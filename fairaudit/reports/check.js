@@ -1034,7 +1034,7 @@
     const contexts = law.contexts.map(name), groups = law.groups.map(name), body = at("rows"), written = [...body.children];
     const heads = [...document.querySelectorAll("#complete th")].map((e) => e.textContent), burden = law.burden;
     const percent = columnOf("rate") >= 0, counts = columnOf("decisions") >= 0;
-    const amount = (c) => (percent ? (c.e[0] === 0n || compare(c.e, ONE) === 0 ? decimals([100n * c.e[0], c.e[1]]) : Number(decimals([100n * c.e[0], c.e[1]], 3)).toPrecision(3)) + " %" : decimals(c.e));
+    const amount = (c) => (percent ? (c.e[0] === 0n || compare(c.e, ONE) === 0 ? decimals([100n * c.e[0], c.e[1]]) : Number(decimals([100n * c.e[0], c.e[1]], 3)).toPrecision(3)) + "\u00a0%" : decimals(c.e));
     const best = new Map();
     const bestOf = (c) => {
       if (!best.size) for (const b of law.byContext) best.set(b[0].x, b.map((o) => o.e).reduce(burden ? least : most));
@@ -1105,7 +1105,7 @@
       const cells = rows[i] ? [...rows[i].children].map((e) => e.textContent) : [], exact = cells[last] || "";
       const names = [...(law.columns.context.length ? [law.contexts[c.x]] : []), law.groups[c.a]];
       const fits = names.every((l, k) => !/^[ -~]{0,100}$/.test(l.join(" / ")) || cells[k] === label(l)) && (exact === "in the certificate" || exact === text(c.e))
-        && (rate < 0 || near([100n * c.e[0], c.e[1]], (cells[rate] || "").replace(" %", ""), 200n)) && (decisions < 0 || !/^[0-9,]{1,19}$/.test(cells[decisions]) || cells[decisions] === amountText([sum(c.w), c.d]));
+        && (rate < 0 || near([100n * c.e[0], c.e[1]], (cells[rate] || "").replace(/\s%$/, ""), 200n)) && (decisions < 0 || !/^[0-9,]{1,19}$/.test(cells[decisions]) || cells[decisions] === amountText([sum(c.w), c.d]));
       if (!fits) wrong++;
       if (late()) await turn();
     }

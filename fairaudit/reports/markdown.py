@@ -74,13 +74,13 @@ def write(page: Content, checked: str = "") -> str:
         blocks.append("### What was not compared\n\n" + "\n".join(f"* {prose(line)}" for line in page.not_compared))
     judged = [f"* {prose(text)} (for statements about {prose(scopes)})" for text, scopes in page.assumptions]
     blocks.append("### What you have to judge\n\n" + "\n".join([*judged, *(f"* {line}" for line in page.limits)]))
-    blocks += _figures(page, views)
     digest = page.document["subject"]["table"]["sha256"]
     beside = "" if page.subject else " --table certificate.table.jsonl"
     blocks.append(
-        f"### How to verify\n\n`fairaudit verify certificate.json{beside}` checks every statement and uses none of the code "
+        f"### What to do next: verify it\n\n`fairaudit verify certificate.json{beside}` checks every statement and uses none of the code "
         f"that made them. Digest of the table: {code(digest)}."
     )
+    blocks += _figures(page, views)
     if checked:
         blocks.append(checked)
     return "\n\n".join(blocks) + "\n"

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["check_extra", "html"]
 
 
+UNBROKEN = "\u00a0%"  # which stays with its number
+
+
 @refusing_other_documents
 def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
     """Write a certificate as one self-contained HTML page.
@@ -64,6 +67,8 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     text: str = environment.get_template("page.html.j2").render(
         page=page,
         views=views,
+        worth=lambda value: views.amount(value).replace(" %", UNBROKEN),
+        between=lambda ends: views.between(ends).replace(" %", UNBROKEN),
         titles=_titles(page, views),
         pairs=[matrix for matrix in page.matrices if len(matrix.rows) > 2],
         checked=checked,
@@ -100,8 +105,8 @@ def scriptless(
         sections=[
             found,
             *([("judge", "What you have to judge")] if page.assumptions else []),
+            ("verify", "What to do next: verify it"),
             ("audited", "What was audited"),
-            ("verify", "How to verify"),
         ],
         unchecked=not checked,
         css=markup(css),
@@ -176,6 +181,7 @@ def _titles(page: Content, views: Views) -> dict[str, str]:
         "every": ("Look up a group" if not views.context_column else "Look up a group or context", views.cells > 1),
         "left-out": ("What was left out", True),
         "judge": ("What you have to judge", True),
+        "verify": ("What to do next: verify it", True),
         "found": ("The figures, exactly", True),
         "given": ("Given the true label", page.given_truth),
         "known": ("What is known, from the table to the guarantee", True),
@@ -185,6 +191,5 @@ def _titles(page: Content, views: Views) -> dict[str, str]:
         "pairs": ("Pair by pair", any(len(matrix.rows) > 2 for matrix in page.matrices)),
         "audited": ("What was audited", True),
         "claims": ("Every statement", True),
-        "verify": ("How to verify", True),
     }
     return {name: title for name, (title, there) in found.items() if there}

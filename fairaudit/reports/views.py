@@ -132,6 +132,11 @@ class Views:
         return any(line.gets.size is not None and line.gets.size.units is not None for line in lines)
 
     @property
+    def units_within(self) -> bool:
+        """Whether, within a context, intervals are about means over units."""
+        return any(row.over_units for _, rows in self._panels for row in rows)
+
+    @property
     def apart_name(self) -> str:
         """How far a group is from the best one, at the head of a column."""
         return "From the best" if self.page.signed else "Ratio to the best"

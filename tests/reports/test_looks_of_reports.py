@@ -69,6 +69,17 @@ def filtered() -> fa.Result:
     return fa.certify(policy.behind(group=coin), {"yes": 1, "no": "1/5"}, declared={"tau": "1/4", "gamma": 2}, **FOUR)
 
 
+def sampled() -> fa.Result:
+    rows = {
+        "u": ["hire", "pass"] * 4,
+        "x": ["office"] * 4 + ["field"] * 4,
+        "a": ["f", "f", "m", "m"] * 2,
+        "n": [30, 10, 20, 20, 11, 9, 13, 7],
+    }
+    policy = fa.Policy.from_counts(rows, decision="u", group="a", context="x", count="n")
+    return fa.certify(policy.behind(group=fa.RandomizedResponse(["f", "m"], keep_probability="0.8")), {"hire": 1}, max_local_ratio="5/4")
+
+
 def subgroups() -> Any:
     table = fa.example("ucb-admissions").table()
     log = {name: list(table[name]) for name in ("Admit", "Gender", "Dept", "Freq")}
@@ -89,6 +100,7 @@ KINDS: dict[str, Callable[[], Any]] = {
     "unknown groups": unknown,
     "units": units,
     "filters": filtered,
+    "filters, sampled": sampled,
     "without its table": lambda: small_counts(**FOUR, embed_table=False),
     "labels": lambda: many_columns(max_local_ratio=2),
     "true labels": lambda: true_labels(**FOUR),
@@ -268,7 +280,7 @@ def test_two_groups_are_compared_in_a_context(shown: Callable[..., Browser]) -> 
     choose(browser, context="B", group="Male", against="Female")
     assert [row.split()[:4] for row in rows(browser)] == [["B", "Male", "560", "353"], ["B", "Female", "25", "17"]]
     said = browser.run("return document.getElementById('compared').textContent")
-    assert said == "Female 68.0 % against Male 63.0 %: 1.079 times (1904/1765)"  # 17/25 over 353/560
+    assert said == "Female 68.0\u00a0% against Male 63.0\u00a0%: 1.079 times (1904/1765)"  # 17/25 over 353/560
     choose(browser, against="all", group="all", context="all", order="furthest from the best first")
     assert rows(browser)[0].split()[:2] == ["A", "Male"]
     browser.run("window.dispatchEvent(new Event('beforeprint'))")
@@ -279,7 +291,7 @@ def test_two_groups_are_compared_in_a_context(shown: Callable[..., Browser]) -> 
 
 def test_rows_altered_on_the_page_alone_are_seen(browser: Browser, tmp_path: Path) -> None:
     text = page("with targets")
-    for old, new in ((">62.1 %</td>", ">72.1 %</td>"), (">512/825</td>", ">612/825</td>"), ('">825</td>', '">925</td>')):
+    for old, new in ((">62.1\u00a0%</td>", ">72.1\u00a0%</td>"), (">512/825</td>", ">612/825</td>"), ('">825</td>', '">925</td>')):
         assert text.count(old) == 1, old
         (tmp_path / "page.html").write_text(text.replace(old, new), "utf-8")
         browser.open(tmp_path / "page.html")
