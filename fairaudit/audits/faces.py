@@ -49,6 +49,12 @@ class Faces:
 
         return report(self.certificate, path, format=format)
 
+    def _repr_html_(self) -> str:
+        from fairaudit.reports.notebook import notebook
+
+        result: Any = self
+        return notebook(result)
+
     @answered
     def log_to_mlflow(self, *, prefix: str = "fairaudit", run_id: str | None = None) -> str:
         """Keep the result in a run of MLflow (extra ``mlflow``), with its certificate and page.

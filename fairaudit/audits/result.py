@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.arguments import answered
@@ -49,14 +48,13 @@ from fairaudit.inference.verdicts import Verdict, exit_code
 from fairaudit.measures.distances import PARITY_WITHIN, Distance, most_unequal_distances
 from fairaudit.measures.expectations import cell_expectation
 from fairaudit.measures.limits import Quantity
-from fairaudit.measures.rates import NAMES
 from fairaudit.measures.ratios import Ratio, Witness, most_unequal_ratios
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
 from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.labels import spellings
-from fairaudit.tables.preparation import Entry, said
+from fairaudit.tables.preparation import Entry
 from fairaudit.tables.values import Label
 from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.supremum import Supremum
@@ -64,7 +62,7 @@ from fairaudit.theorems.t13_cases import NEAR_STEPS
 from fairaudit.theorems.t13_near import DriftRadius, drift_radius, near_steps
 from fairaudit.theorems.t14 import HiddenContext
 from fairaudit.theorems.t16 import Moving
-from fairaudit.words import DRIFTING, approximate, brief, ends_text, place, plain, words_for
+from fairaudit.words import DRIFTING, brief, place, words_for
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -350,49 +348,6 @@ class Result(Faces):
         contexts = self.partial.table.header["contexts"] if self.partial else law.contexts
         return spellings_of(law, columns, contexts)
 
-    def _repr_html_(self) -> str:
-        """What a notebook shows: verdict, sentence and figures."""
-        rows = []
-        for name, measured in () if self.utility.signed else (("local ratio", self.local), ("global ratio", self.global_)):
-            if measured is None:
-                rows.append(f"<tr><td>{name}</td><td>not compared</td><td></td></tr>")
-            else:
-                rows.append(f"<tr><td>{name}</td><td>{approximate(measured.ratio)}</td><td>{_exactly(measured.ratio)}</td></tr>")
-        for name, distance in self.distances.items():
-            if distance is not None:
-                rows.append(f"<tr><td>{name}</td><td>{approximate(distance.value)}</td><td>{_exactly(distance.value)}</td></tr>")
-        for key, found in (self.given_truth.differences if self.given_truth else {}).items():
-            if found is not None:
-                rows.append(f"<tr><td>{NAMES[key]}</td><td>{approximate(found.value)}</td><td>{_exactly(found.value)}</td></tr>")
-        for quantity, interval in self.intervals.items():
-            each = interval.ends == "each"
-            ends = ends_text(approximate(interval.lower, "down"), approximate(interval.upper, "up"), each=each)
-            of = "" if interval.of_units is None else f" ({interval.estimand}; {approximate(interval.of_units.ratio)} in this log)"
-            name = f"{quantity} ratio of the population{of}, {'each end ' if each else ''}at confidence {interval.confidence}"
-            rows.append(f"<tr><td>{name}</td><td>{ends}</td><td></td></tr>")
-        rows += self._difference_rows()
-        verdict = "no target was set" if self.verdict == "none" else self.verdict
-        noted = said({"spellings": self.spellings, "preparation": self.preparation})
-        before = "".join(f"<p><bdi>{escape(plain(text))}</bdi></p>" for text in noted)
-        return f"{before}<p><strong>{verdict}</strong>. <bdi>{escape(plain(self.sentence))}</bdi></p><table>{''.join(rows)}</table>"
-
-    def _difference_rows(self) -> list[str]:
-        """Differences, in the table and in the population, as rows of what a notebook shows."""
-        rows = []
-        for quantity, measured in (self.differences.measured if self.differences else {}).items():
-            cells = (
-                "<td>not compared</td><td></td>"
-                if measured is None
-                else f"<td>{approximate(measured.value)}</td><td>{_exactly(measured.value)}</td>"
-            )
-            rows.append(f"<tr><td>{quantity} difference</td>{cells}</tr>")
-        for quantity, found in (self.differences.intervals if self.differences else {}).items():
-            each = found.ends == "each"
-            ends = ends_text(approximate(found.lower, "down"), approximate(found.upper, "up"), each=each)
-            name = f"{quantity} difference of the population, {'each end ' if each else ''}at confidence {found.confidence}"
-            rows.append(f"<tr><td>{name}</td><td>{ends}</td><td></td></tr>")
-        return rows
-
     @cached_property
     def if_independent(self) -> Mapping[Quantity, tuple[Fraction, Fraction | float]]:
         """For targets that the draws do not decide: the ends that would hold if the cells had been declared independent.
@@ -529,13 +484,6 @@ def spellings_of(law: Law, columns: Columns, contexts: Sequence[Any]) -> tuple[d
     found = spellings((name, {*labels, *(unknown if name in columns.group else ())}) for name, labels in listed)
     own = {name: set(labels) for name, labels in listed}
     return tuple(entry for entry in found if not own[entry["column"]].isdisjoint(entry["labels"]))
-
-
-def _exactly(value: Fraction | float) -> str:
-    """The rational, where it is short enough to be read."""
-    if not isinstance(value, Fraction) or max(value.numerator, value.denominator).bit_length() > 200:
-        return ""
-    return str(value)
 
 
 def pair_key(witness: Witness) -> tuple[str, ...]:
