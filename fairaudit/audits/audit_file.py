@@ -68,6 +68,8 @@ SAID_THERE = (
     "count",
     "probability",
     "weight",
+    "wide",
+    "total",
     "utility",
     "utility_column",
     "positive",

@@ -35,6 +35,7 @@ from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.labels import LabelMap, read_label_map
 from fairaudit.tables.sources import Source, source_name
 from fairaudit.tables.values import Label, LabelLike, names
+from fairaudit.tables.wide import Columns, Totals, Wide, read_wide
 from fairaudit.theorems.t14 import HiddenContext
 from fairaudit.words import approximate
 
@@ -60,6 +61,8 @@ def audit(
     count: str | None = None,
     probability: str | None = None,
     weight: str | None = None,
+    wide: Columns | None = None,
+    total: Totals | None = None,
     unit: str | Sequence[str] = (),
     bins: Mapping[str, Sequence[Number] | Bins] | None = None,
     missing: Missing = "error",
@@ -119,7 +122,13 @@ def audit(
         Column of the true label, for rates of true and false positives, and which label is positive.
     count, probability, weight : str, optional
         Column of how often the row occurred; or of P(decision | context, group) and, with that, of P(context, group) up to a factor.
-        Without `count` and `probability` each row is one decision.
+        Without `count`, `probability` and `wide` each row is one decision.
+    wide : mapping or sequence of str, optional
+        Where a row has a column of counts for each decision: the columns by decision, ``{"yes": "admitted", "no": "rejected"}``; where the
+        header says the group, too, by decision and group, ``{("yes", "men"): "men_yes", …}``, and `group` says what the groups are.
+    total : str, mapping of str to str, or number, optional
+        With `wide`: the column of all decisions, or one for each group, so that the others are what is left; or what shares are of, 1, or
+        100 for percentages, of rows that stand for `weight` decisions.
     unit : str or sequence of str
         Of a log: rows with the same label are one draw (a run, a person).
     bins : mapping of str to sequence of number, optional
@@ -197,6 +206,7 @@ def audit(
         "count": count,
         "probability": probability,
         "weight": weight,
+        "wide": _wide(wide, total),
         "unit": names(unit),
         "utility_column": utility_column,
         "fold_labels": fold_labels,
@@ -239,15 +249,23 @@ def audit(
     if isinstance(source, (str, os.PathLike)) and os.fspath(source).endswith(".toml"):
         refuse_beside(os.fspath(source), {**beside, **filters, "releases": releases != 1, "utility": utility, "positive": positive})
         return _from_audit_file(read_audit(os.fspath(source), signed=signed), asked)
-    _refuse_unnamed(source, decision or utility_column, roles["group"])
-    roles["decision"] = decision or utility_column
+    named = decision or utility_column or (None if wide is None else "decision")
+    _refuse_unnamed(source, named, roles["group"])
+    roles["decision"] = named
     _refuse_shares_of_nobody(unknown_share, unknown=bool(unknown) or missing == "unknown")
     reached = Access(engine, table, query, memory, skip)
     reading = Reading(**roles, missing=missing, unknown=names(unknown), signed=signed, access=reached)
     if utility_column is None:
         _needed(given)
     if group_probability is not None:
-        others_ = {**filters, "releases": releases != 1, "difference": signed, "declared_in": declared_in, "in_parts": in_parts}
+        others_ = {
+            "wide": wide,
+            **filters,
+            "releases": releases != 1,
+            "difference": signed,
+            "declared_in": declared_in,
+            "in_parts": in_parts,
+        }
         proxied: Result = asked.certify_by_proxies(source, reading, given, group_probability, others_)
         return proxied
     of_policies = {"declared_in": declared_in, "max_drift": max_drift, "all_bounds": all_bounds, **filters, "releases": releases != 1}
@@ -273,6 +291,14 @@ def audit(
                     return asked.certify(_behind(law, **filters), read)
         with naming(_name(source)):
             return asked.certify_in_parts(source, _needed(given), reading)
+
+
+def _wide(wide: Columns | None, total: Totals | None) -> Wide | None:
+    if wide is not None:
+        return read_wide(wide, total)
+    if total is not None:
+        raise InputError("total goes with wide, the columns of counts or shares that it is the total of")
+    return None
 
 
 def _refuse_unnamed(source: object, decision: str | None, group: Sequence[str]) -> None:

@@ -28,6 +28,7 @@ from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels, spelt
 from fairaudit.tables.sources import PASSWORD, Source, is_database
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
+from fairaudit.tables.wide import LongTable, Wide, lengthened
 
 __all__ = ["MOST_ROWS", "Access", "Reading", "read_audited", "read_law", "read_rows", "read_table", "uncollected", "unfit_for_parts"]
 
@@ -92,6 +93,8 @@ class Reading:
         How the one who asks writes the name of an option, for messages.
     signed : bool
         Whether utilities may be negative.
+    wide : Wide or None
+        Which columns hold counts or shares of decisions, where rows have several.
     """
 
     decision: str
@@ -111,6 +114,7 @@ class Reading:
     access: Access = Access()
     spelled: Callable[[str], str] = str
     signed: bool = False
+    wide: Wide | None = None
 
     @property
     def labelled(self) -> tuple[str, ...]:
@@ -148,7 +152,19 @@ class Reading:
             for name, given in (("unit", self.unit), ("truth", self.truth)):
                 if given:
                     raise InputError(f"{what} does not go with {spelled(name)}; leave one of them out")
-        if self.weight is not None and self.probability is None:
+        shares = self.wide is not None and self.wide.of is not None
+        if self.wide is not None:
+            others = ("count", "probability", "utility_column", "truth", "unit", *(["unknown"] if shares else []))
+            for name in others:
+                if getattr(self, name):
+                    raise InputError(
+                        f"{spelled('wide')} does not go with {spelled(name)}: its columns say how often each decision was taken"
+                    )
+            if shares and self.missing == "unknown":
+                raise InputError(
+                    f"{spelled('missing')} unknown goes with counts and logs; shares do not say how many decisions have no group"
+                )
+        if self.weight is not None and self.probability is None and not shares:
             raise InputError(f"{spelled('weight')} goes with {spelled('probability')}; counts and logs carry their own population")
 
 
@@ -241,17 +257,34 @@ def _prepared(source: Source, reading: Reading, report: Report | None, most: int
     truth = [] if reading.truth is None else [reading.truth]
     wanted = (reading.decision, *reading.group, *reading.context, *truth, *reading.unit, *reading.numeric, *valued)
     options: dict[str, Any] = {"spelled": reading.spelled, "report": report, "most": most, "by": reading.context}
+    if reading.wide is not None:
+        table = _long(source, reading, reading.wide, report)
+        return table if not reading.fold_labels and reading.label_map is None else _merged(table, reading)
     plain = reading.count is not None or reading.probability is not None
     table = read_table(source, wanted, reading.bins, (*reading.numeric, *valued), reading.access, plain=plain, **options)
     if not reading.fold_labels and reading.label_map is None:
         return table
+    return _merged(table, reading)
+
+
+def _merged(table: Any, reading: Reading) -> Any:
     with naming(_name(table)):
         return merge_labels(table, reading.labelled, fold=reading.fold_labels, label_map=reading.label_map)
 
 
+def _long(source: Source, reading: Reading, wide: Wide, report: Report | None) -> LongTable:
+    """Read the columns of counts or shares, and make a row for each decision."""
+    rows = (*(reading.group[1:] if wide.headers else reading.group), *reading.context)
+    numeric = (*wide.columns, *([] if reading.weight is None else [reading.weight]))
+    table = read_table(source, (*rows, *numeric), reading.bins, numeric, reading.access, plain=True, spelled=reading.spelled, report=report)
+    roles: dict[str, Any] = {"decision": reading.decision, "group": reading.group, "context": reading.context, "weight": reading.weight}
+    with naming(_name(table)):
+        return lengthened(table, wide, **roles, spelled=reading.spelled)
+
+
 def _name(table: object) -> str | None:
     """Name of what was read from a file or database."""
-    return table.name if isinstance(table, (CsvTable, Tally)) else None
+    return table.name if isinstance(table, (CsvTable, Tally, LongTable)) else None
 
 
 def _law(table: Any, reading: Reading) -> Law:
@@ -263,10 +296,13 @@ def _law(table: Any, reading: Reading) -> Law:
         "missing": reading.missing,
     }
     unknown = spelt_alike(table, reading.group, reading.unknown) if reading.fold_labels else reading.unknown
-    if reading.count is not None:
-        law = Law.from_counts(table, **columns, count=reading.count, truth=reading.truth, unknown=unknown)
-    elif reading.probability is not None:
-        law = Law.from_probabilities(table, **columns, probability=reading.probability, weight=reading.weight)
+    count, probability = reading.count, reading.probability
+    if reading.wide is not None:
+        count, probability = (reading.wide.number, None) if reading.wide.of is None else (None, reading.wide.number)
+    if count is not None:
+        law = Law.from_counts(table, **columns, count=count, truth=reading.truth, unknown=unknown)
+    elif probability is not None:
+        law = Law.from_probabilities(table, **columns, probability=probability, weight=reading.weight)
     else:
         law = Law.from_log(table, **columns, unit=reading.unit, truth=reading.truth, unknown=unknown)
     return replace(law, notes=(*getattr(table, "notes", ()), *law.notes))
@@ -438,6 +474,7 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
     asked: dict[str, object] = {
         "count": reading.count,
         "probability": reading.probability,
+        "wide": reading.wide,
         "utility_column": reading.utility_column,
         "truth": reading.truth,
         "positive": given.get("positive"),

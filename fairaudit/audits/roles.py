@@ -6,13 +6,43 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 
+from fairaudit.audits.column_names import (
+    AGE,
+    AMOUNT,
+    BAD,
+    CONTEXT,
+    COSTS,
+    COUNT,
+    GOOD,
+    HARM,
+    HISTORY,
+    IDENTIFIER,
+    NEUTRAL,
+    NOT,
+    ORIGINS,
+    OTHER,
+    PROBABILITY,
+    RACE,
+    SCORE,
+    SEX,
+    SEXES,
+    SLOT,
+    UNIT,
+    WEIGHT,
+    WINNER,
+    YES,
+    named,
+    says,
+)
 from fairaudit.errors import InputError
 from fairaudit.exact.rationals import parse_rational
 from fairaudit.tables.engines.survey import Seen
+from fairaudit.tables.wide import Wide
 from fairaudit.words import brief
 
-__all__ = ["MANY", "Roles", "as_number", "proposed"]
+__all__ = ["MANY", "NUMBERS", "Roles", "as_number", "cuts", "people", "proposed"]
 
 MANY = 50
 """A column with more labels is neither a decision nor a context."""
@@ -26,35 +56,11 @@ CELL = 20
 NUMBERS = 12
 """A column with more different numbers is a measurement."""
 
-COUNT = r"n|freq(uency)?|counts?|num(ber)?|total|cases|size"
-PROBABILITY = r"p|pr|prob(ability|abilities)?|share|rate"
-WEIGHT = r"w|weights?|mass|population|prior"
-IDENTIFIER = r"(row_?)?(names?|num|number|index)|column 1|x|unnamed.*|(.*[_ .-])?(id|ids|uuid|guid|key|no|nr)|case_?number|.*identifier"
-RACE = r".*(race|ethnic|colou?r|afam|black|minority|hispanic|nationality|citizen|origin|caste).*"
-SEX = r"(.*[_ .])?(sex|gender)([_ .].*)?|female|male"
-AGE = r"(.*[_ .])?age([_ .]?(group|cat|category|band|range|class|bracket))?"
-OTHER = (
-    r".*(religion|disab|orientation|marital|married|pregnan|veteran|language|group|placebo|treatment_arm).*|a|s|names?|firstname|first_name"
-)
-CONTEXT = (
-    r".*(dept|department|major|program|faculty|school|job|position|occupation|profession|role|class|model|document|scenario|prompt|question|"
-    r"categor|stratum|branch|site|court|district|degree|jd|wanted|vacancy|task|context|crime|charge|city|region|county).*|.*place|x"
-)
-GOOD = (
-    r".*(decision|outcome|hired?|admi(t|ssion)|accept|approv|grant|select|cho(sen|ice)|recommend|offer|promot|call(ed)?_?(back)?|callback|interview|"
-    r"released?|surviv|answer|response|winner|first|eligib|award|funded|repaid|paid|passed?|graduat).*|u"
-)
-BAD = (
-    r".*(den(y|ied|ial)|reject|refus|declin|default|recid|re_?offend|arrest|convict|guilt|sentenc|verdict|penalty|prison|jail|death|died?|search|"
-    r"citation|fine[ds]?|fraud|churn|suspend|expel|expuls|fired|layoff|complain|bad|risk|delinquen|charged_?off).*"
-)
-NEUTRAL = r".*(result|label|predict|status|target|class|score_text|judg).*|y"
-YES = (
-    r"(yes|y|true|t|1|1\.0|.*(admit|accept|hire|approv|grant|select|chosen|recommend|releas|pass|surviv|promot|offer|success|good|positive|paid).*|first|"
-    r"called?|callback|alive|lived)"
-)
-HARM = r"(yes|y|true|t|1|1\.0|.*(den|reject|refus|declin|default|recid|arrest|convict|guilt|death|died|bad|high|search|fraud|charged).*)"
-NOT = r"(no|not|non|un|in|dis)[ _-]?.*|.*\bnot\b.*"
+ABSENT = 20
+"""A context of which a greater part than one in so many is missing would leave out too many rows."""
+
+WORDS = 30
+"""Labels that are longer on average are texts."""
 
 
 @brief
@@ -80,6 +86,16 @@ class Roles:
         A column of identifiers that repeat.
     missing : bool
         Whether a label is missing in one of them.
+    utility_column : str or None
+        Instead of a decision and its label, a column of numbers.
+    slots : tuple of str
+        Instead of a decision and groups, columns of candidates.
+    winner : str or None
+        Then who was chosen.
+    wide : Wide or None
+        Columns of counts of decisions, instead of one of decisions.
+    said : tuple of str
+        What is to be known before it is believed.
     """
 
     decision: str | None
@@ -93,6 +109,11 @@ class Roles:
     weight: str | None = None
     unit: str | None = None
     missing: bool = False
+    utility_column: str | None = None
+    slots: tuple[str, ...] = ()
+    winner: str | None = None
+    wide: Wide | None = None
+    said: tuple[str, ...] = ()
 
 
 def as_number(text: str, *, decimal_comma: bool = False) -> Fraction | None:
@@ -135,41 +156,59 @@ class _Guess:
     """The columns that have no role yet."""
 
     def __init__(self, columns: list[Seen], rows: int, decimal_comma: bool) -> None:
-        self.left, self.rows = columns, rows
+        self.rows = rows
+        self.left = [seen for seen in columns if seen not in _spread(columns, rows)]
         self.numbers = {seen.name: [as_number(text, decimal_comma=decimal_comma) for text in seen.levels] for seen in columns}
 
     def numeric(self, seen: Seen) -> bool:
         return all(value is not None for value in self.numbers[seen.name])
 
+    def positive(self, seen: Seen) -> bool:
+        """Whether it is a measurement that a ratio can be made of."""
+        return self.numeric(seen) and seen.different > 2 and all(value is not None and value >= 0 for value in self.numbers[seen.name])
+
     def few(self, seen: Seen) -> bool:
-        """Whether it has a few labels, or fewer numbers."""
-        return 2 <= seen.different <= (NUMBERS if self.numeric(seen) else MANY)
+        """Whether it has a few labels, or fewer numbers, which more than one row has."""
+        most = NUMBERS if self.numeric(seen) else MANY
+        return 2 <= seen.different <= most and (seen.different == 2 or seen.different < self.rows)
+
+    def short(self, seen: Seen) -> bool:
+        """Whether its labels are names and not texts."""
+        return sum(map(len, seen.levels)) <= WORDS * len(seen.levels)
 
     def take(self, pattern: str, fits: Callable[[Seen], bool]) -> Seen | None:
         """The first column whose name and labels fit, which is then no longer free."""
-        found = next((seen for seen in self.left if _named(seen, pattern) and fits(seen)), None)
+        found = next((seen for seen in self.left if named(seen.name, pattern) and fits(seen)), None)
         if found is not None:
             self.left.remove(found)
         return found
 
     def roles(self) -> Roles:
         """Take the columns in the order in which their names say most."""
-        count = self.take(COUNT, self.numeric)
-        probability = None if count else self.take(PROBABILITY, self.numeric)
+        choice = self._choice()
+        if choice is not None:
+            slots, winner = choice
+            self._identifiers()
+            contexts = self._contexts([], rows=self.rows)
+            return Roles(None, "", False, (), tuple(seen.name for seen in contexts), slots=slots, winner=winner)
+        count = self.take(COUNT, self._counts)
+        probability = None if count else self.take(PROBABILITY, self._probabilities)
         weight = self.take(WEIGHT, self.numeric) if probability else None
         plain = count is None and probability is None
-        unit = self._identifiers() if plain else None
-        if not plain:
-            self._identifiers()
+        unit = self._identifiers()
         decision = self._decision()
-        groups, bins = self._groups()
+        scored = decision is None or (decision.different > 2 and self.positive(decision))
+        groups, bins = self._groups(cut=plain)
+        if decision is None:
+            decision = self._measured()
+            scored = decision is not None
         contexts = self._contexts(groups, rows=self.rows if plain else None)
         if decision is not None and not groups:
             groups, contexts = contexts[:1], contexts[1:]
-        good, burden = ("", False) if decision is None else _good(decision)
-        chosen = [seen for seen in (decision, *groups, *contexts, unit) if seen is not None]
+        good, burden = ("", False) if decision is None else ("", _costs(decision)) if scored else _good(decision)
+        chosen = [seen for seen in (decision, *groups, *contexts) if seen is not None]
         return Roles(
-            _name(decision),
+            None if scored else _name(decision),
             good,
             burden,
             tuple(seen.name for seen in groups),
@@ -178,57 +217,145 @@ class _Guess:
             count=_name(count),
             probability=_name(probability),
             weight=_name(weight),
-            unit=_name(unit),
+            unit=_name(unit) if plain else None,
             missing=any(seen.missing for seen in chosen),
+            utility_column=_name(decision) if scored else None,
+            said=()
+            if decision is None or scored or not self._bare(decision)
+            else (f"that {good} in column '{decision.name}' is {_word(burden)} is a guess: only who made the table knows",),
         )
+
+    def _bare(self, decision: Seen) -> bool:
+        """Whether its labels are numbers, and its name does not say what a yes would be."""
+        return self.numeric(decision) and named(decision.name, f"{NEUTRAL}|.*risk.*|u")
+
+    def _choice(self) -> tuple[tuple[str, ...], str] | None:
+        """Columns of candidates, and who of them was chosen: a column for each slot, or one that lists them."""
+        lists = {seen.name: found for seen in self.left if (found := _listed(seen))}
+        for winner in (seen for seen in self.left if named(seen.name, WINNER)):
+            chosen = {(label.split() or [""])[0] for label in winner.levels}
+            for name, known in lists.items():
+                if name != winner.name and chosen <= known and not (winner.name in lists and named(name, WINNER)):
+                    return self._taken((name,), winner)
+            stems: dict[str, list[Seen]] = {}
+            for seen in self.left:
+                match = re.fullmatch(SLOT, seen.name.strip().lower())
+                if match is not None and seen is not winner and not seen.missing and 2 <= seen.different <= GROUPS:
+                    stems.setdefault(match.group(1), []).append(seen)
+            for slots in stems.values():
+                shown = {label for seen in slots for label in seen.levels}
+                if len(slots) > 1 and set(winner.levels) <= shown and len(set(slots[0].levels) & set(slots[1].levels)) > 1:
+                    return self._taken(tuple(seen.name for seen in slots), winner)
+        return None
+
+    def _taken(self, slots: tuple[str, ...], winner: Seen) -> tuple[tuple[str, ...], str]:
+        self.left = [seen for seen in self.left if seen is not winner and seen.name not in slots]
+        return slots, winner.name
+
+    def _counts(self, seen: Seen) -> bool:
+        """Whether it may say how often a row occurred: whole numbers; where its name may mean something else, no measurements beside it."""
+        whole = all(value is not None and value >= 0 and value.denominator == 1 for value in self.numbers[seen.name])
+        return whole and not (named(seen.name, "total|num(ber)?|size") and self._measured_beside(seen))
+
+    def _probabilities(self, seen: Seen) -> bool:
+        """Whether it may be the probability of a row: from 0 to 1, with no measurements beside it."""
+        return all(value is not None and 0 <= value <= 1 for value in self.numbers[seen.name]) and not self._measured_beside(seen)
+
+    def _measured_beside(self, seen: Seen) -> bool:
+        others = [other for other in self.left if other is not seen and self.numeric(other) and other.different > NUMBERS]
+        return any(not named(other.name, f"{IDENTIFIER}|{WEIGHT}") for other in others)
 
     def _identifiers(self) -> Seen | None:
         """Set aside what names a row; one whose labels repeat says which rows are one draw."""
         repeated = None
-        for seen in [seen for seen in self.left if _named(seen, IDENTIFIER) and (seen.different > GROUPS or seen.different == self.rows)]:
-            self.left.remove(seen)
-            if MANY < seen.different < self.rows and not seen.missing and not _named(seen, ".*name.*"):
-                repeated = repeated or seen
-        self.left = [seen for seen in self.left if not (self.numeric(seen) and seen.different == self.rows > NUMBERS)]
+        for seen in list(self.left):
+            named_so = named(seen.name, IDENTIFIER) and (seen.different > MANY or seen.different == self.rows)
+            if named_so or (named(seen.name, UNIT) and seen.different > NUMBERS):
+                self.left.remove(seen)
+                if NUMBERS < seen.different < self.rows and not seen.missing and not named(seen.name, ".*name.*"):
+                    repeated = repeated or seen
+        self.left = [
+            seen for seen in self.left if not (self.numeric(seen) and seen.different == self.rows > NUMBERS and self._running(seen))
+        ]
         return repeated
 
+    def _running(self, seen: Seen) -> bool:
+        """Whether it numbers the rows."""
+        values = [value for value in self.numbers[seen.name] if value is not None]
+        return all(value.denominator == 1 for value in values) and max(values) - min(values) < 2 * len(values)
+
     def _decision(self) -> Seen | None:
-        """A column of few labels: by its name, else the one with the fewest that is no attribute of people."""
+        """A column of few labels: by its name, else one of numbers by its name, else the one with the fewest that is nothing else."""
 
         def two(seen: Seen) -> bool:
             return seen.different == 2
 
-        attributes = f"{RACE}|{SEX}|{AGE}|{OTHER}"
-        for pattern, fits in ((GOOD, two), (BAD, two), (NEUTRAL, two), (GOOD, self.few), (BAD, self.few), (NEUTRAL, self.few)):
-            found = self.take(pattern, lambda seen, fits=fits: fits(seen) and self.few(seen) and not _named(seen, f"{RACE}|{SEX}|{AGE}"))  # type: ignore[misc]
+        def fits(seen: Seen, least: Callable[[Seen], bool]) -> bool:
+            return least(seen) and self.few(seen) and not named(seen.name, f"{RACE}|{SEX}|{AGE}")
+
+        def of_nobody(seen: Seen) -> bool:
+            return self.few(seen) and not named(seen.name, f"{RACE}|{SEX}|{AGE}|{OTHER}|{HISTORY}")
+
+        def yes_or_no(seen: Seen) -> bool:
+            return of_nobody(seen) and two(seen) and any(says(label, "yes|true|y|ja|oui|s[ií]") for label in seen.levels)
+
+        def telling(seen: Seen) -> bool:
+            return two(seen) and any(named(label, f"{YES}|{HARM}|{GOOD}|{BAD}|{NOT}|0") for label in seen.levels)
+
+        def plain(seen: Seen, least: Callable[[Seen], bool]) -> bool:
+            return least(seen) and of_nobody(seen) and (two(seen) or not self.numeric(seen))
+
+        for least in (telling, two, self.few):
+            for pattern in (GOOD, BAD):
+                found = self.take(pattern, partial(fits, least=least))
+                if found is not None:
+                    return found
+            found = self.take(f"{NEUTRAL}|{SCORE}|income", partial(plain, least=least))
             if found is not None:
                 return found
-        rest = [seen for seen in self.left if self.few(seen) and not _named(seen, attributes)]
+        found = self._score(SCORE) or self.take(".*", yes_or_no) or self._score(AMOUNT)
+        if found is not None:
+            return found
+        rest = [seen for seen in self.left if self.few(seen) and not named(seen.name, f"{RACE}|{SEX}|{AGE}|{OTHER}|{CONTEXT}|{HISTORY}")]
         found = min(rest, key=lambda seen: seen.different, default=None)
         if found is not None:
             self.left.remove(found)
         return found
 
-    def _groups(self) -> tuple[list[Seen], dict[str, tuple[Fraction, ...]]]:
+    def _score(self, pattern: str) -> Seen | None:
+        """A measurement whose name says that people get more or less of it."""
+        return self.take(pattern, lambda seen: self.positive(seen) and not named(seen.name, f"{RACE}|{SEX}|{AGE}|{HISTORY}"))
+
+    def _measured(self) -> Seen | None:
+        """Any measurement that is not of the person."""
+        return self.take(
+            ".*", lambda seen: self.positive(seen) and not named(seen.name, f"{RACE}|{SEX}|{AGE}|{HISTORY}|{OTHER}|{CONTEXT}|{IDENTIFIER}")
+        )
+
+    def _groups(self, *, cut: bool) -> tuple[list[Seen], dict[str, tuple[Fraction, ...]]]:
         """Race and sex; else age, cut into intervals where it is a number; else other attributes of people."""
         order = list(self.left)
-        found = [seen for seen in (self.take(RACE, self.few), self.take(SEX, self.few)) if seen is not None]
+        named_so = (
+            self.take("race|ethnicity", self.few) or self.take(RACE, self.few) or self._labelled(ORIGINS),
+            self.take(SEX, self.few) or self._labelled(SEXES),
+        )
+        found = [seen for seen in named_so if seen is not None]
         if found:
             return sorted(found, key=order.index), {}
-        age = self.take(AGE, lambda seen: seen.different >= 2)
+        age = self.take(AGE, lambda seen: self.few(seen) or (self.numeric(seen) and cut))
         if age is not None:
-            if not self.numeric(age) or age.different <= NUMBERS:
-                return [age], {}
-            values = sorted(value for value in self.numbers[age.name] if value is not None)
-            edges = [edge for edge in (Fraction(25), Fraction(45), Fraction(65)) if values[0] < edge <= values[-1]]
-            if edges:
-                return [age], {age.name: tuple(edges)}
-        other = self.take(OTHER, lambda seen: 2 <= seen.different <= GROUPS)
+            edges = () if self.few(age) else cuts(age.name, dict(zip(self.numbers[age.name], age.levels.values(), strict=True)))
+            return [age], {age.name: edges} if edges else {}
+        other = self.take(OTHER, lambda seen: 2 <= seen.different <= min(GROUPS, self.rows // 2) and self.short(seen))
         if other is not None:
             return [other], {}
-        rest = [seen for seen in self.left if self.few(seen) and not _named(seen, CONTEXT)]
+        rest = [seen for seen in self.left if self.few(seen) and self.short(seen) and not named(seen.name, CONTEXT)]
         self.left = [seen for seen in self.left if seen not in rest[:1]]
         return rest[:1], {}
+
+    def _labelled(self, pattern: str) -> Seen | None:
+        """A column whose labels say of whom they are."""
+        return self.take(".*", lambda seen: self.few(seen) and all(len(label) > 1 and named(label, pattern) for label in seen.levels))
 
     def _contexts(self, groups: list[Seen], rows: int | None) -> list[Seen]:
         """What may rightly matter, by its name, as long as each combination still has rows."""
@@ -238,32 +365,102 @@ class _Guess:
         found: list[Seen] = []
         for seen in self.left:
             of_labels = (
-                2 <= seen.different <= MANY and not self.numeric(seen) and not all(_is(label, "yes|no|true|false") for label in seen.levels)
+                2 <= seen.different <= MANY
+                and not self.numeric(seen)
+                and not all(named(label, "yes|no|true|false") for label in seen.levels)
             )
-            fits = of_labels and _named(seen, CONTEXT)
+            fits = of_labels and named(seen.name, CONTEXT) and self.short(seen) and seen.missing * ABSENT <= self.rows
             if fits and (rows is None or cells * seen.different * CELL <= rows):
                 found.append(seen)
                 cells *= seen.different
         return found[:2]
 
 
+def people(columns: Sequence[Seen], rows: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Groups and contexts among columns of labels of a table that has a row for each combination of them.
+
+    Examples
+    --------
+    >>> people([Seen("dept", {"x": 2, "y": 2}, 2, 0), Seen("sex", {"f": 2, "m": 2}, 2, 0)], 4)
+    (('sex',), ('dept',))
+    """
+    guess = _Guess(list(columns), rows, decimal_comma=False)
+    groups, _ = guess._groups(cut=False)
+    contexts = [seen for seen in guess.left if 2 <= seen.different <= MANY]
+    if not groups:
+        groups, contexts = contexts[:1], contexts[1:]
+    return tuple(seen.name for seen in groups), tuple(seen.name for seen in contexts[:2])
+
+
+def cuts(name: str, counts: dict[Fraction | None, int]) -> tuple[Fraction, ...]:
+    """Where to cut a column of numbers: ages at 25, 45 and 65, others at their quartiles.
+
+    Examples
+    --------
+    >>> [str(edge) for edge in cuts("income", {Fraction(n): 1 for n in range(1, 101)})]
+    ['26', '51', '76']
+    """
+    values = sorted((value, count) for value, count in counts.items() if value is not None)
+    if not values:
+        return ()
+    if named(name, AGE):
+        usual = tuple(edge for edge in (Fraction(25), Fraction(45), Fraction(65)) if values[0][0] < edge <= values[-1][0])
+        if usual:
+            return usual
+    total, below = sum(count for _, count in values), 0
+    edges: list[Fraction] = []
+    for value, count in values:
+        if below and 4 * below >= total * (len(edges) + 1) and len(edges) < 3:
+            edges.append(value)
+        below += count
+    return tuple(edges)
+
+
+def _spread(columns: Sequence[Seen], rows: int) -> list[Seen]:
+    """Of attributes spread over columns of 0 and 1, one for each label, all columns but that whose label says yes, or the most common."""
+    stems: dict[str, list[Seen]] = {}
+    for seen in columns:
+        stem, mark, label = seen.name.rpartition("_")
+        if stem and mark and label and set(seen.levels) <= {"0", "1", "0.0", "1.0"}:
+            stems.setdefault(stem, []).append(seen)
+    found: list[Seen] = []
+    for members in stems.values():
+        ones = [sum(count for label, count in seen.levels.items() if label.startswith("1")) for seen in members]
+        if len(members) > 1 and sum(ones) == rows:
+            kept = next((seen for seen in members if says(seen.name.rpartition("_")[2], YES)), members[ones.index(max(ones))])
+            found += [seen for seen in members if seen is not kept]
+    return found
+
+
+def _listed(seen: Seen) -> set[str]:
+    """The candidates that each of its labels lists in some order; empty if they do not."""
+    lists = [label.split() for label in seen.levels]
+    known = {part for parts in lists for part in parts}
+    same = len({len(parts) for parts in lists}) == 1 and all(len(set(parts)) == len(parts) > 1 for parts in lists)
+    return known if same and len(lists) > 1 and len(known) <= max(GROUPS // 10, 2 * len(lists[0])) else set()
+
+
 def _name(seen: Seen | None) -> str | None:
     return None if seen is None else seen.name
 
 
-def _named(seen: Seen, pattern: str) -> bool:
-    return re.fullmatch(pattern, seen.name.strip().lower()) is not None
+def _word(burden: bool) -> str:
+    return "a harm" if burden else "good for people"
+
+
+def _costs(decision: Seen) -> bool:
+    """Whether more of a measurement is a harm."""
+    return named(decision.name, COSTS) and not named(decision.name, GOOD)
 
 
 def _good(decision: Seen) -> tuple[str, bool]:
     """The label that is worth something, and whether that is a harm: the name of the column says what its yes means."""
-    harms = _named(decision, BAD) and not _named(decision, GOOD)
-    wanted = HARM if harms else YES
-    found = next((label for label in decision.levels if _is(label, wanted) and not _is(label, NOT)), None)
+    harms = named(decision.name, BAD) and not named(decision.name, GOOD)
+    wanted = f"{HARM}|{BAD}" if harms else f"{YES}|{GOOD}"
+    found = next((label for label in decision.levels if says(label, wanted)), None)
     if found is None and not harms:
-        found, harms = next(((label, True) for label in decision.levels if _is(label, HARM) and not _is(label, NOT)), (None, False))
+        found, harms = next(((label, True) for label in decision.levels if says(label, f"{HARM}|{BAD}")), (None, False))
+    denied = [label for label in decision.levels if named(label, NOT)]
+    if found is None and len(denied) == 1 and decision.different == 2:
+        found = next(label for label in decision.levels if label not in denied)
     return (next(iter(decision.levels)) if found is None else found), harms
-
-
-def _is(label: str, pattern: str) -> bool:
-    return re.fullmatch(pattern, label.strip().lower()) is not None

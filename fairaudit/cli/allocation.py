@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fairaudit.measures.ratios import Ratio
     from fairaudit.model.allocation import Allocation
 
-FOREIGN = ("decision", "group", "count", "probability", "weight", "utility", "utility_column")
+FOREIGN = ("decision", "group", "count", "probability", "weight", "wide", "total", "utility", "utility_column")
 NOT_HERE = ("in_parts", *OF_SAMPLES)
 
 

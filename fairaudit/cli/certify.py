@@ -12,7 +12,7 @@ from fairaudit.cli.destinations import check_output
 from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits, unknown_shares, utility_range
 from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
-from fairaudit.cli.source import add_label_options, add_source, add_table_form, option, progress, reading_of
+from fairaudit.cli.source import add_label_options, add_source, add_table_form, add_wide, option, progress, reading_of
 from fairaudit.measures.limits import LIMITS
 from fairaudit.tables.sources import source_name
 
@@ -25,13 +25,14 @@ if TYPE_CHECKING:
 
 DIFFERENCES = ("difference", "max_difference", "max_global_difference")
 
-COLUMNS = ("decision", "utility_column", "utility", "group", "context", "count", "probability", "truth", "unit")
+COLUMNS = ("decision", "utility_column", "utility", "group", "context", "count", "probability", "truth", "unit", "wide", "slots", "winner")
 DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
 
 DESCRIPTION = """\
 Measure how unequally a table of decisions treats groups: exactly, with the pair of groups that is worst off, and as a certificate that
-anybody can check. The table has one of three forms: a count per row (--count), a probability per row (--probability), or one
-decision per row (neither); such a log may have any size, in CSV, Parquet or JSON lines, or in a database."""
+anybody can check. The table has one of four forms: a count per row (--count), a column of counts for each decision (--wide), a
+probability per row (--probability), or one decision per row (none of these); such a log may have any size, in CSV, Parquet or JSON
+lines, or in a database."""
 
 
 EPILOG = """\
@@ -93,6 +94,7 @@ def _add_columns(parser: argparse.ArgumentParser) -> None:
     )
     roles.add_argument("--truth", metavar="COL", help="true label: what should have been decided, for rates of true and false positives")
     add_table_form(roles)
+    add_wide(roles)
 
 
 def _add_choice(parser: argparse.ArgumentParser) -> None:
@@ -199,6 +201,10 @@ def run(arguments: argparse.Namespace) -> Answer:
         return counting_query(arguments)
     elif arguments.table is None:
         raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
+    if not (arguments.in_parts or _is_audit_file(arguments) or any(getattr(arguments, name) for name in COLUMNS)):
+        from fairaudit.cli.asking import ask_for_columns
+
+        ask_for_columns(arguments)
     if arguments.slots is not None:
         if arguments.report is not None:
             raise InputError("--report does not go with --slots; write the certificate with -o, and run fairaudit report on it")
@@ -410,10 +416,6 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     from fairaudit.errors import InputError
     from fairaudit.model.utility import Utility, utility_values
 
-    if not any(getattr(arguments, name) for name in COLUMNS):
-        from fairaudit.cli.asking import ask_for_columns
-
-        ask_for_columns(arguments)
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError(
             "no utility was given; use --utility, such as --utility Admitted or --utility yes=1,maybe=0.5, or --utility-column COL"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from fairaudit.cli.source import progress
+from fairaudit.cli.source import option, progress
 from fairaudit.tables.sources import PASSWORD
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Column", "described", "looked_at", "quoted", "suggested", "warnings", "written"]
 
+TITLE = re.compile(r"has (.*) where a header was expected, which looks like a title.*--skip (\d+)\)", re.DOTALL)
 MISSING_WORDS = {"na", "n/a", "nan", "null", "none", "unknown", "?", "-", "."}
 
 
@@ -38,14 +40,50 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
     from fairaudit.tables.engines.logs import survey_log
 
     given = _listed(arguments.table)
-    where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "skip")}
-    try:
+    said = ""
+
+    def survey_of(skip: int) -> Survey:
+        where = {name: getattr(arguments, name) for name in ("engine", "query", "memory")}
         with progress() as report:
-            survey = survey_log(given if len(given) > 1 else given[0], **where, table=arguments.database_table, report=report)
+            return survey_log(given if len(given) > 1 else given[0], **where, skip=skip, table=arguments.database_table, report=report)
+
+    try:
+        try:
+            survey = survey_of(arguments.skip)
+        except InputError as error:
+            title = TITLE.search(str(error))
+            if title is None or arguments.skip:
+                raise
+            arguments.skip = int(title.group(2))
+            survey = survey_of(arguments.skip)
+            lines = "line looks" if arguments.skip == 1 else f"{arguments.skip} lines look"
+            said = f"the first {lines} like a title ({title.group(1)}) and {'is' if arguments.skip == 1 else 'are'} skipped"
     except InputError as error:
         raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
     comma = any("separated by" in note for note in survey.notes)
-    return survey, [_look(seen, decimal_comma=comma) for seen in survey.columns], proposed(survey.columns, survey.rows, decimal_comma=comma)
+    roles = _wide(arguments, survey, decimal_comma=comma) or proposed(survey.columns, survey.rows, decimal_comma=comma)
+    if said:
+        roles = replace(roles, said=(said, *roles.said))
+    return survey, [_look(seen, decimal_comma=comma) for seen in survey.columns], roles
+
+
+def _wide(arguments: argparse.Namespace, survey: Survey, *, decimal_comma: bool) -> Roles | None:
+    """What columns of counts there are in a small table; it is read as a whole, because counts and totals stand beside each other."""
+    from fairaudit.audits.reading import read_table
+    from fairaudit.audits.wide_roles import ROWS, wide_roles
+    from fairaudit.cli.source import access_of
+    from fairaudit.errors import InputError
+    from fairaudit.tables.label_text import label_text
+    from fairaudit.tables.values import column
+
+    if survey.rows > ROWS or len(survey.columns) > 200 or any(seen.fault for seen in survey.columns):
+        return None
+    names = [seen.name for seen in survey.columns]
+    try:
+        table = read_table(arguments.table, names, {}, (), access_of(arguments))
+        return wide_roles({name: [label_text(value) or "" for value in column(table, name)] for name in names}, decimal_comma=decimal_comma)
+    except InputError:
+        return None
 
 
 def _listed(table: str | list[str]) -> list[str]:
@@ -100,22 +138,37 @@ def suggested(arguments: argparse.Namespace, roles: Roles) -> list[str]:
     }
     for name, value in (where | written(roles)).items():
         if value:
-            words += [f"--{name}={value}"] if value.startswith("-") else [f"--{name}", value]
+            words += [f"{option(name)}={value}"] if value.startswith("-") else [option(name), value]
     return [*words, *(["--burden"] if roles.burden else [])]
 
 
 def written(roles: Roles) -> dict[str, str]:
     """What columns are, as the options of a command have it; empty for what there is not."""
+    if roles.slots:
+        return {
+            "slots": ",".join(map(quoted, roles.slots)),
+            "winner": roles.winner or "",
+            "context": ",".join(map(quoted, roles.context)),
+        }
+    wide = total = ""
+    if roles.wide is not None:
+        from fairaudit.tables.wide import written_wide
+
+        wide, total = written_wide(roles.wide)
+    column = roles.utility_column or ""
     edges = {name: ":" + ",".join(map(str, cut)) for name, cut in roles.bins.items()}
     return {
-        "decision": roles.decision or "COL",
+        "decision": "" if wide or column else roles.decision or "COL",
+        "utility_column": column,
+        "wide": wide,
+        "total": total,
         "group": ",".join(quoted(name) + edges.get(name, "") for name in roles.group) or "COL",
         "context": ",".join(map(quoted, roles.context)),
         "count": roles.count or "",
         "probability": roles.probability or "",
         "weight": roles.weight or "",
         "unit": quoted(roles.unit or ""),
-        "utility": quoted(roles.utility) if roles.decision else "DECISION",
+        "utility": "" if column else quoted(roles.utility) if roles.decision else "DECISION",
         "missing": "drop" if roles.missing else "",
     }
 

@@ -18,7 +18,7 @@ def counting_query(arguments: argparse.Namespace) -> Answer:
     from fairaudit.tables.binning import Bins
     from fairaudit.tables.sql import COUNT_COLUMN, count_statement, table_name
 
-    if arguments.count or arguments.probability or arguments.unit or arguments.slots:
+    if arguments.count or arguments.probability or arguments.wide or arguments.unit or arguments.slots:
         raise InputError("--print-sql goes with a log whose rows are draws of their own")
     if arguments.table is not None or arguments.output is not None:
         raise InputError("--print-sql only prints a query; name the table in the database with --table")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
+from collections.abc import Sequence
 from typing import Any
 
 from fairaudit.cli.columns import Column, described, looked_at, suggested, warnings
@@ -39,12 +40,12 @@ def run(arguments: argparse.Namespace) -> Answer:
         "inspect",
         sentence=f"{size}.",
         notes=survey.notes,
-        result=lambda: {"rows": survey.rows, "columns": [_entry(column) for column in found], "command": command},
-        text=lambda: _text(size, found, command),
+        result=lambda: {"rows": survey.rows, "columns": [_entry(column) for column in found], "said": list(roles.said), "command": command},
+        text=lambda: _text(size, found, roles.said, command),
     )
 
 
-def _text(size: str, found: list[Column], command: list[str]) -> str:
+def _text(size: str, found: list[Column], said: Sequence[str], command: list[str]) -> str:
     from fairaudit.words import plain
 
     width = max(len(plain(column.name)) for column in found)
@@ -52,7 +53,13 @@ def _text(size: str, found: list[Column], command: list[str]) -> str:
     for column in found:
         lines.append(f"  {plain(column.name).ljust(width)}  {described(column)}")
         lines += [f"  {' ' * width}  ! {plain(warning)}" for warning in warnings(column)]
-    lines += ["", "A command to try (check which column is which):", ""]
+    lines += [
+        "",
+        *(f"Note: {plain(text)}." for text in said),
+        *([""] if said else []),
+        "A command to try (check which column is which):",
+        "",
+    ]
     return "\n".join([*lines, f"  {plain(shlex.join(command))}"])
 
 

@@ -30,6 +30,8 @@ SETTLED = (
     "count",
     "probability",
     "weight",
+    "wide",
+    "total",
     "utility",
     "utility_column",
     "confidence",

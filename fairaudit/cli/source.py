@@ -5,14 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fairaudit.audits.reading import Access, Reading
     from fairaudit.model.law import Law
     from fairaudit.tables.engines.request import Report
+    from fairaudit.tables.wide import Wide
 
 
 def add_source(parser: argparse._ArgumentGroup) -> None:
@@ -37,6 +38,22 @@ def add_table_form(roles: argparse._ArgumentGroup) -> None:
     form.add_argument("--count", metavar="COL", help="how often the row occurred")
     form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
     roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+
+
+def add_wide(roles: argparse._ArgumentGroup) -> None:
+    """Declare the columns of counts of a table that has several in a row."""
+    roles.add_argument(
+        "--wide",
+        metavar="SPEC",
+        help="columns of counts, one for each decision: yes=admitted,no=rejected; of groups in the header yes/men=men_yes,no/men=men_no,… "
+        "(--group then says what the groups are)",
+    )
+    roles.add_argument(
+        "--total",
+        metavar="COL",
+        help="with --wide: the column of all decisions (of groups in the header: men=COL,women=COL), or what shares are of: 1, or 100 for "
+        "percentages",
+    )
 
 
 def add_label_options(rest: argparse._ArgumentGroup, *, unknown: bool = False) -> None:
@@ -102,7 +119,8 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
     from fairaudit.tables.labels import read_label_map
 
     given = vars(arguments)
-    decision = arguments.decision or given.get("utility_column")
+    wide = _wide_of(given)
+    decision = arguments.decision or given.get("utility_column") or ("decision" if wide is not None else None)
     if decision is None:
         raise InputError("no decision column was named; use --decision COL")
     group, context = column_roles(arguments.group), column_roles(arguments.context)
@@ -125,7 +143,21 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
         label_map=None if arguments.map is None else read_label_map(arguments.map),
         access=access_of(arguments),
         spelled=option,
+        wide=wide,
     )
+
+
+def _wide_of(given: Mapping[str, Any]) -> Wide | None:
+    """Which columns hold counts, as --wide and --total say."""
+    from fairaudit.errors import InputError
+
+    if given.get("wide") is None:
+        if given.get("total") is not None:
+            raise InputError("--total goes with --wide, the columns of counts or shares that it is the total of")
+        return None
+    from fairaudit.tables.wide import read_wide
+
+    return read_wide(given["wide"], given["total"], spelled=option)
 
 
 def law_from_options(arguments: argparse.Namespace) -> Law:

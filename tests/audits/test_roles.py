@@ -10,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fairaudit.audits.roles import Roles, proposed
+from fairaudit.audits.wide_roles import wide_roles
 from fairaudit.tables.engines.survey import Seen
+from fairaudit.tables.wide import written_wide
 
 ROWS = 4000
 
@@ -69,6 +71,61 @@ TABLES: dict[str, tuple[list[Seen], dict[str, Any]]] = {
         [seen("recommend", "no|maybe|yes"), seen("name", "Emily|Lakisha|Greg"), seen("model", "m1|m2")],
         {"decision": "recommend", "utility": "yes", "group": ("name",), "context": ("model",)},
     ),
+    "wages": (
+        [INDEX, numbers("exper", 1, 40), seen("sex", "male|female"), numbers("wage", 5, 90)],
+        {"decision": None, "utility_column": "wage", "burden": False, "group": ("sex",)},
+    ),
+    "sentences": (
+        [INDEX, seen("Crime", "Burglary|Swindle"), numbers("Years", 1, 15), seen("race", "b|w")],
+        {"decision": None, "utility_column": "Years", "burden": True, "group": ("race",), "context": ("Crime",)},
+    ),
+    "a share that is no probability": (
+        [INDEX, seen("card", YES_NO), numbers("age", 18, 80), Seen("share", {"0.1": 9, "0.2": 9}, 2, 0), numbers("months", 0, 500)],
+        {"decision": "card", "utility": "yes", "group": ("age",), "bins": {"age": (25, 45, 65)}, "probability": None},
+    ),
+    "a label that says no interview": (
+        [seen("outcome", "no_interview|interview"), seen("gender", "female|male")],
+        {"decision": "outcome", "utility": "interview", "burden": False},
+    ),
+    "a label that says nothing": (
+        [seen("admit", "Emergency|Elective"), seen("died", "No|Yes"), SEX],
+        {"decision": "died", "utility": "Yes", "burden": True},
+    ),
+    "a bare number": (
+        [seen("risk", "1|0"), SEX],
+        {"decision": "risk", "said": ("that 1 in column 'risk' is a harm is a guess: only who made the table knows",)},
+    ),
+    "columns of 0 and 1": (
+        [seen("race_Black", "0|1"), Seen("race_White", {"1": 2000, "0": 2000}, 2, 0), Seen("frisked_N", {"0": 1000, "1": 3000}, 2, 0),
+         Seen("frisked_Y", {"1": 1000, "0": 3000}, 2, 0), seen("frisky", "0|1")],
+        {"decision": "frisked_Y", "utility": "1"},
+    ),
+    "participants": (
+        [Seen("participant", {str(n): 20 for n in range(200)}, 200, 0), Seen("comment", {"x" * 60 + str(n): 1 for n in range(400)}, 400, 0),
+         seen("hired", "0|1"), SEX],
+        {"decision": "hired", "unit": "participant", "group": ("sex",), "context": ()},
+    ),
+    "a context that is mostly missing": (
+        [seen("two_year_recid", "0|1"), RACE, seen("r_charge_degree", "F|M", missing=ROWS // 2)],
+        {"decision": "two_year_recid", "burden": True, "context": (), "missing": False},
+    ),
+    "labels of people": (
+        [seen("verdict", "guilty|acquitted"), seen("Victim", "White|Black"), seen("Level", "a|b")],
+        {"decision": "verdict", "utility": "guilty", "burden": True, "group": ("Victim",)},
+    ),
+    "another language": (
+        [seen("Geschlecht", "Frauen|Männer"), seen("Studiengang", "Jura|Chemie"), seen("Ergebnis", "abgelehnt|zugelassen"),
+         numbers("Anzahl", 1, 9)],
+        {"group": ("Geschlecht",), "context": ("Studiengang",), "count": "Anzahl", "decision": "Ergebnis", "utility": "zugelassen"},
+    ),
+    "rankings": (
+        [seen("model", "m1|m2"), INDEX, seen("shown_order", "a b c|b a c|c b a"), seen("ranked_order", "c a b|b a c|a b c")],
+        {"slots": ("shown_order",), "winner": "ranked_order", "context": ("model",), "decision": None, "group": ()},
+    ),
+    "candidates in columns": (
+        [seen("job", "x|y"), *(seen(f"candidate_{n}", "Ann|Bob|Cem") for n in "123"), seen("chosen", "Ann|Bob|Cem")],
+        {"slots": ("candidate_1", "candidate_2", "candidate_3"), "winner": "chosen", "context": ("job",)},
+    ),
     "probabilities": (
         [seen(name, labels, rows=8)
          for name, labels in (("decision", YES_NO), ("sex", "f|m"), ("x", "a|b"), ("prob", "0.1|0.9"), ("w", "1|2"))],
@@ -83,6 +140,76 @@ def test_names_and_labels_say_which_column_is_which(table: str) -> None:
     rows = 24 if table == "counts" else 8 if table == "probabilities" else ROWS
     found = proposed(columns, rows)
     assert {name: getattr(found, name) for name in expected} == expected
+
+
+COUNTED: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
+    "decisions": (
+        {"sex": "f m f m", "dept": "x x y y", "n_yes": "3 8 20 17", "n_no": "9 7 30 12"},
+        {"wide": ("n_yes,n_no", ""), "utility": "n_yes", "group": ("sex",), "context": ("dept",), "burden": False},
+    ),
+    "harms": (
+        {"Level": "1 1 2 2", "Victim": "White Black White Black", "Death": "2 1 2 1", "NoDeath": "60 181 15 21"},
+        {"wide": ("Death,NoDeath", ""), "utility": "Death", "burden": True, "group": ("Victim",), "context": ("Level",)},
+    ),
+    "one of all": (
+        {"race": "Black White", "stops": "1200 4000", "searches": "300 400"},
+        {"wide": ("searches", "stops"), "burden": True, "group": ("race",)},
+    ),
+    "percentages": (
+        {"major": "A A B B", "gender": "men women men women", "admitted": "62 82 63 68", "applicants": "825 108 560 25"},
+        {"wide": ("admitted", "100"), "weight": "applicants", "group": ("gender",), "context": ("major",)},
+    ),
+    "shares": (
+        {"race": "Black White", "stops": "1200 4000", "search_rate": "0.25 0.1"},
+        {"wide": ("search_rate", "1"), "weight": "stops", "burden": True},
+    ),
+    "groups in the header": (
+        {"Dept": "A B", "Male.Admitted": "512 353", "Male.Rejected": "313 207", "Female.Admitted": "89 17", "Female.Rejected": "19 8"},
+        {
+            "wide": (
+                "admitted/male=Male.Admitted,rejected/male=Male.Rejected,admitted/female=Female.Admitted,rejected/female=Female.Rejected",
+                "",
+            ),
+            "utility": "admitted",
+            "group": ("gender",),
+            "context": ("Dept",),
+        },
+    ),
+    "groups in the header, of all": (
+        {"dept": "A B Total", "men_applied": "9 8 17", "men_hired": "3 4 7", "women_applied": "7 6 13", "women_hired": "3 2 5",
+         "men_pct": "33 50 41", "women_pct": "43 33 38"},
+        {"wide": ("hired/men=men_hired,hired/women=women_hired", "men=men_applied,women=women_applied"), "context": ("dept",)},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("table", COUNTED)
+def test_columns_of_counts_are_known_by_their_names_and_numbers(table: str) -> None:
+    cells, expected = COUNTED[table]
+    found = wide_roles({name: texts.split() for name, texts in cells.items()})
+    assert found is not None and found.wide is not None
+    counts, total = expected["wide"]
+    assert written_wide(found.wide) == (counts, total)
+    assert {name: getattr(found, name) for name in expected if name != "wide"} == {
+        name: v for name, v in expected.items() if name != "wide"
+    }
+    assert bool(found.said) == (total in ("1", "100"))
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        {"sex": "f m f m", "approve": "1 0 1 1", "reject": "0 1 0 0"},
+        {"sex": "f m f m", "hired": "yes no yes no", "score": "3 4 5 6"},
+        {"sex": "f m f m", "hired": "3 4 5 6", "total": "9 9 9 9"},
+        {"sex": "f m", "years": "3 4", "weight": "70 80"},
+        {"Total": "Total Total", "yes": "1 2", "no": "3 4"},
+        {"sex": "", "yes": "", "no": ""},
+    ],
+)
+def test_other_tables_are_no_tables_of_counts(cells: dict[str, str]) -> None:
+    """A row for each person, several rows for a group, no decisions, nothing but totals, nothing."""
+    assert wide_roles({name: texts.split() for name, texts in cells.items()}) is None
 
 
 @given(st.permutations(TABLES["a mortgage"][0]))
@@ -107,8 +234,8 @@ def test_the_order_of_the_columns_says_nothing(columns: list[Seen]) -> None:
 )
 def test_every_column_has_one_role_at_most(columns: list[Seen], rows: int) -> None:
     found: Roles = proposed(columns, rows)
-    single = (found.decision, found.count, found.probability, found.weight, found.unit)
-    taken = [name for name in itertools.chain(single, found.group, found.context) if name is not None]
+    single = (found.decision, found.utility_column, found.winner, found.count, found.probability, found.weight, found.unit)
+    taken = [name for name in itertools.chain(single, found.group, found.context, found.slots) if name is not None]
     assert len(taken) == len(set(taken))
     assert set(taken) <= {column.name for column in columns}
     assert found.bins.keys() <= set(found.group)

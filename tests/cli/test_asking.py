@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pty
 import shlex
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -22,6 +23,9 @@ TABLE = "Dept,Gender,Admit,Freq\n" + "".join(
 )  # fmt: skip
 
 
+END, INTERRUPT = "\x04", "\x03"
+
+
 def on_terminal(words: list[str], answers: list[str]) -> tuple[str, int]:
     """Run the command on a terminal, and give its answers as soon as it asks."""
     master, terminal = pty.openpty()
@@ -36,8 +40,12 @@ def on_terminal(words: list[str], answers: list[str]) -> tuple[str, int]:
         if not part:
             break
         said += part
-        if said.rstrip(b" ").endswith(b"]") and left:
-            os.write(master, left.pop(0).encode() + b"\n")
+        if said.rstrip(b" ").endswith(b"]"):
+            answer = left.pop(0) if left else END
+            if answer == INTERRUPT:
+                child.send_signal(signal.SIGINT)  # as the terminal of a session does at Ctrl-C
+            else:
+                os.write(master, answer.encode() + b"\n")
     os.close(master)
     return said.decode().replace("\r", ""), child.wait(60)
 
@@ -87,6 +95,95 @@ def test_where_nobody_can_be_asked_a_command_is_proposed(table: Path, capsys: py
     assert err.startswith("fairaudit: no column was named")
     command = shlex.split(err.partition("to try: ")[2])[1:]
     assert main(command) == 0
+
+
+def test_numbers_answer_and_questions_are_gone_back_to(table: Path, tmp_path: Path) -> None:
+    """Dept is taken back for Admit, by its number; labels have numbers, too."""
+    said, code = on_terminal(
+        ["certify", str(table), "-o", str(tmp_path / "asked.json")], ["1", "<", "3", "1", "good", "<", "HARM", "2", "1"]
+    )
+    assert code == 0, said
+    assert said.count("1. Which column") == 2 and said.count("3. Is") == 2
+    command = command_in(said)
+    assert command[2:] == [
+        "--decision",
+        "Admit",
+        "--group",
+        "Gender",
+        "--context",
+        "Dept",
+        "--count",
+        "Freq",
+        "--utility",
+        "no",
+        "--burden",
+    ]
+    assert main([*command, "-o", str(tmp_path / "named.json")]) == 0
+    assert (tmp_path / "asked.json").read_bytes() == (tmp_path / "named.json").read_bytes()
+
+
+def test_answers_that_cannot_be_are_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = [f"{i % 61 + 18},{i * 7},{i % 3 - 1},{'yes' if i % 3 else 'no'},x{i}" for i in range(300)]
+    path.write_text("age,points,change,hired,name\n" + "\n".join(rows) + "\n")
+    answers = ["name", "change", "9", "hired", "yes", "good", "hired", "age", "45,25", "x", "30,50", "-"]
+    said, code = on_terminal(["certify", str(path)], answers)
+    assert code == 0, said
+    for expected in (
+        "It has 300 different labels, which are no decisions",
+        "It has negative numbers",
+        "There is no column '9'",
+        "hired is something else already",
+        "Numbers that grow, separated by commas",
+    ):
+        assert expected in said
+    assert command_in(said)[2:] == ["--decision", "hired", "--group", "age:30,50", "--utility", "yes"]
+
+
+def test_numbers_are_compared_as_they_stand(tmp_path: Path) -> None:
+    path = tmp_path / "wages.csv"
+    path.write_text("sex,wage\n" + "".join(f"{'fm'[i % 2]},{10 + i % 37}\n" for i in range(200)))
+    said, code = on_terminal(["certify", str(path)], [""] * 4)
+    assert code == 0, said
+    assert "2. Is more of wage good for the person, or a harm?" in said
+    assert command_in(said)[2:] == ["--utility-column", "wage", "--group", "sex"]
+
+
+WIDE = "dept,men_in,men_out,women_in,women_out\nA,512,313,89,19\nB,353,207,17,8\nTotal,865,520,106,27\n"
+
+
+def test_columns_of_counts_are_asked_about_and_may_be_something_else(tmp_path: Path) -> None:
+    path = tmp_path / "wide.csv"
+    path.write_text("Admissions 1973\n\n" + WIDE.replace("in,", "hired,").replace("out", "rejected"))
+    said, code = on_terminal(["certify", str(path), "-o", str(tmp_path / "asked.json")], [""] * 4)
+    assert code == 0, said
+    assert "the first 2 lines look like a title ('Admissions 1973') and are skipped" in said
+    assert "is the total of others ('Total')" in said
+    command = command_in(said)
+    assert command[2:4] == ["--skip", "2"] and command[4] == "--wide"
+    assert main([*command, "-o", str(tmp_path / "named.json")]) == 0
+    assert (tmp_path / "asked.json").read_bytes() == (tmp_path / "named.json").read_bytes()
+    said, code = on_terminal(["certify", str(path)], ["no", END])
+    assert code == 130 and "2. Which column says what was decided" in said
+
+
+def test_choices_among_candidates_are_asked_about(tmp_path: Path) -> None:
+    path = tmp_path / "runs.csv"
+    orders = ("ann bob cem", "bob cem ann", "cem ann bob")
+    path.write_text("model,shown,winner\n" + "".join(f"m{i % 2},{orders[i % 3]},{('ann', 'bob')[i % 2]}\n" for i in range(60)))
+    said, code = on_terminal(["certify", str(path), "-o", str(tmp_path / "asked.json")], [""] * 3)
+    assert code == 0, said
+    command = command_in(said)
+    assert command[2:] == ["--slots", "shown", "--winner", "winner", "--context", "model"]
+    assert main([*command, "-o", str(tmp_path / "named.json")]) == 0
+    assert (tmp_path / "asked.json").read_bytes() == (tmp_path / "named.json").read_bytes()
+
+
+def test_an_interrupt_leaves_without_a_word_too_many(table: Path, tmp_path: Path) -> None:
+    said, code = on_terminal(["certify", str(table), "-o", str(tmp_path / "asked.json")], ["Admit", INTERRUPT])
+    assert code == 130, said
+    assert "Traceback" not in said
+    assert not (tmp_path / "asked.json").exists()
 
 
 def test_labels_with_commas_and_names_with_dashes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -155,3 +155,27 @@ def test_refusals_of_databases(files: dict[str, str], capsys: pytest.CaptureFixt
         assert main(["inspect", *words]) == 2
         out, err = capsys.readouterr()
         assert out == "" and err.count("\n") == 1 and expected in err and "secret" not in err
+
+
+WIDE = {
+    "dslabs.csv": ("major,gender,admitted,applicants\nA,men,62,825\nA,women,82,108\nB,women,68,25\nB,men,63,560\n", 0),
+    "titled.csv": (
+        "Applications\n\nDept;hired;rejected;Sex\nA;3;4;f\nA;5;6;m\nTotal;8;10;\n".replace("Applications", "Applications;;;"),
+        2,
+    ),
+    "ranked.csv": ("shown_order,ranked_order\n" + "ann bob,bob ann\nbob ann,bob ann\n" * 9, 0),
+}
+
+
+@pytest.mark.parametrize("name", WIDE)
+def test_the_command_for_other_forms_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    text, skip = WIDE[name]
+    path = tmp_path / name
+    path.write_text(text)
+    assert main(["inspect", str(path)]) == 0
+    out = capsys.readouterr().out
+    command = shlex.split(out.splitlines()[-1])
+    assert ("--skip" in command) == bool(skip)
+    assert ("are taken for percentages; counts are not made of them" in out) == (name == "dslabs.csv")
+    assert main(command[1:]) == 0
+    capsys.readouterr()
