@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fairaudit.cli.columns import Column, described, looked_at, suggested, written
+from fairaudit.errors import FairauditError
 from fairaudit.words import plain
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ REPEATED = ("group", "context", "unit", "slots")
 HELP = "Answer with a name or its number. Enter takes what stands in brackets, - is none, < goes back, Ctrl-C leaves.\n"
 
 
-class _BackError(Exception):
+class _BackError(FairauditError):
     """The one who is asked wants the question before."""
 
 
