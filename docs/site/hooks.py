@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import base64
 import contextlib
 import functools
@@ -10,7 +11,6 @@ import os
 import re
 import sys
 import tempfile
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,13 @@ REFERENCE = {
     "errors": ("Numbers and errors", ("exact", "errors")),
 }
 """Pages of the reference: title, and the packages whose public names they hold."""
-FACES = {"metrics": "Metrics", "plots": "Pictures", "testing": "Strategies for tests", "pytest_plugin": "Fixture for pytest"}
+FACES = {
+    "metrics": "Metrics",
+    "plots": "Pictures",
+    "pytest_plugin": "Fixture for pytest",
+    "mlflow_plugin": "Evaluator for MLflow",
+    "testing": "Strategies for tests",
+}
 """Public modules that are imported by their own names."""
 OPTION = r'<span class="option">\1</span>'
 PHONE = 44
@@ -134,9 +140,12 @@ def python_reference() -> dict[str, str]:
         parts = [f"::: fairaudit.{name}" for name in here]
         pages[f"reference/{page}.md"] = "\n\n".join([f"# {title}", *parts]) + "\n"
     for name, title in FACES.items():
-        pages[f"reference/{name.replace('_', '-')}.md"] = f"# {title}\n\n::: fairaudit.{name}\n"
-    rows = [_row(f"fa.{name}", f"{where[packages[name]]}.md#fairaudit.{name}", getattr(fairaudit, name)) for name in sorted(names)]
-    faces = [_row(f"fairaudit.{name}", f"{name.replace('_', '-')}.md", import_module(f"fairaudit.{name}")) for name in sorted(FACES)]
+        pages[f"reference/{name.replace('_', '-')}.md"] = f"# {title}\n\n::: fairaudit.{name}\n    options:\n      filters: public\n"
+    about = {name: getattr(fairaudit, name).__doc__ for name in names}
+    about["Number"] = "A number: exact, but for a float, which is read as the decimal that it is printed as."
+    rows = [_row(f"fa.{name}", f"{where[packages[name]]}.md#fairaudit.{name}", about[name]) for name in sorted(names)]
+    told = {name: ast.get_docstring(ast.parse((ROOT / "fairaudit" / f"{name}.py").read_text("utf-8"))) for name in FACES}
+    faces = [_row(f"fairaudit.{name}", f"{name.replace('_', '-')}.md", told[name]) for name in sorted(FACES)]
     index = [
         "# Python",
         "Every public name and what it is for; [Python, task by task](../python.md) shows them at work. `import fairaudit as fa` offers:",
@@ -147,9 +156,8 @@ def python_reference() -> dict[str, str]:
     return {**pages, "reference/python.md": "\n\n".join(index) + "\n"}
 
 
-def _row(name: str, where: str, thing: Any) -> str:
-    text = "A number: exact, but for a float, which is read as the decimal that it is printed as." if name == "fa.Number" else thing.__doc__
-    summary = text.strip().split("\n\n")[0].replace("\n", " ").replace("``", "`").replace("|", "\\|")
+def _row(name: str, where: str, docstring: str | None) -> str:
+    summary = (docstring or "").strip().split("\n\n")[0].replace("\n", " ").replace("``", "`").replace("|", "\\|")
     return f"| [`{name}`]({where}) | {summary} |"
 
 
