@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf, log, prod
 from typing import Any, Literal
@@ -77,7 +77,7 @@ def by_scope(rungs: Sequence[Rung]) -> tuple[list[Step], list[Rung]]:
         least, most = found["least"], found["bound"]
         alike = least.name.removeprefix("at least, ") == most.name.removeprefix("at most, ")
         name = f"between, {most.name.removeprefix('at most, ')}" if alike else f"{least.name}; {most.name}"
-        steps.append(Step("interval", name, about, least.value, most.value))
+        steps.append(Step("interval", name, about, replace(least.value, rounding="down"), replace(most.value, rounding="up")))
     order = ("measured", "unfiltered", "interval", "least", "bound", "target")
     kept = [rung for found in best.values() for rung in found.values()]
     rest = [r for r in rungs if r.kind in ("bound", "least") and not any(r is one for one in kept)]

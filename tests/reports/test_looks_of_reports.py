@@ -243,6 +243,19 @@ def test_paper_has_every_row_of_a_long_table(shown: Callable[..., Browser]) -> N
     assert len(rows) == 2000
 
 
+def test_paper_has_the_rows_that_the_script_makes(browser: Browser, tmp_path: Path) -> None:
+    """Of a table that is too long to be written out."""
+    law = fa.Law.from_array([[1 + i % 7, 3] for i in range(2600)], kind="counts")
+    path = tmp_path / "page.html"
+    fa.report(fa.certify(law, {"0": 1}, confidence=None).certificate, path)
+    browser.open(path)
+    assert len(rows(browser)) == 10
+    browser.run("window.dispatchEvent(new Event('beforeprint'))")
+    listed = rows(browser)
+    assert len(listed) == 2600
+    assert listed[2].split() == ["2", "6", "3", "50.0", "%", "1.4", "1/2"]  # 3 of 6; the best group has 7 of 10
+
+
 def test_paper_without_scripts_has_every_row(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "page.html"
     path.write_text(page("with targets"), "utf-8")
