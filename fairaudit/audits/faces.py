@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from fairaudit.certificates.certificate import Certificate
 
+Form = Literal["json", "html", "pdf", "markdown"]
+
 Picture = Literal["expectations", "ratios", "bounds"]
 
 
@@ -43,8 +45,8 @@ class Faces:
         return verify(self.certificate, require=require)
 
     @answered
-    def report(self, path: str | os.PathLike[str] | None = None, *, format: Literal["html", "markdown"] = "html") -> str:  # noqa: A002
-        """Write the certificate as a page for people, or as markdown, after checking it (`fairaudit.report`)."""
+    def report(self, path: str | os.PathLike[str] | None = None, *, format: Form | None = None) -> str:  # noqa: A002
+        """Write the certificate as a page for people, in print or as markdown, after checking it (`fairaudit.report`)."""
         from fairaudit.reports.report import report
 
         return report(self.certificate, path, format=format)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import secrets
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from fairaudit.arguments import answered, answered_class
 from fairaudit.certificates.subgroup_table import SubgroupTable
 from fairaudit.certificates.table import Table, WrittenTable
 from fairaudit.errors import InputError
-from fairaudit.files import write_atomically
+from fairaudit.files import write_together
 from fairaudit.words import brief
 
 __all__ = ["Certificate", "schema"]
@@ -78,16 +79,28 @@ class Certificate:
         InputError
             If a file cannot be written.
         """
+        files = self.files(path)
+        write_together(files)
+        return [path for path, _ in reversed(files)]
+
+    def files(self, path: str | os.PathLike[str]) -> list[tuple[Path, Iterable[bytes]]]:
+        """What `save` writes: the table, where it is not embedded, and the certificate.
+
+        Raises
+        ------
+        InputError
+            If the path names no file.
+        """
         target = Path(path)
         if not target.name:
             raise InputError(f"{str(path)!r} is not a file name; name a file to write")
-        written = []
-        if self.table is not None:
-            beside = target.with_name((target.stem if target.suffix == ".json" else target.name) + ".table.jsonl")
-            write_atomically(beside, self.table.parts())
-            written.append(beside)
-        write_atomically(target, [self.text.encode("ascii")])
-        return [target, *written]
+        beside = [] if self.table is None else [(table_beside(target), self.table.parts())]
+        return [*beside, (target, [self.text.encode("ascii")])]
+
+
+def table_beside(path: Path) -> Path:
+    """Where the table of a certificate stands that does not hold it."""
+    return path.with_name((path.stem if path.suffix == ".json" else path.name) + ".table.jsonl")
 
 
 def _written(value: Any, depth: int) -> str:

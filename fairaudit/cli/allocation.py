@@ -25,7 +25,7 @@ def certify_choices(arguments: argparse.Namespace) -> Answer:
     """Certify the profile and the position effect of a log of choices."""
     from fairaudit.audits.certify import certify
     from fairaudit.audits.reading import read_table
-    from fairaudit.cli.destinations import check_output
+    from fairaudit.cli.destinations import check_output, write_outputs
     from fairaudit.cli.options import column_list, column_roles, confidence_option, given_limits
     from fairaudit.cli.source import access_of, option, progress
     from fairaudit.errors import InputError
@@ -47,18 +47,17 @@ def certify_choices(arguments: argparse.Namespace) -> Answer:
         within = certify(found.profile_by_position, {CHOSEN: 1}, confidence=None, burden=arguments.burden)
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
-    written: list[Path] = []
-    if arguments.output is not None:
-        path = Path(arguments.output)
-        beside = path.with_name((path.stem if path.suffix == ".json" else path.name) + ".position.json")
-        written = [*profile.certificate.save(path), *position.certificate.save(beside)]
+    names = arguments.output or []
+    beside = [str(path.with_name(f"{path.stem}.position{path.suffix}")) for path in map(Path, names)]
+    if names:
+        write_outputs((profile.certificate, names), (position.certificate, beside))
     return Answer(
         "allocation",
         verdict=profile.verdict,
         sentence=profile.sentence,
         notes=table.notes,
         result=lambda: _entry(found, profile, position, within, bound),
-        text=lambda: _text(found, profile, position, within, bound, written),
+        text=lambda: _text(found, profile, position, within, bound, [*names, *beside]),
         code=profile.exit_code,
     )
 
@@ -98,7 +97,7 @@ def _chances(result: Result) -> list[tuple[str, Fraction]]:
     ]
 
 
-def _text(found: Allocation, profile: Result, position: Result, within: Result, bound: Any, written: list[Path]) -> str:
+def _text(found: Allocation, profile: Result, position: Result, within: Result, bound: Any, written: list[str]) -> str:
     from fairaudit.reports.text import verdict
     from fairaudit.words import approximate, plain
 
@@ -135,7 +134,7 @@ def _text(found: Allocation, profile: Result, position: Result, within: Result, 
     else:
         blocks.append("It describes these choices, not the chooser behind them: small counts vary by chance, and no interval is claimed.")
     if written:
-        blocks.append(f"Certificates of the profile and the position effect: {plain(', '.join(map(str, written)))}")
+        blocks.append(f"Certificates of the profile and the position effect: {plain(', '.join(written))}")
     return "\n\n".join(blocks)
 
 

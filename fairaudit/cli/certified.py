@@ -9,13 +9,13 @@ from fractions import Fraction
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.destinations import write_outputs
 from fairaudit.cli.output import Answer, in_colour
 
 if TYPE_CHECKING:
     from fairaudit.audits.drift import TableRadius
     from fairaudit.audits.result import Result
     from fairaudit.audits.sentences import Deciding, Sizes
-    from fairaudit.certificates.certificate import Certificate
     from fairaudit.cli.population import Finding
     from fairaudit.inference.differences import DifferenceInterval
     from fairaudit.inference.interval import Interval
@@ -31,9 +31,7 @@ TOP = 3  # most unequal pairs that are listed, unless more are asked for
 
 def certified(arguments: argparse.Namespace, result: Result, findings: list[Finding], notes: Sequence[str] = ()) -> Answer:
     """Write the certificate and its page where the options say so, and answer with what was found."""
-    written = result.certificate.save(arguments.output) if arguments.output is not None else []
-    if arguments.report is not None:
-        _write_page(result.certificate, arguments.report)
+    written = write_outputs((result.certificate, arguments.output)) if arguments.output else []
     return Answer(
         "certify",
         verdict=result.verdict,
@@ -41,7 +39,7 @@ def certified(arguments: argparse.Namespace, result: Result, findings: list[Find
         notes=(*result.notes, *notes),
         result=lambda: result.certificate.document,
         details=lambda: _details(result, arguments.top or TOP, findings, two_sided=arguments.two_sided),
-        text=lambda: _text(arguments, result, findings, [str(path) for path in written]),
+        text=lambda: _text(arguments, result, findings, written),
         code=1 if any(finding.refuted for finding in findings) else result.exit_code,
     )
 
@@ -212,20 +210,3 @@ def _sized(found: Sizes | None) -> dict[str, Any]:
         return {}
     units = {} if found[0].units is None else {"units": [size.units for size in found]}
     return {"decisions": [size.decisions for size in found], **units}
-
-
-def _write_page(certificate: Certificate, path: str) -> None:
-    """Write the page of a certificate that was just made, after checking it like any other.
-
-    Raises
-    ------
-    InputError
-        If the page cannot be written.
-    """
-    from fairaudit.errors import FalseCertificate
-    from fairaudit.reports.report import report
-
-    try:
-        report(certificate, path)
-    except FalseCertificate as error:
-        raise RuntimeError(str(error)) from None

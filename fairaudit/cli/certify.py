@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.certified import TOP, certified
-from fairaudit.cli.destinations import check_output
+from fairaudit.cli.destinations import add_output, check_output, documents
 from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits, unknown_shares, utility_range
 from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
@@ -156,9 +156,7 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
         "updates change a verdict on a ratio, or are the worst and the best within --max-drift, "
         "and which unrecorded factor could explain one",
     )
-    rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
-    rest.add_argument("--report", metavar="FILE", help="write a page for people, too (needs the extra 'report')")
-    rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
+    add_output(rest)
     add_format(rest)
 
 
@@ -206,8 +204,6 @@ def run(arguments: argparse.Namespace) -> Answer:
 
         ask_for_columns(arguments)
     if arguments.slots is not None:
-        if arguments.report is not None:
-            raise InputError("--report does not go with --slots; write the certificate with -o, and run fairaudit report on it")
         from fairaudit.cli.allocation import certify_choices
 
         return certify_choices(arguments)
@@ -296,7 +292,6 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
 
     others = (
         "positive",
-        "report",
         "placebo",
         "claimed_exp_epsilon",
         "utility_range",
@@ -310,7 +305,8 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
         "hidden_context",
         "all_bounds",
     )
-    return unfit_for_parts(reading, {name: getattr(arguments, name) for name in (*others, *DIFFERENCES)})
+    given = {name: getattr(arguments, name) for name in (*others, *DIFFERENCES)}
+    return unfit_for_parts(reading, given) or ", ".join(f"-o {name}" for name in documents(arguments))
 
 
 def _certify_in_parts(arguments: argparse.Namespace) -> Answer:

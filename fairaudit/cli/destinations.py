@@ -4,25 +4,123 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from fairaudit.tables.sources import is_database
 
-__all__ = ["check_output", "refuse_output"]
+if TYPE_CHECKING:
+    from fairaudit.certificates.certificate import Certificate
+
+__all__ = ["add_output", "check_forms", "check_output", "documents", "refuse_output", "refuse_twice", "write_outputs"]
+
+
+def add_output(group: Any) -> None:
+    """Declare where a command writes its certificate, and what it writes besides."""
+    group.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        action="append",
+        help="write the certificate (.json), a page for people (.html), that in print (.pdf) or markdown (.md); may be given several times",
+    )
+    group.add_argument("--report", metavar="FILE", dest="output", action="append", help="the same as -o")
+    group.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
+
+
+def documents(arguments: argparse.Namespace) -> list[str]:
+    """The outputs that people read, of those that were named."""
+    from fairaudit.reports.endings import form_of
+
+    return [name for name in arguments.output or [] if form_of(name) != "json"]
 
 
 def check_output(arguments: argparse.Namespace) -> None:
-    """Refuse an output that cannot be written, or must not be, before the work is done."""
+    """Refuse outputs that cannot be written, or must not be, before the work is done."""
+    from fairaudit.certificates.certificate import table_beside
+    from fairaudit.errors import InputError
+    from fairaudit.reports.endings import form_of
+
+    names: list[str] = arguments.output or []
+    for name in names:
+        for read, what in _read(arguments):
+            refuse_output(name, read, what)
+            if name.endswith(".json"):
+                refuse_output(str(table_beside(Path(name))), read, what)
+    check_forms(names)
+    if arguments.no_table and not any(form_of(name) == "json" for name in names):
+        raise InputError("--no-table needs -o FILE.json, to write the certificate and its table separately")
+    refuse_twice(names)
+
+
+def check_forms(names: Sequence[str]) -> None:
+    """Refuse files whose name does not say what to write, or whose making needs what is not installed."""
+    from fairaudit.reports.endings import form_of
+
+    forms = {form_of(name) for name in names}
+    if "html" in forms:
+        from fairaudit.reports.page import check_extra
+
+        check_extra()
+    if "pdf" in forms:
+        from fairaudit.reports.paper import check_extra as check_paper
+
+        check_paper()
+
+
+def refuse_twice(names: Sequence[str]) -> None:
+    """Refuse a file that is named twice."""
     from fairaudit.errors import InputError
 
-    if getattr(arguments, "report", None) is not None:
-        _check_page(arguments)
-    if arguments.output is None:
-        if arguments.no_table:
-            raise InputError("--no-table needs -o FILE, to write the certificate and its table separately")
-        return
-    refuse_output(arguments.output, _tables(arguments))
+    for i, name in enumerate(names):
+        if any(os.path.realpath(name) == os.path.realpath(other) for other in names[:i]):
+            raise InputError(f"{name} is named twice; name a file for each")
+
+
+def write_outputs(*made: tuple[Certificate, Sequence[str]]) -> list[str]:
+    """Write certificates that were just made to their files, to each as its ending says: all of them, or none.
+
+    Parameters
+    ----------
+    *made : (Certificate, sequence of str)
+        A certificate and the names of its files.
+
+    Returns
+    -------
+    list of str
+        What can be verified of the first: the certificate, and its table where that stands beside it, else a page.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    from fairaudit.certificates.certificate import table_beside
+    from fairaudit.files import write_together
+    from fairaudit.reports.endings import form_of
+
+    files = [file for certificate, names in made for file in _files(certificate, names)]
+    write_together(files)
+    certificate, names = made[0]
+    for name in names:
+        if form_of(name) == "json":
+            return [name] if certificate.table is None else [name, str(table_beside(Path(name)))]
+    return [name for name in names if form_of(name) == "html"][:1]
+
+
+def _files(certificate: Certificate, names: Sequence[str]) -> list[tuple[Path, Iterable[bytes]]]:
+    from fairaudit.errors import FalseCertificate
+    from fairaudit.reports.endings import form_of
+
+    if all(form_of(name) == "json" for name in names):
+        return [file for name in names for file in certificate.files(name)]
+    from fairaudit.reports.report import files_of
+
+    try:
+        return files_of(certificate, names)
+    except FalseCertificate as error:
+        raise RuntimeError(str(error)) from None
 
 
 def refuse_output(name: str, read: Sequence[str], what: str = "the table") -> None:
@@ -44,21 +142,17 @@ def refuse_output(name: str, read: Sequence[str], what: str = "the table") -> No
         raise InputError(f"{path} {fault}")
 
 
-def _check_page(arguments: argparse.Namespace) -> None:
-    """Refuse a page that cannot be written, before the work is done."""
-    from fairaudit.errors import InputError
-    from fairaudit.reports.page import check_extra
-
-    refuse_output(arguments.report, _tables(arguments))
-    if arguments.output is not None and os.path.realpath(arguments.output) == os.path.realpath(arguments.report):
-        raise InputError("-o and --report name the same file; the certificate and its page need one each")
-    check_extra()
-
-
-def _tables(arguments: argparse.Namespace) -> list[str]:
-    """Files that are read."""
-    tables = arguments.table if isinstance(arguments.table, list) else [arguments.table]
-    return [table for table in tables if isinstance(table, str) and not is_database(table)]
+def _read(arguments: argparse.Namespace) -> Iterator[tuple[list[str], str]]:
+    """Files that are read, and what they are."""
+    given = arguments.table if isinstance(arguments.table, list) else [arguments.table]
+    yield [table for table in given if isinstance(table, str) and not is_database(table)], "the table"
+    for name, what in (
+        ("from_monitor", "the state of the monitor"),
+        ("map", "the file of --map"),
+        ("group_probability", "the table of probabilities"),
+    ):
+        if isinstance(path := getattr(arguments, name, None), str):
+            yield [path], what
 
 
 def _fault(path: Path, read: Sequence[str], what: str) -> str:
@@ -67,6 +161,8 @@ def _fault(path: Path, read: Sequence[str], what: str) -> str:
         return "is a directory; name a file to write"
     if not path.parent.is_dir():
         return f"cannot be written: there is no directory {path.parent}"
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        return f"cannot be written: nothing may be written in {path.parent}"
     try:
         found = path.stat()
     except FileNotFoundError:

@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from fairaudit.cli.certified import TOP
-from fairaudit.cli.destinations import check_output, refuse_output
+from fairaudit.cli.destinations import check_output, write_outputs
 from fairaudit.cli.options import given_limits
 from fairaudit.cli.output import Answer
 from fairaudit.cli.population import OF_SAMPLES
@@ -58,9 +58,6 @@ def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError("no utility was given; use --utility, such as --utility Admitted, or --utility-column COL")
     check_output(arguments)
-    for name in (arguments.output, arguments.report):
-        if name is not None:
-            refuse_output(name, [arguments.group_probability], "the table of probabilities")
     reading = reading_of(arguments)
     utility = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"))
     probabilities = read_group_probabilities(arguments.group_probability, reading.group)
@@ -74,17 +71,13 @@ def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
             embed=False if arguments.no_table else None,
             report=told,
         )
-    written = result.save(arguments.output) if arguments.output is not None else []
-    if arguments.report is not None:
-        from fairaudit.reports.report import report
-
-        report(result.certificate, arguments.report)
+    written = write_outputs((result.certificate, arguments.output)) if arguments.output else []
     return Answer(
         "certify-proxies",
         verdict=result.verdict,
         sentence=result.sentence,
         notes=result.notes,
         result=lambda: result.certificate.document,
-        text=lambda: proxy_text(result, arguments.top or TOP, [str(path) for path in written], completions=arguments.show_completions),
+        text=lambda: proxy_text(result, arguments.top or TOP, written, completions=arguments.show_completions),
         code=result.exit_code,
     )

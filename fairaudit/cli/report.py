@@ -1,4 +1,4 @@
-"""`fairaudit report`: a certificate as a page that people read, or as markdown."""
+"""`fairaudit report`: a certificate as a page that people read, in print, or as markdown."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer
 
 DESCRIPTION = """\
-Write a certificate as one self-contained HTML page, or as markdown. Every statement is checked first, as `fairaudit verify` does; a false
-certificate gets no report, and one whose table is in another file that --table does not name, a report marked as not checked. The page
-loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
+Write a certificate as one self-contained HTML page, as that in print (PDF), or as markdown. Every statement is checked first, as
+`fairaudit verify` does; a false certificate gets no report, and one whose table is in another file that --table does not name, a report
+marked as not checked. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
 
 
 EPILOG = """\
 exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input
 
 examples:
-  fairaudit report certificate.json -o page.html
+  fairaudit report certificate.json -o page.html -o page.pdf
   fairaudit report certificate.json --format markdown
   fairaudit report certificate.json --table certificate.table.jsonl -o page.html"""
 
@@ -28,8 +28,15 @@ def add(commands: Any) -> None:
     """Declare the options."""
     parser = add_command(commands, "report", run, "write a certificate as a page for people", DESCRIPTION, EPILOG)
     parser.add_argument("certificate", metavar="CERTIFICATE.json", help="the certificate")
-    parser.add_argument("-o", "--output", metavar="FILE", help="where to write (standard output by default)")
-    parser.add_argument("--format", choices=("html", "markdown"), default="html", help="what to write (html)")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        action="append",
+        help="where to write: a page (.html), that in print (.pdf), markdown (.md), the certificate itself (.json); may be given several "
+        "times (standard output by default)",
+    )
+    parser.add_argument("--format", choices=("html", "markdown"), help="what to write to standard output (html)")
     parser.add_argument(
         "--table",
         metavar="FILE",
@@ -39,17 +46,27 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> Answer | int:
     """Do the work."""
-    from fairaudit.cli.destinations import refuse_output
-    from fairaudit.errors import FalseCertificate
-    from fairaudit.reports.report import report
+    from fairaudit.cli.destinations import check_forms, refuse_output, refuse_twice
+    from fairaudit.errors import FalseCertificate, InputError
+    from fairaudit.files import write_together
+    from fairaudit.reports.endings import form_of
+    from fairaudit.reports.report import files_of, report
     from fairaudit.words import plain
 
-    if arguments.output is not None:
-        refuse_output(arguments.output, [arguments.certificate], "the certificate")
-        refuse_output(arguments.output, [arguments.table] if arguments.table is not None else [])
+    names: list[str] = arguments.output or []
+    for name in names:
+        refuse_output(name, [arguments.certificate], "the certificate")
+        refuse_output(name, [arguments.table] if arguments.table is not None else [])
+        if arguments.format not in (None, form_of(name)):
+            raise InputError(f"--format {arguments.format} does not go with {name}, whose ending says what is written; leave one away")
+    refuse_twice(names)
+    check_forms(names)
     try:
-        text = report(arguments.certificate, arguments.output, format=arguments.format, table=arguments.table)
+        if names:
+            write_together(files_of(arguments.certificate, names, arguments.table))
+            return 0
+        text = report(arguments.certificate, format=arguments.format, table=arguments.table)
     except FalseCertificate as error:
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return 1
-    return 0 if arguments.output is not None else Answer("report", result=dict, text=lambda: text.rstrip("\n"))
+    return Answer("report", result=dict, text=lambda: text.rstrip("\n"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.destinations import check_output
+from fairaudit.cli.destinations import add_output, check_output, write_outputs
 from fairaudit.cli.options import add_command, confidence_option
 from fairaudit.cli.output import Answer, add_format, aligned
 from fairaudit.cli.source import add_label_options, add_source, progress, reading_of
@@ -65,9 +65,7 @@ def add(commands: Any) -> None:
     rest = parser.add_argument_group("input and output")
     add_label_options(rest)
     add_source(rest)
-    rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
-    rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
-    rest.add_argument("--report", metavar="FILE.html", help="write a page for people as well")
+    add_output(rest)
     add_format(rest)
     parser.set_defaults(context=None, probability=None, weight=None)
 
@@ -95,11 +93,7 @@ def run(arguments: argparse.Namespace) -> Answer:
             embed_table=False if arguments.no_table else None,
             report=told,
         )
-    written = [] if arguments.output is None else [str(path) for path in found.save(arguments.output)]
-    if arguments.report is not None:
-        from fairaudit.reports.report import report
-
-        report(found.certificate, arguments.report)
+    written = write_outputs((found.certificate, arguments.output)) if arguments.output else []
     return Answer(
         "certify-subgroups",
         verdict=found.verdict,

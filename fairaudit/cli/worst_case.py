@@ -7,7 +7,7 @@ from itertools import pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.destinations import check_output
+from fairaudit.cli.destinations import add_output, check_output, write_outputs
 from fairaudit.cli.options import add_command, column_list
 from fairaudit.cli.output import Answer, add_format, aligned
 from fairaudit.cli.source import add_label_options, add_source, add_table_form, law_from_options
@@ -63,8 +63,7 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest.add_argument("--global", dest="overall", action="store_true", help="compare group means instead of groups within contexts")
     add_label_options(rest)
     add_source(rest)
-    rest.add_argument("-o", "--output", metavar="FILE", help="write the certificate")
-    rest.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
+    add_output(rest)
     add_format(rest)
 
 
@@ -94,7 +93,7 @@ def run(arguments: argparse.Namespace) -> Answer:
     if arguments.output is None and arguments.format != "json":
         return _answer(found, {}, [])
     certificate = certify_worst_case(found, embed_table=False if arguments.no_table else None)
-    written = [] if arguments.output is None else [str(path) for path in certificate.save(arguments.output)]
+    written = write_outputs((certificate, arguments.output)) if arguments.output else []
     return _answer(found, certificate.document, written)
 
 

@@ -1,24 +1,26 @@
-"""`report`: a certificate as a page or as markdown, after it was checked."""
+"""`report`: a certificate as a page, in print or as markdown, after it was checked."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Literal
 
 from fairaudit.arguments import answered
+from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import FalseCertificate, InputError, nearest, shown
-from fairaudit.files import write_atomically
+from fairaudit.files import write_together
+from fairaudit.reports.endings import ENDINGS, Form, form_of
 from fairaudit.reports.markdown import markdown
 from fairaudit.reports.page import html
+from fairaudit.reports.paper import printed
 from fairaudit.reports.proxy_content import FORMAT as PROXIES
 from fairaudit.reports.proxy_page import proxy_html, proxy_markdown
 from fairaudit.reports.subgroup_content import FORMAT as SUBGROUPS
 from fairaudit.reports.subgroup_page import subgroup_html, subgroup_markdown
-from fairaudit.verified.verification import CertificateLike, checked, opened
+from fairaudit.verified.verification import CertificateLike, Opened, checked, opened
 
-__all__ = ["report"]
+__all__ = ["files_of", "report"]
 
 FORMATS: dict[str, Callable[..., str]] = {"html": html, "markdown": markdown}
 
@@ -33,19 +35,20 @@ def report(
     certificate: CertificateLike,
     path: str | os.PathLike[str] | None = None,
     *,
-    format: Literal["html", "markdown"] = "html",  # noqa: A002
+    format: Form | None = None,  # noqa: A002
     table: str | os.PathLike[str] | None = None,
 ) -> str:
-    """Write a certificate as a self-contained page that people read, or as markdown; it is checked first, as `verify` does.
+    """Write a certificate as a self-contained page that people read, in print, or as markdown; it is checked first, as `verify` does.
 
     Parameters
     ----------
     certificate : Certificate, Result, mapping, bytes or path
         The certificate.
     path : path, optional
-        Where to write the report; by default it is only returned.
-    format : {"html", "markdown"}
-        What to write; pages need the extra ``report``.
+        Where to write the report, which its ending names: ``.html``, ``.pdf``, ``.md``, or ``.json`` for the certificate itself; by default
+        it is only returned.
+    format : {"html", "markdown", "pdf", "json"}, optional
+        What to write; by default what the ending of the path names, or a page. Pages need the extra ``report``, prints the extra ``pdf``.
     table : path, optional
         The file of the canonical table, where the certificate does not hold it; nothing of it goes into the report. Without it the report
         says that nobody checked the certificate.
@@ -53,7 +56,7 @@ def report(
     Returns
     -------
     str
-        The report.
+        The report; of a print the page that was printed.
 
     Raises
     ------
@@ -70,18 +73,83 @@ def report(
     >>> report(result, format="markdown").splitlines()[0]
     '## Fairness audit: no target was set'
     """
-    if format not in FORMATS:
-        raise InputError(f"format={shown(format)} is not accepted; {nearest(str(format), FORMATS)}")
-    target = None if path is None else Path(path)
-    if target is not None and isinstance(certificate, (str, os.PathLike)) and target.exists() and target.samefile(certificate):
-        raise InputError(f"{target} is the certificate itself; name another file to write")
+    form = _form(format, path)
+    found, said = _read([] if path is None else [path], certificate, table)
+    text = _text(found, form, said)
+    if path is not None:
+        write_together([(Path(path), [_bytes(text, form, found)])])
+    return text
+
+
+def files_of(
+    certificate: CertificateLike, paths: Sequence[str | os.PathLike[str]], table: str | os.PathLike[str] | None = None
+) -> list[tuple[Path, Iterable[bytes]]]:
+    """Make files of a certificate, of each what its ending says, after it was checked.
+
+    Parameters
+    ----------
+    certificate : Certificate, Result, mapping, bytes or path
+        The certificate.
+    paths : sequence of paths
+        Files that end in ``.json``, ``.html``, ``.pdf`` or ``.md``.
+    table : path, optional
+        The file of the canonical table, where the certificate does not hold it.
+
+    Returns
+    -------
+    list of (Path, iterable of bytes)
+        The files with their content, for `write_together`; with those of tables that stand beside certificates.
+
+    Raises
+    ------
+    FalseCertificate
+        If a statement is false.
+    InputError
+        If it is no certificate, or a name does not say what to write.
+    """
+    forms = [form_of(path) for path in paths]
+    found, said = _read(paths, certificate, table)
+    made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", Certificate(found.document))
+    files: list[tuple[Path, Iterable[bytes]]] = []
+    for path, form in zip(paths, forms, strict=True):
+        files += made.files(path) if form == "json" else [(Path(path), [_bytes(_text(found, form, said), form, found)])]
+    return files
+
+
+def _form(given: Form | None, path: str | os.PathLike[str] | None) -> Form:
+    """What to write, by its name or by the ending of the path."""
+    if given is not None and given not in ENDINGS.values():
+        raise InputError(f"format={shown(given)} is not accepted; {nearest(str(given), dict.fromkeys(ENDINGS.values()))}")
+    if path is None:
+        if given == "pdf":
+            raise InputError("format='pdf' needs a path that ends in .pdf; a print is no text")
+        return given or "html"
+    form = form_of(path)
+    if given not in (None, form):
+        raise InputError(f"format={shown(given)} does not go with {os.fspath(path)}; leave it away, or name a file that ends otherwise")
+    return form
+
+
+def _read(
+    paths: Sequence[str | os.PathLike[str]], certificate: CertificateLike, table: str | os.PathLike[str] | None
+) -> tuple[Opened, str]:
+    """Open a certificate and check it."""
+    for target in map(Path, paths):
+        if isinstance(certificate, (str, os.PathLike)) and target.exists() and target.samefile(certificate):
+            raise InputError(f"{target} is the certificate itself; name another file to write")
     found = opened(certificate, table)
     try:
-        said = checked(found)
+        return found, checked(found)
     except FalseCertificate as error:
         raise FalseCertificate(f"{error}; no report was written") from None
+
+
+def _text(found: Opened, form: Form, said: str) -> str:
+    if form == "json":
+        return Certificate(found.document).text
     faces = OF_OTHERS.get(str(found.form), FORMATS)
-    text = faces[format](found.document, checked=said)
-    if target is not None:
-        write_atomically(target, [text.encode("utf-8")])
-    return text
+    return faces["html" if form == "pdf" else form](found.document, checked=said)
+
+
+def _bytes(text: str, form: Form, found: Opened) -> bytes:
+    return printed(text, found.document) if form == "pdf" else text.encode("utf-8")

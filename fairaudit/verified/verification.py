@@ -188,8 +188,9 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
         return Opened(document, raw, lines, os.fspath(certificate))
     name = "the certificate"
     if isinstance(certificate, bytes):
+        held = _without_page(certificate)
         try:
-            document = json.loads(_without_page(certificate))
+            document = json.loads(held)
         except (ValueError, RecursionError):
             raise InputError("these bytes are not JSON, as a certificate is") from None
         return Opened(document, certificate, lines, name)

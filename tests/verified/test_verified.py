@@ -94,15 +94,20 @@ def test_reports_are_those_of_the_command(tmp_path: Path, capsys: pytest.Capture
     path = tmp_path / "c.json"
     result.save(path)
     for kind in ("markdown", "html"):
-        assert main(["report", str(path), "--format", kind, "-o", str(tmp_path / "by-command")]) == 0
-        text = fa.report(result, tmp_path / "here", format=kind)  # type: ignore[arg-type]
-        assert text == (tmp_path / "here").read_text("utf-8") == (tmp_path / "by-command").read_text("utf-8")
+        ending = {"markdown": "md", "html": "html"}[kind]
+        assert main(["report", str(path), "--format", kind, "-o", str(tmp_path / f"by-command.{ending}")]) == 0
+        text = fa.report(result, tmp_path / f"here.{ending}", format=kind)  # type: ignore[arg-type]
+        assert text == (tmp_path / f"here.{ending}").read_text("utf-8") == (tmp_path / f"by-command.{ending}").read_text("utf-8")
         assert result.report(format=kind) == text  # type: ignore[arg-type]
     capsys.readouterr()
     with pytest.raises(fa.InputError, match="is the certificate itself"):
         fa.report(path, path)
-    with pytest.raises(fa.InputError, match="format='pdf' is not accepted"):
-        fa.report(path, format="pdf")  # type: ignore[arg-type]
+    with pytest.raises(fa.InputError, match=r"needs a path that ends in \.pdf"):
+        fa.report(path, format="pdf")
+    with pytest.raises(fa.InputError, match="format='docx' is not accepted"):
+        fa.report(path, format="docx")  # type: ignore[arg-type]
+    with pytest.raises(fa.InputError, match=r"does not go with .*page\.html"):
+        fa.report(path, tmp_path / "page.html", format="markdown")
 
 
 @pytest.mark.parametrize("picture", ["expectations", "ratios", "bounds"])

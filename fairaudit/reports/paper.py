@@ -1,0 +1,174 @@
+"""The page of a report in print: a PDF of all of it, which is the same for the same page and holds the certificate as an attachment."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from fractions import Fraction
+from importlib.resources import files
+from typing import Any
+
+from fairaudit.audits.sentences import Size, amount_text
+from fairaudit.certificates.certificate import FORMAT, Certificate
+from fairaudit.certificates.reader import Subject
+from fairaudit.errors import InputError
+from fairaudit.measures.expectations import cell_expectation
+from fairaudit.reports.content import describe
+from fairaudit.reports.page import templates
+from fairaudit.reports.words import Value, clip
+
+__all__ = ["check_extra", "printed"]
+
+DATE = datetime(1980, 1, 1, tzinfo=UTC)
+"""Of the attachment: what is printed says when something was, and where; the file itself is the same whenever it is made."""
+
+DRAWN = {"fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "font-size", "font-weight"}
+"""Properties of shapes, which are not passed down to a drawing from the style of the page around it."""
+
+VARIABLE = re.compile(r"var\(\s*(--[\w-]+)\s*\)")
+
+
+def printed(page: str, document: Mapping[str, Any]) -> bytes:
+    """Print the page of a report, with every row of its table.
+
+    Parameters
+    ----------
+    page : str
+        The page.
+    document : mapping
+        The certificate that it is about, which is attached.
+
+    Returns
+    -------
+    bytes
+        The PDF.
+
+    Raises
+    ------
+    InputError
+        If WeasyPrint or a library that it needs is missing.
+    """
+    weasyprint = _weasyprint()
+    from weasyprint.urls import URLFetcher
+
+    attached = weasyprint.Attachment(
+        string=Certificate(dict(document)).text.encode("ascii"),
+        name="certificate.json",
+        description="The certificate",
+        created=DATE,
+        modified=DATE,
+    )
+    paper = weasyprint.CSS(string=files("fairaudit.reports").joinpath("paper.css").read_text("utf-8"))
+    before, _, after = page.rpartition("</main>")
+    drawn = _drawn(f"{before}{_further(document)}</main>{after}")
+    found = weasyprint.HTML(string=drawn, url_fetcher=URLFetcher(allowed_protocols=()))
+    pdf: bytes = found.write_pdf(stylesheets=[paper], attachments=[attached])
+    return pdf
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table: a group in a context, how much was recorded of it, and what it gets."""
+
+    context: str
+    group: str
+    recorded: str
+    value: Value
+
+
+def _further(document: Mapping[str, Any]) -> str:
+    """What stands in print alone: every row, and how to verify what is attached."""
+    environment, _ = templates()
+    table = document["subject"]["table"]
+    own = document["format"] == FORMAT
+    content = describe(document) if own else None
+    found = None if content is None else content.subject
+    text: str = environment.get_template("paper.html.j2").render(
+        rows=[] if found is None else list(_rows(found)),
+        contexts="" if found is None else clip(", ".join(found.law.columns.context)),
+        groups="" if found is None else clip(", ".join(found.law.columns.group)),
+        recorded=found is not None and found.law.kind == "counts",
+        amount="" if content is None else content.amount[0].upper() + content.amount[1:],
+        held="header" in table,
+        digest=table["sha256"],
+    )
+    return text
+
+
+def _rows(found: Subject) -> Iterator[Row]:
+    law = found.law
+    for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
+        recorded = amount_text(Size(Fraction(sum(law.row(cell)), law.scale), None)) if law.kind == "counts" else ""
+        value = Value(Fraction(*cell_expectation(law, found.utility, cell)))
+        yield Row(clip(", ".join(law.contexts[x])), clip(", ".join(law.groups[a])), recorded, value)
+
+
+def check_extra() -> None:
+    """Refuse when what prints need is not installed.
+
+    Raises
+    ------
+    InputError
+        Naming what to install.
+    """
+    templates()
+    _weasyprint()
+
+
+def _weasyprint() -> Any:
+    try:
+        import weasyprint
+    except ImportError:
+        raise InputError("a PDF needs WeasyPrint; install the extra: pip install 'fairaudit-certify[pdf]', or ask for .html") from None
+    except OSError as error:  # what it calls is not there
+        library = str(error).partition("'")[2].partition("'")[0] or "a library"
+        raise InputError(
+            f"a PDF needs {library}, which is not installed; install Pango: apt install libpango-1.0-0 libpangoft2-1.0-0 "
+            "libharfbuzz-subset0, or brew install pango, or ask for .html"
+        ) from None
+    return weasyprint
+
+
+def _drawn(page: str) -> str:
+    """Put into each drawing the rules of the page's style that are about shapes."""
+    style = re.search("<style>(.*?)</style>", page, re.DOTALL)
+    rules = "".join(_rules_of_shapes(style[1])) if style else ""
+    return re.sub(r"(<svg\b[^>]*>)", lambda opening: f"{opening[1]}<style>{rules}</style>", page)
+
+
+def _rules_of_shapes(css: str) -> Iterator[str]:
+    """The rules of a style that are about shapes, with the values that variables have in print."""
+    import tinycss2
+
+    rules = [*_rules(tinycss2.parse_stylesheet(css, skip_comments=True, skip_whitespace=True))]
+    values = {
+        found.name: tinycss2.serialize(found.value).strip() for rule in rules for found in _declared(rule) if found.name.startswith("--")
+    }
+    for rule in rules:
+        said = []
+        for found in _declared(rule):
+            value = VARIABLE.sub(lambda name: values.get(name[1], name[0]), tinycss2.serialize(found.value))
+            if found.name in DRAWN and "var(" not in value:
+                said.append(f"{found.name}:{value.strip()}")
+        if said:
+            yield f"{tinycss2.serialize(rule.prelude).strip()}{{{';'.join(said)}}}"
+
+
+def _rules(nodes: Iterable[Any]) -> Iterator[Any]:
+    """Rules that hold in print, in their order."""
+    import tinycss2
+
+    for node in nodes:
+        if node.type == "qualified-rule":
+            yield node
+        elif node.type == "at-rule" and node.lower_at_keyword == "media" and tinycss2.serialize(node.prelude).strip() == "print":
+            yield from _rules(tinycss2.parse_rule_list(node.content, skip_comments=True, skip_whitespace=True))
+
+
+def _declared(rule: Any) -> list[Any]:
+    import tinycss2
+
+    found = tinycss2.parse_blocks_contents(rule.content, skip_comments=True, skip_whitespace=True)
+    return [entry for entry in found if entry.type == "declaration"]
