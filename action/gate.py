@@ -15,9 +15,12 @@ import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from fairaudit.certificates.certificate import FORMAT
+from fairaudit.reports.content import describe
 from fairaudit.reports.markdown import prose
+from fairaudit.reports.overview import of_content
 from fairaudit.words import plain
 
 FAILS = {"exceeds": (1,), "inconclusive": (1, 3), "never": ()}
@@ -80,11 +83,18 @@ def certify(given: Mapping[str, str], folder: Path) -> Found:
         arguments += [f"--{name}={limit}"] if limit else []
     named = [f"./{name}" if name.startswith("-") else name for name in files]
     done = run("certify", *named, *arguments, "-o", str(folder / "certificate.json"), "--format", "json")
-    if not (folder / "certificate.json").is_file():
-        said = done.stderr.strip().splitlines()
-        return Found(2, "error", said[-1].removeprefix("fairaudit: ") if said else "these arguments make no certificate")
-    answer = json.loads(done.stdout)
-    return Found(done.returncode, answer["verdict"], answer["sentence"], tuple(answer["notes"]))
+    if done.stdout and (folder / "certificate.json").is_file():
+        answer = json.loads(done.stdout)
+        return Found(done.returncode, answer["verdict"], sentence(answer), tuple(answer["notes"]))
+    said = done.stderr.strip().splitlines()
+    return Found(2, "error", said[-1].removeprefix("fairaudit: ") if said else "these arguments make no certificate")
+
+
+def sentence(answer: Mapping[str, Any]) -> str:
+    """The answer as the summary has it: the verdict from the pair that decided; of other documents, and without the table, their own."""
+    document = answer["result"]
+    found = of_content(describe(document)) if document.get("format") == FORMAT else None
+    return answer["sentence"] if found is None else " ".join((*found.cautions, *found.sentences))
 
 
 def report(folder: Path) -> str:

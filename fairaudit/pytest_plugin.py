@@ -41,7 +41,7 @@ def fairness_gate(request: pytest.FixtureRequest) -> Callable[..., Result]:
     def gate(subject: Any, *utility: Any, save: str | os.PathLike[str] | None = None, **options: Any) -> Result:
         from fairaudit.audits.certify import certify
         from fairaudit.audits.result import Result
-        from fairaudit.reports.text import verdict
+        from fairaudit.reports.overview import of_result
         from fairaudit.words import plain
 
         nonlocal gates
@@ -49,28 +49,34 @@ def fairness_gate(request: pytest.FixtureRequest) -> Callable[..., Result]:
         judged = isinstance(subject, Result) and not utility and not options
         result: Result = subject if judged else certify(subject, *utility, **options)
         written = "" if save is None else str(result.certificate.save(save)[0])
+        found = of_result(result)
+        sentence = " ".join((*found.cautions, *found.sentences))
         if request.config.getini("fairness_properties"):
             prefix = f"fairness{gates if gates > 1 else ''}"
-            request.node.user_properties += [(f"{prefix}.{name}", plain(value)) for name, value in _properties(result, written)]
+            request.node.user_properties += [(f"{prefix}.{name}", plain(value)) for name, value in _properties(result, sentence, written)]
         if result.verdict == "none":
             pytest.fail("the fairness gate has no target; give one, such as max_local_ratio='5/4'", pytrace=False)
-        said = [verdict(result), plain(result.sentence), *([f"Certificate: {plain(written)}"] if written else [])]
+        said = [
+            *(f"{verdict.upper()} {limit}" for verdict, limit in found.targets),
+            sentence,
+            *(f"Established beyond chance: {answer} ({why})" for answer, why in found.chance),
+            *([f"Certificate: {written}"] if written else []),
+        ]
         if result.verdict != "within":
-            planned = [planned.sentence for _, planned in result.further_draws]
-            pytest.fail("\n".join([*said, *planned]), pytrace=False)
-        print("\n".join(said))  # noqa: T201 - pytest keeps it with the test
+            pytest.fail("\n".join(map(plain, said)), pytrace=False)
+        print("\n".join(map(plain, said)))  # noqa: T201 - pytest keeps it with the test
         return result
 
     return gate
 
 
-def _properties(result: Result, written: str) -> Iterator[tuple[str, str]]:
+def _properties(result: Result, sentence: str, written: str) -> Iterator[tuple[str, str]]:
     """What a gate found: ratios exactly, ends of intervals rounded outwards."""
     from fairaudit.certificates.numbers import number
     from fairaudit.words import approximate
 
     yield "verdict", result.verdict
-    yield "sentence", result.sentence
+    yield "sentence", sentence
     for name, measured in (("local", result.local), ("global", result.global_)):
         if measured is not None:
             yield f"{name}.ratio", number(measured.ratio)

@@ -13,6 +13,7 @@ import threading
 from collections.abc import Iterator
 from fractions import Fraction
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -109,6 +110,18 @@ def table(folder: Path, f: int, m: int) -> None:
         csv.writer(file).writerows(rows)
 
 
+@pytest.fixture
+def modules() -> tuple[Any, Any]:
+    """The two scripts as modules."""
+    found = []
+    for name in ("gate", "comment"):
+        spec = spec_from_file_location(f"action_{name}", ROOT / "action" / f"{name}.py")
+        assert spec is not None and spec.loader is not None
+        found.append(module_from_spec(spec))
+        spec.loader.exec_module(found[-1])
+    return found[0], found[1]
+
+
 OPTIONS = "--decision answer --group sex --count n --utility yes"
 VERDICTS = {"within": (1000, 1000), "exceeds": (1000, 500), "inconclusive": (1000, 820)}
 
@@ -147,6 +160,19 @@ def test_the_admissions_of_1973(tmp_path: Path, limit: str, verdict: str, code: 
     assert (found.code, found.outputs["verdict"]) == (code, verdict), found.printed
     document = json.loads(Path(found.outputs["certificate"]).read_text("utf-8"))
     assert Fraction(document["metrics"]["global"]["ratio"]) == Fraction(1198, 2691) / Fraction(557, 1835)
+
+
+def test_other_documents_have_a_gate_too(tmp_path: Path) -> None:
+    """Who of several candidates was chosen, and groups that nobody recorded."""
+    (tmp_path / "choices.csv").write_text("order,chosen\n" + "a b,a\nb a,a\n" * 300)
+    found = gate(tmp_path, file="choices.csv", arguments="--slots order --winner chosen", max_local_ratio="5/4")
+    assert (found.code, found.outputs["verdict"]) == (1, "exceeds"), found.printed
+    (tmp_path / "log.csv").write_text("answer,place\n" + "yes,x\nno,x\nyes,y\nyes,y\n" * 300)
+    (tmp_path / "places.csv").write_text("place,sex,probability\nx,f,0.9\nx,m,0.1\ny,f,0.1\ny,m,0.9\n")
+    options = "--decision answer --utility yes --group sex --group-probability places.csv"
+    found = gate(tmp_path, file="log.csv", arguments=options, max_global_ratio="11/10", fail_on="never")
+    assert (found.code, found.outputs["verdict"] == "error") == (0, False), found.printed
+    assert verify(found.outputs["certificate"]).ok
 
 
 def test_each_run_has_a_folder_of_its_own(tmp_path: Path) -> None:
@@ -235,18 +261,12 @@ def test_hostile_labels_stay_text(tmp_path: Path, label: str) -> None:
     assert found.summary.splitlines()[2].startswith("## Fairness audit: ")
 
 
-def test_a_broken_tool_is_no_verdict(tmp_path: Path) -> None:
+def test_a_broken_tool_is_no_verdict(tmp_path: Path, modules: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """Python ends with 1 where it fails, as `certify` does where a target is exceeded."""
-    table(tmp_path, 1000, 1000)
-    broken = tmp_path / "broken" / "fairaudit"
-    (broken / "reports").mkdir(parents=True)
-    for name in ("__init__.py", "reports/__init__.py"):
-        (broken / name).write_text("")
-    (broken / "words.py").write_text("plain = str\n")
-    (broken / "reports" / "markdown.py").write_text("prose = str\n")
-    inputs = {"file": "decisions.csv", "arguments": OPTIONS, "fail-on": "never"}
-    found = ran(step("gate"), tmp_path, inputs, PYTHON, PYTHONPATH=str(broken.parent))
-    assert (found.code, found.outputs["verdict"]) == (2, "error")
+    broken = subprocess.CompletedProcess([], 1, "", "Traceback (most recent call last):\nZeroDivisionError: division by zero\n")
+    monkeypatch.setattr(modules[0], "run", lambda *_: broken)
+    (tmp_path / "certificate.json").write_text("{}")
+    assert modules[0].certify({}, tmp_path) == (2, "error", "ZeroDivisionError: division by zero", ())
 
 
 def test_modules_in_the_workspace_are_not_run(tmp_path: Path) -> None:
@@ -256,14 +276,9 @@ def test_modules_in_the_workspace_are_not_run(tmp_path: Path) -> None:
     assert gate(tmp_path, file="decisions.csv", arguments=OPTIONS).code == 0
 
 
-def test_a_summary_has_at_most_a_mebibyte(tmp_path: Path) -> None:
+def test_a_summary_has_at_most_a_mebibyte(modules: tuple[Any, Any]) -> None:
     """Beyond it the runner keeps nothing; a comment has at most 65,536 characters."""
-    sys.path.insert(0, str(ROOT / "action"))
-    try:
-        import comment
-        import gate as module
-    finally:
-        sys.path.pop(0)
+    module, comment = modules
     text = "<details>\n" + "| é | ü |\n" * 200_000
     short = module.cut(text, module.LONGEST_SUMMARY)
     assert len(short.encode()) < 2**20
