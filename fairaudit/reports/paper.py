@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
-from fractions import Fraction
 from importlib.resources import files
 from typing import Any
 
-from fairaudit.audits.sentences import Size, amount_text
 from fairaudit.certificates.certificate import FORMAT, Certificate
-from fairaudit.certificates.reader import Subject
 from fairaudit.errors import InputError
-from fairaudit.measures.expectations import cell_expectation
 from fairaudit.reports.content import describe
 from fairaudit.reports.page import templates
-from fairaudit.reports.words import Value, clip
+from fairaudit.reports.rows import table_rows
+from fairaudit.reports.views import Views
 
 __all__ = ["check_extra", "printed"]
 
@@ -68,41 +64,17 @@ def printed(page: str, document: Mapping[str, Any]) -> bytes:
     return pdf
 
 
-@dataclass(frozen=True)
-class Row:
-    """A row of the table: a group in a context, how much was recorded of it, and what it gets."""
-
-    context: str
-    group: str
-    recorded: str
-    value: Value
-
-
 def _further(document: Mapping[str, Any]) -> str:
     """What stands in print alone: every row, and how to verify what is attached."""
     environment, _ = templates()
     table = document["subject"]["table"]
-    own = document["format"] == FORMAT
-    content = describe(document) if own else None
-    found = None if content is None else content.subject
+    views = Views(describe(document)) if document["format"] == FORMAT else None
+    of = None if views is None else views.page.expectations
+    rows = [] if views is None or of is None else table_rows(of, burden=views.page.burden, most=None)
     text: str = environment.get_template("paper.html.j2").render(
-        rows=[] if found is None else list(_rows(found)),
-        contexts="" if found is None else clip(", ".join(found.law.columns.context)),
-        groups="" if found is None else clip(", ".join(found.law.columns.group)),
-        recorded=found is not None and found.law.kind == "counts",
-        amount="" if content is None else content.amount[0].upper() + content.amount[1:],
-        held="header" in table,
-        digest=table["sha256"],
+        views=views, rows=rows, sure=any(row.ends for row in rows), held="header" in table, digest=table["sha256"]
     )
     return text
-
-
-def _rows(found: Subject) -> Iterator[Row]:
-    law = found.law
-    for cell, (x, a) in enumerate(zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True)):
-        recorded = amount_text(Size(Fraction(sum(law.row(cell)), law.scale), None)) if law.kind == "counts" else ""
-        value = Value(Fraction(*cell_expectation(law, found.utility, cell)))
-        yield Row(clip(", ".join(law.contexts[x])), clip(", ".join(law.groups[a])), recorded, value)
 
 
 def check_extra() -> None:
