@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.output import Answer
+from fairaudit.cli.output import Answer, in_colour
 from fairaudit.cli.population import OF_SAMPLES
 
 if TYPE_CHECKING:
@@ -49,15 +51,18 @@ def certify_choices(arguments: argparse.Namespace) -> Answer:
         raise InputError(f"{table.name}: {error}") from None
     names = arguments.output or []
     beside = [str(path.with_name(f"{path.stem}.position{path.suffix}")) for path in map(Path, names)]
-    if names:
-        write_outputs((profile.certificate, names), (position.certificate, beside))
+    written = write_outputs((profile.certificate, names), (position.certificate, beside)) if names else []
     return Answer(
         "allocation",
         verdict=profile.verdict,
         sentence=profile.sentence,
         notes=table.notes,
         result=lambda: _entry(found, profile, position, within, bound),
-        text=lambda: _text(found, profile, position, within, bound, [*names, *beside]),
+        text=lambda: (
+            _text(found, profile, position, within, bound, [*names, *beside])
+            if arguments.verbose
+            else _screen(arguments, found, (profile, position, within), bound, written)
+        ),
         code=profile.exit_code,
     )
 
@@ -95,6 +100,33 @@ def _chances(result: Result) -> list[tuple[str, Fraction]]:
         (law.groups[g][0], Fraction(row[law.decisions.index("chosen")], sum(row)))
         for g, row in zip(law.global_groups, law.mixed_rows, strict=True)
     ]
+
+
+def _screen(
+    arguments: argparse.Namespace, found: Allocation, results: tuple[Result, Result, Result], bound: Any, written: Sequence[str]
+) -> str:
+    """The first screen: the effect of the profile, and beside it that of the position and of the profile within a slot."""
+    from fairaudit.cli.certified import next_step, source_of
+    from fairaudit.reports.assumed import in_short
+    from fairaudit.reports.overview import of_result
+    from fairaudit.reports.screen import CONTEXTS, GROUPS, first_screen
+    from fairaudit.words import approximate, plain
+
+    own, position, within = (of_result(result, groups=GROUPS, contexts=CONTEXTS) for result in results)
+    said = [f"Position effect: {position.sentences[0]}", f"Profile effect within one slot: {within.sentences[0]}"]
+    assumed: tuple[str, ...] = ()
+    if bound is not None and found.warnings:
+        said.append("No bound for a random order (T10) is given, because the log speaks against one: see the warnings.")
+    elif bound is not None:
+        said.append(f"In a random order the chances of two persons differ by at most a factor {approximate(bound.value, 'up')} (T10).")
+        assumed = in_short(bound.assumptions)
+    shown = replace(
+        own,
+        audited=f"{found.runs:,} choices among {found.slots} candidates each, {own.audited.partition(', ')[2]}",
+        cautions=(*(f"WARNING: {plain(warning)}." for warning in found.warnings), *own.cautions),
+        assumptions=(*assumed, *own.assumptions),
+    )
+    return first_screen(shown, source_of(arguments), next_step(results[0], written), said, colour=in_colour())
 
 
 def _text(found: Allocation, profile: Result, position: Result, within: Result, bound: Any, written: list[str]) -> str:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fairaudit.measures.ratios import Ratio, Witness
     from fairaudit.theorems.t13_near import DriftRadius
 
-__all__ = ["TOP", "certified", "target_entries"]
+__all__ = ["TOP", "certified", "next_step", "source_of", "target_entries"]
 
 
 TOP = 3  # most unequal pairs that are listed, unless more are asked for
@@ -60,10 +60,10 @@ def _text(arguments: argparse.Namespace, result: Result, findings: list[Finding]
 
     found = of_result(result, groups=GROUPS, contexts=CONTEXTS)
     said = [finding.sentence for finding in findings]
-    return first_screen(found, _source(arguments), _next(result, written), said, colour=in_colour())
+    return first_screen(found, source_of(arguments), next_step(result, written), said, colour=in_colour())
 
 
-def _source(arguments: argparse.Namespace) -> str:
+def source_of(arguments: argparse.Namespace) -> str:
     """What was read: of a file its name."""
     from fairaudit.tables.sources import source_name
 
@@ -73,7 +73,7 @@ def _source(arguments: argparse.Namespace) -> str:
     return name if "://" in name else PurePath(name).name or name
 
 
-def _next(result: Result, written: Sequence[str]) -> str:
+def next_step(result: Result, written: Sequence[str]) -> str:
     """What to do next: check the certificate, plan a sample that decides, or write a certificate."""
     if written:
         return f"fairaudit verify {shlex.quote(written[0])}{f' --table {shlex.quote(written[1])}' if len(written) > 1 else ''}"

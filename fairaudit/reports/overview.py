@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from fairaudit.audits.document import document
 from fairaudit.audits.sentences import Sizes, change_text, sizes
+from fairaudit.certificates.entries import change_assumptions
 from fairaudit.certificates.reader import Subject, mean_difference, number, ratio
 from fairaudit.measures.limits import Quantity
 from fairaudit.measures.rates import NAMES, OVERALL
@@ -192,7 +193,9 @@ def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS)
         burden=result.burden,
         not_compared=result.not_compared,
         preparation=result.preparation,
-        assumptions=_assumed([claim.entry for claim in result.claims], result.targets),
+        assumptions=_assumed(
+            [claim.entry for claim in result.claims], result.targets, change_assumptions(result.changed) if result.changed else ()
+        ),
         beside=tuple(_beside(document(result))) if special else (),
         spelt=result.spellings,
         changed=_changed(result),
@@ -230,7 +233,7 @@ def of_content(content: Content, *, groups: int = GROUPS, contexts: int = CONTEX
         burden=content.burden,
         not_compared=found["not_compared"],
         preparation=about.get("preparation", ()),
-        assumptions=_assumed(found["claims"], targets),
+        assumptions=_assumed(found["claims"], targets, found.get("changed", {}).get("assumptions", ())),
         beside=tuple(_beside(found)),
         spelt=about.get("spellings", ()),
         changed=content.changed,
@@ -259,10 +262,11 @@ def _known(stated: Mapping[str, Any], unit: Literal["ratio", "difference"]) -> I
             yield quantity, Known(Fraction(low), high, Fraction(entry["confidence"]), entry.get("ends") == "each", method, over_units)
 
 
-def _assumed(claims: Sequence[Mapping[str, Any]], targets: Sequence[Target]) -> tuple[str, ...]:
-    """What claims rest on, without those about updates where no drift was declared."""
+def _assumed(claims: Sequence[Mapping[str, Any]], targets: Sequence[Target], changed: Sequence[str]) -> tuple[str, ...]:
+    """What claims rest on, and what a contradicted stream does, without what is about updates where no drift was declared."""
     drifts = any(target.under == DRIFTING for target in targets)
-    return tuple(dict.fromkeys(text for claim in claims if drifts or claim["by"] != "T16" for text in claim["assumptions"]))
+    claimed = (text for claim in claims if drifts or claim["by"] != "T16" for text in claim["assumptions"])
+    return tuple(dict.fromkeys((*claimed, *changed)))
 
 
 def _further(result: Result) -> str:

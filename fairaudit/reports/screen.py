@@ -195,6 +195,7 @@ BLOCKS = (
 )
 
 STAGES = (
+    ("audited", 2),
     ("sentences", 8),
     ("chance", 4),
     ("cautions", 7),
@@ -205,7 +206,6 @@ STAGES = (
     ("assumed", 7),
     ("left out", 3),
     ("beside", 6),
-    ("audited", 3),
     ("next", 5),
     ("targets", 8),
     ("sentences", 16),

@@ -507,7 +507,7 @@ def test_a_window_that_contradicts_the_stream_is_no_within(tmp_path: Path, capsy
 
 def certified(tmp_path: Path, state: Path, code: int) -> dict[str, Any]:
     target = tmp_path / "changed.json"
-    assert main(["certify", "--from-monitor", str(state), "-o", str(target), "--report", str(tmp_path / "page.html")]) == code
+    assert main(["certify", "--from-monitor", str(state), "-o", str(target), "--report", str(tmp_path / "page.html"), "--verbose"]) == code
     assert main(["verify", str(target)]) == 0
     assert main(["verify", str(target), "--require", "within"]) == 1
     assert (
