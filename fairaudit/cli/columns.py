@@ -117,9 +117,12 @@ def warnings(column: Column) -> list[str]:
     """What to look at before a column is used."""
     from fairaudit.tables.labels import spellings
     from fairaudit.tables.preparation import said
+    from fairaudit.tables.wide import is_total
 
     found = () if column.numeric and column.different > 12 else spellings([(column.name, column.levels)])
     found_ = [f"{text.partition(': ')[2]} (--fold-labels, or --map FILE)" for text in said({"spellings": found})]
+    if not column.numeric:
+        found_ += [f"'{label}' may be a row of totals, which would count everybody twice" for label in column.levels if is_total(label)]
     unset = [label for label in column.levels if " ".join(label.lower().split()) in MISSING_WORDS]
     found_ += [f"'{label}' counts as a level; only empty cells are missing" for label in unset]
     return found_[:5]

@@ -13,7 +13,7 @@ from fairaudit.exact.rationals import Number, parse_rational, rational
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.tally import counted
 from fairaudit.tables.values import column, locator, names, numbers
-from fairaudit.words import brief
+from fairaudit.words import approximate, brief
 
 __all__ = ["LongTable", "Wide", "is_total", "lengthened", "read_wide", "written_wide"]
 
@@ -311,6 +311,9 @@ def lengthened(
     rows = len(next(iter(held.values())))
     times = counted(table, rows).tolist()
     labels = [tuple(label_text(cells[name][i]) for name in labelled) for i in range(rows)]
+    twice = next((i for i, often in enumerate(times) if often > 1 and wide.of is not None), None)
+    if twice is not None:
+        raise InputError(f"{where(twice)}: the row occurs {times[twice]} times; of shares each combination has one row")
     left_out = _totals_rows(labels, labelled, held, where, times, wide)
     kept = [i for i in range(rows) if i not in left_out]
     found = list(_decided(wide, held, kept, where, spelled))
@@ -372,15 +375,13 @@ def _decided(
             whole = wide.of if wide.of is not None else held[totals[own]][i]
             counted_ = sum(held[name][i] for _, name in listed)
             if counted_ > whole:
-                said = " and ".join(f"{held[name][i]} in column {shown(name)}" for _, name in listed)
-                of = f"the {whole} that they are shares of" if wide.of is not None else f"{whole} in column {shown(totals[own])}"
+                told = str if wide.of is None else approximate
+                said = " and ".join(f"{told(held[name][i])} in column {shown(name)}" for _, name in listed)
+                more = f"{where(i)}: {said} {'is' if len(listed) == 1 else 'are together'} more than"
                 if wide.of is not None:
-                    raise InputError(f"{where(i)}: {said} {'is' if len(listed) == 1 else 'are together'} more than {of}")
+                    raise InputError(f"{more} the {told(whole)} that they are shares of")
                 percent = f"{spelled('total')} 100 {spelled('weight')} {totals[own]}"
-                raise InputError(
-                    f"{where(i)}: {said} {'is' if len(listed) == 1 else 'are together'} more than {of}; "
-                    f"if these are percentages, say {percent}"
-                )
+                raise InputError(f"{more} {whole} in column {shown(totals[own])}; if these are percentages, say {percent}")
             yield i, own, wide.rest, (whole - counted_) / (wide.of or 1)
 
 

@@ -176,6 +176,7 @@ def test_the_command_for_other_forms_runs(tmp_path: Path, capsys: pytest.Capture
     out = capsys.readouterr().out
     command = shlex.split(out.splitlines()[-1])
     assert ("--skip" in command) == bool(skip)
+    assert ("'Total' may be a row of totals" in out) == (name == "titled.csv")
     assert ("are taken for percentages; counts are not made of them" in out) == (name == "dslabs.csv")
     assert main(command[1:]) == 0
     capsys.readouterr()

@@ -155,6 +155,7 @@ def test_rows_of_totals_of_a_group_and_of_all() -> None:
         ({}, {"wide": {"yes": "yes", "not yes": "no"}, "total": "no"}, "total names a column"),
         ({}, {"wide": {1: "yes"}}, "neither a decision nor a pair"),
         ({}, {"wide": "yes==no"}, "not of the form decision=column"),
+        ({"dept": list("AABBC")}, {"wide": ["yes"], "total": 1}, "row 1: 3 in column 'yes' is more than the 1 that they are shares of"),
         ({}, {"total": 0}, "shares are of a number above 0"),
         ({}, {"count": "yes"}, "wide does not go with count"),
         ({}, {"unit": "dept"}, "wide does not go with unit"),
@@ -191,6 +192,8 @@ def test_equal_rows_of_a_file_add_up(tmp_path: Path) -> None:
     path.write_text('{"sex": "f", "yes": 2, "no": 3}\n' * 2 + '{"sex": "m", "yes": 1, "no": 4}\n')
     law = fa.audit(path, wide=["yes", "no"], group="sex", utility="yes").law
     assert sorted(law.weights.sum(axis=1).tolist()) == [5, 10]
+    with pytest.raises(InputError, match="occurs 2 times; of shares each combination has one row"):
+        fa.audit(path, wide=["yes", "no"], total=100, group="sex", utility="yes")
 
 
 def test_options_that_have_their_own_columns_refuse_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
