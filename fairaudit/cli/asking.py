@@ -45,7 +45,7 @@ def ask_for_columns(arguments: argparse.Namespace) -> None:
     _say(f"The table has {survey.rows:,} row{'s' * (survey.rows != 1)} and these columns:")
     roles = _Dialogue(found, roles).asked()
     for name, value in written(roles).items():
-        if value:
+        if value and not (name == "missing" and arguments.missing != "error"):
             setattr(arguments, name, [value] if name in REPEATED else value)
     arguments.burden = arguments.burden or roles.burden
     _say(f"\nThe same without questions:\n  {plain(shlex.join(suggested(arguments, roles)))}\n")
