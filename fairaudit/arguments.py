@@ -283,7 +283,8 @@ def _misfit(function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[s
     given = {*in_order[: len(args)], *kwargs}
     absent = [p.name for p in parameters if p.default is Parameter.empty and p.name not in given]
     if absent:
-        return f"{name} needs {' and '.join(absent)}, which {'was' if len(absent) == 1 else 'were'} not given"
+        listed = " and ".join(part for part in (", ".join(absent[:-1]), absent[-1]) if part)
+        return f"{name} needs {listed}, which {'was' if len(absent) == 1 else 'were'} not given"
     twice = next(word for word in kwargs if word in in_order[: len(args)])
     return f"{name} was given {twice} twice; give it once"
 

@@ -100,12 +100,12 @@ def kind_of(value: object) -> str:
     return f"{'an' if name[0] in 'aeiouAEIO' else 'a'} {name}"
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
+def nearest(word: object, known: Iterable[str]) -> str:
     """End a message with the known names and, where there is one, the name that was probably meant."""
     import difflib
 
     names = list(known)
-    close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(str(word), names, n=1, cutoff=0.6)
     meant = f"; did you mean {shown(close[0])}?" if close else ""
     listed = ", ".join(shown(name) for name in names[:20]) + (f", … ({len(names)} in all)" if len(names) > 20 else "")
     return f"known: {listed}{meant}"

@@ -17,7 +17,7 @@ import numpy as np
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.enclosures import log_fixed
-from fairaudit.exact.rationals import rational
+from fairaudit.exact.rationals import Number, rational
 from fairaudit.measures.distances import demographic_parity as _demographic_parity
 from fairaudit.measures.distances import equalized_odds as _equalized_odds
 from fairaudit.measures.ratios import Ratio, global_fairness, local_fairness
@@ -44,7 +44,7 @@ def local_g_fairness(
     *,
     sensitive_features: Any,
     control_features: Any = None,
-    utility: Mapping[Any, Any] | None = None,
+    utility: Mapping[Any, Number] | None = None,
     sample_weight: Any = None,
 ) -> float:
     """Local g-fairness L: the worst log-ratio of mean utilities between two groups with the same control features.
@@ -92,7 +92,7 @@ def global_g_fairness(
     *,
     sensitive_features: Any,
     control_features: Any = None,
-    utility: Mapping[Any, Any] | None = None,
+    utility: Mapping[Any, Number] | None = None,
     sample_weight: Any = None,
 ) -> float:
     """Global g-fairness L̄: the worst log-ratio of the groups' mean utilities over everybody.
@@ -130,7 +130,7 @@ def demographic_parity(
     *,
     sensitive_features: Any,
     control_features: Any = None,
-    utility: Mapping[Any, Any] | None = None,
+    utility: Mapping[Any, Number] | None = None,
     sample_weight: Any = None,
 ) -> float:
     """Demographic parity: the greatest total variation distance between the decisions of two groups.
@@ -172,7 +172,7 @@ def parity_within_contexts(
     *,
     sensitive_features: Any,
     control_features: Any = None,
-    utility: Mapping[Any, Any] | None = None,
+    utility: Mapping[Any, Number] | None = None,
     sample_weight: Any = None,
 ) -> float:
     """Parity within contexts: the greatest total variation distance between two groups with the same control features.
@@ -214,7 +214,7 @@ def equalized_odds(
     *,
     sensitive_features: Any,
     control_features: Any = None,
-    utility: Mapping[Any, Any] | None = None,
+    utility: Mapping[Any, Number] | None = None,
     sample_weight: Any = None,
 ) -> float:
     """Equalized odds: the greatest total variation distance between two groups with the same true label and control features.
@@ -266,7 +266,7 @@ def equal_opportunity(
     *,
     sensitive_features: Any,
     control_features: Any = None,
-    utility: Mapping[Any, Any] | None = None,
+    utility: Mapping[Any, Number] | None = None,
     sample_weight: Any = None,
     pos_label: Any = 1,
 ) -> float:
@@ -359,16 +359,18 @@ def _features(features: Any, name: str) -> dict[str, list[Any]]:
     return {f"{name} {i}": column.tolist() for i, column in enumerate(array.T)}
 
 
-def _utility(utility: Mapping[Any, Any] | None, law: Law) -> Utility:
+def _utility(utility: Mapping[Any, Number] | None, law: Law) -> Utility:
     if utility is None:
         try:
             return Utility({decision: TRUTH.get(decision, decision) for decision in law.decisions})
         except InputError as error:
             raise InputError(f"y_pred as a utility: {error}; or give utility={{decision: value}}") from None
+    if not utility:
+        raise InputError("the utility lists no decision; list at least one, such as {1: 1}")
     values = {label_text(decision) or "": value for decision, value in utility.items()}
     numbers = {_worth(label): value for label, value in values.items()}
     if not any(decision in values or _worth(decision) in numbers for decision in law.decisions):
-        word = next(iter(values), "")
+        word = next(iter(values))
         raise InputError(
             f"none of the decisions that the utility lists occurs in y_pred, such as {shown(word)}; {nearest(word, law.decisions)} "
             "(where a sample may lack them, list those that are worth 0, too)"

@@ -36,7 +36,15 @@ class Faces:
         -------
         list of Path
             The files written, the certificate first.
+
+        Raises
+        ------
+        InputError
+            If the name ends as that of something else, or a file cannot be written.
         """
+        ending = Path(path).suffix
+        if ending.lower() not in ("", ".json"):
+            raise InputError(f"{os.fspath(path)} ends in {ending!r}, and a certificate in '.json'; report() writes pages and markdown")
         return self.certificate.save(path)
 
     @answered

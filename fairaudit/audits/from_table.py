@@ -15,7 +15,7 @@ from fairaudit.audits.declared import ByContext
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.audits.population import confidence_for
 from fairaudit.audits.proxies import audit_proxies
-from fairaudit.audits.reading import MOST_ROWS, Access, Reading, read_audited, uncollected, unfit_for_parts
+from fairaudit.audits.reading import MOST_ROWS, Access, Reading, read_audited, refuse_two_utilities, uncollected, unfit_for_parts
 from fairaudit.audits.result import Result
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, ManyRowsError, naming
@@ -251,6 +251,7 @@ def audit(
         return _from_audit_file(read_audit(os.fspath(source), signed=signed), asked)
     named = decision or utility_column or (None if wide is None else "decision")
     _refuse_unnamed(source, named, roles["group"])
+    refuse_two_utilities(utility, utility_column)
     roles["decision"] = named
     _refuse_shares_of_nobody(unknown_share, unknown=bool(unknown) or missing == "unknown")
     reached = Access(engine, table, query, memory, skip)

@@ -168,6 +168,12 @@ class Reading:
             raise InputError(f"{spelled('weight')} goes with {spelled('probability')}; counts and logs carry their own population")
 
 
+def refuse_two_utilities(utility: object, column: str | None) -> None:
+    """Refuse a utility of decisions beside the column that says it of each row."""
+    if utility is not None and column is not None:
+        raise InputError("utility and utility_column do not go together; give one of them")
+
+
 def read_law(source: Source, reading: Reading, *, report: Report | None = None) -> Law:
     """Read a table as a law.
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fairaudit.arguments import answered
-from fairaudit.audits.reading import Access, Reading, uncollected
+from fairaudit.audits.reading import Access, Reading, refuse_two_utilities, uncollected
 from fairaudit.audits.subgroup_rows import SubgroupLog, read_subgroup_log
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, shown
@@ -295,6 +295,7 @@ def subgroups(
     """
     if decision is None and utility_column is None:
         raise InputError("no decision column was named; give decision, the name of the column")
+    refuse_two_utilities(utility, utility_column)
     reading = Reading(
         decision=decision or utility_column or "",
         group=names(attributes),

@@ -66,10 +66,11 @@ def unreadable(source: Any) -> InputError:
     what, remedy = kind_of(source), "use a file, a database, a frame, an Arrow stream, a list of records, or a mapping of column to list"
     if isinstance(source, Iterator):
         remedy = "give a list of records, such as list(…) makes of it, or a dict of column to list"
-    elif hasattr(source, "to_frame") and hasattr(source, "ndim"):
+    elif hasattr(source, "to_frame"):
         what, remedy = f"{what}, which is one column", "give the frame that it is a column of"
     elif hasattr(source, "__array__"):
-        what, remedy = f"{what}, whose columns have no names", "give a frame, or a dict of column to list"
+        unnamed = "" if getattr(getattr(source, "dtype", None), "names", None) else ", whose columns have no names"
+        what, remedy = f"{what}{unnamed}", "give a frame of it, such as pandas.DataFrame makes, or a dict of column to list"
     elif isinstance(source, (list, tuple)):
         what = f"{what} whose values have no names" if source else f"{what} without a row"
         remedy = "give a list of dicts, or a dict of column to list"

@@ -70,10 +70,11 @@ def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | N
         wrapped: Any = nw.from_native(frame)
         schema = wrapped.collect_schema()
     except Exception as error:
-        if type(frame).__module__.startswith("pandas"):
-            return None  # two columns of one name, say; the caller reads the columns one by one and says so
+        if type(frame).__module__.startswith("pandas") or not hasattr(type(frame), "columns"):
+            return None  # two columns of one name, say, or no table; the caller reads the columns one by one and says so
         raise InputError(f"the {type(frame).__name__} cannot be read: {_first_line(error)}") from None
     names = list(dict.fromkeys(columns))
+    _refuse_index(frame, names, schema.names())
     for name in names:
         column(dict.fromkeys(schema.names(), ()), name)
         if type(schema[name]).__name__ in REFUSED:
@@ -91,6 +92,14 @@ def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | N
     if not len(tally):
         raise InputError("the table has no rows")
     return apply_bins(tally, bins or {}, [name for name in bins or {} if schema[name].is_numeric()])
+
+
+def _refuse_index(frame: Any, names: Sequence[str], known: Sequence[str]) -> None:
+    """Say of a column that is the index of a frame how it becomes one."""
+    index = getattr(getattr(frame, "index", None), "names", ())
+    for name in names:
+        if name not in known and name in index:
+            raise InputError(f"{shown(name)} is the index of the frame, and no column; give frame.reset_index()")
 
 
 def _grouped(wrapped: Any, names: Sequence[str], cut: Mapping[str, Bins]) -> Tally:

@@ -86,6 +86,11 @@ def column(table: Any, name: str) -> list[Any]:
     """Values of a column of a frame or mapping as a list of Python values."""
     known = [c for c in (table.columns if hasattr(table, "columns") else table) if isinstance(c, str)]
     if name not in known:
+        parts = [part.strip() for part in name.split(",")]
+        if len(parts) > 1 and set(parts) <= set(known):
+            raise InputError(
+                f"there is no column {shown(name)}; did you mean the columns {' and '.join(map(shown, parts))}, a list of names?"
+            )
         raise InputError(f"there is no column {shown(name)}; {nearest(name, known) if known else _nameless(table)}")
     try:
         values = table[name]

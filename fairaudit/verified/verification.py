@@ -182,6 +182,8 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
     """
     lines = None if table is None else _lines(Path(table))
     if isinstance(certificate, (str, os.PathLike)):
+        if str(certificate).lstrip().startswith("{"):
+            raise InputError("the text is a document and no file name; give json.loads(text), or the name of its file")
         if not os.fspath(certificate):
             raise InputError("'' is no file name; name the file of the certificate")
         document, raw = load(certificate, (FORMAT, *OTHER_FORMATS), unwrap=_without_page)
@@ -195,7 +197,10 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
             raise InputError("these bytes are not JSON, as a certificate is") from None
         return Opened(document, certificate, lines, name)
     if isinstance(certificate, Mapping):
-        return Opened(dict(certificate), Certificate(dict(certificate)).text.encode("ascii"), lines, name)
+        try:
+            return Opened(dict(certificate), Certificate(dict(certificate)).text.encode("ascii"), lines, name)
+        except (TypeError, ValueError, RecursionError) as error:
+            raise InputError(f"the document cannot be written as JSON, as a certificate is: {error}") from None
     made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", None)
     if not isinstance(made, Certificate):
         raise InputError(f"{kind_of(certificate)} is no certificate; give a Certificate, a Result, the document, or the path of the file")

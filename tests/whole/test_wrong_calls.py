@@ -10,6 +10,7 @@ from typing import Any
 import duckdb
 import numpy as np
 import pandas as pd
+import polars as pl
 import pytest
 
 import fairaudit as fa
@@ -100,7 +101,7 @@ PYTHON: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "an array without names": (
         lambda: audit(FRAME.to_numpy()),
-        "a table cannot be read from a ndarray, whose columns have no names; give a frame, or a dict",
+        "a table cannot be read from a ndarray, whose columns have no names; give a frame of it, such as",
     ),
     "a list of lists": (
         lambda: audit([[1, "f"], [0, "m"]]),
@@ -148,6 +149,24 @@ PYTHON: dict[str, tuple[Callable[[], object], str]] = {
     "a class": (lambda: audit(pd.DataFrame), "a table cannot be read from the class DataFrame"),
     "a styled frame": (lambda: audit(FRAME.groupby("sex")), "a table cannot be read from a DataFrameGroupBy; use a file"),
     "a result": (lambda: audit(result()), "a Result is of an audit that was made already; give the table"),
+    "two utilities": (lambda: audit(utility_column="age"), "utility and utility_column do not go together; give one of them"),
+    "two utilities of subgroups": (
+        lambda: fa.subgroups(FRAME, decision="hired", attributes="sex", utility="1", utility_column="age"),
+        "utility and utility_column do not go together; give one of them",
+    ),
+    "names in one text": (
+        lambda: audit(group="sex, age"),
+        "there is no column 'sex, age'; did you mean the columns 'sex' and 'age', a list of names?",
+    ),
+    "the index": (lambda: audit(FRAME.set_index("sex")), "'sex' is the index of the frame, and no column; give frame.reset_index()"),
+    "a constant without a name": (lambda: audit(declared={1: 2}), "1 cannot be declared; known: 'gamma'"),
+    "a series of polars": (lambda: audit(pl.Series([1])), "a table cannot be read from a Series, which is one column"),
+    "a connection": (lambda: audit(duckdb.connect()), "a table cannot be read from a DuckDBPyConnection; use a file"),
+    "a set of names": (lambda: audit(group={"sex"}), "group is {'sex'}, a set; the name of a column or a list of such names is accepted"),
+    "a file of the net": (
+        lambda: audit("https://example.org/log.csv"),
+        "https://example.org/log.csv is not on this machine; fetch the file",
+    ),
     "no file": (lambda: audit("nothing.csv"), "nothing.csv: there is no such file"),
     "an empty name": (lambda: audit(""), "the name of the table is empty; name a CSV file"),
     "a target in letters": (lambda: audit(max_local_ratio="a"), "max_local_ratio: 'a' is not a number such as 12, 0.25, 1e-3 or 1/3"),
@@ -180,6 +199,8 @@ PYTHON: dict[str, tuple[Callable[[], object], str]] = {
         lambda: fa.verify({}),
         "is not a certificate of the format fairaudit-certificate/1: the certificate lacks the key",
     ),
+    "verify the text": (lambda: fa.verify(result().certificate.text), "the text is a document and no file name; give json.loads(text)"),
+    "verify what is no JSON": (lambda: fa.verify({"x": object()}), "the document cannot be written as JSON, as a certificate is: "),
     "verify a frame": (lambda: ANY.verify(FRAME), "a DataFrame is no certificate; give a Certificate, a Result"),
     "verify with a table 3": (lambda: ANY.verify(result(), 3), "table is 3, an int; a path is accepted"),
     "verify with a misspelt keyword": (lambda: ANY.verify(result(), tabel="x"), "verify has no argument tabel; did you mean table?"),
@@ -220,7 +241,12 @@ PYTHON: dict[str, tuple[Callable[[], object], str]] = {
     "compare one": (lambda: ANY.compare(result()), "compare needs after, which was not given"),
     "compare a frame": (lambda: ANY.compare(result(), FRAME), "a DataFrame is no certificate"),
     "report None": (lambda: ANY.report(None), "None is no certificate"),
-    "report as docx": (lambda: ANY.report(result(), format="docx"), "format='docx' is not accepted; known: 'html', 'markdown'"),
+    "report as docx": (lambda: ANY.report(result(), format="docx"), "format='docx' is not accepted; known: 'json', 'html'"),
+    "save a text": (
+        lambda: result().save("x.txt"),
+        "x.txt ends in '.txt', and a certificate in '.json'; report() writes pages and markdown",
+    ),
+    "report a text": (lambda: result().report("x.txt"), "x.txt ends in '.txt', which does not say what to write; .json (the certificate)"),
     "save nowhere": (
         lambda: ANY.audit(COUNTS, decision="hired", group="sex", count="n", utility="yes").save(),
         "save needs path, which was not given",
@@ -244,6 +270,14 @@ PYTHON: dict[str, tuple[Callable[[], object], str]] = {
     "design for a law": (lambda: ANY.design(law(), {"yes": 1}, max_ratio=2), "policy is a Law; a Policy is accepted"),
     "epsilon of a result": (lambda: ANY.refute_epsilon(result(), 2), "comparison is a Result; a Comparison is accepted"),
     "an unknown example": (lambda: fa.example("ucb"), "there is no example 'ucb'; known: 'ucb-admissions'"),
+    "a utility of no metric": (
+        lambda: metrics.local_g_fairness(None, PREDICTED, sensitive_features=SEX, utility={1: None}),  # type: ignore[dict-item]
+        "utility[1] is None; a number such as 0.95 or '5/4' is accepted",
+    ),
+    "an empty utility": (
+        lambda: metrics.local_g_fairness(None, PREDICTED, sensitive_features=SEX, utility={}),
+        "the utility lists no decision; list at least one, such as {1: 1}",
+    ),
     "a metric without groups": (
         lambda: ANY.metrics.demographic_parity(TRUE, PREDICTED),
         "demographic_parity needs sensitive_features, which was not given",

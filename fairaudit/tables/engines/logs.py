@@ -16,7 +16,7 @@ from fairaudit.tables.binning import Bins
 from fairaudit.tables.engines.folders import table_format
 from fairaudit.tables.engines.request import Report, Request, database_source
 from fairaudit.tables.preparation import Entry, intervals
-from fairaudit.tables.sources import Source
+from fairaudit.tables.sources import Source, source_name
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column, names
 
@@ -37,6 +37,9 @@ class SparkSession(Protocol):
 
 
 Engine = Literal["auto", "duckdb", "python", "spark"] | SparkSession
+
+FAR = frozenset(("http", "https", "ftp", "s3", "gs", "gcs", "az", "abfs", "abfss", "hdfs"))
+"""How names of files begin that are read by nothing here."""
 
 Task = Literal["read", "survey"]
 
@@ -278,6 +281,8 @@ def _from_text(source: Any, request: Request, engine: Any, task: Task) -> Any:
     sources = [os.fspath(part) for part in ([source] if _is_text(source) else source)]
     scheme = re.match(r"([a-z][a-z0-9+.-]*):", sources[0])
     kind = scheme.group(1) if scheme and not Path(sources[0]).exists() else ""
+    if kind in FAR:
+        raise InputError(f"{source_name(sources[0])} is not on this machine; fetch the file, and name it where it is")
     database = kind in ("sqlite", "duckdb", "postgres", "postgresql") or "://" in sources[0]
     if request.skip and (database or kind == "delta" or not isinstance(engine, str) or engine == "spark"):
         raise InputError(
