@@ -248,23 +248,10 @@ class Content:
             said, pair = difference_sentence(deciding, self.differences, words, **options), difference_pair(deciding, self.differences)
         else:
             said, pair = sentence(deciding, local, overall, words, **options), headline_pair(deciding, local, overall)
-        return " ".join((*self._cautions(pair, name), said))
-
-    def _cautions(self, pair: Witness | None, name: Callable[[Mapping[str, str]], str]) -> list[str]:
-        """What has to be known before the sentence is read."""
         identifiers = "" if self.subject is None else identifier_text(self.subject.law, self.subject.law.columns)
         first = caution(pair, None if pair is None else self.sizes_of(pair), identifiers, name)
         few = few_of_policy(None if self.subject is None else self.subject.deployment, pair)
-        return [text for text in (self.changed, first, few) if text]
-
-    @cached_property
-    def cautions(self) -> list[str]:
-        """Few decisions behind the pair that decided, labels that look like identifiers, a stream that contradicts itself."""
-        deciding = foremost([target["verdict"] for target in self.document["targets"]], self.deciding)
-        apart = self.signed or (deciding is not None and deciding.unit == "difference")
-        local, overall = self.measured["local"], self.measured["global"]
-        pair = difference_pair(deciding, self.differences) if apart else headline_pair(deciding, local, overall)
-        return [plain(text) for text in self._cautions(pair, named)]
+        return " ".join(text for text in (self.changed, first, few, said) if text)
 
     @property
     def changed(self) -> str:

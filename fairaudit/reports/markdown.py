@@ -92,10 +92,10 @@ def _first(page: Content, views: Views) -> Iterator[str]:
     found = views.overview
     if found is not None:
         yield prose(f"Audited: {found.audited}.")
-    if page.spelt:
+    elif page.spelt:
         yield "\n".join(f"* **Spellings**: {prose(line)}" for line in page.spelt)
     if found is not None:
-        yield "\n\n".join(prose(line) for line in (*page.cautions, *found.sentences))
+        yield "\n\n".join(prose(line) for line in (*found.cautions, *found.sentences))
     else:
         yield prose(page.lead)
     if page.targets:

@@ -143,13 +143,13 @@ class Views:
 
     @property
     def more(self) -> str:
-        """The group of a pair that gets more."""
-        return "Bears most" if self.page.burden else "Gets most"
+        """The group of a pair that gets or bears more."""
+        return "Highest"
 
     @property
     def less(self) -> str:
-        """The group of a pair that gets less."""
-        return "Bears least" if self.page.burden else "Gets least"
+        """The group of a pair that gets or bears less."""
+        return "Lowest"
 
     # What each group gets
 
