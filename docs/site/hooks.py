@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -108,13 +109,23 @@ def _labelled(cell: str, column: str) -> str:
     return f' data-column="{column}"{cell}' if column else cell
 
 
+def on_post_build(config: Any) -> None:
+    """Stop at links that lead nowhere, in references and notebooks, too."""
+    sys.path.insert(0, str(Path(__file__).parent))
+    from links import broken
+
+    found = broken(Path(config.site_dir))
+    if found:
+        raise PluginError("links that lead nowhere:\n" + "\n".join(found))
+
+
 def command_line() -> str:
     """Every command's own help."""
     os.environ["COLUMNS"] = "80"
     overview = _help()
     names = re.findall(r"^    ([a-z-]+)(?:\s|$)", overview, re.MULTILINE)
-    parts = ["# Command line", "What `--help` says, command by command.", f"```text\n{overview}```"]
-    parts += [f"## fairaudit {name}\n\n```text\n{_help(name)}```" for name in names]
+    parts = ["# Command line", "What `--help` says, command by command.", f"``` {{ .text .help }}\n{overview}```"]
+    parts += [f"## fairaudit {name}\n\n``` {{ .text .help }}\n{_help(name)}```" for name in names]
     return "\n\n".join(parts) + "\n"
 
 
