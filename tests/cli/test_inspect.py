@@ -180,3 +180,18 @@ def test_the_command_for_other_forms_runs(tmp_path: Path, capsys: pytest.Capture
     assert ("are taken for percentages; counts are not made of them" in out) == (name == "dslabs.csv")
     assert main(command[1:]) == 0
     capsys.readouterr()
+
+
+REAL = {
+    "ucb_admissions.csv": "--decision Admit --group Gender --context Dept --count Freq --utility Admitted",
+    "gpt_resume_first_counts.csv": "--decision decision --group group --context model,job --count n --utility first",
+    "bloomberg_gpt_rankings.csv": "--slots shown_order --winner ranked_order --context model,job",
+    "hiringbias_firstname.csv": "--decision recommend_interview --group name --context model --utility yes",
+    "hiringbias_placebo.csv": "--decision recommend_interview --group placebo --context model --utility yes",
+}
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_the_intended_outcome_of_real_tables_is_proposed(data: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    _, command = said(capsys, str(data / name))
+    assert shlex.split(command)[3:] == REAL[name].split()
