@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 DIFFERENCES = ("difference", "max_difference", "max_global_difference")
 
+LISTED = 50  # most unequal pairs that are kept of contexts that are read in parts, for the contexts on the screen
+
 COLUMNS = ("decision", "utility_column", "utility", "group", "context", "count", "probability", "truth", "unit", "wide", "slots", "winner")
 DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
 
@@ -336,7 +338,7 @@ def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
             report=told,
             **given_limits(arguments),
             confidence=confidence_option(arguments.confidence),
-            top=arguments.top or TOP,
+            top=arguments.top or LISTED,
             embed_table=False if arguments.no_table else None,
             burden=arguments.burden,
         )

@@ -315,7 +315,9 @@ class Parts:
             return (), 0
         found: Sequence[Ratio | MeanDifference]
         if self.seen.worst is not None:
-            own = {tuple((entry.witness.context or {}).values()): entry for entry in reversed(self.seen.worst)}
+            own: dict[tuple[str, ...], Ratio] = {}
+            for entry in self.seen.worst:
+                own.setdefault(tuple((entry.witness.context or {}).values()), entry)
             found = sorted(own.values(), key=lambda entry: entry.ratio, reverse=True)[:most]
             compared = self.seen.contexts - sum("groups" not in entry and "context" in entry for entry in self.seen.not_compared)
         else:

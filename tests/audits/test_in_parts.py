@@ -5,10 +5,13 @@ from __future__ import annotations
 import copy
 import json
 import os
+import re
 import resource
 import subprocess
 import sys
 from collections import Counter
+from fractions import Fraction
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -218,6 +221,24 @@ def test_many_rows_that_have_no_parts_are_read_all_the_same(
     monkeypatch.setattr("fairaudit.audits.reading.MOST_ROWS", 10)
     assert main(["certify", path, *COLUMNS]) == 0
     assert "in the population" in capsys.readouterr().out
+
+
+def test_the_screen_lists_each_context_once_in_input_order(parquet: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["certify", parquet, *COLUMNS, "--in-parts"]) == 0
+    told = capsys.readouterr().out
+    rates: dict[str, dict[str, list[int]]] = {}
+    for u, a, x in ROWS:
+        pair = rates.setdefault(str(x), {}).setdefault(a, [0, 0])
+        pair[0] += u == "yes"
+        pair[1] += 1
+    apart = {}
+    for x, own in rates.items():
+        values = [Fraction(*pair) for pair in own.values()]
+        apart[x] = max(values) / min(values) if min(values) else inf
+    shown = re.findall(r"^(\S+) +(infinite|[\d.]+)  \S+ [\d.]+ %", told, re.MULTILINE)
+    assert len(shown) > 1 and len({x for x, _ in shown}) == len(shown)
+    assert [float(ratio.replace("infinite", "inf")) for _, ratio in shown] == pytest.approx([float(apart[x]) for x, _ in shown], rel=0.01)
+    assert [apart[x] for x, _ in shown] == sorted(apart.values(), reverse=True)[: len(shown)]
 
 
 def test_at_least_one_pair_is_kept(parquet: str) -> None:
