@@ -186,7 +186,9 @@
       else if (token[0] !== '"' && !/^(0|[1-9][0-9]{0,17})$/.test(token)) return "the number " + token.slice(0, 40) + " is not written as the format wants it";
     }
     const count = (v) => (v === null || typeof v !== "object" ? 0 : (Array.isArray(v) ? 0 : Object.keys(v).length) + Object.values(v).reduce((t, w) => t + count(w), 0));
+    if (late()) await turn();
     if (keys !== count(doc)) return "an object repeats a key";
+    if (late()) await turn();
     const later = [], found = misfit(doc, SCHEMA, "", later);
     if (found) return found;
     for (const [row, schema, where] of later) { const wrong = misfit(row, schema, where, null); if (wrong) return wrong; if (late()) await turn(); }
