@@ -190,6 +190,7 @@ def executed(name: str, source: str) -> tuple[str, dict[str, bytes]]:
         parts.append(cell.source if cell.cell_type == "markdown" else f"```python\n{cell.source}\n```")
         outputs = cell.get("outputs", ())
         printed = "".join(each.text for each in outputs if each.output_type == "stream").rstrip()
+        printed = re.sub(r"\x1b\[[\d;]*m", "", printed)  # colours of a terminal
         parts += [f"``` {{ .text .printed }}\n{printed}\n```"] if printed else []
         parts += [_shown(each.data, f"{name}-{len(parts)}.png", pictures) for each in outputs if each.output_type != "stream"]
     return "\n\n".join(parts) + "\n", pictures
