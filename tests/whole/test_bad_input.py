@@ -103,7 +103,7 @@ def bench(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Bench:
 
 
 def test_the_base_tables_are_good(bench: Bench) -> None:
-    document, out, err = bench.certify(COUNTS, options())
+    document, out, err = bench.certify(COUNTS, [*options(), "--verbose"])
     assert document["metrics"]["local"]["ratio"] == "3/2"
     assert "g=f is favoured over g=m" in out and err == ""
     document, _, _ = bench.certify(PROBABILITIES, probability())
@@ -752,7 +752,7 @@ class TestProcess:
 
     def test_plain_ascii_streams(self, bench: Bench) -> None:
         environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
-        done = self.start("certify", bench.write(COUNTS.replace("f,A", "é語,A")), *options(), env=environment)
+        done = self.start("certify", bench.write(COUNTS.replace("f,A", "é語,A")), *options(), "--verbose", env=environment)
         assert done.returncode == 0
         assert b"g=\\xe9\\u8a9e is favoured" in done.stdout
         done = self.start("certify", bench.table, *options(group="ü"), env=environment)

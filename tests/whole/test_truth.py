@@ -49,8 +49,9 @@ def test_the_papers_quantity_has_its_own_name_and_stands_only_beside_contexts(
     assert main(["compare", str(saved), str(saved)]) == 0
     compared = capsys.readouterr().out
     document = json.loads(saved.read_text())
-    figures = markdown(document).split("###")[0]
-    for shown in (text, compared, result._repr_html_(), figures, html(document).split("<table")[0].replace("&#39;", "'")):
+    (figures,) = [part for part in markdown(document).split("###") if part.startswith(" The figures")]
+    page = " ".join(re.findall(r"<h3>.*?</h3>", html(document).replace("&#39;", "'")))
+    for shown in (text, compared, result._repr_html_(), figures, page):
         assert shown.casefold().count(NAME) == (1 if context else 0)
         assert "equalized odds" not in shown.casefold().replace(NAME, "")
     assert "equalized_odds" in document["metrics"]
