@@ -108,7 +108,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = _Parser(
         prog="fairaudit",
         description="Exact, certified fairness audits of decision tables.",
-        epilog="Try: fairaudit certify --example ucb-admissions",
+        epilog="Try: fairaudit certify --example ucb-admissions. Exit codes of all commands are in one table: docs/json.md#exit-codes",
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"fairaudit {__version__}")

@@ -16,10 +16,12 @@ DESCRIPTION = """\
 List columns, levels and missing values of a table, and print a certify command to try. The table may be all that certify reads as a
 log; whatever holds it counts, and of a column with more than 10,000 different values only the 10,000 most common are looked at."""
 
+EPILOG = "exit codes: 0 done; 2 bad input"
+
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "inspect", run, "list the columns of a table and suggest a certify command", DESCRIPTION)
+    parser = add_command(commands, "inspect", run, "list the columns of a table and suggest a certify command", DESCRIPTION, EPILOG)
     parser.add_argument(
         "table",
         metavar="TABLE",

@@ -17,6 +17,8 @@ DESCRIPTION = """\
 From a scanned floor to the candidate routes that a decision maker is shown: a scan is read, its top view, traversability and topological
 maps are built, and the shortest route to each candidate is planned and drawn. Needs the extra navigation."""
 EPILOG = """\
+exit codes: 0 done; 2 bad input
+
 examples:
   fairaudit navigation office example                                an office to try, with scenario files
   fairaudit navigation render example/documents.toml                 its candidate routes as pictures

@@ -28,6 +28,9 @@ Run an experiment on a language model or an embedded decision maker: an experime
 through which filters, and how often. Every answer is kept before it is read, so that a run can be stopped and resumed at any moment and
 pays for nothing twice; the end is a certificate. Everything is kept in one folder, named after the experiment."""
 EPILOG = """\
+exit codes: 0 done, and of certify within the targets; 1 of certify: a target is exceeded; 2 bad input; 3 of run and status: answers are
+missing, of certify: inconclusive
+
 examples:
   fairaudit experiment list
   fairaudit experiment plot epsilon-a                      runs the embedded decision maker, certifies, draws
