@@ -20,6 +20,7 @@ from fairaudit.measures.rates import NAMES, OVERALL
 from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
+from fairaudit.model.policy import Deployment
 from fairaudit.reports.assumed import in_short
 from fairaudit.reports.drift import standings
 from fairaudit.reports.hidden_context import declared
@@ -154,7 +155,12 @@ def _as_given(law: Law, seen: Seen) -> Iterator[str]:
         yield "all contexts weigh equally, as no population was given"
     if not seen.burden:
         yield "more of it is better; where it harms, --burden says so"
-    yield f"the {'table is' if seen.kind == 'counts' else 'probabilities are'} genuine and complete"
+    yield f"the {'table is' if seen.drawn else 'probabilities are'} genuine and complete"
+
+
+def _drawn(law: Law, deployment: Deployment | None) -> bool:
+    """Whether what is audited are recorded decisions, and not probabilities."""
+    return (deployment.policy.law if deployment else law).kind == "counts"
 
 
 def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS) -> Overview:
@@ -174,6 +180,7 @@ def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS)
     seen = Seen(
         columns=result.columns,
         kind="policy" if result.deployment else result.law.kind,
+        drawn=_drawn(result.law, result.deployment),
         contexts=len(result.partial.table.header["contexts"] if result.partial else result.law.contexts),
         verdict=result.verdict,
         targets=result.targets,
@@ -220,6 +227,7 @@ def of_content(content: Content, *, groups: int = GROUPS, contexts: int = CONTEX
     seen = Seen(
         columns=subject.law.columns,
         kind=about["kind"],
+        drawn=_drawn(subject.law, subject.deployment),
         contexts=len(subject.law.contexts),
         verdict=found["verdict"],
         targets=targets,

@@ -60,6 +60,7 @@ class Seen:
 
     columns: Columns
     kind: Literal["counts", "probabilities", "policy"]
+    drawn: bool  # whether decisions were recorded, of a policy behind filters, too
     contexts: int
     verdict: str
     targets: Sequence[Target]

@@ -217,6 +217,8 @@ def chance(parts: Parts) -> tuple[tuple[str, str], ...]:
     if not any({**seen.ratios, **seen.differences}.values()):
         return (("not a question", "no two groups can be compared"),)
     foremost = _foremost(seen)
+    if seen.verdict == "changed":
+        return (("it depends", "on when: the ratio changed during the stream, and nothing is said of one constant ratio"),)
     if foremost is not None:
         return (_of_target(foremost[0], seen),)
     known = dict(seen.of_differences if parts.signed else seen.of_ratios)
@@ -243,17 +245,15 @@ def chance(parts: Parts) -> tuple[tuple[str, str], ...]:
 
 def _without_draws(seen: Seen) -> tuple[str, str]:
     """Why chance is no question where there is no interval."""
-    if seen.kind == "counts":
+    if seen.drawn:
         return "not asked", "no interval was computed; the figures describe this table alone"
-    return "not a question", "nothing was drawn by chance, the figures are exact"
+    return "not a question", "the probabilities are taken as given, the figures are exact"
 
 
 def _of_target(target: Target, seen: Seen) -> tuple[str, str]:
     """Whether the verdict on a target is more than chance."""
     outcome = {"exceeds": "the limit is exceeded", "within": "the limit is kept"}.get(target.verdict, "nothing is settled")
     at = "" if target.confidence is None else f", at {percent(target.confidence)}"
-    if target.verdict == "changed" or seen.verdict == "changed":
-        return "it depends", "the ratio changed during the stream, so that nothing is said of one constant ratio"
     if target.under == HIDDEN:
         return "it depends", f"on the declared unrecorded factor: with it {outcome}{at}"
     if target.under == DRIFTING:
@@ -266,7 +266,7 @@ def _of_target(target: Target, seen: Seen) -> tuple[str, str]:
         return "not known", "no two groups can be compared"
     if target.confidence is None:
         found = _without_draws(seen)
-        return (found[0], "judged for this table alone, decided exactly") if seen.kind == "counts" else found
+        return (found[0], "judged for this table alone, decided exactly") if seen.drawn else found
     by = f", by {target.upper[1]}" if target.upper is not None and target.upper[1] != THE_INTERVAL else ""
     if target.verdict == "exceeds":
         return "yes", f"the population exceeds the limit{at}"

@@ -85,9 +85,19 @@ def test_a_target_is_answered_with_the_end_that_decided_it() -> None:
 def test_nothing_is_said_of_chance_where_nothing_was_drawn() -> None:
     table = {"u": ["hired", "refused"] * 2, "a": ["f", "f", "m", "m"], "p": ["0.25", "0.75", "0.5", "0.5"]}
     found = of_result(fa.audit(table, decision="u", group="a", probability="p", utility="hired", max_local_ratio="0.8"))
-    assert found.chance == (("not a question", "nothing was drawn by chance, the figures are exact"),)
+    assert found.chance == (("not a question", "the probabilities are taken as given, the figures are exact"),)
     assert found.sentences == ("hired: a=m 50.0 %, a=f 25.0 %, 2 times.",)
     assert found.audited == "probabilities of decisions, 2 groups (a), no contexts"
+
+
+def test_a_policy_that_was_seen_in_decisions_is_no_exact_one() -> None:
+    table = {"u": ["hired", "refused"] * 2, "a": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
+    policy = fa.Policy.from_counts(table, decision="u", group="a", count="n")
+    found = of_result(
+        fa.certify(policy.behind(group=fa.RandomizedResponse(["f", "m"], keep_probability="0.9")), {"hired": 1}, confidence=None)
+    )
+    assert found.chance[0][0] == "not asked" and found.assumptions[-1] == "the table is genuine and complete"
+    assert found.audited.startswith("a policy behind privacy filters, seen in 80 decisions, 2 groups (a)")
 
 
 def test_groups_that_are_alike_are_said_to_be_alike() -> None:
