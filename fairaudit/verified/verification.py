@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from html import escape
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
@@ -17,7 +18,7 @@ from fairaudit.certificates.reader import FORMAT, MAX_BYTES, OTHER_FORMATS, load
 from fairaudit.checker import Finding
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded, kind_of
 from fairaudit.inference.verdicts import Verdict
-from fairaudit.words import brief
+from fairaudit.words import brief, plain
 
 __all__ = ["Certified", "Opened", "Verification", "checked", "opened", "verify"]
 
@@ -87,6 +88,12 @@ class Verification:
         said = f"{false} of {count} statements are FALSE" if false else f"all {count} statements are true of the table"
         missing = f", but {self.required!r} is required" if self.required not in (None, self.verdict) else ""
         return f"{said}; the stated verdict is {self.verdict!r}{missing}"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the sentence, and the statements that are false."""
+        found = ((finding.statement, finding.detail) for finding in self.false)
+        listed = "".join(f"<li><bdi>{escape(plain(': '.join(filter(None, texts))))}</bdi></li>" for texts in found)
+        return f"<p>{escape(self.sentence)}</p>{f'<ul>{listed}</ul>' if listed else ''}"
 
     def require(self) -> Verification:
         """Give itself back, or refuse to go on.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 from pathlib import Path
 from typing import Any
 
@@ -156,3 +157,17 @@ def test_a_page_is_checked_by_the_certificate_in_it(tmp_path: Path, capsys: pyte
             fa.verify(false)
         assert main(["verify", str(false)]) == 2
         assert "does not hold one certificate" in capsys.readouterr().err
+
+
+def test_a_notebook_shows_what_is_false() -> None:
+    label = "<b>\u202ef"
+    made = fa.audit({"hired": ["yes", "no"] * 2, "sex": [label, label, "m", "m"]}, decision="hired", group="sex", utility="yes")
+    shown = fa.verify(made)._repr_html_()
+    assert shown == f"<p>{fa.verify(made).sentence.replace(chr(39), '&#x27;')}</p>"
+    document = json.loads(made.certificate.text)
+    document["metrics"]["local"]["ratio"] = "9"
+    document["metrics"]["local"]["witness"]["higher"] = {"sex": label}
+    shown = fa.verify(document)._repr_html_()
+    assert "statements are FALSE" in shown and "<li><bdi>metrics.local.ratio" in shown and "the table gives 1" in shown
+    assert "<b>" not in shown and "\u202e" not in shown
+    assert "but &#x27;within&#x27; is required" in fa.verify(made, require="within")._repr_html_()
