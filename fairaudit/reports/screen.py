@@ -1,7 +1,7 @@
 """The first screen: what an audit comes to, in at most 40 lines of 80 columns whatever was audited.
 
 Every part has a least and a greatest number of lines. What does not fit is counted ("and 37 more"), long labels are shortened, and
-colour, where a terminal shows it, repeats what words say.
+colour, where a terminal shows it, repeats what words say. A command to copy stays in one line, however long its file's name is.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ def first_screen(found: Overview, name: str, then: str, findings: Sequence[str] 
         "contexts": _contexts(found),
         "left out": _left_out(found.left_out),
         "assumed": _assumed(found.assumptions),
-        "next": _text([*wrapped(f"Next: {plain(then)}", 6), "--verbose prints everything that was found."], 3),
+        "next": _text([*_next(plain(then)), "--verbose prints everything that was found."], 3),
     }
     blocks = [[name for name in block if parts[name].most] for block in BLOCKS]
     given = _shared(parts, LINES - sum(map(bool, blocks)) + 1)
@@ -234,6 +234,13 @@ def _short(text: str) -> list[str]:
 def _established(answer: str, why: str) -> str:
     """Whether the verdict is more than chance, in a line."""
     return f"Established beyond chance: {answer} {why}" if answer == "it depends" else f"Established beyond chance: {answer} ({why})"
+
+
+def _next(then: str) -> list[str]:
+    """What to do next; a command stays in one line, so that it can be copied."""
+    if not then.startswith("fairaudit "):
+        return wrapped(f"Next: {then}", 6)
+    return [f"Next: {then}"] if columns_of(then) + len("Next: ") <= COLUMNS else ["Next:", then]
 
 
 def _left_out(listed: Sequence[str]) -> Part:

@@ -184,9 +184,10 @@ def test_it_fits_whatever_was_audited(audit: tuple[dict[str, list[Any]], dict[st
         result = fa.audit(table, **options)
     except fa.InputError:
         return
-    text = first_screen(of_result(result, groups=GROUPS, contexts=CONTEXTS), HOSTILE[0], "fairaudit verify " + "x" * 200)
-    assert_fits(text)
-    for heading in ("Established beyond chance: ", "Left out:", "Assumed, for you to judge:", "Next: fairaudit verify"):
+    text = first_screen(of_result(result, groups=GROUPS, contexts=CONTEXTS), HOSTILE[0], command := "fairaudit verify " + "x" * 200)
+    assert_fits(text.replace(f"Next:\n{command}", "Next:\nfairaudit verify x"))
+    assert f"\n{command}\n" in text
+    for heading in ("Established beyond chance: ", "Left out:", "Assumed, for you to judge:", "Next:"):
         assert heading in text
 
 
