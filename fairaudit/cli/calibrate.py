@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.destinations import refuse_output
+from fairaudit.cli.destinations import named_in, refuse_output
 from fairaudit.cli.options import add_command, add_limit, given_limit, groups_option, limits_as_options
 from fairaudit.cli.output import Answer, add_format, aligned
 
@@ -89,6 +89,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         raise InputError(limits_as_options(str(error))) from None
     if arguments.plot is not None:
         refuse_output(arguments.plot, [arguments.audit] if arguments.audit else [], "the audit file")
+        refuse_output(arguments.plot, named_in(arguments.audit or ""), "a file that the audit file names,")
         from fairaudit.plots import save_truth_kept
 
         save_truth_kept(found, arguments.plot)

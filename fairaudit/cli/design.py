@@ -6,7 +6,7 @@ import argparse
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.destinations import refuse_output
+from fairaudit.cli.destinations import named_in, refuse_output
 from fairaudit.cli.options import add_command, add_limit, given_limit
 from fairaudit.cli.output import Answer, add_format, aligned
 
@@ -82,6 +82,7 @@ def run(arguments: argparse.Namespace) -> Answer:
     for path in (arguments.output, arguments.plot):
         if path is not None:
             refuse_output(path, [arguments.audit] if arguments.audit is not None else [], "the audit file")
+            refuse_output(path, named_in(arguments.audit or ""), "a file that the audit file names,")
             refuse_output(path, [arguments.distortion] if arguments.distortion is not None else [], "the file of costs")
     solve = _solver(arguments)
     found = []

@@ -13,7 +13,7 @@ from fairaudit.tables.sources import is_database
 if TYPE_CHECKING:
     from fairaudit.certificates.certificate import Certificate
 
-__all__ = ["add_output", "check_forms", "check_output", "documents", "refuse_output", "refuse_twice", "write_outputs"]
+__all__ = ["add_output", "check_forms", "check_output", "documents", "named_in", "refuse_output", "refuse_twice", "write_outputs"]
 
 
 def add_output(group: Any) -> None:
@@ -150,9 +150,29 @@ def _read(arguments: argparse.Namespace) -> Iterator[tuple[list[str], str]]:
         ("from_monitor", "the state of the monitor"),
         ("map", "the file of --map"),
         ("group_probability", "the table of probabilities"),
+        ("placebo", "the table of --placebo"),
     ):
-        if isinstance(path := getattr(arguments, name, None), str):
+        if isinstance(path := getattr(arguments, name, None), str) and not is_database(path):
             yield [path], what
+    yield [name for table in given if isinstance(table, str) for name in named_in(table)], "a file that the audit file names,"
+
+
+def named_in(audit: str) -> list[str]:
+    """The files that an audit file names; none of any other file."""
+    from fairaudit.audits.sections import read_toml
+    from fairaudit.errors import InputError
+
+    if not audit.endswith(".toml"):
+        return []
+    try:
+        sections = [read_toml(Path(audit))[0]]
+    except InputError:  # which the command says when it reads it
+        return []
+    found = []
+    for section in sections:
+        sections += [value for value in section.values() if isinstance(value, dict)]
+        found += [str(Path(audit).parent / name) for key in ("table", "map") if isinstance(name := section.get(key), str)]
+    return found
 
 
 def _fault(path: Path, read: Sequence[str], what: str) -> str:

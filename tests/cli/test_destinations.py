@@ -23,6 +23,9 @@ AUDIT = (
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "policy.csv").write_text("u,g,p\nyes,f,0.9\nno,f,0.1\nyes,m,0.4\nno,m,0.6\n")
     (tmp_path / "audit.toml").write_text(AUDIT)
+    (tmp_path / "audit_of_json.toml").write_text(
+        '[law]\ntable = "c.table.json"\nmap = "names.json"\ndecision = "u"\ngroup = "g"\n[utility]\nvalues = { yes = 1 }\n'
+    )
     (tmp_path / "log.csv").write_text("u,g\nyes,f\nno,f\nyes,m\nno,m\n")
     for name in ("c.table.json", "rows.table.jsonl"):
         (tmp_path / name).write_text('{"u": "yes", "g": "f"}\n{"u": "no", "g": "m"}\n')
@@ -37,6 +40,10 @@ def folder(tmp_path: Path) -> Path:
     [
         ("certify log.csv --decision u --group g --utility yes -o {}", "log.csv", "is the table itself"),
         ("worst-case log.csv --decision u --group g --tau 0.2 -o {}", "log.csv", "is the table itself"),
+        ("certify audit_of_json.toml -o {}", "c.table.json", "is a file that the audit file names, itself"),
+        ("certify audit_of_json.toml -o {}", "names.json", "is a file that the audit file names, itself"),
+        ("design audit.toml --max-ratio 5/4 -o {}", "policy.csv", "is a file that the audit file names, itself"),
+        ("certify log.csv --decision u --group g --utility yes --placebo c.table.json -o {}", "c.table.json", "is the table of --placebo"),
         ("report c.json -o {}", "c.json", "is the certificate itself"),
         ("report c.json --table c.table.jsonl -o {}", "c.table.jsonl", "is the table itself"),
         ("certify c.table.json --decision u --group g --utility yes -o {}", "c.table.json", "is the table itself"),
