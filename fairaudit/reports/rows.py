@@ -95,8 +95,8 @@ def short(labels: Mapping[str, str]) -> str:
     return clip(" / ".join(labels.values()))
 
 
-def of_line(line: GroupLine) -> Row:
-    """A group over all contexts, as an overview has it."""
+def of_line(line: GroupLine, best: object) -> Row:
+    """A group over all contexts, as an overview has it, beside the mean of the best one."""
     gets = line.gets
     return Row(
         label=gets.group,
@@ -108,7 +108,7 @@ def of_line(line: GroupLine) -> Row:
         of=gets.of,
         value=gets.mean,
         ends=line.ends,
-        best=line.greatest.value == line.least.value and line.least.value in (0, 1),
+        best=gets.mean.value == best,
         apart=line.greatest,
     )
 

@@ -160,7 +160,8 @@ class Views:
 
     @cached_property
     def _overall(self) -> list[Row]:
-        return [] if self.overview is None else [*map(of_line, self.overview.groups)]
+        lines = () if self.overview is None else self.overview.groups
+        return [of_line(line, lines[-1].gets.mean.value) for line in lines]
 
     @cached_property
     def _panels(self) -> list[tuple[Ranked, list[Row]]]:

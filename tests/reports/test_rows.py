@@ -103,3 +103,10 @@ def test_the_limit_stands_where_a_group_would_reach_it(limit: str, edge: Fractio
     (_, marks), _ = views.contexts[0].rows
     assert f'class="limit" x1="{views.axis.at(edge)}%"' in marks and views.contexts[0].limited
     assert views.overall is not None and not views.overall.limited and "limit" not in views.overall.rows[0][1]
+
+
+def test_a_group_that_is_one_below_the_best_is_not_the_best() -> None:
+    table = {"u": ["good", "bad", "good", "bad"], "a": ["f", "f", "m", "m"], "n": [75, 25, 25, 75]}
+    found = fa.audit(table, decision="u", group="a", count="n", utility={"good": 1, "bad": -1}, difference=True)
+    rows = Views(describe(found.certificate.document))._overall
+    assert [(row.group, row.best, row.apart.value) for row in rows] == [("m", False, 1), ("f", True, 0)]
