@@ -104,14 +104,14 @@ def figures(result: Result) -> dict[str, float]:
 def _figures(result: Result) -> Iterator[tuple[str, float]]:
     for quantity, measured in (("local", result.local), ("global", result.global_)):
         if measured is not None and not result.utility.signed:
-            yield f"{quantity}_ratio", float(measured.ratio)
+            yield f"{quantity}_ratio", _nearest(measured.ratio)
     for quantity, interval in result.intervals.items():
         yield f"{quantity}_ratio.at_least", _outwards(interval.lower, -inf)
         yield f"{quantity}_ratio.at_most", _outwards(interval.upper, inf)
     apart = result.differences
     for quantity, difference in (apart.measured if apart else {}).items():
         if difference is not None:
-            yield f"{quantity}_difference", float(difference.value)
+            yield f"{quantity}_difference", _nearest(difference.value)
     for quantity, ends in (apart.intervals if apart else {}).items():
         yield f"{quantity}_difference.at_least", _outwards(ends.lower, -inf)
         yield f"{quantity}_difference.at_most", _outwards(ends.upper, inf)
@@ -123,9 +123,19 @@ def _figures(result: Result) -> Iterator[tuple[str, float]]:
             yield name, float(rate.value)
 
 
+def _nearest(value: Extended) -> float:
+    """A float; what is beyond the greatest is infinite."""
+    try:
+        return float(value)
+    except OverflowError:
+        return inf if value > 0 else -inf
+
+
 def _outwards(value: Extended, towards: float) -> float:
     """A float that is not inside an interval that ends at a value."""
-    rounded = float(value)
+    rounded = _nearest(value)
+    if isinstance(value, Fraction) and not isfinite(rounded):
+        return nextafter(rounded, towards)
     inside = isinstance(value, Fraction) and (Fraction(rounded) - value) * (1 if towards < 0 else -1) > 0
     return nextafter(rounded, towards) if inside else rounded
 
@@ -142,7 +152,7 @@ def _asked(result: Result) -> Iterator[tuple[str, str]]:
         place = f"max_{target.quantity}_{target.unit}"
         yield f"{place}.{target.under.replace(' ', '_')}" if target.under else place, str(target.limit)
     for quantity, interval in result.intervals.items():
-        yield f"{quantity}_ratio.confidence", approximate(interval.confidence)
+        yield f"{quantity}_ratio.confidence", approximate(interval.confidence, "down", 6)
 
 
 def _said(result: Result) -> Iterator[tuple[str, str]]:

@@ -10,7 +10,7 @@ import sys
 import tomllib
 from collections.abc import Callable
 from fractions import Fraction
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -182,6 +182,20 @@ def test_ends_are_rounded_outwards(value: Fraction) -> None:
 
     assert Fraction(_outwards(value, -inf)) <= value <= Fraction(_outwards(value, inf))
     assert _outwards(inf, inf) == inf
+
+
+@pytest.mark.parametrize("least", ["1e-400", "1e400"])
+def test_what_no_float_holds_is_no_metric(least: str) -> None:
+    pytest.importorskip("mlflow", reason="mlflow is not installed (extra mlflow)")
+    from fairaudit.mlflow_plugin import _asked, figures
+
+    utility = {"yes": 1, "no": least} if least != "1e-400" else {"yes": least}
+    table = {**TABLE, "hired": ["yes", "no", "yes", "no"], "n": [300, 100, 0, 200]}
+    made = fa.audit(table, decision="hired", group="sex", count="n", utility=utility, difference=True, confidence=1 - Fraction(1, 10**8))
+    found = figures(made)
+    assert all(isfinite(value) for value in found.values())
+    assert found["local_difference.at_least"] <= made.differences.intervals["local"].lower
+    assert dict(_asked(made))["local_ratio.confidence"] == "0.999999"
 
 
 def test_without_mlflow_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
