@@ -118,15 +118,18 @@ def place(labels: Mapping[str, str]) -> str:
     return ", ".join(f"{column}={label}" for column, label in labels.items())
 
 
-def percent(value: Fraction | float) -> str:
-    """A probability as a percentage.
+def percent(value: Fraction | float, rounding: Literal["down", "up"] = "down") -> str:
+    """A probability as a percentage in six digits: rounded down, as a confidence may be, unless it is one of errors.
 
     Examples
     --------
     >>> percent(Fraction(19, 20))
     '95 %'
+    >>> percent(1 - Fraction(1, 10**8)), percent(Fraction(1, 3), "up")
+    ('99.9999 %', '33.3334 %')
     """
-    return f"{float(100 * value):.6g} %"
+    exact = value if isinstance(value, Fraction) else Fraction(str(value))
+    return f"{approximate(100 * exact, rounding, 6)} %"
 
 
 def ends_text(low: str, high: str, *, each: bool) -> str:

@@ -273,9 +273,10 @@ def by_context_text(made: ByContext) -> tuple[str, tuple[str, ...]]:
     'Contexts by themselves (not in the certificate): 0 of 0 flagge'
     """
     flagged = sum(own.flagged for own in made.findings)
+    rate = percent(made.rate, "up")
     sentence = (
         f"Contexts by themselves (not in the certificate): {flagged} of {len(made.findings)} flagged for a ratio above "
-        f"{approximate(made.limit)}, at a false discovery rate of {percent(made.rate)}: of those that are flagged, at most that share is "
+        f"{approximate(made.limit)}, at a false discovery rate of {rate}: of those that are flagged, at most that share is "
         f"not above it, in expectation. Each interval holds at confidence {percent(made.confidence)} by itself, not all of them together."
     )
     width = max((len(place(own.context)) for own in made.findings), default=0)

@@ -100,6 +100,11 @@ def test_a_policy_that_was_seen_in_decisions_is_no_exact_one() -> None:
     assert found.audited.startswith("a policy behind privacy filters, seen in 80 decisions, 2 groups (a)")
 
 
+def test_a_confidence_is_never_said_to_be_certainty() -> None:
+    found = of_result(admissions(confidence=1 - Fraction(1, 10**8)))
+    assert found.sure == "99.9999 %" and "100 %" not in " ".join((*found.sentences, *(why for _, why in found.chance)))
+
+
 def test_groups_that_are_alike_are_said_to_be_alike() -> None:
     same = of_result(audited({(0, 0, 1): 2, (0, 0, 0): 2, (0, 1, 1): 4, (0, 1, 0): 4}, confidence=None))
     assert same.sentences[0] == "hired: the same in all groups that are compared in every context."

@@ -315,3 +315,18 @@ def test_labels_are_shortened_by_columns() -> None:
         line.startswith("%") for line in wrapped("44.5 % " * 40)
     )
     assert all(columns_of(line) <= COLUMNS for line in wrapped("東" * 200, 10))
+
+
+@pytest.mark.slow
+def test_a_stream_that_changed_is_not_said_to_have_no_interval(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, state = tmp_path / "log.csv", str(tmp_path / "watch.db")
+    draw = random.Random(0)
+    rows = [("fm"[i % 2], "hired" if draw.random() < (0.9, 0.2)[(i % 2) ^ (i >= 1500)] else "refused") for i in range(3000)]
+    log.write_text("a,u\n" + "".join(f"{a},{u}\n" for a, u in rows))
+    asked = ["--decision", "u", "--group", "a", "--utility", "hired", "--window", "500"]
+    assert main(["monitor", str(log), "--state", state, "--log-format", "csv", *asked]) in (0, 3)
+    capsys.readouterr()
+    assert main(["certify", "--from-monitor", state]) == 3
+    said = " ".join(capsys.readouterr().out.split())
+    assert "The local ratio changed: " in said and "no interval was computed" not in said
+    assert "Established beyond chance: it depends on when: the ratio changed during the stream" in said
