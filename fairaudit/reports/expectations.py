@@ -124,7 +124,9 @@ class Expectations:
         comparison = self.comparisons.get("local")
         if comparison is None or comparison.of_units is None:
             return {}
-        place = next(i for i, (x, _) in enumerate(comparison.labels) if x == context)
+        place = next((i for i, (x, _) in enumerate(comparison.labels) if x == context), None)
+        if place is None:  # with fewer than two groups
+            return {}
         groups = zip(comparison.labels[place][1], comparison.blocks[place], strict=True)
         return {named(label): comparison.cells[form[0][0]].mean for label, form in groups}
 

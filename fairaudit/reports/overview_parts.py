@@ -129,7 +129,11 @@ class Gets:
             return ""
         if self.counted is not None and self.size.units is None:
             return f"{how_many(self.counted)} of {how_many(self.size.decisions)}"
-        return f"n = {how_many(self.size.decisions)}" if self.size.units is None else f"{self.size.units:,} units"
+        return (
+            f"n = {how_many(self.size.decisions)}"
+            if self.size.units is None
+            else f"{self.size.units:,} unit{'' if self.size.units == 1 else 's'}"
+        )
 
 
 @dataclass(frozen=True)

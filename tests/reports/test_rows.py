@@ -110,3 +110,15 @@ def test_a_group_that_is_one_below_the_best_is_not_the_best() -> None:
     found = fa.audit(table, decision="u", group="a", count="n", utility={"good": 1, "bad": -1}, difference=True)
     rows = Views(describe(found.certificate.document))._overall
     assert [(row.group, row.best, row.apart.value) for row in rows] == [("m", False, 1), ("f", True, 0)]
+
+
+def test_of_units_contexts_with_one_group_have_rows_without_means_over_units() -> None:
+    table = {"u": list("yynynyy"), "a": list("fffmmmm"), "x": list("pppppqq"), "who": list("1123455")}
+    found = fa.audit(table, decision="u", group="a", context="x", unit="who", utility="y")
+    rows = Views(describe(found.certificate.document)).rows
+    assert [(row.context, row.group, row.over_units is not None, row.ends is not None) for row in rows] == [
+        ("p", "f", True, True),
+        ("p", "m", True, True),
+        ("q", "m", False, False),
+    ]
+    assert "<title>" in found.report()
