@@ -17,6 +17,8 @@ from fairaudit.words import approximate, brief
 
 __all__ = ["LongTable", "Wide", "is_total", "lengthened", "read_wide", "written_wide"]
 
+OTHERS = "none of these"
+
 QUOTED = '"(?:[^"]|"")*"'
 ITEM = re.compile(rf'\s*(?:({QUOTED}|[^",=/]+)(?:/({QUOTED}|[^",=]+))?=)?\s*({QUOTED}|[^",=]+)(,|$)')
 TOTALS = re.compile(
@@ -69,7 +71,7 @@ class Wide:
     def rest(self) -> str:
         """What is said of decisions that no column counts."""
         decisions = dict.fromkeys(decision for decision, _, _ in self.counts)
-        return f"not {next(iter(decisions))}" if len(decisions) == 1 else "none of these"
+        return f"not {next(iter(decisions))}" if len(decisions) == 1 else OTHERS
 
 
 @brief
@@ -329,7 +331,8 @@ def lengthened(
             raise InputError(f"{spelled('weight')} does not go with groups in the header; it is one number for a row, not for each group")
         weights = column(table, weight)
         columns[weight] = [weights[i] for i, *_ in found]
-    notes = (*getattr(table, "notes", ()), *_said(wide, held, kept, left_out, where, labels))
+    others = sum(value * times[i] for i, _, which, value in found if which == wide.rest == OTHERS)
+    notes = (*getattr(table, "notes", ()), *_said(wide, held, kept, left_out, where, labels), *_said_of_others(wide, others))
     return LongTable(getattr(table, "name", None), columns, [where(i) for i, *_ in found], notes)
 
 
@@ -415,6 +418,15 @@ def _totals_rows(
                 f"{why or 'shares do not say so'}; remove the row, or call it something else"
             )
     return found
+
+
+def _said_of_others(wide: Wide, others: Fraction | int) -> Iterator[str]:
+    """What is in no column of several."""
+    if others:
+        columns = ", ".join(dict.fromkeys(shown(name) for *_, name in wide.counts))
+        one = others == 1 and wide.of is None
+        many = f"{int(others):,} decision{'' if one else 's'} of the totals" if wide.of is None else "some shares"
+        yield f"{columns} do not add up to the total: {many} {'is' if one else 'are'} counted as {shown(OTHERS)}"
 
 
 def _mark(row: tuple[str | None, ...]) -> str | None:

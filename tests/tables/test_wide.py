@@ -225,3 +225,13 @@ def test_what_is_written_is_read_again(columns: dict[str, str], in_headers: bool
     counts: Any = {(decision, 'a "b", c/d=e'): name for decision, name in columns.items()} if in_headers else columns
     wide = read_wide(counts)
     assert read_wide(written_wide(wide)[0]) == wide
+
+
+def test_what_is_in_no_column_of_several_is_said() -> None:
+    table = {"sex": ["f", "m"], "yes": [62, 82], "no": [38, 18], "total": [100, 101]}
+    found = fa.audit(table, wide=["yes", "no"], total="total", group="sex", utility="yes")
+    assert [note for note in found.notes if "none of these" in note] == [
+        "'yes', 'no' do not add up to the total: 1 decision of the totals is counted as 'none of these'"
+    ]
+    whole = fa.audit({**table, "total": [100, 100]}, wide=["yes", "no"], total="total", group="sex", utility="yes")
+    assert not any("none of these" in note for note in whole.notes)
