@@ -80,9 +80,11 @@ class Size:
 
     @property
     def text(self) -> str:
-        """Decisions, for a person: whole numbers as they are, sums of weights rounded down to one decimal."""
+        """Decisions, for a person: whole numbers as they are, sums of weights rounded down, to one decimal or four digits."""
         if self.decisions.denominator == 1:
             return f"{int(self.decisions):,}"
+        if self.decisions < 100:
+            return approximate(self.decisions, "down")
         return f"{Decimal(floor(10 * self.decisions)) / 10:,.1f}"
 
 

@@ -1094,7 +1094,14 @@
     box.hidden = at("turn").hidden = at("all").hidden = false; at("all").open = true;
   }
   const columnOf = (name) => [...document.querySelectorAll("#complete th")].findIndex((e) => e.dataset.is === name);
-  const amountText = (r) => { const [n, d] = lowest(r); return d === 1n ? n.toLocaleString("en") : ((10n * n) / d / 10n).toLocaleString("en") + "." + ((10n * n) / d) % 10n; };
+  function amountText(r) {
+    const [n, d] = lowest(r);
+    if (d === 1n) return n.toLocaleString("en");
+    if (n >= 100n * d) return ((10n * n) / d / 10n).toLocaleString("en") + "." + ((10n * n) / d) % 10n;
+    let power = 0;
+    while ((10n ** BigInt(power) * n) / d < 1000n && power < 300) power++;
+    return String(Number((10n ** BigInt(power) * n) / d + "e-" + power));
+  }
 
   // Whether the rows that stand on the page are those of the table, in its order: exactly where they say so, and rounded where they do not.
   async function shownRows(law, say) {

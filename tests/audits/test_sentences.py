@@ -94,7 +94,7 @@ def test_the_gate_fails_with_the_pair_that_exceeds(pytester: pytest.Pytester) ->
         """
     )
     found = pytester.runpytest_inprocess("-p", "no:cacheprovider")
-    found.stdout.fnmatch_lines(["*EXCEEDS*global ratio*", "*Gender=Male over Gender=Female*", f"*{MEN}*"])
+    found.stdout.fnmatch_lines(["*EXCEEDS*global ratio*", "Admitted over all contexts: Gender=Male 44.5 %*, Gender=Female 30.4 %*"])
     found.stdout.no_fnmatch_line("*Dept=A*")
 
 
@@ -477,7 +477,7 @@ def test_sizes_stand_beside_every_pair_of_counts(capsys: pytest.CaptureFixture[s
         {"u": ["y", "n"] * 2, "a": ["f", "f", "m", "m"], "n": ["9.5", "0.49", "1000.25", "3000"]}, decision="u", group="a", count="n"
     )
     sentence = fa.certify(weighted, {"y": 1}, confidence=None).sentence
-    assert sentence.startswith("Only 9.9 decisions stand behind a=f.") and "(n = 9.9 and 4,000.2)" in sentence
+    assert sentence.startswith("Only 9.99 decisions stand behind a=f.") and "(n = 9.99 and 4,000.2)" in sentence
     log = {"a": ["f"] * 30 + ["m"] * 24, "u": ["yes", "no"] * 27, "run": [i // 2 for i in range(54)]}
     log["u"][:10] = ["yes"] * 10
     units = fa.certify(fa.Law.from_log(log, decision="u", group="a", unit="run"), {"yes": 1}).sentence

@@ -100,6 +100,13 @@ def test_a_policy_that_was_seen_in_decisions_is_no_exact_one() -> None:
     assert found.audited.startswith("a policy behind privacy filters, seen in 80 decisions, 2 groups (a)")
 
 
+def test_small_sums_of_weights_are_not_rounded_to_nothing() -> None:
+    table = {"u": list("ynyn"), "a": list("ffmm"), "n": ["0.04", "0.01", "0.02", "2.23"]}
+    found = of_result(fa.audit(table, decision="u", group="a", count="n", utility="y", confidence=None))
+    assert found.audited.startswith("2.3 decisions, ")
+    assert {line.gets.short: line.gets.of for line in found.groups} == {"f": "0.04 of 0.05", "m": "0.02 of 2.25"}
+
+
 def test_a_confidence_is_never_said_to_be_certainty() -> None:
     found = of_result(admissions(confidence=1 - Fraction(1, 10**8)))
     assert found.sure == "99.9999 %" and "100 %" not in " ".join((*found.sentences, *(why for _, why in found.chance)))
