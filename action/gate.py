@@ -75,7 +75,7 @@ def certify(given: Mapping[str, str], folder: Path) -> Found:
         arguments = shlex.split(given.get("GATE_ARGUMENTS", ""))
     except ValueError as error:
         return Found(2, "error", f"arguments cannot be read: {error}")
-    taken = next((word for word in arguments if word.partition("=")[0] in OURS), None)
+    taken = next((word for word in arguments if word.partition("=")[0] in OURS or word.startswith("-o")), None)
     if taken is not None:
         return Found(2, "error", f"arguments has {taken}, which the action sets itself; its outputs name certificate and page")
     for name in ("max-local-ratio", "max-global-ratio"):

@@ -206,6 +206,7 @@ def test_without_a_target_nothing_is_stopped_and_that_is_said(tmp_path: Path) ->
         ({"file": "decisions.csv", "arguments": "--decision 'answer"}, "arguments cannot be read"),
         ({"file": "decisions.csv", "arguments": f"{OPTIONS} -o elsewhere.json"}, "which the action sets itself"),
         ({"file": "decisions.csv", "arguments": f"{OPTIONS} --output=elsewhere.json"}, "which the action sets itself"),
+        ({"file": "decisions.csv", "arguments": f"{OPTIONS} -oelsewhere.json"}, "which the action sets itself"),
         ({"file": "decisions.csv", "arguments": OPTIONS, "fail_on": "always"}, "exceeds, inconclusive or never is expected"),
         ({"file": "decisions.csv", "arguments": OPTIONS, "max_local_ratio": "five"}, "five"),
         ({"file": "decisions.csv", "arguments": "--decision nothing --group sex --count n --utility yes"}, "nothing"),
