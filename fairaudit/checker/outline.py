@@ -15,6 +15,7 @@ from .text import Outline
 
 OVER_TIME = "the change over time"
 UPDATES = "later updates"
+OF_ITS_UTILITY = "A class of utilities is stated; what is said of the table is said of the one utility that the certificate holds."
 
 
 def outline_of(stated: Certificate, facts: Facts) -> Outline:
@@ -59,6 +60,8 @@ def _figures(stated: Certificate, measured: Mapping[str, Rational]) -> Iterator[
             continue  # without contexts, group means are what was compared already
         said.append((value, bounds))
         yield said_of_figure(_name(quantity, stated), value, bounds)
+    if stated.utilities is not None:
+        yield OF_ITS_UTILITY
     if stated.change is not None:
         change = stated.change
         window, stream = (

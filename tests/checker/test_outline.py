@@ -45,3 +45,14 @@ def test_policies_are_said_to_the_widest_extent(tmp_path: Path) -> None:
     assert "up to 2.334 for any policy behind this filter;" in said
     assert "2.334 for any policy behind this filter that keeps the declared floor" not in said
     assert "those for any policy behind this filter that keeps the declared floor rest on" in said
+
+
+def test_of_a_class_the_figures_of_the_table_are_said_to_be_those_of_one_utility(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("u,a\n" + "yes,f\n" * 8 + "no,f\n" * 2 + "yes,m\n" * 4 + "no,m\n" * 6)
+    words = ["worst-case", str(tmp_path / "t.csv"), "--decision", "u", "--group", "a", "--tau", "0.2", "-o", str(tmp_path / "c.json")]
+    assert main(words) == 0
+    said = paragraph(checker.check((tmp_path / "c.json").read_bytes()))
+    assert "for every utility of the class" in said
+    assert "A class of utilities is stated; what is said of the table is said of the one utility that the certificate holds." in said
+    plain = said_of(fa.audit(COUNTS, decision="hired", group="sex", count="n", utility="yes", confidence=None))
+    assert "class of utilities" not in plain
