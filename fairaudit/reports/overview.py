@@ -283,7 +283,7 @@ def _further(result: Result) -> str:
         return ""
     units = "units" if result.law.units is not None and result.law.units.repeated else "decisions"
     for target, planned in result.further_draws:
-        if target.verdict == "inconclusive" and planned.total is not None and planned.decides is not None:
+        if target.verdict == "inconclusive" and planned.total and planned.decides is not None:
             shown = {"exceeds": "the limit is exceeded", "within": "the limit is kept"}[planned.decides]
             return f"an estimate: {planned.total:,} more {units} would show that {shown}, if the truth is as measured"
     return ""
