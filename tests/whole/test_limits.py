@@ -285,7 +285,8 @@ def test_the_gate_answers_with_both_names(tmp_path: Path) -> None:
     done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, check=False)
     assert "2 failed" in done.stdout
     assert "InputError: max_global is not accepted; give max_global_ratio, " in done.stdout
-    assert f"EXCEEDS      global {FOUR_FIFTHS}: it is 1.346 " in done.stdout
+    assert "EXCEEDS global ratio at most 1.25 (least at least 0.8 of the greatest)\n" in done.stdout
+    assert "group=f 74.3 % (743 of 1,000), 1.346 times.\n" in done.stdout
 
 
 # Both readings, wherever a limit is shown
