@@ -488,8 +488,8 @@ def test_rankings_with_the_run_as_unit(data: Path, tmp_path: Path, capsys: pytes
         path = tmp_path / "runs.csv"
         path.write_text("".join([lines[0], *(line for line in lines[1:] if line.startswith(f"{model},") and "oversampled" not in line)]))
         command = ["certify", str(path), "--slots", "shown_order", "--winner", "ranked_order", "--context", "job"]
-        assert main([*command, "--max-local-ratio", "5/4", "-o", str(tmp_path / "c.json")]) == code
-        out = " ".join(capsys.readouterr().out.split())
+        assert main([*command, "--max-local-ratio", "5/4", "--verbose", "-o", str(tmp_path / "c.json")]) == code
+        out = capsys.readouterr().out
         assert words in out, out
         assert main(["verify", str(tmp_path / "c.json")]) == 0
         assert main(["verify", str(tmp_path / "c.position.json")]) == 0
