@@ -18,6 +18,7 @@ from fairaudit.filters.design_result import Design
 from fairaudit.filters.frontiers import Frontier
 from fairaudit.reports.content import Content, describe
 from fairaudit.reports.expectations import Panel
+from fairaudit.reports.overview_parts import amount_name, counted_decisions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,12 +26,13 @@ if TYPE_CHECKING:
 __all__ = ["draw", "plot_bounds", "plot_expectations", "plot_ratios", "plot_truth_kept", "save_truth_kept"]
 
 HIGH, LOW, MID, ALARM = "#1f5f8b", "#b0561b", "#7c8593", "#a32f2a"
+MARKS = tuple(zip(("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"), "osD^vPX", strict=True))
 SHOW_TEXT = 40
 BEYOND = 1e12  # ratios above this are drawn up to the edge, as infinite ones are
 
 
 def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
-    """Draw what each group gets: expected utilities in the most unequal contexts and overall, with intervals where decisions were drawn.
+    """Draw what each group gets, in the most unequal contexts and overall, with intervals where decisions were drawn.
 
     Parameters
     ----------
@@ -42,8 +44,9 @@ def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        Expected utility on the horizontal axis, one line for each group, contexts one below the other. Intervals hold each by itself, at
-        the confidence of the result.
+        Expected utility on the horizontal axis, a rate where decisions count 1 or nothing; one line for each group, contexts one below
+        the other. A group has one colour and mark throughout; of more than seven the most and least favoured of each context have one.
+        Intervals hold each by itself, at the confidence of the result.
 
     Raises
     ------
@@ -55,6 +58,8 @@ def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
     lines = sum(len(panel.members) + 1 for panel in panels)
     axes = ax if ax is not None else _figure(1, width=8.0, height=1.2 + 0.24 * lines)[1][0]
     labels: list[str] = []
+    groups = list(dict.fromkeys(sorted(member.label for panel in panels for member in panel.members)))
+    own = dict(zip(groups, MARKS, strict=False)) if len(groups) <= len(MARKS) else {}
     for panel in panels:
         labels.append(panel.title)
         for i, member in enumerate(panel.members):
@@ -63,13 +68,24 @@ def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
             if member.ends:
                 axes.plot([float(end) for end in member.ends], [y, y], color=MID, linewidth=3, alpha=0.6, solid_capstyle="round")
             if member.before:
-                axes.plot([float(member.before)], [y], marker="o", color=MID, fillstyle="none")
-            colour = HIGH if i == 0 else LOW if i == len(panel.members) - 1 else MID
-            axes.plot([float(member.value)], [y], marker="o", color=colour)
+                axes.plot([float(member.before)], [y], marker="o", color=MID, fillstyle="none", linestyle="none", label="without filter")
+            name, most = ("most favoured", HIGH) if i == 0 else ("least favoured", LOW)
+            extreme = most if i in (0, len(panel.members) - 1) else MID
+            colour, mark = own.get(member.label, (extreme, "o"))
+            said = _shown(member.label if own else name if extreme != MID else "between")
+            axes.plot([float(member.value)], [y], marker=mark, color=colour, linestyle="none", label=said)
     axes.set_yticks(range(len(labels)), [_shown(label) for label in labels])
+    for label, text in zip(labels, axes.get_yticklabels(), strict=True):
+        text.set_fontweight("normal" if label.startswith("  ") else "bold")
     axes.set_ylim(len(labels) - 0.5, -0.5)
-    axes.set_xlim(left=0)
-    axes.set_xlabel(content.amount)
+    if not content.signed:
+        axes.set_xlim(left=0)
+    counted = counted_decisions(result.utility)
+    axes.set_xlabel(_shown(amount_name(result.law, counted, burden=content.burden)))
+    if counted:
+        axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
+    lines_of = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
+    axes.legend(lines_of.values(), lines_of.keys(), loc="best", frameon=False)
     return axes
 
 

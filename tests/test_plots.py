@@ -21,7 +21,7 @@ PLOTS: list[Callable[..., Any]] = [plot_expectations, plot_ratios, plot_bounds]
 
 
 def points(axes: Any) -> list[float]:
-    return [float(line.get_xdata()[0]) for line in axes.lines if line.get_marker() == "o"]
+    return [float(line.get_xdata()[0]) for line in axes.lines if len(line.get_xdata()) == 1]
 
 
 def test_expectations_are_those_of_the_groups() -> None:
@@ -29,6 +29,25 @@ def test_expectations_are_those_of_the_groups() -> None:
     frame = admissions().to_frame()
     wanted = [*frame["expectation_float"], float(Fraction(1198, 2691)), float(Fraction(557, 1835))]
     assert sorted(drawn) == sorted(wanted)
+
+
+def test_a_group_has_one_colour_and_mark_that_the_legend_names() -> None:
+    axes = plot_expectations(admissions())
+    marks = {line.get_label(): set() for line in axes.lines if len(line.get_xdata()) == 1}
+    for line in axes.lines:
+        if len(line.get_xdata()) == 1:
+            marks[line.get_label()].add((line.get_color(), line.get_marker()))
+    assert {name: len(found) for name, found in marks.items()} == {"Gender=Female": 1, "Gender=Male": 1}
+    assert marks["Gender=Female"].isdisjoint(marks["Gender=Male"])
+    assert {text.get_text() for text in axes.get_legend().get_texts()} == set(marks)
+    assert axes.get_xlabel() == "Admitted" and {text.get_text() for text in axes.get_xticklabels()} >= {"0 %", "20 %"}
+
+
+def test_means_below_nothing_are_seen() -> None:
+    table = {"u": ["gain", "loss"] * 2, "a": ["f", "f", "m", "m"], "n": [1, 9, 5, 5]}
+    signed = fa.audit(table, decision="u", group="a", count="n", utility={"gain": 1, "loss": -1}, difference=True, confidence=None)
+    axes = plot_expectations(signed)
+    assert min(points(axes)) == -0.8 and axes.get_xlim()[0] < -0.8
 
 
 def test_ratios_are_written_in_the_matrix() -> None:
