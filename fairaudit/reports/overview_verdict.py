@@ -192,7 +192,9 @@ def _who(found: Gets) -> str:
 
 
 def _named(labels: Mapping[str, str]) -> str:
-    return clip(place(labels), SHOW_LABEL)
+    """Columns and labels; where both are too long for a sentence the labels alone, as the tables have them."""
+    whole = plain(place(labels))
+    return whole if len(whole) <= SHOW_LABEL else clip(" / ".join(labels.values()), SHOW_LABEL)
 
 
 def _ends(known: Known) -> str:

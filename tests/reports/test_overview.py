@@ -256,3 +256,15 @@ def test_every_assumption_has_one_line() -> None:
     assert in_short([DRAWS, DRAWS]) == ("the decisions on a group in a context were drawn independently",)
     assert in_short([SENTENCES["range"].format(low="-1", high="3/2")]) == ("whatever could have been drawn has a utility from -1 to 3/2",)
     assert in_short(["something that nobody knows"]) == ("something that nobody knows",)
+
+
+def test_pairs_with_long_names_of_columns_are_said_by_their_labels() -> None:
+    table = {
+        "Entscheidung": ["bewilligt", "abgelehnt"] * 2,
+        "Antragsteller Geschlecht": ["weiblich", "weiblich", "männlich", "männlich"],
+        "Staatsangehörigkeit": ["türkisch", "türkisch", "deutsch", "deutsch"],
+        "n": [10, 30, 30, 10],
+    }
+    group = ["Antragsteller Geschlecht", "Staatsangehörigkeit"]
+    said = of_result(fa.audit(table, decision="Entscheidung", group=group, count="n", utility="bewilligt", confidence=None)).sentences
+    assert any("männlich / deutsch 75.0 % (30 of 40), weiblich / türkisch 25.0 % (10 of 40)" in str(text) for text in said), said
