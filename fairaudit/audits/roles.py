@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 
@@ -39,7 +39,7 @@ from fairaudit.audits.column_names import (
 from fairaudit.errors import InputError
 from fairaudit.exact.rationals import parse_rational
 from fairaudit.tables.engines.survey import Seen
-from fairaudit.tables.wide import Wide
+from fairaudit.tables.wide import Wide, is_total
 from fairaudit.words import brief
 
 __all__ = ["MANY", "NUMBERS", "Roles", "as_number", "cuts", "people", "proposed"]
@@ -149,7 +149,22 @@ def proposed(columns: Sequence[Seen], rows: int, *, decimal_comma: bool = False)
     >>> found.decision, found.utility, found.burden, found.group
     ('denied', 'yes', True, ('sex',))
     """
-    return _Guess([seen for seen in columns if seen.levels and not seen.fault], rows, decimal_comma).roles()
+    whole = _without_totals(columns, decimal_comma=decimal_comma)
+    return _Guess([seen for seen in whole if seen.levels and not seen.fault], rows, decimal_comma).roles()
+
+
+def _without_totals(columns: Sequence[Seen], *, decimal_comma: bool) -> list[Seen]:
+    """Where rows say that they are totals: columns of words without the numbers that stand in as few rows, which are no labels."""
+    totals = max((sum(count for label, count in seen.levels.items() if is_total(label)) for seen in columns), default=0)
+
+    def labels(seen: Seen) -> dict[str, int]:
+        numbers = {label for label in seen.levels if as_number(label, decimal_comma=decimal_comma) is not None}
+        few = sum(seen.levels[label] for label in numbers) <= totals and len(numbers) < len(seen.levels)
+        return {label: count for label, count in seen.levels.items() if not (few and label in numbers)}
+
+    return [
+        replace(seen, levels=kept, different=seen.different - len(seen.levels) + len(kept)) for seen in columns for kept in (labels(seen),)
+    ]
 
 
 class _Guess:

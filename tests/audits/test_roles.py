@@ -239,3 +239,15 @@ def test_every_column_has_one_role_at_most(columns: list[Seen], rows: int) -> No
     assert len(taken) == len(set(taken))
     assert set(taken) <= {column.name for column in columns}
     assert found.bins.keys() <= set(found.group)
+
+
+@pytest.mark.parametrize("total", ["Summe", "total"])
+def test_a_row_of_totals_makes_no_label_of_what_was_decided(total: str) -> None:
+    columns = [
+        Seen("Aktenzeichen", {total: 1, **{f"A{i}": 1 for i in range(60)}}, 61, 0),
+        Seen("Geschlecht", {"weiblich": 40, "männlich": 20}, 2, 1),
+        Seen("Entscheidung", {"bewilligt": 38, "abgelehnt": 22, "38": 1}, 3, 0),
+        Seen("Anteil bewilligt", {"0.5": 20, "0.25": 20, "1": 20, "0.63": 1}, 4, 0),
+    ]
+    found = proposed(columns, 61)
+    assert (found.decision, found.utility, found.utility_column) == ("Entscheidung", "bewilligt", None)
