@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from fairaudit.cli.columns import Column, described, looked_at, suggested, written
+from fairaudit.cli.columns import Column, described, looked_at, suggested, warnings, written
 from fairaudit.errors import FairauditError
 from fairaudit.words import plain
 
@@ -65,6 +65,8 @@ class _Dialogue:
         width = max(map(len, names))
         for place, (name, column) in enumerate(zip(names, self.columns.values(), strict=True), 1):
             _say(f"  {place:>3}  {name.ljust(width)}  {described(column)}")
+            for text in warnings(column):
+                _say(f"       {' ' * width}  ! {plain(text)}")
         _say("\n" + HELP)
         for text in self.guess.said:
             _say(f"Note: {plain(text)}.\n")

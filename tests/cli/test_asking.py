@@ -210,3 +210,10 @@ def test_a_file_that_cannot_be_read_is_one_sentence(tmp_path: Path, capsys: pyte
 def test_the_end_of_the_input_interrupts(table: Path) -> None:
     said, code = on_terminal(["certify", str(table)], ["\x04"])
     assert code == 130, said
+
+
+def test_what_may_be_a_row_of_totals_is_remarked_beside_the_questions(tmp_path: Path) -> None:
+    path = tmp_path / "jobs.csv"
+    path.write_text("sex,hired\n" + "f,yes\nf,no\nm,yes\nm,no\n" * 5 + "Total,10\n")
+    said, _ = on_terminal(["certify", str(path)], [INTERRUPT])
+    assert "! 'Total' may be a row of totals, which would count everybody twice" in said.split("1. ")[0]
