@@ -87,13 +87,13 @@ def load(
         with Path(path).open("rb") as file:
             raw = file.read(MAX_BYTES + 1)
         if len(raw) > MAX_BYTES:
-            raise InputError(f"{path} is longer than {MAX_BYTES} bytes, which no certificate is")
+            raise InputError(f"it is longer than {MAX_BYTES} bytes, which no certificate is")
         document = json.loads(unwrap(raw))
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
-            raise
+            raise InputError(f"{path}: {error}") from None
         raise InputError(f"{path} is not JSON, as a certificate is") from None
     if not isinstance(document, dict) or document.get("format") not in formats:
         raise InputError(f"{path} is not a certificate of the format {FORMAT}")

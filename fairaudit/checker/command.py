@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from .certificate import CERTIFICATE_FORMAT
 from .summary import lines
-from .text import FormatError, Incomplete, Report, TableNeeded, TooMuch, malformed, printable
+from .text import FormatError, Incomplete, Report, TableNeeded, TooMuch, malformed, printable, shown
 from .verification import check
 
 MAX_BYTES = 1 << 30  # of a certificate, and of one line of a table
@@ -40,6 +40,13 @@ class Refusal:
     code: int
 
 
+def _unreadable(error: OSError | ValueError) -> str:
+    """Why a file cannot be read or written, without the number that the system has for it."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"Cannot read or write{f' {shown(str(error.filename))}' if error.filename else ''}: {error.strerror}."
+    return f"Cannot read or write: {error}."
+
+
 def examine(path: str, table: str | None = None) -> Report | Refusal:
     """Check the file of a certificate, and that of its table if it is given; where that cannot be done, say why."""
     try:
@@ -53,7 +60,7 @@ def examine(path: str, table: str | None = None) -> Report | Refusal:
     except FormatError as error:
         return Refusal(f"Not a certificate of the format {error.form or CERTIFICATE_FORMAT}: {error}.", 2)
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
-        return Refusal(f"Cannot read or write: {error}.", 2)
+        return Refusal(_unreadable(error), 2)
     except (MemoryError, OverflowError):
         return Refusal("The numbers in the certificate or its table need more memory than there is.", 2)
 
@@ -106,5 +113,5 @@ def main(argv: Sequence[str] | None = None) -> int:
         if not arguments.quiet:
             _print(lines(found, arguments.require, verbose=arguments.verbose))
     except OSError as error:
-        return _failed(f"Cannot read or write: {error}.", 2)
+        return _failed(_unreadable(error), 2)
     return 0 if found.ok and arguments.require in (None, found.verdict) else 1

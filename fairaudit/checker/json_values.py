@@ -53,11 +53,16 @@ _OPENING, _CLOSING = b'<script type="application/json" id="certificate">', b"</s
 
 
 def without_page(raw: bytes) -> bytes:
-    """Take the certificate out of the page of a report; anything else is given back as it is."""
+    """Take the certificate out of the page of a report; JSON is given back as it is."""
     if raw.startswith(b"%PDF-"):
         raise malformed("the file", "is a PDF, which people read; check the certificate that is attached to it, or the page")
-    if raw[:100].lstrip()[:9].lower() != b"<!doctype":
+    start = raw.lstrip(b" \t\r\n")[:9].lower()
+    if start.startswith(b"{"):
         return raw
+    if start != b"<!doctype":
+        raise malformed(
+            "the file", f"{'holds something else' if start else 'is empty'}; give the .json that fairaudit wrote, or its page (.html)"
+        )
     _, opening, rest = raw.partition(_OPENING)
     held, closing, after = rest.partition(_CLOSING)
     if not opening or not closing or _OPENING in after:

@@ -139,6 +139,8 @@ def files(tmp_path: Path, good: dict[str, Any]) -> Path:
     documents = {"within": good, "none": make(COUNTS, ["1", "0"]), "false": edited(copy.deepcopy(good), "verdict", "none")}
     for name, document in {**documents, "incomplete": incomplete, "apart": outside}.items():
         (folder / f"{name}.json").write_bytes(raw(document))
+    (folder / "note.md").write_bytes("# Prüfung\n".encode("utf-16"))
+    (folder / "empty.json").write_bytes(b"")
     (folder / "broken.json").write_bytes(raw(good)[:-3])
     (folder / "table.jsonl").write_bytes(b"".join(lines))
     (folder / "other.jsonl").write_bytes(b"".join(lines[:-1]))
@@ -159,7 +161,10 @@ def test_every_way_says_the_same(way: str, tmp_path: Path, files: Path) -> None:
         (["apart.json", "--table", "other.jsonl"], 1, "FALSE  subject.table.sha256"),
         (["incomplete.json"], 2, 'The certificate is incomplete: subject lacks the key "spellings"'),
         (["broken.json"], 2, "Not a certificate of the format fairaudit-certificate/1: the certificate is not JSON"),
-        (["nowhere.json"], 2, "Cannot read or write"),
+        (["nowhere.json"], 2, 'Cannot read or write "nowhere.json": No such file or directory.'),
+        (["."], 2, 'Cannot read or write ".": Is a directory.'),
+        (["note.md"], 2, "the file holds something else; give the .json that fairaudit wrote, or its page (.html)."),
+        (["empty.json"], 2, "the file is empty; give the .json that fairaudit wrote, or its page (.html)."),
         (["apart.json"], 3, "the file of the table has to be given"),
     ):
         got, out, err = ran(command, *arguments, cwd=files)

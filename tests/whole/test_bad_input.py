@@ -665,19 +665,20 @@ class TestVerify:
     @pytest.mark.parametrize(
         ("content", "words"),
         [
-            (b"", "not JSON"),
-            (b"hello", "not JSON"),
-            (b"\x1b[31m", "not JSON"),
-            (b"[]", "must be an object, not a list"),
-            (b"null", "must be an object"),
+            (b"", "the file is empty"),
+            (b"hello", "the file holds something else"),
+            (b"\x1b[31m", "the file holds something else"),
+            (b"[]", "the file holds something else"),
+            (b"null", "the file holds something else"),
             (b"{}", "format"),
-            (b"[" * 100_000, "nested too deeply"),
+            (b'{"a":' + b"[" * 100_000, "nested too deeply"),
             (b'{"a":' * 100_000, "nested too deeply"),
-            (b"\xff\xfe", "not UTF-8"),
+            (b'{"\xff\xfe": 1}', "not UTF-8"),
+            (b"{,}", "not JSON"),
             (b"NaN", ""),
             (b"9" * 10_000, ""),
         ],
-        ids=range(11),
+        ids=range(12),
     )
     def test_not_a_certificate(self, bench: Bench, content: bytes, words: str) -> None:
         path = bench.folder / "bad.json"
