@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
+from ctypes.util import find_library
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,11 +37,17 @@ def _postgres() -> bool:
     return bool(shutil.which("initdb")) or any(Path("/usr/lib/postgresql").glob("*/bin/initdb"))
 
 
+def pango() -> bool:
+    """Whether WeasyPrint finds what it draws letters with."""
+    return all(find_library(name) for name in ("pango-1.0", "pangoft2-1.0"))
+
+
 NEEDS = {
     "a browser (chromium and chromedriver)": Need(_browser, r"\bBrowser\("),
     "Coq (coqc with mathcomp, and OCaml)": Need(_coq, r'"make".*"tools"'),
     "Java (for Spark)": Need(lambda: shutil.which("java") is not None, r"\bpyspark\b"),
     "PostgreSQL (initdb)": Need(_postgres, r"\bpostgres: str\b"),
+    "Pango (for PDFs)": Need(pango, r"\bpango\(\)"),
     "Node": Need(lambda: shutil.which("node") is not None, r'which\("node"\)'),
     "the sample data (shared/data beside the checkout)": Need(DATA.is_dir, r"\bdata: Path\b"),
 }

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import needs
 import pytest
 
 from fairaudit.cli import main
@@ -87,6 +88,8 @@ def files(folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture
 def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    if not needs.pango():
+        pytest.skip("Pango is not installed")
     pytest.importorskip("weasyprint")
     (tmp_path / "log.csv").write_text("u,g\nyes,f\nno,f\nyes,m\nno,m\n")
     monkeypatch.chdir(tmp_path)

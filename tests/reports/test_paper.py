@@ -11,6 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import needs
 import pytest
 from certificate_kinds import fifty_by_forty, many_columns, signed, weighted
 from proxy_certificates import every_kind
@@ -20,6 +21,8 @@ from fairaudit import checker
 from fairaudit.cli import main
 
 pypdf = pytest.importorskip("pypdf")
+if not needs.pango():
+    pytest.skip("Pango is not installed", allow_module_level=True)
 pytest.importorskip("weasyprint")
 
 ADMISSIONS = {  # admitted and rejected, Bickel, Hammel and O'Connell, Science 187 (1975): the six largest departments
