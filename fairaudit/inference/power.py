@@ -172,7 +172,7 @@ class Chances:
                 while last > 1.02 * low:
                     middle = sqrt(low * last)
                     low, last = (low, middle) if enough(middle) else (middle, last)
-                last = 1.0 if last <= 1.02 else last
+                last = 1.0 if last <= 1.02 and enough(1.0) else last
             for b in block.places:
                 least[b] = last
         seen = {b for block in self.blocks for b in block.places}
@@ -237,9 +237,11 @@ class Chances:
         nearest = min(min(of.values()) for of in distances.values())
         found = []
         for key in sorted(seen, key=lambda key: min(distances[key].values()))[:FOREMOST]:
-            ranked = sorted((d, pair) for pair, d in distances[key].items())
-            pairs = tuple(pair for d, pair in ranked if d <= _reach(nearest))
-            found.append(_Block(tuple(seen[key]), key, pairs or (ranked[0][1],)))
+            ranked = sorted(
+                (d, key[pair[1]][0].draws, pair) for pair, d in distances[key].items()
+            )  # of two as near, the one with fewer draws below
+            pairs = tuple(pair for d, _, pair in ranked if d <= _reach(nearest))
+            found.append(_Block(tuple(seen[key]), key, pairs or (ranked[0][2],)))
         return found
 
     def _place(self, block: _Block, pair: tuple[int, int]) -> tuple[int, int, int]:

@@ -16,6 +16,7 @@ from interval_oracle import (
     sampled_policy,
 )
 
+import fairaudit as fa
 from fairaudit import Law, RandomizedResponse, Utility
 from fairaudit.errors import InputError
 from fairaudit.inference.cells import Cell
@@ -252,3 +253,16 @@ def test_planning_for_many_cells() -> None:
     many = plan([[Fraction(1, 2)] * 2] * 2_000, max_ratio="5/4")
     few = plan([[Fraction(1, 2)] * 2] * 20, max_ratio="5/4")
     assert many.draws is not None and few.draws is not None and few.draws[0] < many.draws[0] < 2 * few.draws[0]
+
+
+def test_groups_that_are_certain_need_draws_by_their_sizes() -> None:
+    certain = {"u": ["yes", "yes"], "g": ["a", "b"], "n": [5, 9]}
+    result = fa.audit(certain, decision="u", group="g", count="n", utility="yes", max_local_ratio=2)
+    ((_, planned),) = result.further_draws
+    few = next(n for n in range(1, 99) if 2 * 0.025 ** (1 / n) > 1)  # each cell's lower end is at half the error
+    assert result.verdict == "inconclusive" and planned.draws == (few - 5, 1) and planned.power == 1
+    more = certain | {"n": [5 + planned.draws[0], 9 + planned.draws[1]]}
+    assert fa.audit(more, decision="u", group="g", count="n", utility="yes", max_local_ratio=2).verdict == "within"
+    for shares in ((5, 9), (9, 5)):
+        fewest = fa.plan([1, 1], max_ratio=2, shares=shares).draws
+        assert min(fewest) == few, fewest
