@@ -112,21 +112,12 @@ def _groups(found: Overview) -> str:
 
     def row(line: GroupLine) -> list[str]:
         cells = [_text(line.gets.short), line.gets.amount, *([_text(line.gets.of)] if any(sizes) else [])]
-        return [*cells, *([line.between] if found.sure else []), scale.picture(line), _best(line, found)]
+        return [*cells, *([line.between] if found.sure else []), scale.picture(line), found.to_the_best(line)]
 
     rows = [row(line) for line in found.groups]
     if found.more_groups:
         rows.insert(-1, [f"… and {found.more_groups:,} more between them", *[""] * (len(heads) - 1)])
     return _table(heads, rows)
-
-
-def _best(line: GroupLine, found: Overview) -> str:
-    """How far a group is from the best one; in both readings where there is a target on a ratio."""
-    least, greatest = figure(line.least.value, digits=3), figure(line.greatest.value, digits=3)
-    if found.signed:
-        return least
-    own, other = (greatest, least) if found.burden else (least, greatest)
-    return f"{own} or {other}" if found.targets and own != other else own
 
 
 def _round(most: float) -> float:

@@ -25,7 +25,7 @@ from fairaudit.reports.assumed import in_short
 from fairaudit.reports.drift import standings
 from fairaudit.reports.hidden_context import declared
 from fairaudit.reports.overview_parts import Compared, GroupLine, Known, Parts, Seen, amount_name, counted_decisions, rate_text
-from fairaudit.reports.overview_verdict import cautions, chance, sentences, target_lines
+from fairaudit.reports.overview_verdict import cautions, chance, figure, sentences, target_lines
 from fairaudit.reports.unknown_groups import unknown_ranges
 from fairaudit.reports.verdicts import judged_targets
 from fairaudit.reports.words import Value, named
@@ -108,6 +108,14 @@ class Overview:
     assumptions: tuple[str, ...]
     signed: bool
     burden: bool
+
+    def to_the_best(self, line: GroupLine) -> str:
+        """How far a group is from the best one; in both readings where there is a target on a ratio."""
+        least, greatest = figure(line.least.value, digits=3), figure(line.greatest.value, digits=3)
+        if self.signed:
+            return least
+        own, other = (greatest, least) if self.burden else (least, greatest)
+        return f"{own} or {other}" if self.targets and own != other else own
 
 
 def overview(subject: Subject, seen: Seen, *, groups: int = GROUPS, contexts: int = CONTEXTS) -> Overview:

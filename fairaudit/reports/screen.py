@@ -271,7 +271,7 @@ def _groups(found: Overview) -> Part:
     def row(line: GroupLine) -> list[Cell]:
         gets = line.gets
         size = "" if gets.size is None else how_many(gets.size.decisions) if gets.size.units is None else f"{gets.size.units:,}"
-        cells = [(size, unit), (gets.amount, True), (line.between, between), (_best(line, found), True)]
+        cells = [(size, unit), (gets.amount, True), (line.between, between), (found.to_the_best(line), True)]
         return [(gets.short, ""), *(("", text) for text, shown in cells if shown)]
 
     def cut(most: int) -> list[str]:
@@ -282,15 +282,6 @@ def _groups(found: Overview) -> Part:
 
     size = 1 + len(groups) + (found.more_groups > 0)
     return Part(cut, min(4, size), size) if groups else _text([])
-
-
-def _best(line: GroupLine, found: Overview) -> str:
-    """The ratio to the best group; in both readings where there is a target on a ratio."""
-    least, greatest = figure(line.least.value, digits=3), figure(line.greatest.value, digits=3)
-    if found.signed:
-        return least
-    own, other = (greatest, least) if found.burden else (least, greatest)
-    return f"{own} or {other}" if found.targets and own != other else own
 
 
 def _contexts(found: Overview) -> Part:
