@@ -35,7 +35,7 @@ from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.labels import LabelMap, read_label_map
 from fairaudit.tables.sources import Source, source_name
 from fairaudit.tables.values import Label, LabelLike, names
-from fairaudit.tables.wide import Columns, Totals, Wide, read_wide
+from fairaudit.tables.wide import Columns, Totals, wide_of
 from fairaudit.theorems.t14 import HiddenContext
 from fairaudit.words import approximate
 
@@ -206,7 +206,7 @@ def audit(
         "count": count,
         "probability": probability,
         "weight": weight,
-        "wide": _wide(wide, total),
+        "wide": wide_of(wide, total),
         "unit": names(unit),
         "utility_column": utility_column,
         "fold_labels": fold_labels,
@@ -292,14 +292,6 @@ def audit(
                     return asked.certify(_behind(law, **filters), read)
         with naming(_name(source)):
             return asked.certify_in_parts(source, _needed(given), reading)
-
-
-def _wide(wide: Columns | None, total: Totals | None) -> Wide | None:
-    if wide is not None:
-        return read_wide(wide, total)
-    if total is not None:
-        raise InputError("total goes with wide, the columns of counts or shares that it is the total of")
-    return None
 
 
 def _refuse_unnamed(source: object, decision: str | None, group: Sequence[str]) -> None:

@@ -156,6 +156,8 @@ def proposed(columns: Sequence[Seen], rows: int, *, decimal_comma: bool = False)
 def _without_totals(columns: Sequence[Seen], *, decimal_comma: bool) -> list[Seen]:
     """Where rows say that they are totals: columns of words without the numbers that stand in as few rows, which are no labels."""
     totals = max((sum(count for label, count in seen.levels.items() if is_total(label)) for seen in columns), default=0)
+    if not totals:
+        return list(columns)
 
     def labels(seen: Seen) -> dict[str, int]:
         numbers = {label for label in seen.levels if as_number(label, decimal_comma=decimal_comma) is not None}
@@ -172,7 +174,8 @@ class _Guess:
 
     def __init__(self, columns: list[Seen], rows: int, decimal_comma: bool) -> None:
         self.rows = rows
-        self.left = [seen for seen in columns if seen not in _spread(columns, rows)]
+        spread = {seen.name for seen in _spread(columns, rows)}
+        self.left = [seen for seen in columns if seen.name not in spread]
         self.numbers = {seen.name: [as_number(text, decimal_comma=decimal_comma) for text in seen.levels] for seen in columns}
 
     def numeric(self, seen: Seen) -> bool:

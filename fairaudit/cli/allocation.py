@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer, in_colour
@@ -34,12 +34,14 @@ def certify_choices(arguments: argparse.Namespace) -> Answer:
     from fairaudit.model.allocation import CHOSEN, read_allocation
 
     _refuse_foreign(arguments)
+    names = arguments.output or []
+    beside = [f"{stem}.position{ending}" for stem, ending in map(os.path.splitext, names)]
+    check_output(arguments, beside)
     bound = _bound(arguments.profile_exp_epsilon)
     slots, context = column_list(arguments.slots), column_roles(arguments.context)
     with progress() as told:
         wanted = (*slots, arguments.winner, *context.names)
         table = read_table(arguments.table, wanted, context.edges, [], access_of(arguments), spelled=option, report=told)
-    check_output(arguments)
     targets = given_limits(arguments)
     judged, embed = confidence_option(arguments.confidence), False if arguments.no_table else None
     try:
@@ -49,8 +51,6 @@ def certify_choices(arguments: argparse.Namespace) -> Answer:
         within = certify(found.profile_by_position, {CHOSEN: 1}, confidence=None, burden=arguments.burden)
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
-    names = arguments.output or []
-    beside = [str(path.with_name(f"{path.stem}.position{path.suffix}")) for path in map(Path, names)]
     written = write_outputs((profile.certificate, names), (position.certificate, beside)) if names else []
     return Answer(
         "allocation",

@@ -51,6 +51,12 @@ def ask_for_columns(arguments: argparse.Namespace) -> None:
     _say(f"\nThe same without questions:\n  {plain(shlex.join(suggested(arguments, roles)))}\n")
 
 
+def _taken(roles: Roles) -> set[str | None]:
+    """The columns that say what was decided, and how often."""
+    whole = () if roles.wide is None else roles.wide.columns
+    return {roles.decision, roles.utility_column, roles.count, roles.probability, roles.weight, roles.winner, *roles.slots, *whole}
+
+
 class _Dialogue:
     """Questions about the columns, which people may go back to."""
 
@@ -163,10 +169,8 @@ class _Dialogue:
             return roles
         if roles.wide is not None and roles.wide.headers:
             return roles
-        taken = {roles.decision, roles.utility_column, roles.count, roles.probability, roles.weight}
-        taken |= set() if roles.wide is None else set(roles.wide.columns)
         question = "Which columns say who people are, such as sex or origin (several: with commas)?"
-        group = self.names(question, roles.group, least=1, taken=taken)
+        group = self.names(question, roles.group, least=1, taken=_taken(roles))
         return replace(roles, group=group, context=tuple(name for name in roles.context if name not in group))
 
     def cut(self, roles: Roles) -> Roles:
@@ -196,19 +200,8 @@ class _Dialogue:
 
     def context(self, roles: Roles) -> Roles:
         """Within what people are compared."""
-        taken = {
-            roles.decision,
-            roles.utility_column,
-            roles.count,
-            roles.probability,
-            roles.weight,
-            roles.winner,
-            *roles.group,
-            *roles.slots,
-        }
-        taken |= set() if roles.wide is None else set(roles.wide.columns)
         question = "What may rightly make a difference, such as the job applied for, so that people are compared within it?"
-        return replace(roles, context=self.names(question, roles.context, taken=taken))
+        return replace(roles, context=self.names(question, roles.context, taken=_taken(roles) | {*roles.group}))
 
     def names(
         self, question: str, default: Sequence[str], *, least: int = 0, most: int = 5, taken: set[str | None] | None = None

@@ -79,10 +79,11 @@ def run(arguments: argparse.Namespace) -> Answer:
         raise InputError("-o writes one filter; give one target")
     if arguments.plot is not None and not given:
         raise InputError("--plot draws over targets; give at least one")
+    named = named_in(arguments.audit or "")
     for path in (arguments.output, arguments.plot):
         if path is not None:
             refuse_output(path, [arguments.audit] if arguments.audit is not None else [], "the audit file")
-            refuse_output(path, named_in(arguments.audit or ""), "a file that the audit file names,")
+            refuse_output(path, named, "a file that the audit file names,")
             refuse_output(path, [arguments.distortion] if arguments.distortion is not None else [], "the file of costs")
     solve = _solver(arguments)
     found = []

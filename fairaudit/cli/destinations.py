@@ -36,18 +36,19 @@ def documents(arguments: argparse.Namespace) -> list[str]:
     return [name for name in arguments.output or [] if form_of(name) != "json"]
 
 
-def check_output(arguments: argparse.Namespace) -> None:
-    """Refuse outputs that cannot be written, or must not be, before the work is done."""
+def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> None:
+    """Refuse outputs that cannot be written, or must not be, before the work is done; more are written than those that were named."""
     from fairaudit.certificates.certificate import table_beside
     from fairaudit.errors import InputError
     from fairaudit.reports.endings import form_of
 
-    names: list[str] = arguments.output or []
+    names: list[str] = [*(arguments.output or []), *more]
+    inputs = list(_read(arguments)) if names else []
     for name in names:
-        for read, what in _read(arguments):
-            refuse_output(name, read, what)
-            if name.endswith(".json"):
-                refuse_output(str(table_beside(Path(name))), read, what)
+        beside = [str(table_beside(Path(name)))] if Path(name).suffix.lower() == ".json" else []
+        for read, what in inputs:
+            for path in (name, *beside):
+                refuse_output(path, read, what)
     check_forms(names)
     if arguments.no_table and not any(form_of(name) == "json" for name in names):
         raise InputError("--no-table needs -o FILE.json, to write the certificate and its table separately")

@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from fairaudit.audits.reading import Access, Reading
     from fairaudit.model.law import Law
     from fairaudit.tables.engines.request import Report
-    from fairaudit.tables.wide import Wide
 
 
 def add_source(parser: argparse._ArgumentGroup) -> None:
@@ -117,9 +116,10 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
     from fairaudit.cli.options import column_list, column_roles
     from fairaudit.errors import InputError
     from fairaudit.tables.labels import read_label_map
+    from fairaudit.tables.wide import wide_of
 
     given = vars(arguments)
-    wide = _wide_of(given)
+    wide = wide_of(given.get("wide"), given.get("total"), spelled=option)
     decision = arguments.decision or given.get("utility_column") or ("decision" if wide is not None else None)
     if decision is None:
         raise InputError("no decision column was named; use --decision COL")
@@ -145,19 +145,6 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
         spelled=option,
         wide=wide,
     )
-
-
-def _wide_of(given: Mapping[str, Any]) -> Wide | None:
-    """Which columns hold counts, as --wide and --total say."""
-    from fairaudit.errors import InputError
-
-    if given.get("wide") is None:
-        if given.get("total") is not None:
-            raise InputError("--total goes with --wide, the columns of counts or shares that it is the total of")
-        return None
-    from fairaudit.tables.wide import read_wide
-
-    return read_wide(given["wide"], given["total"], spelled=option)
 
 
 def law_from_options(arguments: argparse.Namespace) -> Law:

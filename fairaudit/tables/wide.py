@@ -15,7 +15,7 @@ from fairaudit.tables.tally import counted
 from fairaudit.tables.values import column, locator, names, numbers
 from fairaudit.words import approximate, brief
 
-__all__ = ["LongTable", "Wide", "is_total", "lengthened", "read_wide", "written_wide"]
+__all__ = ["LongTable", "Wide", "is_total", "lengthened", "read_wide", "wide_of", "written_wide"]
 
 OTHERS = "none of these"
 
@@ -256,6 +256,21 @@ def written_wide(wide: Wide) -> tuple[str, str]:
     return ",".join(items), ",".join(totals) if wide.of is None else str(wide.of)
 
 
+def wide_of(wide: Columns | None, total: Totals | None, *, spelled: Callable[[str], str] = str) -> Wide | None:
+    """Read which columns hold counts, where they were named.
+
+    Raises
+    ------
+    InputError
+        As `read_wide` does, or if totals are named of nothing.
+    """
+    if wide is not None:
+        return read_wide(wide, total, spelled=spelled)
+    if total is not None:
+        raise InputError(f"{spelled('total')} goes with {spelled('wide')}, the columns of counts or shares that it is the total of")
+    return None
+
+
 def lengthened(
     table: Any,
     wide: Wide,
@@ -399,12 +414,21 @@ def _totals_rows(
     """Rows that say that they are totals, or have no label, and are: the sums of the others with the same other labels."""
     found: dict[int, str] = {}
     marked = {i: _mark(row) for i, row in enumerate(labels)}
+    parts: dict[tuple[int, ...], dict[tuple[str | None, ...], list[int]]] = {}
+    added_up: dict[tuple[Any, ...], dict[str, Fraction | int]] = {}
     for i, word in marked.items():
         if word is None:
             continue
-        own = [place for place, label in enumerate(labels[i]) if label is not None and not is_total(label)]
-        others = [j for j, row in enumerate(labels) if marked[j] is None and all(row[place] == labels[i][place] for place in own)]
-        sums = {name: sum(values[j] * times[j] for j in others) for name, values in held.items()}
+        own = tuple(place for place, label in enumerate(labels[i]) if label is not None and not is_total(label))
+        if own not in parts:
+            parts[own] = {}
+            for j in (j for j, mark in marked.items() if mark is None):
+                parts[own].setdefault(tuple(labels[j][place] for place in own), []).append(j)
+        key = tuple(labels[i][place] for place in own)
+        others = parts[own].get(key, [])
+        if (own, key) not in added_up:
+            added_up[own, key] = {name: sum(values[j] * times[j] for j in others) for name, values in held.items()}
+        sums = added_up[own, key]
         wrong = next((name for name, added in sums.items() if wide.of is not None or added != held[name][i]), None)
         if wrong is None and (word or len(others) > 1):
             found[i] = word or "without a label"

@@ -178,3 +178,12 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(
     assert main([*AUDIT_LOG, "-o", "c.html", "-o", "closed/c.json"]) == 2
     assert "closed/c.json cannot be written: nothing may be written in closed" in capsys.readouterr().err
     assert (files(log / "closed"), {path.name for path in log.iterdir()}) == before
+
+
+def test_two_certificates_are_not_written_into_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("choices.csv").write_text("a,b,won\nx,y,x\ny,x,x\nx,y,y\ny,x,y\n")
+    command = ["certify", "choices.csv", "--slots", "a,b", "--winner", "won", "-o", "c.json"]
+    assert main([*command, "-o", "c.position.json"]) == 2
+    assert set(files(tmp_path)) == {"choices.csv"}
+    assert main(command) == 0 and {"c.json", "c.position.json"} <= set(files(tmp_path))
