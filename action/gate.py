@@ -50,9 +50,10 @@ def main(given: Mapping[str, str]) -> int:
         found = certify(given, folder)
     text = report(folder) if found.verdict != "error" else ""
     summary = folder.with_name(f"{folder.name}.md")
-    summary.write_text(summarised(given.get("GATE_NAME", ""), found, text), "utf-8")
+    said = summarised(given.get("GATE_NAME", ""), found, text)
+    summary.write_text(said, "utf-8")
     with Path(given["GITHUB_STEP_SUMMARY"]).open("a", encoding="utf-8") as file:
-        file.write(cut(summary.read_text("utf-8"), LONGEST_SUMMARY))
+        file.write(cut(said, LONGEST_SUMMARY))
     written = {name: str(folder / name) if (folder / name).is_file() else "" for name in ("certificate.json", "page.html")}
     put_outputs(
         Path(given["GITHUB_OUTPUT"]),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping
-from fractions import Fraction
 from hashlib import sha256
 from math import inf, isfinite, nextafter
 from pathlib import Path
@@ -37,21 +36,7 @@ FILES = {"certificate": "certificate.json", "page": "report.html"}
 
 
 def log(result: Result, *, prefix: str = "fairaudit", run_id: str | None = None) -> str:
-    """Keep a result in a run of MLflow (`fairaudit.Result.log_to_mlflow`).
-
-    Parameters
-    ----------
-    result : Result
-        The result.
-    prefix : str
-        What names begin with, and the folder of the artifacts; a run holds one result under each.
-    run_id : str, optional
-        The run; by default the active one, or a new one that is ended.
-
-    Returns
-    -------
-    str
-        The run.
+    """Keep a result in a run of MLflow, as `fairaudit.Result.log_to_mlflow` says.
 
     Raises
     ------
@@ -64,10 +49,16 @@ def log(result: Result, *, prefix: str = "fairaudit", run_id: str | None = None)
             return log(result, prefix=prefix, run_id=active.info.run_id)
         with mlflow.start_run() as begun:
             return log(result, prefix=prefix, run_id=begun.info.run_id)
+    _keep(result, prefix, run_id)
+    return run_id
+
+
+def _keep(result: Result, prefix: str, run_id: str) -> str:
+    """Keep a result in a run, and give its page."""
     client, now = mlflow.MlflowClient(), int(1000 * time.time())
     with TemporaryDirectory() as folder:
         result.certificate.save(Path(folder) / FILES["certificate"])
-        result.report(Path(folder) / FILES["page"])
+        page = result.report(Path(folder) / FILES["page"])
         try:
             client.log_batch(run_id, params=[Param(f"{prefix}.{name}", text[:LONGEST]) for name, text in _asked(result)])
             client.log_batch(
@@ -82,7 +73,7 @@ def log(result: Result, *, prefix: str = "fairaudit", run_id: str | None = None)
                 f"run {run_id} of MLflow does not take the result; a run holds one result under the prefix {shown(prefix)}, "
                 f"and prefix= gives another: {said}"
             ) from None
-    return run_id
+    return page
 
 
 def figures(result: Result) -> dict[str, float]:
@@ -134,10 +125,7 @@ def _nearest(value: Extended) -> float:
 def _outwards(value: Extended, towards: float) -> float:
     """A float that is not inside an interval that ends at a value."""
     rounded = _nearest(value)
-    if isinstance(value, Fraction) and not isfinite(rounded):
-        return nextafter(rounded, towards)
-    inside = isinstance(value, Fraction) and (Fraction(rounded) - value) * (1 if towards < 0 else -1) > 0
-    return nextafter(rounded, towards) if inside else rounded
+    return nextafter(rounded, towards) if (rounded > value if towards < 0 else rounded < value) else rounded
 
 
 def _asked(result: Result) -> Iterator[tuple[str, str]]:
@@ -210,11 +198,11 @@ class FairnessEvaluator(ModelEvaluator):
         if asked.get("truth") is True:
             asked["truth"] = TRUTH
         result = audit(table, decision=DECISION, **asked)
-        log(result, prefix=prefix, run_id=run_id)
-        artifacts = {}
-        for name, file in FILES.items():
-            text = result.certificate.text if name == "certificate" else result.report()
-            artifacts[f"{prefix}_{name}"] = PageArtifact(mlflow.get_artifact_uri(f"{prefix}/{file}"), text)  # type: ignore[no-untyped-call]
+        texts = {"certificate": result.certificate.text, "page": _keep(result, prefix, run_id)}
+        artifacts = {
+            f"{prefix}_{name}": PageArtifact(mlflow.get_artifact_uri(f"{prefix}/{file}"), texts[name])  # type: ignore[no-untyped-call]
+            for name, file in FILES.items()
+        }
         return EvaluationResult(  # type: ignore[no-untyped-call]
             {f"{prefix}.{name}": value for name, value in figures(result).items()}, artifacts, run_id
         )

@@ -163,11 +163,10 @@ Worth = Callable[[int], list[Fraction]]
 def _worth(found: Subject) -> Worth:
     """What each decision of a cell is worth."""
     table = found.utility
-
-    def worth(cell: int) -> list[Fraction]:
-        return [Fraction(int(v), table.scale) for v in (table.values if table.by_decision else table.values[cell]).tolist()]
-
-    return worth
+    if table.by_decision:
+        same = [Fraction(int(v), table.scale) for v in table.values.tolist()]
+        return lambda _: same
+    return lambda cell: [Fraction(int(v), table.scale) for v in table.values[cell].tolist()]
 
 
 def _places(of: Subject) -> Iterator[tuple[Place, list[Fraction]]]:

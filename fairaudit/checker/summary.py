@@ -8,7 +8,7 @@ from textwrap import wrap
 from .claims import DRIFTING, HIDDEN, LAW, ONE_SIDED, POPULATION, WHOEVER, without_objection
 from .rationals import INFINITY, Rational, at_most
 from .sentences import IN_PLAIN_WORDS
-from .text import Finding, Report, finding_of, printable, shown
+from .text import Finding, Report, printable, shown
 
 WIDTH = 80
 COUNTS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -101,10 +101,10 @@ def confidence_of(scope: str) -> str:
     return ""
 
 
-def said_of_table(cells: int, *, embedded: bool, what: str = "certificate") -> str:
+def said_of_table(cells: int, *, embedded: bool) -> str:
     """Say where the table is."""
     size = f"{cells:,} {'entry' if cells == 1 else 'entries'}"
-    return f"which the {what} holds ({size})" if embedded else f"which is in the file that was given ({size})"
+    return f"which the certificate holds ({size})" if embedded else f"which is in the file that was given ({size})"
 
 
 def said_of_target(name: str, unit: str, limit: Rational, judged: str, verdict: str, *, of_units: bool = False) -> str:
@@ -269,7 +269,7 @@ def lines(report: Report, required: str | None = None, *, verbose: bool = False)
         yield ""
         yield "Assumptions, word by word"
         for i, text in enumerate(assumed, 1):
-            yield finding_of(f"{i:>4}. {text}", True).statement
+            yield printable(f"{i:>4}. {text}")
     yield ""
     yield "Statements"
     for finding in report.findings:

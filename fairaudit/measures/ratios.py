@@ -215,22 +215,18 @@ def most_unequal_contexts(law: Law, utility: UtilityTable, count: int) -> tuple[
     [('2', {'context': '1'}), ('3/2', {'context': '0'})]
     """
     grid = expectation_grid(law, utility)
-    if len(grid.starts) < 2:
-        return ()
-    blocks = np.flatnonzero(_candidates(grid, count)[:, 0])
-    found: list[tuple[Pair, int, int, int, int]] = []
-    infinite = 0
-    for block in blocks[~grid.same(blocks)].tolist():
-        for ratio, high, low in _rank_block(grid, block, 0, 1):
-            found.append((ratio, block, 0, high, low))
-            infinite += ratio[1] == 0
-        if infinite >= count:  # nothing is greater, and of equal ratios the first count
-            break
-    return tuple(_local_ratio(law, grid, 0, high, low) for _, _, _, high, low in _best(found, count))
+    return tuple(_local_ratio(law, grid, *found) for found in _unequal(grid, count, of_block=1))
 
 
 def _rank(grid: Grid, count: int) -> list[tuple[int, int, int]]:
     """Find the `count` greatest ratios as (column, higher, lower), by member; equal pairs only if nothing else is there."""
+    if len(grid.starts) < 2 or not len(grid.lo):
+        return []
+    return _unequal(grid, count, of_block=count) or [(0, 0, 1)]
+
+
+def _unequal(grid: Grid, count: int, *, of_block: int) -> list[tuple[int, int, int]]:
+    """Find the `count` greatest ratios above 1, so many of a block and column at the most."""
     if len(grid.starts) < 2 or not len(grid.lo):
         return []
     candidates = _candidates(grid, count)
@@ -246,17 +242,14 @@ def _rank(grid: Grid, count: int) -> list[tuple[int, int, int]]:
     found: list[tuple[Pair, int, int, int, int]] = []
     infinite = 0
     for block, column in np.argwhere(candidates).tolist():
-        for ratio, high, low in _rank_block(grid, block, column, count):
+        for ratio, high, low in _rank_block(grid, block, column, of_block):
             found.append((ratio, block, column, high, low))
             infinite += ratio[1] == 0
         if infinite >= count:  # nothing is greater, and of equal ratios the first count
             break
         if len(found) > 64 * count:
             found = _best(found, count)
-    found = _best(found, count)
-    if found:
-        return [(column, high, low) for _, _, column, high, low in found]
-    return [(0, 0, 1)]
+    return [(column, high, low) for _, _, column, high, low in _best(found, count)]
 
 
 def _candidates(grid: Grid, count: int) -> NDArray[np.bool_]:

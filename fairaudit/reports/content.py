@@ -41,6 +41,7 @@ from fairaudit.reports.drift import Standing, standings
 from fairaudit.reports.expectations import Expectations, Matrix, Panel
 from fairaudit.reports.hidden_context import Strength, declared, strengths
 from fairaudit.reports.ladder import Calibrated, Rung, calibration, ladder
+from fairaudit.reports.overview_parts import counted_decisions
 from fairaudit.reports.unknown_groups import UnknownRange, unknown_ranges
 from fairaudit.reports.verdicts import judged_targets
 from fairaudit.reports.words import Value, claimed, clip, how, named, quantity, scope
@@ -265,13 +266,9 @@ class Content:
     @cached_property
     def _counted(self) -> list[str]:
         """The decisions that count, when each of them is worth 1 and all others nothing."""
-        if self.subject is None or not self.subject.utility.by_decision:
+        if self.subject is None:
             return []
-        utility = self.subject.utility
-        values = utility.values.tolist()
-        if any(v not in (0, utility.scale) for v in values):
-            return []
-        listed = [plain(label) for label, v in zip(self.subject.law.decisions, values, strict=True) if v]
+        listed = [plain(self.subject.law.decisions[i]) for i in counted_decisions(self.subject.utility)]
         return listed if len(listed) <= 3 else []
 
     @cached_property

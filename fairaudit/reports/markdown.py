@@ -119,7 +119,7 @@ def _groups(page: Content, views: Views) -> Iterator[str]:
             (code(one.title), one.apart.decimal, *(f"{code(row.group)} {views.amount(row.value)}" for row in (one.higher, one.lower)))
             for one, _ in views.first
         ]
-        yield table(("context", "difference" if page.signed else "ratio", views.more.lower(), views.less.lower()), listed)
+        yield table(("context", "difference" if page.signed else "ratio", "highest", "lowest"), listed)
         if more := len(views.others) + views.unranked:
             yield f"and {more:,} more contexts, none of them more unequal."
     for one in views.contexts[:3]:

@@ -110,9 +110,13 @@ def files_of(
     forms = [form_of(path) for path in paths]
     found, said = _read(paths, certificate, table)
     made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", Certificate(found.document))
+    page = _text(found, "html", said) if {"html", "pdf"} & {*forms} else ""
     files: list[tuple[Path, Iterable[bytes]]] = []
     for path, form in zip(paths, forms, strict=True):
-        files += made.files(path) if form == "json" else [(Path(path), [_bytes(_text(found, form, said), form, found)])]
+        if form == "json":
+            files += made.files(path)
+        else:
+            files.append((Path(path), [_bytes(_text(found, form, said) if form == "markdown" else page, form, found)]))
     return files
 
 

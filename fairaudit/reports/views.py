@@ -141,16 +141,6 @@ class Views:
         """How far a group is from the best one, at the head of a column."""
         return "From the best" if self.page.signed else "Ratio to the best"
 
-    @property
-    def more(self) -> str:
-        """The group of a pair that gets or bears more."""
-        return "Highest"
-
-    @property
-    def less(self) -> str:
-        """The group of a pair that gets or bears less."""
-        return "Lowest"
-
     # What each group gets
 
     @cached_property
