@@ -40,6 +40,7 @@ __all__ = [
     "literal",
     "literal_path",
     "literals",
+    "one_statement",
     "parquet_faults",
     "progress",
     "read_database",
@@ -81,8 +82,22 @@ def read_database(path: str, request: Request) -> Tally:
         raise InputError(f"{path}: there is no such file")
     source = database_source(request, "duckdb")
     with connected(request, path) as connection, told(request, path):
+        one_statement(connection, source)
         types = _types(connection, source, request.columns)
         return _count(connection, Path(path).name, source, types, request, quick=request.query is None)
+
+
+def one_statement(connection: Any, source: str) -> None:
+    """Refuse a query that closes the parentheses around it to go on with statements of its own, which could write files.
+
+    Raises
+    ------
+    InputError
+        If it does.
+    """
+    found = connection.extract_statements(f"select * from {source}")  # noqa: S608
+    if len(found) != 1 or found[0].type not in (duckdb.StatementType.SELECT, duckdb.StatementType.MULTI):  # PIVOT is one of several steps
+        raise InputError("the query holds several statements; give one, a SELECT")
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ def _writing(kind: str, name: str) -> Written:
 
 @contextmanager
 def _opened(url: str, request: Request) -> Iterator[tuple[Any, str, dict[str, str]]]:
-    """Connect for reading, and say what is counted and which columns of which types it has."""
+    """Connect in a transaction that cannot write, and say what is counted and which columns of which types it has."""
     try:
         import psycopg
     except ImportError:
@@ -82,7 +82,8 @@ def _opened(url: str, request: Request) -> Iterator[tuple[Any, str, dict[str, st
         with psycopg.connect(url, connect_timeout=30, application_name="fairaudit") as connection:
             connection.read_only = True
             connection.execute(SETTINGS)
-            described = connection.execute(f"select * from {source} limit 0").description or []  # noqa: S608
+            # In binary form one statement goes to the server: a query that closes the parentheses around it cannot end the transaction.
+            described = connection.execute(f"select * from {source} limit 0", binary=True).description or []  # noqa: S608
             named: dict[int, str] = dict(connection.execute(TYPES, [[entry.type_code for entry in described]]).fetchall())
             yield connection, source, {entry.name: named[entry.type_code] for entry in described}
     except psycopg.Error as error:

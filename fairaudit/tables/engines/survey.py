@@ -130,6 +130,7 @@ def of_database(path: str, request: Request) -> Survey:
         raise InputError(f"{path}: there is no such file")
     source = database_source(request, "duckdb")
     with engine.connected(request, path) as connection, engine.told(request, path):
+        engine.one_statement(connection, source)
         return _of_source(connection, source, request)
 
 

@@ -585,3 +585,20 @@ def test_rows_of_counts_that_are_equal_add_up_and_probabilities_do_not() -> None
 def test_an_amount_of_memory(files: dict[str, str], memory: str) -> None:
     with pytest.raises(InputError, match="is not an amount such as"):
         read_log(files["log.parquet"], COLUMNS, memory=memory)
+
+
+@pytest.mark.parametrize(
+    "query",
+    [
+        "select 1) as log; copy (select 1) to '{written}'; select * from (select 1",
+        "select 'yes' as answer, 'f' as sex) as log; copy (select 1) to '{written}' --",
+    ],
+)
+def test_a_query_of_duckdb_cannot_write_files(files: dict[str, Path], tmp_path: Path, query: str) -> None:
+    """A database that is opened for reading does not keep statements from writing elsewhere."""
+    written = tmp_path / "written.csv"
+    database, asked = f"duckdb:{files['log.duckdb']}", query.format(written=written)
+    for look in (lambda: read_log(database, ["answer", "sex"], query=asked), lambda: survey_log(database, query=asked)):
+        with pytest.raises(InputError, match=r"one, a SELECT|DuckDB cannot read it"):
+            look()
+    assert not written.exists()

@@ -358,3 +358,33 @@ def test_nothing_is_said_of_progress_but_on_a_terminal(tmp_path: Path) -> None:
     started.send_signal(signal.SIGINT)
     out, err = started.communicate(timeout=60)
     assert (out, err) == (b"", b"fairaudit: interrupted\n")
+
+
+WRITING = [
+    "select 'yes' as answer, 'f' as sex from logs.wrote()",
+    "select answer, sex from (select set_config('transaction_read_only', 'off', false)) as off, logs.wrote(), logs.\"Decisions\"",
+    "select 'yes' as answer, nextval('logs.places')::text as sex",
+    "select 'yes' as answer, 'f' as sex) as log; commit; insert into logs.written values (1); commit; select * from (select 1",
+    "select 'yes' as answer, 'f' as sex limit 0) as log; commit; begin read write; insert into logs.written values (1); commit; begin --",
+    "with more as (insert into logs.written values (1) returning 1) select 'yes' as answer, 'f' as sex from more",
+]
+
+
+@pytest.mark.parametrize("query", WRITING)
+def test_a_query_of_postgres_cannot_write(postgres: str, query: str) -> None:
+    """A query may call a function that writes, or close the parentheses around it; the transaction and the protocol refuse both."""
+    import psycopg
+
+    with psycopg.connect(postgres, autocommit=True) as connection:
+        connection.execute("create table if not exists logs.written (n int); create sequence if not exists logs.places")
+        connection.execute(
+            "create or replace function logs.wrote() returns int language sql as 'insert into logs.written values (1) returning n'"
+        )
+        for look in (lambda: read_log(postgres, ["answer", "sex"], query=query), lambda: survey_log(postgres, query=query)):
+            with pytest.raises(InputError, match="PostgreSQL says"):
+                look()
+        assert connection.execute("select count(*) from logs.written").fetchone() == (0,)
+        assert connection.execute("select is_called from logs.places").fetchone() == (False,)
+        connection.execute("select logs.wrote()")  # which writes where it may
+        assert connection.execute("select count(*) from logs.written").fetchone() == (1,)
+        connection.execute("truncate logs.written")
