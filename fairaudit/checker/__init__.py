@@ -7,7 +7,7 @@ certificates, and runs from a copy of itself under any name::
 
 It reads the certificate and the decision table, computes every figure again from the table, and says in one paragraph what is true
 and what is assumed, before that each statement that is false, and with ``--verbose`` each statement.  All decisions are made in
-integers; no floating-point number occurs.
+integers; no floating-point number occurs.  With ``--attestation FILE`` it also compares what somebody attests of the certificate.
 
 What is trusted: Python's integers, ``fractions``, ``json`` and ``hashlib``; and, for the claims ``by`` T1, T2 and so on,
 the theorems of those names.  Nothing that the certificate says is.  What the sentences under ``assumptions`` say cannot be checked,
@@ -16,7 +16,7 @@ certificate is true *of its table*; that the table is genuine is not checked.
 
 Exit codes: 0 every statement is true (and the required verdict is there); 1 a statement is false, or the required
 verdict is not there; 2 not a complete certificate of this format, not readable, or wrong usage; 3 the table is not embedded and
-was not given.
+was not given, or the attestation is in an envelope, whose signature no checker of the standard library can check.
 
 The files can be read in this order, in which each imports only from those before it:
 
@@ -39,28 +39,36 @@ of drift        ``drifts``, ``drift``
 of objections   ``hidden_context``; then ``judgement`` of claims of all families
 certificate     ``preparation``, ``certificate``, ``outline``, ``assumptions``, ``targets``
 other formats   ``proxy_ranges``, ``proxies``, ``conjunctions``, ``subgroup_statement``, ``subgroups``; then ``verification`` of all
-command         ``command``
+command         ``attestation``: who made a certificate, of which files; ``command``
 ==============  ================================================================================================================
 """
 
+from .attestation import Signature, Signed, check_attestation
 from .certificate import CERTIFICATE_FORMAT
 from .command import Refusal, examine, main
 from .json_values import without_page
-from .summary import lines, paragraph, summary_line
-from .text import Finding, FormatError, Incomplete, Report, TableNeeded, TooMuch, printable
+from .summary import attested_paragraph, exit_code, lines, paragraph, summary_line
+from .text import Attested, Finding, FormatError, Incomplete, NotAnAttestation, Report, TableNeeded, TooMuch, printable
 from .verification import check
 
 __all__ = [
     "CERTIFICATE_FORMAT",
+    "Attested",
     "Finding",
     "FormatError",
     "Incomplete",
+    "NotAnAttestation",
     "Refusal",
     "Report",
+    "Signature",
+    "Signed",
     "TableNeeded",
     "TooMuch",
+    "attested_paragraph",
     "check",
+    "check_attestation",
     "examine",
+    "exit_code",
     "lines",
     "main",
     "paragraph",

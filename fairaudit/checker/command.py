@@ -2,7 +2,7 @@
 
 Exit codes: 0 every statement is true (and the required verdict is there); 1 a statement is false, or the required
 verdict is not there; 2 not a complete certificate of this format, not readable, or wrong usage; 3 the table is not embedded and
-was not given.
+was not given, or everything else is true but the signature of the attestation was not checked, which this checker cannot do.
 """
 
 from __future__ import annotations
@@ -11,25 +11,34 @@ import argparse
 import os
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from .attestation import LONGEST_FILE, Signature, check_attestation
 from .certificate import CERTIFICATE_FORMAT
-from .summary import lines
-from .text import FormatError, Incomplete, Report, TableNeeded, TooMuch, malformed, printable, shown
+from .summary import exit_code, lines
+from .text import FormatError, Incomplete, NotAnAttestation, Report, TableNeeded, TooMuch, malformed, printable, shown
 from .verification import check
 
 MAX_BYTES = 1 << 30  # of a certificate, and of one line of a table
 
 
-def _check_files(path: str, table: str | None) -> Report:
+def _check_files(path: str, table: str | None, attestation: str | None, signature: Signature | None) -> Report:
     with open(path, "rb") as file:
         raw = file.read(MAX_BYTES + 1)
     if len(raw) > MAX_BYTES:
         raise malformed("the certificate", f"is longer than {MAX_BYTES} bytes")
+    attested = b""
+    if attestation is not None:
+        with open(attestation, "rb") as file:
+            attested = file.read(LONGEST_FILE + 1)
     if table is None:
-        return check(raw)
-    with open(table, "rb") as file:
-        return check(raw, iter(lambda: file.readline(MAX_BYTES), b""))
+        report = check(raw)
+    else:
+        with open(table, "rb") as file:
+            report = check(raw, iter(lambda: file.readline(MAX_BYTES), b""))
+    if attestation is None:
+        return report
+    return replace(report, attested=check_attestation(attested, raw, report, signature))
 
 
 @dataclass(frozen=True)
@@ -47,16 +56,21 @@ def _unreadable(error: OSError | ValueError) -> str:
     return f"Cannot read or write: {error}."
 
 
-def examine(path: str, table: str | None = None) -> Report | Refusal:
-    """Check the file of a certificate, and that of its table if it is given; where that cannot be done, say why."""
+def examine(path: str, table: str | None = None, attestation: str | None = None, signature: Signature | None = None) -> Report | Refusal:
+    """Check the file of a certificate, that of its table and that of its attestation if they are given; or say why that cannot be done.
+
+    Signatures are checked by whoever can.
+    """
     try:
-        return _check_files(path, table)
+        return _check_files(path, table, attestation, signature)
     except TableNeeded as error:
         return Refusal(str(error), 3)
     except Incomplete as error:
         return Refusal(f"The certificate is incomplete: {error}.", 2)
     except TooMuch as error:
         return Refusal(f"The certificate is not checked: {error}.", 2)
+    except NotAnAttestation as error:
+        return Refusal(f"Not an attestation: {error}.", 2)
     except FormatError as error:
         return Refusal(f"Not a certificate of the format {error.form or CERTIFICATE_FORMAT}: {error}.", 2)
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
@@ -98,6 +112,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="checker", description="Check a certificate.", allow_abbrev=False)
     parser.add_argument("certificate", help="the certificate, a JSON file, or a page that holds one")
     parser.add_argument("--table", metavar="FILE", help="the table, if the certificate does not embed it")
+    parser.add_argument("--attestation", metavar="FILE", help="who made the certificate, of which files; its signature is not checked")
     parser.add_argument("--require", choices=["within"], help="fail unless the verdict is this one")
     more = parser.add_mutually_exclusive_group()
     more.add_argument("--verbose", action="store_true", help="print every statement and every assumption, too")
@@ -106,7 +121,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
     except SystemExit as stop:
         return 2 if stop.code else 0
-    found = examine(arguments.certificate, arguments.table)
+    found = examine(arguments.certificate, arguments.table, arguments.attestation)
     if isinstance(found, Refusal):
         return found.code if arguments.quiet else _failed(found.message, found.code)
     try:
@@ -114,4 +129,4 @@ def main(argv: Sequence[str] | None = None) -> int:
             _print(lines(found, arguments.require, verbose=arguments.verbose))
     except OSError as error:
         return _failed(_unreadable(error), 2)
-    return 0 if found.ok and arguments.require in (None, found.verdict) else 1
+    return exit_code(found, arguments.require)

@@ -13,7 +13,7 @@ from .json_values import Labels, read_choice, read_list, read_object, read_strin
 from .rationals import ZERO, Rational, at_most, product_of, read_rational, sum_of
 from .sentences import DECISIONS_LEFT_OUT, LINES_LEFT_OUT, ROWS_LEFT_OUT, UNKNOWN_LEFT_OUT
 from .table import Table
-from .text import Finding, Incomplete, compared, finding_of, malformed, printable, shown, shown_rational
+from .text import Counted, Finding, Incomplete, compared, finding_of, malformed, printable, shown, shown_rational
 
 Amounts = Callable[[str], Mapping[str, Rational] | None]  # of a column, how many decisions have each label
 
@@ -238,11 +238,9 @@ def check_preparation(stated: Sequence[Step], table: Table) -> Iterator[Finding]
     if not stated:
         return
     header = table.header if table.policy is None else table.policy.header
-    drawn = (table.policy.drawn, 1) if table.policy is not None and table.policy.drawn else None
-    total = sum_of(table.figures.masses()) if table.header.subject.kind == "counts" else drawn
     most = table.rows * len(table.header.decisions)
     yield from check_steps(
-        stated, _labels_by_column(header), lambda column: _amounts_of_labels(column, table), total, most, _unlabelled(table)
+        stated, _labels_by_column(header), lambda column: _amounts_of_labels(column, table), _total(table), most, _unlabelled(table)
     )
 
 
@@ -313,6 +311,31 @@ def _unlabelled(table: Table) -> Unlabelled:
     """Count the decisions of unknown group."""
     amount = sum_of([ZERO, *(count for row in table.unknown for count in row.counts)])
     return Unlabelled(table.header.subject.columns.group, amount) if table.unknown else NOBODY
+
+
+def left_out(steps: Iterable[Step]) -> tuple[tuple[str, Rational], ...]:
+    """How much was left out, by reason."""
+    amounts: dict[str, list[Rational]] = {}
+    for step in steps:
+        if step.step == "left out":
+            amounts.setdefault(step.reason, []).append(step.amount)
+    return tuple((reason, sum_of(found)) for reason, found in amounts.items())
+
+
+def counted_of(steps: Sequence[Step], table: Table) -> Counted:
+    """Say what was counted of a log, and what was left out."""
+    total, most = _total(table), table.rows * len(table.header.decisions)
+    if total is None:
+        kept = [sum_of([step.of, (-step.amount[0], step.amount[1])]) for step in steps if step.step == "left out" and step.unit == "rows"]
+        return Counted(table.digest, "rows", kept[0] if kept else None, most, left_out(steps))
+    return Counted(table.digest, "decisions", sum_of([total, _unlabelled(table).amount]), most, left_out(steps))
+
+
+def _total(table: Table) -> Rational | None:
+    """How many decisions of known group were counted; nothing of a table of probabilities, or of a policy without draws."""
+    if table.header.subject.kind == "counts":
+        return sum_of([ZERO, *table.figures.masses()])
+    return (table.policy.drawn, 1) if table.policy is not None and table.policy.drawn else None
 
 
 def _interval_labels(edges: Sequence[Rational]) -> set[str]:

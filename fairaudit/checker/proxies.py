@@ -24,11 +24,24 @@ from .json_values import (
 )
 from .logarithms import log_at_most
 from .proxy_ranges import Completion, Extreme, Pair, Range, Scope, check_range, scope_of
-from .rationals import ONE, Rational, at_most, fraction_sum, read_extended, read_rational, read_rationals
+from .rationals import ONE, ZERO, Rational, at_most, fraction_sum, read_extended, read_rational, read_rationals, sum_of
 from .rows import embedded_lines, lines_of_file, read_table
 from .summary import NAMES, assumed_for, said_of_figure, said_of_table, said_of_target
 from .table import Table, counts_are_whole, is_signed
-from .text import Finding, Incomplete, Outline, Report, TableNeeded, compared, compared_file, finding_of, malformed, printable, shown
+from .text import (
+    Counted,
+    Finding,
+    Incomplete,
+    Outline,
+    Report,
+    TableNeeded,
+    compared,
+    compared_file,
+    finding_of,
+    malformed,
+    printable,
+    shown,
+)
 from .work import keep, working_on
 
 PROXIES_FORMAT = "fairaudit-proxies/1"
@@ -88,7 +101,8 @@ def check_proxies(document: object, lines: Iterable[bytes] | None) -> Report:
         findings.append(compared_file(lines, table.digest))
     findings += _check_ranges(stated, table)
     findings += _check_targets(stated)
-    report = Report(tuple(findings), stated.verdict)
+    counted = Counted(table.digest, "decisions", sum_of([ZERO, *table.figures.masses()]), stated.entries, None)
+    report = Report(tuple(findings), stated.verdict, counted=counted)
     if not report.ok:
         return report
     _check_assumptions(stated)

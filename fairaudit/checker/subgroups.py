@@ -20,13 +20,26 @@ from .conjunctions import (
     reaches,
     read_subgroup_table,
 )
-from .preparation import check_steps
+from .preparation import check_steps, left_out
 from .rationals import INFINITY, ONE, Rational, as_pair, at_most, maximum, reduced, written
 from .sentences import CHOSEN_BEFOREHAND, INDEPENDENT_ROWS, RANGE
 from .subgroup_statement import THIS_TABLE, Ends, Stated, StatedClaim, read_stated
 from .summary import NAMES, assumed_for, said_of_figure, said_of_table, said_of_target
 from .tails import Sample, fault_of_ends
-from .text import Finding, Incomplete, Outline, Report, TableNeeded, compared, compared_file, finding_of, malformed, printable, shown
+from .text import (
+    Counted,
+    Finding,
+    Incomplete,
+    Outline,
+    Report,
+    TableNeeded,
+    compared,
+    compared_file,
+    finding_of,
+    malformed,
+    printable,
+    shown,
+)
 from .work import keep, spend, working_on
 
 LAST_WAYS = 1 << 256  # a number of conjunctions beyond which nobody counts
@@ -45,7 +58,8 @@ def check_subgroups(document: object, lines: Iterable[bytes] | None) -> Report:
     if stated.embedded is not None and lines is not None:
         findings.append(compared_file(lines, table.digest))
     findings += [*checked.subject(), *checked.search(), *checked.population(), *checked.claims(), *checked.targets()]
-    report = Report(tuple(findings), stated.verdict)
+    counted = Counted(table.digest, "decisions", (checked.everybody[0], 1), stated.cells, left_out(stated.preparation))
+    report = Report(tuple(findings), stated.verdict, counted=counted)
     if not report.ok:
         return report
     _check_assumptions(stated, table)

@@ -246,6 +246,29 @@ def paragraph(report: Report, required: str | None = None) -> str:
     return printable(" ".join([*said, *([OF_A_PAGE] if report.of_page else [])]))
 
 
+SIGNATURES = {
+    "none": "It is not signed: whoever has the certificate could have written it.",
+    "unchecked": "It is in an envelope, whose signature was NOT checked.",
+    "checked": "It is signed by the given key, and unaltered since. Who holds the key, when it was signed, and whether a worse audit was "
+    "withheld, no signature shows.",
+}
+
+
+def attested_paragraph(report: Report) -> str:
+    """Say what of an attestation is true, what is only stated, and what was not checked; nothing where none was given."""
+    attested = report.attested
+    if attested is None:
+        return ""
+    wrong, count = sum(not finding.true for finding in attested.findings), len(attested.findings)
+    if wrong:
+        are = "statements of the attestation is" if wrong == 1 else "statements of the attestation are"
+        return f"{wrong} of {count} {are} FALSE. Do not rely on it, nor on whoever is said to have made this certificate."
+    if not report.ok:
+        return "The attestation fits a certificate that is FALSE. Do not rely on either."
+    fits = "The attestation fits: it names this file and its table, and what was read adds up to what was counted and dropped"
+    return printable(" ".join([f"{fits} (all {count} statements are true).", SIGNATURES[attested.signature], *attested.said]))
+
+
 def finding_line(finding: Finding, numbers: Sequence[int] = ()) -> str:
     """Write a statement, whether it is true, and the numbers of the assumptions that it rests on."""
     rests = f" (rests on {_runs(numbers)})" if numbers else ""
@@ -253,16 +276,39 @@ def finding_line(finding: Finding, numbers: Sequence[int] = ()) -> str:
     return f"{'true ' if finding.true else 'FALSE'}  {finding.statement}{detail}{rests}"
 
 
-def lines(report: Report, required: str | None = None, *, verbose: bool = False) -> Iterator[str]:
-    """Write what is false, then the paragraph; on request also every assumption, word by word, and every statement."""
-    for finding in report.findings:
-        if not finding.true:
-            yield finding_line(finding)
-    if not report.ok:
+def exit_code(report: Report, required: str | None = None) -> int:
+    """0 if everything is true, and the required verdict is there; 3 if but for that a signature was not checked; else 1."""
+    attested = report.attested
+    if not report.ok or required not in (None, report.verdict) or (attested is not None and not attested.ok):
+        return 1
+    return 3 if attested is not None and attested.signature == "unchecked" else 0
+
+
+def _false_first(findings: Sequence[Finding], said: str) -> Iterator[str]:
+    false = [finding_line(finding) for finding in findings if not finding.true]
+    yield from false
+    if false:
         yield ""
-    yield from wrap(paragraph(report, required), WIDTH, break_long_words=False, break_on_hyphens=False)
-    if not verbose:
-        return
+    yield from wrap(said, WIDTH, break_long_words=False, break_on_hyphens=False)
+
+
+def lines(report: Report, required: str | None = None, *, verbose: bool = False) -> Iterator[str]:
+    """Write what is false, then the paragraph; on request also every assumption, word by word, and every statement.
+
+    Then the same of an attestation that was given.
+    """
+    yield from _false_first(report.findings, paragraph(report, required))
+    if verbose:
+        yield from _every(report)
+    if report.attested is not None:
+        yield ""
+        yield from _false_first(report.attested.findings, attested_paragraph(report))
+        if verbose:
+            yield from ["", "Statements of the attestation", *map(finding_line, report.attested.findings)]
+
+
+def _every(report: Report) -> Iterator[str]:
+    """Write every assumption, word by word, and every statement."""
     first = [text for text, _ in report.outline.assumptions]
     assumed = list(dict.fromkeys([*first, *(text for finding in report.findings for text in finding.assumes)]))
     if assumed:
@@ -281,4 +327,13 @@ def summary_line(report: Report, required: str | None = None) -> str:
     wrong, count = sum(not finding.true for finding in report.findings), len(report.findings)
     summary = f"{wrong} of {count} statements are FALSE" if wrong else f"all {count} statements are true of the table"
     missing = f", but {required!r} is required" if required not in (None, report.verdict) else ""
-    return f"{summary}; the stated verdict is {report.verdict!r}{missing}"
+    return f"{summary}; the stated verdict is {report.verdict!r}{missing}{_attested_line(report)}"
+
+
+def _attested_line(report: Report) -> str:
+    """Say how many statements of an attestation are true, and whether a signature was left unchecked."""
+    if report.attested is None:
+        return ""
+    wrong, count = sum(not finding.true for finding in report.attested.findings), len(report.attested.findings)
+    unchecked = ", its signature was not checked" if report.attested.signature == "unchecked" else ""
+    return f"; of the attestation {f'{wrong} of {count} statements are FALSE' if wrong else f'all {count} statements are true'}{unchecked}"

@@ -22,6 +22,10 @@ class TooMuch(FormatError):
     """Checking the certificate would take more work than a document of its length is given."""
 
 
+class NotAnAttestation(FormatError):
+    """The document that should be an attestation is not a well-formed one."""
+
+
 class TableNeeded(Exception):
     """The table is not embedded in the certificate and was not given."""
 
@@ -93,6 +97,31 @@ class Outline:
 
 
 @dataclass(frozen=True)
+class Counted:
+    """What a document and its table say of the log: what was counted, and what was left out."""
+
+    table: str  # its digest
+    unit: str  # decisions, or rows of a table of probabilities
+    exactly: tuple[int, int] | None  # how many were counted; nothing where the table does not tell
+    most: int  # how many rows there can have been
+    dropped: tuple[tuple[str, tuple[int, int]], ...] | None  # by reason; nothing where the document does not say
+
+
+@dataclass(frozen=True)
+class Attested:
+    """What was found out about the attestation of a certificate, of which no finding is about the certificate."""
+
+    findings: tuple[Finding, ...]
+    said: tuple[str, ...]  # sentences on what is only stated
+    signature: str  # none, unchecked or checked
+
+    @property
+    def ok(self) -> bool:
+        """Whether every statement is true."""
+        return all(finding.true for finding in self.findings)
+
+
+@dataclass(frozen=True)
 class Report:
     """What was found out about every statement, and the verdict that the certificate states."""
 
@@ -100,6 +129,8 @@ class Report:
     verdict: str
     outline: Outline = Outline()
     of_page: bool = False  # whether the document stood in a page
+    counted: Counted | None = None
+    attested: Attested | None = None  # where an attestation was given
 
     @property
     def ok(self) -> bool:

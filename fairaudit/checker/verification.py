@@ -17,7 +17,7 @@ from .json_values import decoded, without_page
 from .judgement import Facts, check_claims, faults_of_claims
 from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
 from .outline import outline_of
-from .preparation import check_preparation, check_spellings
+from .preparation import check_preparation, check_spellings, counted_of
 from .program import Program
 from .proxies import PROXIES_FORMAT, check_proxies
 from .rows import embedded_lines, lines_of_file, read_table
@@ -116,7 +116,7 @@ def _checked_certificate(document: object, lines: Iterable[bytes] | None) -> Rep
     faults = faults_of_claims(stated.claims, facts)
     findings += check_claims(stated.claims, faults)
     findings += check_targets(stated, facts, [claim for claim, fault in zip(stated.claims, faults, strict=True) if not fault], window)
-    report = Report(tuple(findings), stated.verdict)
+    report = Report(tuple(findings), stated.verdict, counted=counted_of(stated.preparation, table))
     if not report.ok:
         return report
     check_assumptions(stated, table)

@@ -6,9 +6,32 @@ import io
 from pathlib import Path
 
 from fairaudit import checker
-from fairaudit.checker import Refusal, Report, examine, lines, paragraph, printable, summary_line
+from fairaudit.checker import (
+    Finding,
+    Refusal,
+    Report,
+    attested_paragraph,
+    examine,
+    exit_code,
+    lines,
+    paragraph,
+    printable,
+    summary_line,
+)
 
-__all__ = ["Refusal", "Report", "examine", "lines", "paragraph", "printable", "summary_line", "zipped_checker"]
+__all__ = [
+    "Finding",
+    "Refusal",
+    "Report",
+    "attested_paragraph",
+    "examine",
+    "exit_code",
+    "lines",
+    "paragraph",
+    "printable",
+    "summary_line",
+    "zipped_checker",
+]
 
 _MAIN = '''"""Run the checker, whose files are in the folder beside this one."""
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer, add_format, tell
+
+if TYPE_CHECKING:
+    from fairaudit.cli.checking import Finding
 
 
 def add(commands: Any) -> None:
@@ -17,14 +20,20 @@ def add(commands: Any) -> None:
         help="check a certificate",
         description="Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it, and say "
         "in one paragraph what is true and what is assumed.",
-        epilog="exit codes: 0 all true; 1 a statement is false, or the required verdict is not there; 2 bad input; 3 the table is needed",
-        usage="%(prog)s CERTIFICATE… [--table FILE] [--require within] [--verbose | --quiet] [--format text|json]\n"
+        epilog="exit codes: 0 all true; 1 a statement is false, or the required verdict is not there; 2 bad input; 3 the table is needed, "
+        "or the signature of the attestation was not checked",
+        usage="%(prog)s CERTIFICATE… [--table FILE] [--attestation FILE] [--require within] [--verbose | --quiet] [--format text|json]\n"
         "       %(prog)s --export FILE.pyz",
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
     parser.add_argument("certificates", metavar="CERTIFICATE", nargs="*", help="the certificate, or a page that shows one; or several")
     parser.add_argument("--table", metavar="FILE", help="the canonical table, when the certificate does not hold it")
+    parser.add_argument(
+        "--attestation",
+        metavar="FILE",
+        help="also check who is said to have made it, of which files, so far as that can be checked (docs/attestation.md)",
+    )
     parser.add_argument("--require", choices=("within",), help="also fail unless the verdict is 'within'")
     parser.add_argument(
         "--export",
@@ -42,8 +51,10 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     from fairaudit.errors import InputError
 
     if arguments.export is not None:
-        if (arguments.certificates, arguments.table, arguments.require) != ([], None, None):
-            raise InputError("--export writes the checker and checks nothing; leave the certificate, --table and --require away")
+        if (arguments.certificates, arguments.table, arguments.attestation, arguments.require) != ([], None, None, None):
+            raise InputError(
+                "--export writes the checker and checks nothing; leave the certificate, its table and attestation, and --require away"
+            )
         return _export(arguments.export)
     if not arguments.certificates:
         raise InputError(
@@ -51,8 +62,9 @@ def run(arguments: argparse.Namespace) -> Answer | int:
         )
     if len(arguments.certificates) == 1:
         return _check(arguments, arguments.certificates[0])
-    if arguments.table is not None:
-        raise InputError("--table is the table of one certificate; name one, or leave --table away")
+    for given, what in ((arguments.table, "--table is the table"), (arguments.attestation, "--attestation is that")):
+        if given is not None:
+            raise InputError(f"{what} of one certificate; name one, or leave {what.split()[0]} away")
     return min(filter(None, [_check_one_of(arguments, name) for name in arguments.certificates]), default=0)
 
 
@@ -66,17 +78,17 @@ def _check_one_of(arguments: argparse.Namespace, name: str) -> int:
 
 
 def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
-    from fairaudit.cli.checking import Refusal, examine, lines, paragraph, printable, summary_line
+    from fairaudit.cli.checking import Refusal, attested_paragraph, examine, exit_code, lines, paragraph, printable, summary_line
 
-    found = examine(name, arguments.table)
+    found = examine(name, arguments.table, arguments.attestation)
     if isinstance(found, Refusal):
         if not arguments.quiet:
             print(f"fairaudit: {printable(name)}: {printable(found.message)}", file=sys.stderr)
         return found.code
-    code = 0 if found.ok and arguments.require in (None, found.verdict) else 1
+    code = exit_code(found, arguments.require)
     if arguments.quiet:
         return code
-    said = summary_line(found, arguments.require)
+    said, attested = summary_line(found, arguments.require), found.attested
     return Answer(
         "verify",
         # What a false certificate states is no verdict.
@@ -88,13 +100,27 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
             "required_verdict": arguments.require,
             "paragraph": paragraph(found, arguments.require),
             "assumptions": [{"assumption": text, "about": list(about)} for text, about in found.outline.assumptions],
-            "statements": [
-                {"statement": f.statement, "true": f.true, "detail": f.detail, "assumptions": list(f.assumes)} for f in found.findings
-            ],
+            "statements": [_finding(finding) for finding in found.findings],
+            **(
+                {}
+                if attested is None
+                else {
+                    "attestation": {
+                        "true": attested.ok,
+                        "signature": attested.signature,
+                        "paragraph": attested_paragraph(found),
+                        "statements": [_finding(finding) for finding in attested.findings],
+                    }
+                }
+            ),
         },
         text=lambda: "\n".join(map(printable, lines(found, arguments.require, verbose=arguments.verbose))),
         code=code,
     )
+
+
+def _finding(found: Finding) -> dict[str, Any]:
+    return {"statement": found.statement, "true": found.true, "detail": found.detail, "assumptions": list(found.assumes)}
 
 
 def _export(path: str) -> Answer:

@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
+from attested import statement_of
+from envelopes import envelope
 
 from fairaudit import audit
 from fairaudit.cli import main
@@ -57,3 +59,25 @@ def test_several_answers_as_json(certificates: list[str], capsys: pytest.Capture
 def test_a_table_is_that_of_one_certificate(certificates: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", *certificates[:2], "--table", "t.jsonl"]) == 2
     assert "--table is the table of one certificate" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("changes", "code", "true"), [({}, 0, True), ({"table": {"sha256": "0" * 64}}, 1, False)])
+def test_an_attestation_as_json(
+    certificates: list[str], capsys: pytest.CaptureFixture[str], changes: dict[str, object], code: int, true: bool
+) -> None:
+    Path("a.json").write_text(json.dumps(statement_of(Path("within.json"), **changes)))
+    assert main(["verify", "within.json", "--attestation", "a.json", "--format", "json"]) == code
+    answer = envelope(capsys.readouterr().out)
+    found = answer["result"]["attestation"]
+    assert (answer["result"]["true"], found["true"], found["signature"]) == (True, true, "none")
+    assert {entry["statement"]: entry["true"] for entry in found["statements"]}["rows.read is 80, as many as were counted and dropped"]
+    assert "; of the attestation " in answer["sentence"]
+
+
+def test_an_attestation_is_about_one_certificate(certificates: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", *certificates[:2], "--attestation", "a.json"]) == 2
+    assert "--attestation is that of one certificate" in capsys.readouterr().err
+    assert main(["verify", "--export", "c.pyz", "--attestation", "a.json"]) == 2
+    assert not Path("c.pyz").exists()
+    assert main(["verify", certificates[0], "--attestation", "a.json"]) == 2
+    assert "a.json" in capsys.readouterr().err

@@ -1,0 +1,309 @@
+"""The attestation of a certificate: who made it, of which files; what of that a table shows, and what is only stated."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+
+from .json_values import decoded, described_type, read_choice, read_digest, read_integer, read_list, read_object, read_string
+from .rationals import ZERO, Rational, at_most, read_rational, sum_of
+from .text import Attested, Counted, Finding, FormatError, NotAnAttestation, Report, compared, finding_of, malformed, printable, shown
+
+STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
+PREDICATE_TYPE = "urn:uuid:bd6d62ae-1fd3-4a67-b7b5-0c71c96f4a12"
+PAYLOAD_TYPE = "application/vnd.in-toto+json"
+LONGEST_FILE = 1 << 24  # bytes
+LONGEST_TEXT = 4096
+MOST_SIGNATURES = 100
+MOST_REASONS = 100
+SIGNATURE_BYTES = 64
+DEEPEST = 12  # levels of options
+OPTIONS = (
+    *("decision", "group", "context", "truth", "positive", "count", "probability", "weight", "wide", "total", "unit", "utility"),
+    *("utility_column", "score", "missing", "unknown", "fold_labels", "label_map", "bins", "skip", "table", "query", "signed", "audit"),
+)
+BY_THE_KEY = "the signature is by the given key"
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f]")
+_TIME = re.compile(r"\d{4}-\d\d-\d\d(T\d\d:\d\d:\d\dZ)?", re.ASCII)
+_BASE64 = re.compile(r"[A-Za-z0-9+/]*={0,2}")
+
+
+@dataclass(frozen=True)
+class Signed:
+    """What somebody who can check signatures found: where one is right exactly the bytes that were signed, else why none is."""
+
+    payload: bytes | None
+    why: str = ""
+
+
+Signature = Callable[[bytes], Signed]
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a table was read from."""
+
+    name: str
+    digest: str | None
+    rows: int | None
+
+
+@dataclass(frozen=True)
+class Statement:
+    """An attestation as it stands: well formed, and perhaps untrue."""
+
+    subjects: tuple[tuple[str, str], ...]  # name and digest
+    table: str
+    unit: str
+    read: Rational
+    counted: Rational
+    dropped: tuple[tuple[str, Rational], ...]
+    sources: tuple[Source, ...]
+    said: tuple[tuple[str, str], ...]  # what is only stated, by what it is about
+
+
+def check_attestation(raw: bytes, certificate: bytes, report: Report, signature: Signature | None = None) -> Attested:
+    """Compare what is attested with the file of a certificate, and with what was found of its table.
+
+    Where somebody checks the signature, nothing but the bytes that were signed is read.
+    """
+    counted = report.counted
+    if counted is None:
+        raise AssertionError
+    try:
+        if len(raw) > LONGEST_FILE:
+            raise malformed("the file", f"is longer than {LONGEST_FILE} bytes")
+        if signature is None:
+            payload, enveloped = _payload(raw)
+            return _attested(payload, certificate, counted, (), "unchecked" if enveloped else "none")
+        signed = signature(raw)
+        if signed.payload is None:
+            return Attested((finding_of(BY_THE_KEY, False, signed.why),), (), "checked")
+        return _attested(signed.payload, certificate, counted, (finding_of(BY_THE_KEY, True),), "checked")
+    except FormatError as error:
+        raise NotAnAttestation(str(error)) from None
+
+
+def _attested(payload: bytes, certificate: bytes, counted: Counted, findings: tuple[Finding, ...], signature: str) -> Attested:
+    stated = _read_statement(decoded(payload, "the statement"))
+    return Attested((*findings, *_compared(stated, certificate, counted)), _said(stated), signature)
+
+
+def _payload(raw: bytes) -> tuple[bytes, bool]:
+    """Take the bytes of the statement out of an envelope, whose signatures are not checked; and say whether there is one."""
+    document = decoded(raw, "the file")
+    if not isinstance(document, dict) or document.keys().isdisjoint(("payload", "payloadType", "signatures")):
+        return raw, False
+    members = read_object(document, "the envelope", ("payload", "payloadType", "signatures"))
+    read_choice(members["payloadType"], "payloadType", (PAYLOAD_TYPE,))
+    signatures = read_list(members["signatures"], "signatures")
+    if not 0 < len(signatures) <= MOST_SIGNATURES:
+        raise malformed("signatures", f"must be 1 to {MOST_SIGNATURES}, not {len(signatures)}")
+    for i, item in enumerate(signatures):
+        entry = read_object(item, f"signatures[{i}]", ("sig",), optional=("keyid",))
+        if len(_read_base64(entry["sig"], f"signatures[{i}].sig")) != SIGNATURE_BYTES:
+            raise malformed(f"signatures[{i}].sig", f"is not {SIGNATURE_BYTES} bytes long, as a signature of Ed25519 is")
+        _read_text(entry.get("keyid", ""), f"signatures[{i}].keyid")
+    return _read_base64(members["payload"], "payload"), True
+
+
+def _read_base64(value: object, where: str) -> bytes:
+    """Read base64 in the one way in which the bytes are written."""
+    text = read_string(value, where)
+    if _BASE64.fullmatch(text):
+        try:
+            found = base64.b64decode(text, validate=True)
+        except binascii.Error:
+            pass
+        else:
+            if base64.b64encode(found).decode("ascii") == text:
+                return found
+    raise malformed(where, "is not the base64 of any bytes, in the standard alphabet, with padding and without blanks")
+
+
+def _read_statement(document: object) -> Statement:
+    top = read_object(document, "the statement", ("_type", "subject", "predicateType", "predicate"))
+    read_choice(top["_type"], "_type", (STATEMENT_TYPE,))
+    read_choice(top["predicateType"], "predicateType", (PREDICATE_TYPE,))
+    always = ("issuedAt", "table", "sources", "rows", "options", "command", "versions")
+    held = read_object(top["predicate"], "predicate", always, ("issuer", "title", "system", "period"))
+    rows = read_object(held["rows"], "rows", ("unit", "read", "counted", "dropped"))
+    dropped = _members(rows["dropped"], "rows.dropped")
+    if len(dropped) > MOST_REASONS:
+        raise malformed("rows.dropped", f"has more than {MOST_REASONS} reasons")
+    _check_data(read_object(held["options"], "options", (), OPTIONS), "options", 0)
+    return Statement(
+        tuple(_read_subject(item, where) for item, where in _entries(top["subject"], "subject")),
+        read_digest(read_object(held["table"], "table", ("sha256",))["sha256"], "table.sha256"),
+        read_choice(rows["unit"], "rows.unit", ("decisions", "rows")),
+        _read_amount(rows["read"], "rows.read"),
+        _read_amount(rows["counted"], "rows.counted"),
+        tuple((reason, _read_amount(amount, f"rows.dropped[{shown(reason)}]")) for reason, amount in dropped.items()),
+        tuple(_read_source(item, where) for item, where in _entries(held["sources"], "sources")),
+        tuple(_read_said(held)),
+    )
+
+
+def _entries(value: object, where: str) -> list[tuple[object, str]]:
+    listed = read_list(value, where)
+    if not listed:
+        raise malformed(where, "must not be empty")
+    return [(item, f"{where}[{i}]") for i, item in enumerate(listed)]
+
+
+def _members(value: object, where: str) -> Mapping[str, object]:
+    """Read an object whose keys are any texts."""
+    members = read_object(value, where, (), optional=tuple(value) if isinstance(value, dict) else ())
+    for key in members:
+        _read_text(key, f"a key of {where}")
+    return members
+
+
+def _read_text(value: object, where: str) -> str:
+    text = read_string(value, where)
+    if len(text) > LONGEST_TEXT:
+        raise malformed(where, f"is longer than {LONGEST_TEXT} characters")
+    if _CONTROL.search(text):
+        raise malformed(where, "holds a control character")
+    return text
+
+
+def _read_name(value: object, where: str) -> str:
+    text = _read_text(value, where)
+    if not text or "/" in text:
+        raise malformed(where, f"must be a name without folders, not {shown(text)}")
+    return text
+
+
+def _read_amount(value: object, where: str) -> Rational:
+    """Read a whole number, or as text what is none or has more than 18 digits."""
+    if not isinstance(value, str):
+        return read_integer(value, where), 1
+    amount = read_rational(_read_text(value, where), where, nonnegative=True)
+    if amount[1] == 1 and len(value) <= 18:
+        raise malformed(where, f"must be the number {value}, not a string")
+    return amount
+
+
+def _read_subject(value: object, where: str) -> tuple[str, str]:
+    members = read_object(value, where, ("name", "digest"))
+    digest = read_object(members["digest"], f"{where}.digest", ("sha256",))["sha256"]
+    return _read_name(members["name"], f"{where}.name"), read_digest(digest, f"{where}.digest.sha256")
+
+
+def _read_source(value: object, where: str) -> Source:
+    members = read_object(value, where, ("name", "sha256", "bytes", "rows"), ("query", "table"))
+    digest, size, rows = members["sha256"], members["bytes"], members["rows"]
+    if (digest is None) != (size is None):
+        raise malformed(where, "must have both sha256 and bytes, or null for both")
+    queried = [_read_text(members[key], f"{where}.{key}") for key in ("query", "table") if key in members]
+    if len(queried) > (digest is None):
+        raise malformed(where, "has a query or table, of which a database has one and a file none")
+    if size is not None:
+        read_integer(size, f"{where}.bytes")
+    return Source(
+        _read_name(members["name"], f"{where}.name"),
+        None if digest is None else read_digest(digest, f"{where}.sha256"),
+        None if rows is None else read_integer(rows, f"{where}.rows"),
+    )
+
+
+def _read_said(held: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+    """Read what is only stated."""
+    for name, more in (("issuer", "contact"), ("system", "version")):
+        if name in held:
+            members = read_object(held[name], name, ("name",), (more,))
+            texts = [_read_filled(members[key], f"{name}.{key}") for key in ("name", more) if key in members]
+            yield name, f"{shown(texts[0])}{''.join(f' ({more} {shown(text)})' for text in texts[1:])}"
+    if "title" in held:
+        yield "title", shown(_read_filled(held["title"], "title"))
+    if "period" in held:
+        period = read_object(held["period"], "period", ("start", "end"))
+        start, end = (_read_time(period[key], f"period.{key}", "2025-01-01") for key in ("start", "end"))
+        if end < start:
+            raise malformed("period", f"ends on {end}, before it begins on {start}")
+        yield "period", f"{start} to {end}"
+    yield "time", _read_time(held["issuedAt"], "issuedAt", "2026-01-15T09:00:00Z")
+    for item, where in _entries(held["command"], "command"):
+        _read_text(item, where)
+    versions = _members(held["versions"], "versions")
+    for key in ("fairaudit", *versions):
+        if key not in versions:
+            raise malformed("versions", f"lacks the key {shown(key)}")
+        _read_text(versions[key], f"versions[{shown(key)}]")
+
+
+def _read_filled(value: object, where: str) -> str:
+    text = _read_text(value, where)
+    if not text.strip():
+        raise malformed(where, "must not be blank")
+    return text
+
+
+def _read_time(value: object, where: str, example: str) -> str:
+    """Read a day or a moment, which is written as the example is."""
+    text = read_string(value, where)
+    try:
+        if len(text) == len(example) and _TIME.fullmatch(text) and datetime.fromisoformat(text.removesuffix("Z")):
+            return text
+    except ValueError:
+        pass
+    raise malformed(where, f"must be such as {example}, not {shown(text)}")
+
+
+def _check_data(value: object, where: str, depth: int) -> None:
+    """Refuse in options what is neither text, whole number, true or false, nor a list or object of such."""
+    if depth > DEEPEST:
+        raise malformed("options", "are nested too deeply")
+    if isinstance(value, dict):
+        for key, item in _members(value, where).items():
+            _check_data(item, f"{where}[{shown(key)}]", depth + 1)
+    elif isinstance(value, list):
+        for i, item in enumerate(value):
+            _check_data(item, f"{where}[{i}]", depth + 1)
+    elif isinstance(value, str):
+        _read_text(value, where)
+    elif type(value) not in (int, bool):
+        raise malformed(where, f"must be a text or a whole number, not {described_type(value)}")
+
+
+def _compared(stated: Statement, certificate: bytes, counted: Counted) -> Iterator[Finding]:
+    """Compare file, table, sum, and what was counted and dropped."""
+    digest = hashlib.sha256(certificate).hexdigest()
+    names = [name for name, of in stated.subjects if of == digest]
+    about = f"subject {shown(names[0])} is the file that was checked" if names else "a subject is the file that was checked"
+    yield finding_of(about, bool(names), "" if names else f"the SHA-256 of that file is {digest}")
+    yield compared("table.sha256", stated.table, counted.table)
+    total = sum_of([stated.counted, *(amount for _, amount in stated.dropped)])
+    sentence = f"rows.read is {shown(stated.read)}, as many as were counted and dropped"
+    yield finding_of(sentence, stated.read == total, "" if stated.read == total else f"these are {shown(total)}")
+    yield compared("rows.unit", stated.unit, counted.unit)
+    if counted.exactly is not None:
+        yield compared("rows.counted", stated.counted, counted.exactly)
+    else:
+        fits = stated.counted[1] == 1 and at_most((1, 1), stated.counted) and at_most(stated.counted, (counted.most, 1))
+        yield finding_of(f"rows.counted is {shown(stated.counted)}", fits, "" if fits else f"the table has {counted.most} entries")
+    if counted.dropped is not None:
+        ours = {reason: amount for reason, amount in stated.dropped if amount != ZERO}
+        yield compared("rows.dropped", ours, dict(counted.dropped))
+
+
+def _said(stated: Statement) -> tuple[str, ...]:
+    """Say in sentences what is only stated, and from what the table is said to be counted."""
+    said = dict(stated.said)
+    words = {"issuer": "issued by", "title": "titled", "system": "about the system", "period": "of decisions from"}
+    parts = [f"{opening} {said[key]}" for key, opening in words.items() if key in said]
+    unstated = [key for key in words if key not in said]
+    names = [f"{shown(source.name)}{'' if source.digest else ' (without digest)'}" for source in stated.sources[:3]]
+    more = [f"{len(stated.sources) - 3:,} more"] if len(stated.sources) > 3 else []
+    sentences = [
+        f"What follows is only stated, and no check can see it: {', '.join([*parts, 'made at ' + said['time']])}.",
+        *([f"No {' or '.join(unstated)} is stated."] if unstated else []),
+        f"That the table was counted from {', '.join([*names, *more])} is not checked: whoever has the log can count it again.",
+    ]
+    return tuple(map(printable, sentences))
