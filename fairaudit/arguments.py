@@ -44,7 +44,8 @@ MANY = {
 }
 
 COLUMNS = frozenset(
-    ("decision", "group", "context", "truth", "count", "probability", "weight", "unit", "utility_column", "attributes", "slots", "winner")
+    {"decision", "group", "context", "truth", "count", "probability", "weight", "unit", "score"}
+    | {"utility_column", "attributes", "slots", "winner"}
 )
 """Arguments whose texts are names of columns."""
 

@@ -62,6 +62,8 @@ class Audit:
 
 SAID_THERE = (
     "decision",
+    "score",
+    "above",
     "group",
     "context",
     "truth",

@@ -12,6 +12,7 @@ from fairaudit.audits.differences import judged_differences, measured_difference
 from fairaudit.audits.drift import refuse_drift, under_drift
 from fairaudit.audits.hidden_context import judged_with_hidden_context, read_hidden_context
 from fairaudit.audits.population import (
+    cut_at_own_median,
     decisions_given_truth,
     design_note,
     intervals_of_stream,
@@ -100,7 +101,8 @@ def certify(
         Targets for these differences, on the scale of the utility.
     confidence : float or None
         Targets on counts are judged for the population from which they were drawn, all of them together at this confidence. None judges
-        the table itself. Probabilities carry no sample size: the table itself is judged.
+        the table itself. Probabilities carry no sample size, and scores above their own median are no independent draws: the table
+        itself is judged.
     interval : {"hoeffding-kl", "empirical-bernstein", "intersection"}, optional
         For utilities with more than two values; to be chosen before looking at the draws. By default contrasts of the draws
         ("symmetric-betting") where cells are independent, each utility is the mean of one of them and they are not too many; else
@@ -191,7 +193,7 @@ def certify(
     difference = difference or bool(of_differences)
     deployment = subject if isinstance(subject, Deployment) else None
     law = subject.law if isinstance(subject, Deployment) else subject
-    level = None if confidence is None else confidence_level(confidence)
+    level = None if confidence is None or cut_at_own_median(subject) else confidence_level(confidence)
     utility = utility if isinstance(utility, Utility) else Utility(utility, signed=difference)
     table = utility.on(law)
     refuse_signed(subject, table, asked=difference, ratios=limits)

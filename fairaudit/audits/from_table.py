@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from fairaudit.audits.audit_file import Audit, read_audit, refuse_beside
 from fairaudit.audits.certify import certify
@@ -15,7 +15,16 @@ from fairaudit.audits.declared import ByContext
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.audits.population import confidence_for
 from fairaudit.audits.proxies import audit_proxies
-from fairaudit.audits.reading import MOST_ROWS, Access, Reading, read_audited, refuse_two_utilities, uncollected, unfit_for_parts
+from fairaudit.audits.reading import (
+    MOST_ROWS,
+    Access,
+    Reading,
+    read_audited,
+    refuse_half_a_score,
+    refuse_two_utilities,
+    uncollected,
+    unfit_for_parts,
+)
 from fairaudit.audits.result import Result
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, ManyRowsError, naming
@@ -33,6 +42,7 @@ from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.labels import LabelMap, read_label_map
+from fairaudit.tables.scores import ABOVE, score_cut
 from fairaudit.tables.sources import Source, source_name
 from fairaudit.tables.values import Label, LabelLike, names
 from fairaudit.tables.wide import Columns, Totals, wide_of
@@ -52,6 +62,8 @@ def audit(
     source: Source | Law | Deployment,
     *,
     decision: str | None = None,
+    score: str | None = None,
+    above: Number | Literal["median"] | None = None,
     group: str | Sequence[str] = (),
     context: str | Sequence[str] = (),
     utility: Utility | Values | str | None = None,
@@ -111,6 +123,10 @@ def audit(
         DuckDB or PySpark; a mapping of column to list; or what `certify` takes.
     decision : str
         Column of what was decided; with `utility_column` it may be left out.
+    score, above : str and number, optional
+        Instead of `decision`: a column of numbers, and what one has to be above, ``"median"`` or a number. The decisions are ``above``,
+        which is worth 1 unless `utility` says otherwise, and ``not above``; the median is that of all rows that are counted, and of it
+        nothing is said of a population.
     group, context : str or sequence of str
         Columns of the sensitive attributes, several of which form intersections, and of what may legitimately matter.
     utility : mapping, str or Utility
@@ -209,6 +225,7 @@ def audit(
         "wide": wide_of(wide, total),
         "unit": names(unit),
         "utility_column": utility_column,
+        "above": None if above is None else score_cut(above),
         "fold_labels": fold_labels,
         "label_map": read_label_map(Path(label_map)) if isinstance(label_map, (str, os.PathLike)) else label_map,
     }
@@ -218,6 +235,8 @@ def audit(
         "population": population,
         "releases": releases,
     }
+    refuse_half_a_score(score, above, decision)
+    utility = {ABOVE: 1} if score is not None and utility is None and utility_column is None else utility
     values = utility_values(utility) if isinstance(utility, str) else utility
     given = Utility(values, signed=signed) if isinstance(values, Mapping) else values
     asked = _Asked(
@@ -249,7 +268,7 @@ def audit(
     if isinstance(source, (str, os.PathLike)) and os.fspath(source).endswith(".toml"):
         refuse_beside(os.fspath(source), {**beside, **filters, "releases": releases != 1, "utility": utility, "positive": positive})
         return _from_audit_file(read_audit(os.fspath(source), signed=signed), asked)
-    named = decision or utility_column or (None if wide is None else "decision")
+    named = decision or score or utility_column or (None if wide is None else "decision")
     _refuse_unnamed(source, named, roles["group"])
     refuse_two_utilities(utility, utility_column)
     roles["decision"] = named
@@ -261,6 +280,7 @@ def audit(
     if group_probability is not None:
         others_ = {
             "wide": wide,
+            "score": score,
             **filters,
             "releases": releases != 1,
             "difference": signed,

@@ -202,6 +202,12 @@ def _tabulated(utility: Utility, table: UtilityTable) -> Utility:
     return replace(utility, entries={key: pair for key, pair in utility.entries.items() if key[1] in contexts and key[2] in groups})
 
 
+def cut_at_own_median(subject: Law | Deployment) -> bool:
+    """Whether decisions say which scores are above the median of the same scores, so that they are no independent draws."""
+    law = subject.policy.law if isinstance(subject, Deployment) else subject
+    return any(entry["step"] == "above median" for entry in law.preparation)
+
+
 def confidence_for(
     subject: Law | Deployment, chosen: Fraction | None, asked: object, others: Mapping[str, object], spelled: Callable[[str], str] = str
 ) -> Fraction | None:
@@ -231,6 +237,15 @@ def confidence_for(
             if wanted:
                 raise InputError(
                     f"{spelled(name)} needs counts or a log: probabilities carry no sample size, so the table itself is judged"
+                )
+        return None
+    if cut_at_own_median(law):
+        for name, wanted in (("confidence", asked is not None and chosen is not None), *others.items()):
+            if wanted:
+                raise InputError(
+                    f"{spelled(name)} is about a population, and the scores were cut at their own median: whether one is above it depends "
+                    f"on the others, so that decisions are no independent draws; {spelled('above')} with a number that was fixed before "
+                    "leaves them independent"
                 )
         return None
     if asked is not None and chosen is not None and not law.whole:

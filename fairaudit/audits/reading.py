@@ -25,6 +25,7 @@ from fairaudit.tables.engines.paths import form
 from fairaudit.tables.engines.request import Report
 from fairaudit.tables.frames import is_frame, is_lazy, tally_frame
 from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels, spelt_alike
+from fairaudit.tables.scores import Cut, cut_scores
 from fairaudit.tables.sources import PASSWORD, Source, is_database
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
@@ -95,6 +96,8 @@ class Reading:
         Whether utilities may be negative.
     wide : Wide or None
         Which columns hold counts or shares of decisions, where rows have several.
+    above : Fraction, "median" or None
+        The decision column holds scores, and the decision is whether one is above this.
     """
 
     decision: str
@@ -115,11 +118,17 @@ class Reading:
     spelled: Callable[[str], str] = str
     signed: bool = False
     wide: Wide | None = None
+    above: Cut | None = None
 
     @property
     def labelled(self) -> tuple[str, ...]:
         """Columns whose labels may be merged; labels of sampling units are names of draws and are not."""
-        return (self.decision, *self.group, *self.context, *([] if self.truth is None else [self.truth]))
+        return (self.decision, *self.beside)
+
+    @property
+    def beside(self) -> tuple[str, ...]:
+        """The same without the decision."""
+        return (*self.group, *self.context, *([] if self.truth is None else [self.truth]))
 
     @property
     def numeric(self) -> tuple[str, ...]:
@@ -135,6 +144,7 @@ class Reading:
             If there are such.
         """
         spelled = self.spelled
+        self._check_scores()
         if self.utility_column is not None and self.utility_column in (*self.group, *self.context, *self.numeric):
             raise InputError(f"the column {shown(self.utility_column)} is used twice; each column has one role")
         if self.count is not None and self.probability is not None:
@@ -167,11 +177,33 @@ class Reading:
         if self.weight is not None and self.probability is None and not shares:
             raise InputError(f"{spelled('weight')} goes with {spelled('probability')}; counts and logs carry their own population")
 
+    def _check_scores(self) -> None:
+        if self.above is None:
+            return
+        for name in ("probability", "wide", "utility_column"):
+            if getattr(self, name):
+                raise InputError(f"{self.spelled('score')} goes with counts and logs, and does not go with {self.spelled(name)}")
+        if self.decision in (*self.beside, *self.unit, *self.numeric):
+            raise InputError(f"the column {shown(self.decision)} is used twice; each column has one role")
+        if self.label_map and self.decision in self.label_map:
+            raise InputError(f"the map has a column {shown(self.decision)}, which is that of the scores; these are numbers, not labels")
+
 
 def refuse_two_utilities(utility: object, column: str | None) -> None:
     """Refuse a utility of decisions beside the column that says it of each row."""
     if utility is not None and column is not None:
         raise InputError("utility and utility_column do not go together; give one of them")
+
+
+def refuse_half_a_score(score: str | None, above: object, decision: str | None, spelled: Callable[[str], str] = str) -> None:
+    """Refuse a column of scores without what one has to be above, the other way round, and a decision beside it."""
+    if score is not None and decision is not None:
+        raise InputError(f"{spelled('score')} and {spelled('decision')} do not go together; the decision is whether a score is above")
+    if (score is None) != (above is None):
+        given, other = ("score", "above") if above is None else ("above", "score")
+        raise InputError(
+            f"{spelled(given)} goes with {spelled(other)}: a column of scores, and what one has to be above, its median or a number"
+        )
 
 
 def read_law(source: Source, reading: Reading, *, report: Report | None = None) -> Law:
@@ -267,15 +299,20 @@ def _prepared(source: Source, reading: Reading, report: Report | None, most: int
         table = _long(source, reading, reading.wide, report)
         return table if not reading.fold_labels and reading.label_map is None else _merged(table, reading)
     plain = reading.count is not None or reading.probability is not None
-    table = read_table(source, wanted, reading.bins, (*reading.numeric, *valued), reading.access, plain=plain, **options)
-    if not reading.fold_labels and reading.label_map is None:
+    scored = [] if reading.above is None else [reading.decision]
+    table = read_table(source, wanted, reading.bins, (*reading.numeric, *valued, *scored), reading.access, plain=plain, **options)
+    if reading.fold_labels or reading.label_map is not None:
+        table = _merged(table, reading)
+    if reading.above is None:
         return table
-    return _merged(table, reading)
+    with naming(_name(table)):
+        return cut_scores(table, reading.decision, reading.above, others=reading.beside, missing=reading.missing, count=reading.count)
 
 
 def _merged(table: Any, reading: Reading) -> Any:
+    labelled = reading.labelled if reading.above is None else reading.beside
     with naming(_name(table)):
-        return merge_labels(table, reading.labelled, fold=reading.fold_labels, label_map=reading.label_map)
+        return merge_labels(table, labelled, fold=reading.fold_labels, label_map=reading.label_map)
 
 
 def _long(source: Source, reading: Reading, wide: Wide, report: Report | None) -> LongTable:
@@ -478,6 +515,7 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
     if not reading.context:
         return f"a log without {reading.spelled('context')}"
     asked: dict[str, object] = {
+        "score": reading.above is not None,
         "count": reading.count,
         "probability": reading.probability,
         "wide": reading.wide,

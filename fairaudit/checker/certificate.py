@@ -39,7 +39,7 @@ from .json_values import (
 )
 from .metrics import METRICS, Metrics, Rates, read_metric, read_not_compared, read_rates, read_unfiltered
 from .policy_evidence import read_attained, read_floored, read_multipliers
-from .preparation import Step, read_preparation, read_spellings
+from .preparation import MEDIAN, Step, read_preparation, read_spellings
 from .rates import DIFFERENCES, stated_given_truth
 from .rationals import ONE, Rational, at_most, read_extended, read_rational
 from .text import malformed, shown
@@ -294,4 +294,6 @@ def read_certificate(document: object) -> Certificate:
     )
     if read.withdrawn & intervals.keys():
         raise malformed("intervals", "has an interval of a ratio that changed, which must not be there")
+    if (intervals or of_differences or change) and any(step.step == MEDIAN for step in read.preparation):
+        raise malformed("intervals", "must not be there where scores were cut at their own median, of which no two are independent")
     return read

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -80,7 +80,10 @@ def _spellings(header: Header, unknown: Iterable[str]) -> Iterator[tuple[str, La
         yield from sorted((column, tuple(sorted(found))) for found in several)
 
 
-STEPS = ("intervals", "mapped", "folded", "left out", "level", "unknown")
+STEPS = ("above", "above median", "intervals", "mapped", "folded", "left out", "level", "unknown")
+ABOVE, NOT_ABOVE = "above", "not above"  # labels of the decision where scores were cut
+MEDIAN = "above median"
+ABOVE_STEPS = ("above", MEDIAN)
 REASONS = ("unreadable line", "missing label", "unusable value", "unknown reason")  # why lines of a log could not be counted
 
 
@@ -111,6 +114,8 @@ def read_preparation(value: object, where: str, subject: Subject) -> tuple[Step,
     places = [(STEPS.index(s.step), names.index(s.column) if s.column else -1, s.label, s.unit, _reason_rank(s)) for s in steps]
     if any(one >= other for one, other in pairwise(places)):
         raise malformed(where, "is not in the order of steps, columns and labels, each once")
+    if len(steps) > 1 and any(s.step in ABOVE_STEPS for s in steps) and sum(s.column == subject.columns.decision for s in steps) > 1:
+        raise malformed(where, "says something else of scores that were cut in two")
     return steps
 
 
@@ -127,6 +132,8 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
     possible = ("decisions", "rows", "lines") if name == "left out" else ("decisions", "rows")
     if name == "unknown":
         return _read_unknown(value, where, columns)
+    if name in ABOVE_STEPS:
+        return _read_above(value, where, columns)
     units = [unit for unit in possible if isinstance(value, dict) and unit in value]
     unit = units[0] if units else "decisions"
     if name == "left out":
@@ -171,6 +178,17 @@ def _read_unknown(value: object, where: str, columns: Columns) -> Step:
     by_column = tuple((column, _read_amount(item, f"{where}.columns[{shown(column)}]", "decisions")) for column, item in listed.items())
     sentence = UNKNOWN_LEFT_OUT.format(**members)
     return Step("unknown", unit="decisions", amount=amount, of=of, columns=by_column, labels=labels, sentence=sentence)
+
+
+def _read_above(value: object, where: str, columns: Columns) -> Step:
+    """Read at which number scores were cut, and of how many it is the median."""
+    own = isinstance(value, dict) and value["step"] == MEDIAN
+    members = read_object(value, where, ("step", "column", "median", "of") if own else ("step", "column", "limit"))
+    column = read_choice(members["column"], f"{where}.column", (columns.decision,))
+    key = "median" if own else "limit"
+    edges = (read_rational(members[key], f"{where}.{key}"),)
+    of = _read_amount(members["of"], f"{where}.of", "decisions") if own else ZERO
+    return Step(MEDIAN if own else "above", column, edges, ABOVE, of=of)
 
 
 def _read_amount(value: object, where: str, unit: str) -> Rational:
@@ -269,6 +287,8 @@ def _fault_of_step(step: Step, prepared: _Prepared) -> str:
     if step.column not in prepared.present:
         return "the table has no such column"
     labels = prepared.present[step.column]
+    if step.step in ABOVE_STEPS:
+        return _fault_of_above(step, prepared, labels)
     if step.step == "intervals":
         allowed = _interval_labels(step.edges)
         other = next((x for x in sorted(labels) if x not in allowed and (step.column, x) not in prepared.written), None)
@@ -289,6 +309,22 @@ def _fault_of_step(step: Step, prepared: _Prepared) -> str:
         if settled and _folded(former) != _folded(step.label):
             return f"{shown(former)} differs in more than case, blanks or Unicode form"
     return ""
+
+
+def _fault_of_above(step: Step, prepared: _Prepared, labels: Collection[str]) -> str:
+    """Say why scores were not cut so: the only decisions are the two, and no more than half of all scores are above their median."""
+    other = next((label for label in sorted(labels) if label not in (ABOVE, NOT_ABOVE)), None)
+    if other is not None:
+        return f"the decision has the label {shown(other)}"
+    if step.step != MEDIAN:
+        return ""
+    if prepared.total is None:
+        return "the table is not counted"
+    total = sum_of([prepared.total, prepared.unknown.amount])
+    if step.of != total:
+        return f"the table gives {shown(total)}"
+    higher = prepared.amount(step)
+    return "" if higher is None or at_most(sum_of([higher, higher]), total) else f"{shown(higher)} of {shown(total)} decisions are above"
 
 
 def _fault_of_left_out(step: Step, prepared: _Prepared) -> str:

@@ -22,7 +22,7 @@ from .json_values import (
     read_string,
     read_strings,
 )
-from .preparation import Step, read_preparation
+from .preparation import MEDIAN, Step, read_preparation
 from .rationals import ONE, Rational, at_most, read_extended, read_rational, read_two
 from .text import malformed, shown
 from .work import spend
@@ -218,13 +218,16 @@ def read_stated(value: object) -> Stated:
     if with_ends != {bool(named)}:
         raise malformed("findings", "must all have ends where a population is spoken of, and none elsewhere")
     subject = Subject("counts", Columns(decision, attributes, ()), "counts")
+    preparation = read_preparation(about["preparation"], "subject.preparation", subject) if "preparation" in about else ()
+    if named and any(step.step == MEDIAN for step in preparation):
+        raise malformed("findings", "must not have ends where scores were cut at their own median, of which no two are independent")
     return Stated(
         decision,
         attributes,
         read_digest(table["sha256"], "subject.table.sha256"),
         read_integer(table["cells"], "subject.table.cells"),
         embedded,
-        read_preparation(about["preparation"], "subject.preparation", subject) if "preparation" in about else (),
+        preparation,
         _at_least_one(family["depth"], "family.depth"),
         _at_least_one(family["least_rows"], "family.least_rows"),
         read_rational(family["least_share"], "family.least_share", nonnegative=True) if "least_share" in family else None,

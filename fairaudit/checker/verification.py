@@ -17,7 +17,7 @@ from .json_values import decoded, without_page
 from .judgement import Facts, check_claims, faults_of_claims
 from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
 from .outline import outline_of
-from .preparation import check_preparation, check_spellings, counted_of
+from .preparation import MEDIAN, check_preparation, check_spellings, counted_of
 from .program import Program
 from .proxies import PROXIES_FORMAT, check_proxies
 from .rows import embedded_lines, lines_of_file, read_table
@@ -135,7 +135,7 @@ def _checked_as(form: str, document: object, lines: Iterable[bytes] | None) -> R
 def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list[Finding], watches: Sequence[Watch]) -> Table:
     """Read the table, wherever it is; the figures of a plain one are all that is kept of it."""
     keep = stated.change is not None or (
-        stated.utilities is not None or bool(stated.intervals) or any(step.step == "level" for step in stated.preparation)
+        stated.utilities is not None or bool(stated.intervals) or any(step.step in ("level", MEDIAN) for step in stated.preparation)
     )
     if stated.embedded is None and lines is None:
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")

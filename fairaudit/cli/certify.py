@@ -12,7 +12,7 @@ from fairaudit.cli.destinations import add_output, check_output, documents
 from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits, unknown_shares, utility_range
 from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
-from fairaudit.cli.source import add_label_options, add_source, add_table_form, add_wide, option, progress, reading_of
+from fairaudit.cli.source import add_label_options, add_score, add_source, add_table_form, add_wide, option, progress, reading_of
 from fairaudit.measures.limits import LIMITS
 from fairaudit.tables.sources import source_name
 
@@ -27,7 +27,21 @@ DIFFERENCES = ("difference", "max_difference", "max_global_difference")
 
 LISTED = 50  # most unequal pairs that are kept of contexts that are read in parts, for the contexts on the screen
 
-COLUMNS = ("decision", "utility_column", "utility", "group", "context", "count", "probability", "truth", "unit", "wide", "slots", "winner")
+COLUMNS = (
+    "decision",
+    "score",
+    "utility_column",
+    "utility",
+    "group",
+    "context",
+    "count",
+    "probability",
+    "truth",
+    "unit",
+    "wide",
+    "slots",
+    "winner",
+)
 DIALECTS = ("bigquery", "duckdb", "postgres", "snowflake", "spark", "sqlite", "trino")
 
 DESCRIPTION = """\
@@ -84,6 +98,7 @@ def add(commands: Any) -> None:
 def _add_columns(parser: argparse.ArgumentParser) -> None:
     roles = parser.add_argument_group("columns (several: separate with commas, or repeat the option)")
     roles.add_argument("--decision", metavar="COL", help="what was decided")
+    add_score(roles)
     roles.add_argument("--group", metavar="COL", action="append", help="sensitive attribute; several form intersections")
     roles.add_argument(
         "--context", metavar="COL", action="append", help="what may legitimately matter; age:18,30,65 cuts numbers into intervals"
@@ -167,9 +182,13 @@ def _refuse_beside(arguments: argparse.Namespace) -> None:
     from fairaudit.errors import InputError
 
     other = "--from-monitor" if arguments.from_monitor else "--slots" if arguments.slots else ""
-    for name in ("truth", "positive", "hidden_context", *DIFFERENCES) if other else ():
+    for name in ("score", "above", "truth", "positive", "hidden_context", *DIFFERENCES) if other else ():
         if getattr(arguments, name):
-            what = {"truth": "true labels go", "positive": "true labels go", "hidden_context": "a hidden context goes"}
+            what = {"score": "scores go", "above": "scores go"} | {
+                "truth": "true labels go",
+                "positive": "true labels go",
+                "hidden_context": "a hidden context goes",
+            }
             raise InputError(
                 f"{option(name)} does not go with {other}; {what.get(name, 'differences go')} with counts and logs of decisions"
             )
@@ -413,7 +432,10 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     from fairaudit.audits.reading import MOST_ROWS, read_audited
     from fairaudit.errors import InputError
     from fairaudit.model.utility import Utility, utility_values
+    from fairaudit.tables.scores import ABOVE
 
+    if (arguments.score or arguments.above) and arguments.utility is None and arguments.utility_column is None:
+        arguments.utility = ABOVE
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError(
             "no utility was given; use --utility, such as --utility Admitted or --utility yes=1,maybe=0.5, or --utility-column COL"

@@ -18,6 +18,8 @@ def counting_query(arguments: argparse.Namespace) -> Answer:
     from fairaudit.tables.binning import Bins
     from fairaudit.tables.sql import COUNT_COLUMN, count_statement, table_name
 
+    if arguments.score or arguments.above:
+        raise InputError("--print-sql does not go with --score: which of the scores is the median, no query that counts decisions says")
     if arguments.count or arguments.probability or arguments.wide or arguments.unit or arguments.slots:
         raise InputError("--print-sql goes with a log whose rows are draws of their own")
     if arguments.table is not None or arguments.output is not None:

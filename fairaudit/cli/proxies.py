@@ -18,6 +18,8 @@ ELSEWHERE = (
     "from_monitor",
     "at_alarm",
     "slots",
+    "score",
+    "above",
     "wide",
     "total",
     "truth",

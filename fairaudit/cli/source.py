@@ -39,6 +39,18 @@ def add_table_form(roles: argparse._ArgumentGroup) -> None:
     roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
 
 
+def add_score(roles: argparse._ArgumentGroup) -> None:
+    """Declare the column of scores that takes the place of the decision."""
+    roles.add_argument(
+        "--score", metavar="COL", help="instead of --decision: a column of numbers; a score is above the cut (worth 1), or not above"
+    )
+    cut = roles.add_mutually_exclusive_group()
+    cut.add_argument(
+        "--above-median", action="store_const", const="median", dest="above", help="with --score: cut at the median of all that are counted"
+    )
+    cut.add_argument("--above", metavar="NUMBER", help="with --score: cut at a number, which was fixed before the scores were seen")
+
+
 def add_wide(roles: argparse._ArgumentGroup) -> None:
     """Declare the columns of counts of a table that has several in a row."""
     roles.add_argument(
@@ -112,15 +124,19 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
     InputError
         If no decision or no group column was named.
     """
-    from fairaudit.audits.reading import Reading
+    from fairaudit.audits.reading import Reading, refuse_half_a_score
     from fairaudit.cli.options import column_list, column_roles
     from fairaudit.errors import InputError
     from fairaudit.tables.labels import read_label_map
+    from fairaudit.tables.scores import score_cut
     from fairaudit.tables.wide import wide_of
 
     given = vars(arguments)
     wide = wide_of(given.get("wide"), given.get("total"), spelled=option)
-    decision = arguments.decision or given.get("utility_column") or ("decision" if wide is not None else None)
+    above, score = given.get("above"), given.get("score")
+    spelled = {"above": "--above-median or --above NUMBER"}
+    refuse_half_a_score(score, above, arguments.decision, lambda name: spelled.get(name, option(name)))
+    decision = arguments.decision or score or given.get("utility_column") or ("decision" if wide is not None else None)
     if decision is None:
         raise InputError("no decision column was named; use --decision COL")
     group, context = column_roles(arguments.group), column_roles(arguments.context)
@@ -144,6 +160,7 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
         access=access_of(arguments),
         spelled=option,
         wide=wide,
+        above=None if above is None else score_cut(above, "--above"),
     )
 
 

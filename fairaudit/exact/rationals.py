@@ -20,6 +20,7 @@ __all__ = [
     "Number",
     "at_least",
     "common_denominator",
+    "decimal_text",
     "fraction",
     "integer_text",
     "option_value",
@@ -267,6 +268,21 @@ def rational_text(pair: tuple[int, int]) -> str:
     if max(top.bit_length(), bottom.bit_length()) > MAX_OUTPUT_DIGITS * 3:
         raise InputError(f"an exact result has more than {MAX_OUTPUT_DIGITS * 9 // 10} digits; use numbers with fewer denominators")
     return integer_text(top) if bottom == 1 else f"{integer_text(top)}/{integer_text(bottom)}"
+
+
+def decimal_text(value: Fraction) -> str:
+    """Write a rational with at most 30 decimals as these, any other as a quotient.
+
+    Examples
+    --------
+    >>> decimal_text(Fraction(129, 2)), decimal_text(Fraction(-1, 3))
+    ('64.5', '-1/3')
+    """
+    places = next((n for n in range(31) if 10**n % value.denominator == 0), None)
+    if not places:
+        return rational_text((value.numerator, value.denominator))
+    digits = integer_text(abs(value.numerator) * (10**places // value.denominator)).rjust(places + 1, "0")
+    return f"{'-' * (value < 0)}{digits[:-places]}.{digits[-places:]}"
 
 
 def _lowest(top: int, bottom: int) -> tuple[int, int]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import Number, option_value, rational
+from fairaudit.exact.rationals import Number, decimal_text, option_value, rational
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.tally import Tally, merged
 
@@ -132,11 +132,7 @@ def apply_bins(tally: Tally, bins: Mapping[str, Bins], cut: Collection[str] = ()
 
 def _decimal(value: Fraction) -> str:
     """Digits of a number with finitely many decimals."""
-    scaled, places = value, 0
-    while scaled.denominator != 1 and places < 30:
-        scaled, places = scaled * 10, places + 1
-    if scaled.denominator != 1 or abs(scaled) >= 10**30:
+    text = decimal_text(value)
+    if "/" in text or len(text.strip("-").replace(".", "").lstrip("0")) > 30:
         raise InputError("it has more than 30 decimals or digits; write it as a decimal such as 18 or 0.5")
-    digits = str(abs(int(scaled))).rjust(places + 1, "0")
-    text = f"{digits[:-places]}.{digits[-places:]}" if places else digits
-    return f"-{text}" if value < 0 else text
+    return text

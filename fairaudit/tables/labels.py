@@ -124,7 +124,7 @@ def merge_labels(table: Table, columns: str | Sequence[str], *, fold: bool = Fal
             kept = list(dict.fromkeys(written[text] for text in texts))
             place = {text: i for i, text in enumerate(kept)}
             labels[name] = np.array([*(place[written[text]] for text in texts), -1], dtype=np.int64)[codes], kept
-    return _with_labels(table, labels, tuple(done)) if done else table
+    return with_labels(table, labels, tuple(done)) if done else table
 
 
 def spelt_alike(table: Table, columns: Sequence[str], labels: Sequence[str]) -> tuple[str, ...]:
@@ -209,7 +209,8 @@ class PreparedTable:
         return locator(self.table)(position)
 
 
-def _with_labels(table: Any, labels: Mapping[str, tuple[NDArray[np.int64], list[str]]], done: tuple[Entry, ...]) -> Any:
+def with_labels(table: Any, labels: Mapping[str, tuple[NDArray[np.int64], list[str]]], done: tuple[Entry, ...]) -> Any:
+    """A table with other labels in some columns, as codes (-1 where one is missing) and what they stand for, and with what was done."""
     preparation = (*getattr(table, "preparation", ()), *done)
     if isinstance(table, Tally):
         codes, levels = dict(table.codes), dict(table.levels)

@@ -7,11 +7,13 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from fairaudit.errors import shown
-from fairaudit.exact.rationals import rational_text
+from fairaudit.exact.rationals import decimal_text, rational_text
 
 __all__ = [
     "Entry",
     "Unit",
+    "above",
+    "above_median",
     "assumption",
     "in_order",
     "intervals",
@@ -29,7 +31,7 @@ Entry = Mapping[str, Any]
 
 Unit = Literal["decisions", "rows"]
 
-STEPS = ("intervals", "mapped", "folded", "left out", "level", "unknown")
+STEPS = ("above", "above median", "intervals", "mapped", "folded", "left out", "level", "unknown")
 
 MISSING = "missing label"
 
@@ -83,6 +85,22 @@ def unknown_groups(unit: Unit, labels: Iterable[str], amount: Fraction, of: Frac
     return {"step": "unknown", "labels": sorted(set(labels)), unit: _text(amount), "of": _text(of), "columns": named}
 
 
+def above(column: str, limit: Fraction) -> Entry:
+    """Scores were cut in two at a number."""
+    return {"step": "above", "column": column, "limit": _text(limit)}
+
+
+def above_median(column: str, median: Fraction, of: Fraction) -> Entry:
+    """Scores were cut in two at the median of so many.
+
+    Examples
+    --------
+    >>> words(above_median("points", Fraction(129, 2), Fraction(168)))
+    "a number in column 'points' above 64.5, the median of 168, counts as 'above', any other as 'not above'"
+    """
+    return {"step": "above median", "column": column, "median": _text(median), "of": _text(of)}
+
+
 def in_order(entries: Iterable[Entry], columns: Sequence[str], labels: Mapping[str, Iterable[str]]) -> tuple[Entry, ...]:
     """Order entries by step and by column, without those about other columns or about labels of which nothing is left.
 
@@ -129,6 +147,10 @@ def words(entry: Entry) -> str:
     if entry["step"] == "level":
         amount, unit = _amount(entry)
         return f"{amount} {unit} without a label in {column} form the level {shown(entry['label'])}"
+    if entry["step"] in ("above", "above median"):
+        limit = decimal_text(Fraction(entry["limit" if entry["step"] == "above" else "median"]))
+        what = f", the median of {entry['of']}," if entry["step"] == "above median" else ""
+        return f"a number in {column} above {limit}{what} counts as 'above', any other as 'not above'"
     *others, last = map(shown, entry["from"])
     named = f"{', '.join(others)} and {last}" if others else last
     alike = f": {'they differ' if others else 'it differs'} in case, blanks or Unicode form alone"

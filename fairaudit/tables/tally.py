@@ -138,15 +138,9 @@ class Tally:
         InputError
             If two rows are equal.
         """
-        keys, span = np.zeros(len(self), dtype=np.int64), 1
-        for column, codes in self.codes.items():
-            size = len(self.levels[column]) or 1
-            if span * size > INT64:
-                keys, span = np.unique(keys, return_inverse=True)[1], len(self)
-            keys, span = keys * size + codes, span * size
-        values, first = np.unique(keys, return_index=True)
-        if len(values) < len(keys):
-            again = np.setdiff1d(np.arange(len(keys)), first)[0]
+        values, first = np.unique(_keys(self.codes, self.levels), return_index=True)
+        if len(values) < len(self):
+            again = np.setdiff1d(np.arange(len(self)), first)[0]
             raise InputError(
                 f"{self.name}: rows that differ where they are held have become equal ({self.locate(int(again))}); "
                 "cast the columns to text so that different values have different texts"
@@ -251,6 +245,18 @@ def _unmarked(tally: Tally, readers: Sequence[Reading | None]) -> Tally:
     return merged(found) if same else found
 
 
+def _keys(columns: Mapping[str, NDArray[np.int64]], levels: Mapping[str, Sequence[Any]]) -> NDArray[np.int64]:
+    """A number for each row, equal where all codes are, and in the order of the codes."""
+    rows = len(next(iter(columns.values())))
+    keys, span = np.zeros(rows, dtype=np.int64), 1
+    for column, codes in columns.items():
+        size = len(levels[column]) or 1
+        if span * size > INT64:
+            keys, span = np.unique(keys, return_inverse=True)[1], rows
+        keys, span = keys * size + codes, span * size
+    return keys
+
+
 def merged(tally: Tally) -> Tally:
     """Add up rows that have become equal."""
     codes: dict[str, Any] = {}
@@ -259,10 +265,9 @@ def merged(tally: Tally) -> Tally:
         known = {key: code for code, key in enumerate(dict.fromkeys((type(value), value) for value in values))}
         codes[name] = np.array([known[type(value), value] for value in values], dtype=np.int64)[tally.codes[name]]
         levels[name] = [value for _, value in known]
-    keys = np.column_stack(list(codes.values()))
-    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    _, first, inverse = np.unique(_keys(codes, levels), return_index=True, return_inverse=True)
     counts = np.zeros(len(first), dtype=np.int64)
-    np.add.at(counts, inverse.ravel(), tally.counts)
+    np.add.at(counts, inverse, tally.counts)
     return replace(
         tally,
         codes={name: part[first] for name, part in codes.items()},

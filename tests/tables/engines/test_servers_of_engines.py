@@ -21,7 +21,7 @@ import pytest
 from logs import COLUMNS, as_csv, certificate, counts, log
 from servers import absent
 
-from fairaudit import InputError, Law, certify
+from fairaudit import InputError, Law, audit, certify
 from fairaudit.cli import main
 from fairaudit.tables.engines.logs import read_log, survey_log
 from fairaudit.tables.tally import Tally
@@ -49,6 +49,14 @@ def test_postgres_gives_the_certificate_of_the_rows(postgres: str) -> None:
             label = "under 18" if row["age"] < 18 else "18 to under 44.5" if row["age"] < 44.5 else "44.5 and over"
             expected[label, row["sex"]] = expected.get((label, row["sex"]), 0) + 1
         assert counts(found) == expected
+
+
+def test_postgres_cuts_scores_as_the_rows_do(postgres: str) -> None:
+    rows = log()
+    table = {name: [row[name] for row in rows] for name in rows[0]}
+    expected = audit(table | {"score": table["age"]}, score="score", above="median", group=["sex", "dept"])
+    found = audit(postgres, score="score", above="median", group=["sex", "dept"], table="logs.Decisions")
+    assert found.certificate.text == expected.certificate.text
 
 
 @pytest.mark.slow  # pays for what tests that are slow share
