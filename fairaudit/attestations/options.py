@@ -13,6 +13,7 @@ from fairaudit.model.utility import Utility
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.label_text import label_text
+from fairaudit.tables.scores import Cut, score_cut
 from fairaudit.tables.wide import Wide, wide_of, written_wide
 
 __all__ = ["options_of", "reading_of"]
@@ -22,7 +23,8 @@ TEXTS = ("decision", "truth", "positive", "count", "probability", "weight", "wid
 LISTS = ("group", "context", "unit", "unknown")
 FLAGS = ("fold_labels", "signed")
 MAPS = ("utility", "label_map", "bins")
-KEYS = (*TEXTS, *LISTS, *FLAGS, *MAPS, "skip")
+SCORE = ("column", "above")
+KEYS = (*TEXTS, *LISTS, *FLAGS, *MAPS, "skip", "score")
 
 
 def options_of(reading: Reading, utility: Utility | None, *, positive: str | None = None) -> dict[str, Any]:
@@ -58,7 +60,8 @@ def options_of(reading: Reading, utility: Utility | None, *, positive: str | Non
     values = {} if utility is None or reading.utility_column is not None else utility.values
     access = reading.access
     said: dict[str, Any] = {
-        "decision": reading.decision,
+        "decision": "" if reading.above is not None else reading.decision,
+        "score": {} if reading.above is None else {"column": reading.decision, "above": _cut(reading.above)},
         "group": list(reading.group),
         "context": list(reading.context),
         "truth": reading.truth,
@@ -110,7 +113,10 @@ def reading_of(options: Mapping[str, Any], *, spelled: Callable[[str], str] = st
     for name, value in options.items():
         _check(name, value)
     _check_texts(options)
-    for name in ("decision", "group"):
+    score = options.get("score", {})
+    if score and "decision" in options:
+        raise InputError("the options have both score and decision; a table has one of them")
+    for name in ("group",) if score else ("decision", "group"):
         if name not in options:
             raise InputError(f"the options name no {name}; a table has columns of decisions and of groups")
     signed = "signed" in options
@@ -124,7 +130,8 @@ def reading_of(options: Mapping[str, Any], *, spelled: Callable[[str], str] = st
     reading = Reading(
         **plain,
         **lists,
-        decision=options["decision"],
+        decision=score["column"] if score else options["decision"],
+        above=score_cut(score["above"], "the options have score") if score else None,
         bins={name: Bins.of(name, edges) for name, edges in options.get("bins", {}).items()},
         missing=missing,
         fold_labels="fold_labels" in options,
@@ -134,6 +141,10 @@ def reading_of(options: Mapping[str, Any], *, spelled: Callable[[str], str] = st
         wide=wide_of(options.get("wide"), options.get("total")),
     )
     return reading, Utility(options["utility"], signed=signed) if "utility" in options else None
+
+
+def _cut(above: Cut) -> str:
+    return above if isinstance(above, str) else rational_text((above.numerator, above.denominator))
 
 
 def _wide(wide: Wide) -> tuple[str, str]:
@@ -165,6 +176,8 @@ def _check(name: str, value: Any) -> None:
         fits, wanted = value is True, "true, or absent"
     elif name == "skip":
         fits, wanted = type(value) is int and value > 0, "a whole number above 0"
+    elif name == "score":
+        fits, wanted = _is_map(value) and {*value} == {*SCORE}, f"an object with the texts {' and '.join(SCORE)}"
     elif name == "utility":
         fits, wanted = _is_map(value), "an object of texts"
     elif name == "bins":

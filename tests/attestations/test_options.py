@@ -59,6 +59,7 @@ def readings(draw: st.DrawFn) -> Reading:
         access=Access(table=draw(maybe), query=draw(maybe), skip=draw(st.integers(0, 20))),
         signed=draw(st.booleans()),
         wide=wide_or_none(draw(st.none() | wides)),
+        above=draw(st.none() | st.just("median") | numbers),
     )
 
 
@@ -80,6 +81,18 @@ def test_what_is_written_is_read_again_through_json(reading: Reading, values: di
     assert {**vars(back), "label_map": None} == {**vars(reading), "label_map": None}
     assert (None if worth is None else worth.values) == (None if utility is None else utility.values)
     assert worth is None or worth.signed == reading.signed
+
+
+def test_scores_are_said_instead_of_a_decision() -> None:
+    said = options_of(Reading("points", ("sex",), above="median"), None)
+    assert said == {"score": {"column": "points", "above": "median"}, "group": ["sex"]}
+    reading, _ = reading_of({"score": {"column": "points", "above": "129/2"}, "group": ["sex"]})
+    assert (reading.decision, reading.above) == ("points", Fraction(129, 2))
+    for score in ({"column": "points"}, {"column": "points", "above": "mean"}, {"column": "points", "above": 3}, {}):
+        with pytest.raises(InputError, match="the options have score"):
+            reading_of({"score": score, "group": ["sex"]})
+    with pytest.raises(InputError, match="both score and decision"):
+        reading_of(said | {"decision": "hired"})
 
 
 def test_only_what_was_given_is_said() -> None:
