@@ -40,7 +40,7 @@ DIGITS = 18  # of a number in JSON; longer ones are texts
 
 DEEPEST = 12  # levels of options, of which a filter in an audit file has some
 
-MAX_BYTES = 1 << 26
+MAX_BYTES = 1 << 24
 
 OPTIONS = (
     "decision",

@@ -30,7 +30,7 @@ from fairaudit.tables.values import Label, LabelLike, names
 
 __all__ = ["SAID_THERE", "Audit", "read_audit", "read_policy", "refuse_beside"]
 
-SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence")
+SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence", "attestation")
 TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map")
 LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive", "unknown", "unknown_share", "hidden_context")
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
@@ -39,6 +39,7 @@ SELECTIONS: tuple[Selection, ...] = get_args(Selection)
 MISSING_UNITS: tuple[MissingUnits, ...] = get_args(MissingUnits)
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 DECLARED = ("gamma", "m", "tau", "global_tau", "lipschitz")
+ATTESTATION_KEYS = ("issuer", "contact", "title", "system", "system_version", "period")
 UTILITY_KEYS = ("values", "column", "table", *DECLARED, "by_context", "burden", "difference")
 
 
@@ -158,6 +159,7 @@ def read_policy(path: str) -> tuple[Policy, Utility, Any]:
 def _audit(document: Mapping[str, Any], folder: Path, *, signed: bool) -> Audit:
     check_keys(document, SECTIONS, "the file")
     sections = {name: read_section(document, name) for name in SECTIONS}
+    check_keys(sections["attestation"], ATTESTATION_KEYS, "[attestation]")
     if ("law" in document) == ("policy" in document):
         raise InputError("exactly one of the sections [law] and [policy] is needed")
     about = "law" if "law" in document else "policy"

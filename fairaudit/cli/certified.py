@@ -14,8 +14,10 @@ from fairaudit.cli.output import Answer, in_colour
 
 if TYPE_CHECKING:
     from fairaudit.audits.drift import TableRadius
+    from fairaudit.audits.proxies import ProxyAudit
     from fairaudit.audits.result import Result
     from fairaudit.audits.sentences import Deciding, Sizes
+    from fairaudit.cli.attesting import Attesting
     from fairaudit.cli.population import Finding
     from fairaudit.inference.differences import DifferenceInterval
     from fairaudit.inference.interval import Interval
@@ -23,15 +25,21 @@ if TYPE_CHECKING:
     from fairaudit.measures.ratios import Ratio, Witness
     from fairaudit.theorems.t13_near import DriftRadius
 
-__all__ = ["TOP", "certified", "next_step", "source_of", "target_entries"]
+__all__ = ["TOP", "certified", "next_step", "source_of", "target_entries", "write_attested"]
 
 
 TOP = 3  # most unequal pairs that are listed, unless more are asked for
 
 
-def certified(arguments: argparse.Namespace, result: Result, findings: list[Finding], notes: Sequence[str] = ()) -> Answer:
-    """Write the certificate and its page where the options say so, and answer with what was found."""
-    written = write_outputs((result.certificate, arguments.output)) if arguments.output else []
+def certified(
+    arguments: argparse.Namespace,
+    result: Result,
+    findings: list[Finding],
+    notes: Sequence[str] = (),
+    attesting: Attesting | None = None,
+) -> Answer:
+    """Write the certificate, its page and its statement where the options say so, and answer with what was found."""
+    written = write_attested(arguments, result, attesting)
     return Answer(
         "certify",
         verdict=result.verdict,
@@ -42,6 +50,14 @@ def certified(arguments: argparse.Namespace, result: Result, findings: list[Find
         text=lambda: _text(arguments, result, findings, written),
         code=1 if any(finding.refuted for finding in findings) else result.exit_code,
     )
+
+
+def write_attested(arguments: argparse.Namespace, result: Result | ProxyAudit, attesting: Attesting | None) -> list[str]:
+    """Write what the options name, with the statement where one is asked for; what can be verified of it."""
+    if not arguments.output:
+        return []
+    stated = None if attesting is None else (attesting.path, attesting.text(result, arguments.output).encode("ascii"))
+    return write_outputs((result.certificate, arguments.output), attestation=stated)
 
 
 def _text(arguments: argparse.Namespace, result: Result, findings: list[Finding], written: Sequence[str]) -> str:
@@ -60,7 +76,7 @@ def _text(arguments: argparse.Namespace, result: Result, findings: list[Finding]
 
     found = of_result(result, groups=GROUPS, contexts=CONTEXTS)
     said = [finding.sentence for finding in findings]
-    return first_screen(found, source_of(arguments), next_step(result, written), said, colour=in_colour())
+    return first_screen(found, source_of(arguments), next_step(result, written, arguments.attest), said, colour=in_colour())
 
 
 def source_of(arguments: argparse.Namespace) -> str:
@@ -73,10 +89,12 @@ def source_of(arguments: argparse.Namespace) -> str:
     return name if "://" in name else PurePath(name).name or name
 
 
-def next_step(result: Result, written: Sequence[str]) -> str:
+def next_step(result: Result, written: Sequence[str], attestation: str | None = None) -> str:
     """What to do next: check the certificate, plan a sample that decides, or write a certificate."""
     if written:
-        return f"fairaudit verify {shlex.quote(written[0])}{f' --table {shlex.quote(written[1])}' if len(written) > 1 else ''}"
+        beside = {"--table": written[1] if len(written) > 1 else None, "--attestation": attestation}
+        words = ["fairaudit", "verify", written[0], *(word for name, file in beside.items() if file is not None for word in (name, file))]
+        return shlex.join(words)
     planned = _plan(result) if result.verdict == "inconclusive" else ""
     return planned or "the same command with -o certificate.json, for a certificate that anybody can check"
 

@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli.attesting import add_attestation, attesting, refuse_attestation
 from fairaudit.cli.certified import TOP, certified
 from fairaudit.cli.destinations import add_output, check_output, documents
 from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits, unknown_shares, utility_range
@@ -19,6 +20,7 @@ from fairaudit.tables.sources import source_name
 if TYPE_CHECKING:
     from fairaudit.audits.audit_file import Audit
     from fairaudit.audits.reading import Reading
+    from fairaudit.cli.attesting import Attesting
     from fairaudit.model.law import Law
     from fairaudit.model.utility import Utility
 
@@ -93,6 +95,7 @@ def add(commands: Any) -> None:
     add_population(parser)
     _add_guarantees(parser)
     _add_input_and_output(parser)
+    add_attestation(parser)
 
 
 def _add_columns(parser: argparse.ArgumentParser) -> None:
@@ -215,6 +218,7 @@ def run(arguments: argparse.Namespace) -> Answer:
     if arguments.example is not None:
         _take_example(arguments)
     elif arguments.print_sql is not None:
+        refuse_attestation(arguments, "--print-sql, which reads nothing")
         from fairaudit.cli.counting_query import counting_query
 
         return counting_query(arguments)
@@ -225,6 +229,7 @@ def run(arguments: argparse.Namespace) -> Answer:
 
         ask_for_columns(arguments)
     if arguments.slots is not None:
+        refuse_attestation(arguments, "--slots, which writes two certificates; a statement is about one table")
         from fairaudit.cli.allocation import certify_choices
 
         return certify_choices(arguments)
@@ -272,13 +277,14 @@ def _certify(arguments: argparse.Namespace) -> Answer:
     from fairaudit.audits.certify import certify
     from fairaudit.errors import InputError, ManyRowsError, naming
 
+    check_output(arguments)
+    stated = attesting(arguments)
     audit = _audit_file(arguments) if _is_audit_file(arguments) else None
     try:
         subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
     except ManyRowsError:
-        return _certify_in_parts(arguments)
+        return _certify_in_parts(arguments, stated)
     targets = given_limits(arguments)
-    check_output(arguments)
     options = population_options(arguments, subject, audit.sampling if audit else {})
     from fairaudit.model.policy import Deployment
 
@@ -304,7 +310,7 @@ def _certify(arguments: argparse.Namespace) -> Answer:
             unknown_share=unknown_shares(arguments.unknown_share) or (audit.unknown_share if audit else None),
         )
         findings = findings_beside(arguments, result, utility, options)
-    return certified(arguments, result, findings)
+    return certified(arguments, result, findings, attesting=stated)
 
 
 def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
@@ -330,8 +336,8 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
     return unfit_for_parts(reading, given) or ", ".join(f"-o {name}" for name in documents(arguments))
 
 
-def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
-    """Certify a log of very many contexts."""
+def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = None) -> Answer:
+    """Certify a log of very many contexts; its sources were perhaps looked at already."""
     from fairaudit.audits.in_parts import certify_in_parts
     from fairaudit.errors import InputError, naming
     from fairaudit.model.utility import utility_values
@@ -344,6 +350,7 @@ def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
     if unfit := _unfit_for_parts(arguments, reading):
         raise InputError(f"--in-parts does not go with {unfit}")
     check_output(arguments)
+    stated = stated or attesting(arguments)
     with progress() as told, naming(source_name(arguments.table)):
         result = certify_in_parts(
             arguments.table,
@@ -361,7 +368,7 @@ def _certify_in_parts(arguments: argparse.Namespace) -> Answer:
             embed_table=False if arguments.no_table else None,
             burden=arguments.burden,
         )
-    return certified(arguments, result, [])
+    return certified(arguments, result, [], attesting=stated)
 
 
 def _audit_file(arguments: argparse.Namespace) -> Audit:

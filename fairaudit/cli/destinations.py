@@ -43,16 +43,18 @@ def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> Non
     from fairaudit.reports.endings import form_of
 
     names: list[str] = [*(arguments.output or []), *more]
+    stated = [arguments.attest] if getattr(arguments, "attest", None) is not None else []
     inputs = list(_read(arguments)) if names else []
-    for name in names:
-        beside = [str(table_beside(Path(name)))] if Path(name).suffix.lower() == ".json" else []
-        for read, what in inputs:
-            for path in (name, *beside):
-                refuse_output(path, read, what)
+    tables = [str(table_beside(Path(name))) for name in names if Path(name).suffix.lower() == ".json"]
+    for read, what in inputs:
+        for path in (*names, *stated, *tables):
+            refuse_output(path, read, what)
     check_forms(names)
     if arguments.no_table and not any(form_of(name) == "json" for name in names):
         raise InputError("--no-table needs -o FILE.json, to write the certificate and its table separately")
-    refuse_twice(names)
+    refuse_twice([*names, *stated])
+    if stated:
+        refuse_twice([*tables, *stated])
 
 
 def check_forms(names: Sequence[str]) -> None:
@@ -79,13 +81,15 @@ def refuse_twice(names: Sequence[str]) -> None:
             raise InputError(f"{name} is named twice; name a file for each")
 
 
-def write_outputs(*made: tuple[Certificate, Sequence[str]]) -> list[str]:
+def write_outputs(*made: tuple[Certificate, Sequence[str]], attestation: tuple[str, bytes] | None = None) -> list[str]:
     """Write certificates that were just made to their files, to each as its ending says: all of them, or none.
 
     Parameters
     ----------
     *made : (Certificate, sequence of str)
         A certificate and the names of its files.
+    attestation : (str, bytes), optional
+        The file of a statement of the certificate, and what it holds; pages show it.
 
     Returns
     -------
@@ -102,7 +106,8 @@ def write_outputs(*made: tuple[Certificate, Sequence[str]]) -> list[str]:
     from fairaudit.reports.endings import form_of
 
     files = [file for certificate, names in made for file in _files(certificate, names)]
-    write_together(files)
+    beside = [] if attestation is None else [(Path(attestation[0]), [attestation[1]])]
+    write_together([*files, *beside])
     certificate, names = made[0]
     for name in names:
         if form_of(name) == "json":

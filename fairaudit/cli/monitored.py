@@ -57,6 +57,7 @@ def _refuse_settled(arguments: argparse.Namespace) -> None:
 def certify_state(arguments: argparse.Namespace) -> Answer:
     """`fairaudit certify --from-monitor`: a certificate of what a state holds, at the settings of its audit."""
     from fairaudit.audits.certify import certify
+    from fairaudit.cli.attesting import attesting
     from fairaudit.cli.certified import certified
     from fairaudit.cli.destinations import check_output
     from fairaudit.errors import InputError
@@ -70,6 +71,7 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
 
     _refuse_settled(arguments)
     check_output(arguments)
+    stated = attesting(arguments, again=False)
     state = State(arguments.from_monitor, read_only=True)
     settings, counts, decisions = state.settings, state.counts(), state.decisions()
     tally, alarms = state.get("tally", {}), state.alarms()
@@ -122,4 +124,4 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
     if tallies is not None:
         notes.append("pairs in time are not part of a certificate: it takes means to be constant")
     notes += [f"{tally[key]} {what}" for key, what in TALLIED if tally.get(key)]
-    return certified(arguments, result, [], notes)
+    return certified(arguments, result, [], notes, stated)

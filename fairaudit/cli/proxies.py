@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from fairaudit.cli.certified import TOP
-from fairaudit.cli.destinations import check_output, write_outputs
+from fairaudit.cli.attesting import attesting
+from fairaudit.cli.certified import TOP, write_attested
+from fairaudit.cli.destinations import check_output
 from fairaudit.cli.options import given_limits
 from fairaudit.cli.output import Answer
 from fairaudit.cli.population import OF_SAMPLES
@@ -60,6 +61,7 @@ def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError("no utility was given; use --utility, such as --utility Admitted, or --utility-column COL")
     check_output(arguments)
+    stated = attesting(arguments, again=False)
     reading = reading_of(arguments)
     utility = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"))
     probabilities = read_group_probabilities(arguments.group_probability, reading.group)
@@ -73,7 +75,7 @@ def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
             embed=False if arguments.no_table else None,
             report=told,
         )
-    written = write_outputs((result.certificate, arguments.output)) if arguments.output else []
+    written = write_attested(arguments, result, stated)
     return Answer(
         "certify-proxies",
         verdict=result.verdict,

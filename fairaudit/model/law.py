@@ -8,7 +8,7 @@ dyadic rational, or float32 values likewise. Nothing is rounded on the way in.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from math import gcd, lcm
@@ -94,6 +94,8 @@ class Law:
         The true labels of counts, if they are known.
     unknown : UnknownRows or None
         Counts of decisions whose group was not recorded; no other attribute has them.
+    rows_read : int or None
+        How many rows of a table it was made of, without those that were left out; None where it was not read from one.
 
     Examples
     --------
@@ -120,6 +122,7 @@ class Law:
     truth: Truth | None = None
     preparation: tuple[Entry, ...] = ()
     unknown: UnknownRows | None = None
+    rows_read: int | None = field(default=None, repr=False)
 
     @staticmethod
     @answered
@@ -574,6 +577,7 @@ def _read(
             truth=spread_truth(coded, columns, weights, cell, len(cells), full),
             preparation=coded.preparation,
             unknown=unrecorded if unrecorded is not None and len(unrecorded.contexts) else None,
+            rows_read=int(coded.counts.sum()),
         )
     )
 

@@ -1,0 +1,169 @@
+"""A statement made: what was counted, of which sources, for which certificate."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+from fairaudit import __version__
+from fairaudit.attestations.sources import Taken
+from fairaudit.attestations.statement import Rows, Stated, Statement, Subject, check_period, check_text
+from fairaudit.certificates.certificate import Certificate
+from fairaudit.errors import InputError, shown
+from fairaudit.model.law import Law
+from fairaudit.model.policy import Deployment
+
+__all__ = ["Counted", "counted_rows", "stated_of", "statement_of"]
+
+OF_STATEMENTS = ("issuer", "contact", "title", "system", "system_version", "period")
+
+
+class Counted(Protocol):
+    """What was found of a table that was read: a `Result`, or a `ProxyAudit`."""
+
+    @property
+    def law(self) -> Law:
+        """The table; behind filters the law that they induce."""
+
+    @property
+    def certificate(self) -> Certificate:
+        """The certificate."""
+
+
+def stated_of(given: Mapping[str, Any], spelled: Mapping[str, str] | None = None) -> Stated:
+    """What an issuer says, by the names of its options; those that are None were not given.
+
+    Parameters
+    ----------
+    given : mapping
+        Texts under ``issuer``, ``contact``, ``title``, ``system``, ``system_version``, and ``period``, such as ``2025-01-01/2025-12-31``.
+    spelled : mapping of str to str, optional
+        How the one who asks writes them, for messages.
+
+    Raises
+    ------
+    InputError
+        If one of them has no place in a statement.
+
+    Examples
+    --------
+    >>> stated_of({"issuer": "A. Auditor", "period": "2025-01-01/2025-12-31"}).period
+    ('2025-01-01', '2025-12-31')
+    """
+    names = {name: (spelled or {}).get(name, name) for name in OF_STATEMENTS}
+    texts: dict[str, Any] = {name: given[name] for name in OF_STATEMENTS if given.get(name) is not None}
+    for name, text in texts.items():
+        if not isinstance(text, str) or not text.strip():
+            raise InputError(f"{names[name]} is {shown(text)}; a text is accepted")
+        check_text(text, names[name])
+    for part, whole in (("contact", "issuer"), ("system_version", "system")):
+        if part in texts and whole not in texts:
+            raise InputError(f"{names[part]} goes with {names[whole]}; give both")
+    if "period" in texts:
+        start, slash, end = texts["period"].partition("/")
+        if not slash:
+            raise InputError(f"{names['period']} is {shown(texts['period'])}; START/END is accepted, such as 2025-01-01/2025-12-31")
+        texts["period"] = check_period(start, end)
+    return Stated(**texts)
+
+
+def counted_rows(result: Counted) -> Rows:
+    """How much was read, counted and dropped, as the certificate has it.
+
+    Parameters
+    ----------
+    result : Result or ProxyAudit
+        What was found.
+
+    Raises
+    ------
+    InputError
+        If it counts parts of decisions of a policy, of which a certificate says no numbers.
+
+    Examples
+    --------
+    >>> import fairaudit as fa
+    >>> log = {"hired": ["yes", "no", "yes", "no", "yes"], "sex": ["f", "f", "m", "m", ""]}
+    >>> rows = counted_rows(fa.audit(log, decision="hired", group="sex", utility="yes", missing="drop"))
+    >>> rows.read, rows.counted, rows.dropped
+    (Fraction(5, 1), Fraction(4, 1), {'missing label': Fraction(1, 1)})
+    """
+    deployment: Deployment | None = getattr(result, "deployment", None)
+    law = result.law if deployment is None else deployment.policy.law
+    unit: Literal["decisions", "rows"] = "decisions" if law.kind == "counts" else "rows"
+    if unit == "decisions" and deployment is not None and not law.whole:
+        raise InputError(
+            "parts of decisions were counted of a policy, of which no attestation is made; give whole counts, or probabilities"
+        )
+    dropped: dict[str, Fraction] = {}
+    for entry in law.preparation:
+        if entry["step"] == "left out":
+            amount = next(Fraction(entry[name]) for name in ("decisions", "rows", "lines") if name in entry)
+            dropped[entry["reason"]] = dropped.get(entry["reason"], Fraction(0)) + amount
+    if unit == "rows":
+        if law.rows_read is None:
+            raise InputError("nobody counted the rows of the table, so that no attestation can say how many there were")
+        counted = Fraction(law.rows_read)
+    else:
+        counted = Fraction(sum(law.totals.tolist()), law.scale)
+        if law.unknown is not None:
+            counted += Fraction(sum(law.unknown.weights.ravel().tolist()), law.scale)
+    return Rows(unit, counted + sum(dropped.values()), counted, dropped)
+
+
+def rows_of_source(result: Counted, rows: Rows, options: Mapping[str, Any]) -> int | None:
+    """How many rows the source of a table had, where that can be known of what was counted."""
+    deployment: Deployment | None = getattr(result, "deployment", None)
+    law = result.law if deployment is None else deployment.policy.law
+    said = options.get("audit", {})
+    held = {**options, **said.get("law", {}), **said.get("policy", {})}
+    if law.rows_read is None or "wide" in held:
+        return None
+    if rows.unit == "decisions" and "count" in held:  # which says of what was dropped how many decisions it was, not how many rows
+        return None if rows.dropped else law.rows_read
+    return law.rows_read + int(sum(rows.dropped.values()))
+
+
+def statement_of(
+    result: Counted, names: Sequence[str], taken: Taken, *, options: Mapping[str, Any], command: Sequence[str], stated: Stated
+) -> Statement:
+    """Make the statement of a certificate that is about to be written.
+
+    Parameters
+    ----------
+    result : Result or ProxyAudit
+        What was found.
+    names : sequence of str
+        The files to which the certificate goes.
+    taken : Taken
+        The sources, as they were before they were read.
+    options : mapping
+        What makes the same table again.
+    command : sequence of str
+        What was run.
+    stated : Stated
+        What the issuer says.
+
+    Raises
+    ------
+    InputError
+        If a source was changed meanwhile.
+    """
+    taken.unchanged()
+    document, rows = result.certificate.document, counted_rows(result)
+    digest = hashlib.sha256(result.certificate.text.encode("ascii")).hexdigest()
+    return Statement(
+        subjects=tuple(Subject(Path(name).name, digest) for name in names),
+        table=document["subject"]["table"]["sha256"],
+        sources=taken.with_rows(rows_of_source(result, rows, options)),
+        rows=rows,
+        options=options,
+        command=tuple(command),
+        versions={"fairaudit": __version__},
+        issued_at=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        stated=stated,
+    )

@@ -1,0 +1,73 @@
+"""Statements made: what was counted, against sums by hand, and what an issuer says."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fairaudit as fa
+from fairaudit.attestations.making import counted_rows, rows_of_source, stated_of
+from fairaudit.errors import InputError
+
+ROLES = {"decision": "u", "group": "g"}
+
+LABELS = st.tuples(st.sampled_from(["yes", "no"]), st.sampled_from(["f", "m", "", "n/a"]))
+
+FIXED = [("yes", "f"), ("no", "f"), ("yes", "m"), ("no", "m")]
+
+
+@given(st.lists(LABELS, max_size=6), st.data())
+def test_counts_are_summed_whatever_becomes_of_missing_groups(drawn: list[tuple[str, str]], data: st.DataObject) -> None:
+    missing = data.draw(st.sampled_from(["drop", "group", "unknown"]))
+    whole = missing == "unknown"
+    amounts = st.integers(1, 4).map(Fraction) if whole else st.fractions(0, 50, max_denominator=4)
+    rows = [(u, g, Fraction(2)) for u, g in FIXED] + [(u, g, data.draw(amounts)) for u, g in drawn]
+    table = {"u": [u for u, _, _ in rows], "g": [g for _, g, _ in rows], "n": [str(n) for _, _, n in rows]}
+    labels = ["n/a"] if whole else []
+    result = fa.audit(table, **ROLES, count="n", utility="yes", missing=missing, unknown=labels, confidence=None)  # type: ignore[arg-type]
+    found = counted_rows(result)
+    lost = sum((n for _, g, n in rows if not g), Fraction(0)) if missing == "drop" else Fraction(0)
+    assert found.read == sum(n for _, _, n in rows)
+    assert found.counted == found.read - lost
+    assert found.dropped == ({"missing label": lost} if lost else {})
+    assert found.add_up
+
+
+@given(st.lists(LABELS, max_size=6))
+def test_a_log_has_as_many_rows_as_decisions(drawn: list[tuple[str, str]]) -> None:
+    rows = FIXED + drawn
+    log = {"u": [u for u, _ in rows], "g": [g for _, g in rows]}
+    result = fa.audit(log, **ROLES, utility="yes", missing="drop", confidence=None)
+    found = counted_rows(result)
+    assert (found.read, found.counted) == (len(rows), sum(bool(g) for _, g in rows))
+    assert rows_of_source(result, found, {"decision": "u"}) == len(rows)
+
+
+def test_parts_of_decisions_of_a_policy_are_refused() -> None:
+    table = {"u": ["yes", "no", "yes", "no"], "g": ["f", "f", "m", "m"], "n": ["1/2", 1, 1, 1]}
+    result = fa.audit(table, **ROLES, count="n", utility="yes", group_filter=fa.Identity(["f", "m"]), confidence=None)
+    with pytest.raises(InputError, match="parts of decisions"):
+        counted_rows(result)
+
+
+def test_probabilities_that_nobody_read_are_refused() -> None:
+    law = fa.Law.from_array([["1/2", "1/2"], ["1/4", "3/4"]], decisions=["yes", "no"], groups=["f", "m"])
+    with pytest.raises(InputError, match="nobody counted the rows"):
+        counted_rows(fa.certify(law, {"yes": 1}, confidence=None))
+
+
+@pytest.mark.parametrize(
+    ("given_", "said"),
+    [
+        ({"issuer": 3}, "issuer is 3"),
+        ({"title": "\t"}, "title is"),
+        ({"contact": "x"}, "contact goes with issuer"),
+        ({"period": "/"}, "day ''"),
+    ],
+)
+def test_what_cannot_be_stated_is_refused(given_: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        stated_of(given_)

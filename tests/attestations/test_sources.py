@@ -1,0 +1,136 @@
+"""Sources before they are read: digests of their bytes, names without folders or servers, and whether they stayed the same."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fairaudit.attestations.sources import database_name, refuse_credentials, take
+from fairaudit.errors import InputError
+
+
+def digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_digests_are_those_of_another_program(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(os.urandom(3_000_000))
+    [source] = take(path).sources
+    printed = subprocess.run(["sha256sum", str(path)], capture_output=True, text=True, check=True).stdout
+    assert (source.sha256, source.bytes) == (printed.split()[0], 3_000_000)
+
+
+@pytest.mark.parametrize("change", ["append", "same size", "replace", "remove", "touch back"])
+def test_a_change_is_seen(tmp_path: Path, change: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("a,b\n1,2\n")
+    before = path.stat()
+    taken = take(path)
+    taken.unchanged()
+    if change == "append":
+        path.write_text("a,b\n1,2\n3,4\n")
+    elif change == "replace":
+        (tmp_path / "new").write_text("a,b\n1,2\n")
+        (tmp_path / "new").replace(path)
+    elif change == "remove":
+        path.unlink()
+    else:
+        path.write_text("a,b\n9,2\n")
+        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns + (change == "same size")))
+    with pytest.raises(InputError, match=r"log\.csv was changed while it was read"):
+        taken.unchanged()
+
+
+def test_a_pattern_that_comes_to_stand_for_more_is_seen(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("a\n")
+    taken = take(str(tmp_path / "*.csv"))
+    (tmp_path / "b.csv").write_text("a\n")
+    with pytest.raises(InputError, match="stands for other files"):
+        taken.unchanged()
+
+
+def test_the_folder_of_a_delta_table_is_all_its_files(tmp_path: Path) -> None:
+    folder = tmp_path / "table"
+    (folder / "_delta_log").mkdir(parents=True)
+    (folder / "_delta_log" / "0.json").write_text("{}")
+    (folder / "part.parquet").write_bytes(b"PAR1")
+    for name in (str(folder), f"delta:{folder}"):
+        taken = take(name)
+        assert [(s.name, s.sha256) for s in taken.sources] == [
+            ("0.json", digest(folder / "_delta_log" / "0.json")),
+            ("part.parquet", digest(folder / "part.parquet")),
+        ]
+    (folder / "new.parquet").write_bytes(b"PAR1")
+    with pytest.raises(InputError, match="stands for other files"):
+        taken.unchanged()
+
+
+def test_a_pipe_has_no_digest_and_is_not_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    [source] = take(tmp_path / "pipe").sources
+    assert (source.sha256, source.bytes, source.name) == (None, None, "a pipe")
+
+
+def test_a_table_in_memory_has_no_digest() -> None:
+    [source] = take({"a": [1]}).sources
+    assert (source.sha256, source.name) == (None, "a table in memory")
+
+
+def test_the_only_source_of_rows_has_their_number(tmp_path: Path) -> None:
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_text("x\n")
+    one, two = take(tmp_path / "a.csv", beside=[str(tmp_path / "b.csv")]), take([tmp_path / "a.csv", tmp_path / "b.csv"])
+    assert [source.rows for source in one.with_rows(7)] == [7, None]
+    assert [source.rows for source in two.with_rows(7)] == [None, None]
+
+
+PARTS = st.text("abcXYZ019._-", min_size=1, max_size=8)
+
+
+@given(PARTS, st.text("abc019!$%*+,:@/ ", min_size=1, max_size=8), PARTS, PARTS)
+def test_no_server_user_or_password_is_part_of_a_name(user: str, password: str, host: str, name: str) -> None:
+    secrets = f"U{user}", f"P{password}S", f"H{host}"
+    for url in (
+        f"postgresql://{secrets[0]}:{secrets[1]}@{secrets[2]}:5432/{name}",
+        f"postgresql://{secrets[2]}/{name}?user={secrets[0]}&password={secrets[1]}",
+        f"postgresql://{secrets[0]}:{secrets[1]}@{secrets[2]}",
+    ):
+        found = database_name(url)
+        assert found in ("postgresql", f"postgresql:{name}")
+    assert database_name(f"sqlite:/home/{user}/{name}") == f"sqlite:{name}"
+
+
+@pytest.mark.parametrize("url", ["postgresql://u:p/w@h", "x://a:b@c", "x://[::1", "mysql://u:p@h/d;password=x", "x://h/%2Fhome%2Fme"])
+def test_what_could_be_a_secret_is_left_out_of_a_name(url: str) -> None:
+    assert database_name(url) == url.partition(":")[0]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["postgresql://me:hush@h/db", "x dblink('host=a password=hush')", "PWD: hush", "set api_key = 'hush'", "secret => 'hush'"],
+)
+def test_credentials_are_refused_and_not_repeated(text: str) -> None:
+    with pytest.raises(InputError, match=r"^the query holds what looks like a password") as caught:
+        refuse_credentials(text, "the query", query=True)
+    assert "hush" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["SELECT 1", "WHERE secretary = 'x'", "https://example.org/a:b@c", "WHERE forward = 1 -- backward: no"])
+def test_other_texts_are_no_credentials(text: str) -> None:
+    refuse_credentials(text, "the query", query=True)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="names of files are texts there")
+def test_a_name_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    path = os.fsdecode(os.fsencode(str(tmp_path)) + b"/\xff.csv")
+    Path(path).write_text("a\n")
+    with pytest.raises(InputError, match="rename the file"):
+        take(path)
