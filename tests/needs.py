@@ -48,6 +48,7 @@ NEEDS = {
     "Java (for Spark)": Need(lambda: shutil.which("java") is not None, r"\bpyspark\b"),
     "PostgreSQL (initdb)": Need(_postgres, r"\bpostgres: str\b"),
     "Pango (for PDFs)": Need(pango, r"\bpango\(\)"),
+    "LibreOffice (soffice)": Need(lambda: shutil.which("soffice") is not None, r'which\("soffice"\)'),
     "Node": Need(lambda: shutil.which("node") is not None, r'which\("node"\)'),
     "the sample data (shared/data beside the checkout)": Need(DATA.is_dir, r"\bdata: Path\b"),
 }

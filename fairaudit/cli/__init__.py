@@ -14,14 +14,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NoReturn
 
 from fairaudit import __version__
-from fairaudit.cli import calibrate, certify, compare, design, inspect, monitor, plan, privacy, report, subgroups, verify, worst_case
+from fairaudit.cli import (
+    calibrate,
+    certify,
+    compare,
+    design,
+    inspect,
+    monitor,
+    plan,
+    privacy,
+    publish,
+    report,
+    subgroups,
+    verify,
+    worst_case,
+)
 from fairaudit.cli.output import silence, tell
 
 __all__ = ["main", "plugins"]
 
 EXIT_BAD_INPUT = 2
 ENTRY_POINT = "fairaudit.commands"
-CORE = (certify, inspect, verify, privacy, calibrate, design, worst_case, subgroups, plan, report, compare, monitor)
+CORE = (certify, inspect, verify, privacy, calibrate, design, worst_case, subgroups, plan, report, publish, compare, monitor)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -137,13 +137,14 @@ def check_extra() -> None:
 
 
 @cache
-def templates() -> tuple[Any, type[Markup]]:
+def templates(package: str = "fairaudit.reports") -> tuple[Any, type[Markup]]:
+    """What fills in the templates of a package, every text escaped."""
     try:
         from jinja2 import Environment, FunctionLoader, StrictUndefined
         from markupsafe import Markup
     except ImportError:
         raise InputError("a page needs jinja2; install the extra: pip install 'fairaudit-certify[report]', or ask for markdown") from None
-    loader = FunctionLoader(lambda name: files("fairaudit.reports").joinpath(name).read_text("utf-8"))
+    loader = FunctionLoader(lambda name: files(package).joinpath(name).read_text("utf-8"))
     return Environment(autoescape=True, loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True), Markup
 
 

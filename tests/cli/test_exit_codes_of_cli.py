@@ -51,6 +51,13 @@ CASES: dict[str, tuple[str, ...]] = {
     "report 0": ("report certificate.json --format markdown", "report apart.json -o apart.md"),
     "report 1": ("report false.json -o false.md",),
     "report 2": ("report no.json", "report certificate.json -o certificate.txt"),
+    "publish 0": (
+        "publish certificate.json --rule four-fifths -o published",
+        "publish apart.json --table apart.table.jsonl --rule four-fifths -o apart",
+    ),
+    "publish 1": ("publish false.json --rule four-fifths -o of-false",),
+    "publish 2": ("publish no.json --rule four-fifths -o of-none", "publish certificate.json --rule four-fifths -o ."),
+    "publish 3": ("publish apart.json --rule four-fifths -o without",),
     "compare 0": ("compare certificate.json certificate.json",),
     "compare 1": ("compare within.json exceeds.json", "compare within.json certificate.json"),
     "compare 2": ("compare certificate.json no.json", "compare certificate.json false.json"),

@@ -1,0 +1,106 @@
+"""`fairaudit publish`: what a rule asks to be published, as a folder with a page, a table, a summary and the certificate."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli.options import add_command, column_list
+from fairaudit.cli.output import Answer, add_format
+
+if TYPE_CHECKING:
+    from fairaudit.publications.counts import Source
+    from fairaudit.publications.publication import Publication
+
+DESCRIPTION = """\
+Write what a rule asks to be published about a certificate of counts: a page, a CSV, a summary as JSON, and the certificate, in one new
+folder. The certificate is checked first, as `fairaudit verify` does. Figures are findings: nothing is said to comply with a law."""
+
+EPILOG = """\
+rules:
+  four-fifths  29 CFR 1607.4 D: each group beside the one with the highest selection rate, with tests of the difference
+
+exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input; 3 the table is needed
+
+examples:
+  fairaudit publish certificate.json --rule four-fifths -o published
+  fairaudit publish certificate.json --rule four-fifths --by sex --by sex,race --favourable hired -o published"""
+
+OPTIONS = {
+    "four-fifths": ("by",),
+}
+"""The options that belong to each rule, besides those of all."""
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = add_command(commands, "publish", run, "write what a rule asks to be published", DESCRIPTION, EPILOG)
+    parser.add_argument("certificate", metavar="CERTIFICATE.json", help="the certificate")
+    parser.add_argument("--rule", required=True, choices=tuple(OPTIONS), help="whose figures to write")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder to make; refused where something is in it")
+    parser.add_argument(
+        "--table", metavar="FILE", help="the canonical table, where the certificate does not hold it; it goes into the folder, too"
+    )
+    parser.add_argument(
+        "--favourable",
+        metavar="LABEL[,LABEL]",
+        action="append",
+        help="the decisions that count as selected (those worth 1, where the utility is 0 or 1)",
+    )
+    parser.add_argument(
+        "--by",
+        metavar="COLUMN[,COLUMN]",
+        action="append",
+        help="four-fifths: the group columns of a table; may be given several times (each column by itself, and all together)",
+    )
+    add_format(parser)
+
+
+def run(arguments: argparse.Namespace) -> Answer | int:
+    """Do the work."""
+    from fairaudit.errors import FalseCertificate, InputError, TableNeeded
+    from fairaudit.publications.counts import read_source
+    from fairaudit.publications.folder import check_folder, contents, write_folder
+    from fairaudit.reports.page import check_extra
+    from fairaudit.words import plain
+
+    for rule, names in OPTIONS.items():
+        for name in names:
+            if getattr(arguments, name) is not None and name not in OPTIONS[arguments.rule]:
+                raise InputError(f"--{name.replace('_', '-')} belongs to --rule {rule}; leave it away, or choose that rule")
+    check_extra()
+    check_folder(arguments.output)
+    try:
+        source = read_source(arguments.certificate, arguments.table)
+    except (FalseCertificate, TableNeeded) as error:
+        print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
+        return 1 if isinstance(error, FalseCertificate) else 3
+    publication = _publication(source, arguments)
+    files = contents(publication, source)
+    write_folder(arguments.output, files)
+    return _answer(arguments.output, publication, files)
+
+
+def _publication(source: Source, arguments: argparse.Namespace) -> Publication:
+    from fairaudit.publications.counts import decisions_of, favourable_of
+    from fairaudit.publications.four_fifths import four_fifths
+
+    favourable = favourable_of(source, column_list(arguments.favourable))
+    return four_fifths(decisions_of(source), favourable, [column_list([text]) for text in arguments.by or []])
+
+
+def _answer(folder: str, publication: Publication, files: dict[str, bytes]) -> Answer:
+    import json
+    from hashlib import sha256
+
+    return Answer(
+        "publish",
+        sentence=publication.lead,
+        result=lambda: {
+            "folder": folder,
+            "files": [{"name": name, "sha256": sha256(content).hexdigest()} for name, content in files.items()],
+            "summary": json.loads(files["summary.json"]),
+        },
+        text=lambda: f"{publication.lead}\nWritten to {folder}: {', '.join(files)}",
+    )

@@ -1,0 +1,245 @@
+"""How many people of each group applied, and how many were selected, as whole numbers from a certificate that was checked."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from fairaudit.certificates.reader import FORMAT
+from fairaudit.errors import FalseCertificate, InputError, TableNeeded, nearest, shown
+from fairaudit.tables.values import Label
+from fairaudit.verified.verification import checked, opened
+
+__all__ = ["Counts", "Decisions", "Source", "decisions_of", "facts_of", "favourable_of", "read_source"]
+
+WHOLE = re.compile(r"[0-9]{1,18}")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A certificate that was checked and is true.
+
+    Attributes
+    ----------
+    document : mapping
+        Its JSON document.
+    raw : bytes
+        Its file.
+    table : bytes or None
+        The file of its table, where one was given.
+    said : str
+        Who checked it, and what was found.
+    """
+
+    document: Mapping[str, Any]
+    raw: bytes
+    table: bytes | None
+    said: str
+
+    @property
+    def sha256(self) -> str:
+        """Digest of the file."""
+        return sha256(self.raw).hexdigest()
+
+    @property
+    def lines(self) -> Iterator[Mapping[str, Any]]:
+        """The lines of the table, the header first."""
+        about = self.document["subject"]["table"]
+        if "header" in about:
+            yield about["header"]
+            yield from about["rows"]
+        elif self.table is not None:
+            yield from map(json.loads, io.BytesIO(self.table))
+
+
+def read_source(certificate: str | os.PathLike[str], table: str | os.PathLike[str] | None = None) -> Source:
+    """Read a certificate and the file of its table once, and check them.
+
+    Raises
+    ------
+    FalseCertificate
+        If a statement is false.
+    TableNeeded
+        If the table is in another file, and none was given.
+    InputError
+        If it is no certificate of counts, or a file cannot be read.
+    """
+    found = opened(certificate)
+    if not found.raw.lstrip().startswith(b"{"):
+        raise InputError(f"{found.name} is a page that holds a certificate; give the certificate itself, a JSON file")
+    if found.form != FORMAT:
+        raise InputError(f"{found.name} is of the format {shown(found.form)}; what is published is made from one of the format {FORMAT}")
+    held = None if table is None else _bytes(Path(table))
+    try:
+        said = checked(replace(found, lines=None if held is None else io.BytesIO(held)))
+    except FalseCertificate as error:
+        raise FalseCertificate(f"{error}; nothing was published") from None
+    if not said:
+        raise TableNeeded(f"{found.name} does not hold its table; give its file with --table")
+    kind = found.document["subject"]["kind"]
+    if kind != "counts":
+        raise InputError(f"{found.name} is about {kind} and counts nobody; a publication needs a certificate of counts")
+    return Source(found.document, found.raw, held, said)
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
+
+
+@dataclass(frozen=True)
+class Decisions:
+    """How often each decision fell on each group, over all contexts.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        The columns of the groups.
+    groups : tuple of Label
+        The groups, in the order of the certificate; some may have no people.
+    labels : tuple of str
+        The decisions.
+    counts : tuple of tuple of int
+        For each group, how often each decision fell.
+    unknown : tuple of int
+        The same for people whose group is unknown.
+    contexts : tuple of str
+        The columns that were summed over.
+    """
+
+    columns: tuple[str, ...]
+    groups: tuple[Label, ...]
+    labels: tuple[str, ...]
+    counts: tuple[tuple[int, ...], ...]
+    unknown: tuple[int, ...]
+    contexts: tuple[str, ...] = ()
+
+    def selected(self, favourable: Sequence[str]) -> Counts:
+        """Count applicants, and those on whom one of these decisions fell."""
+        places = [self.labels.index(label) for label in favourable]
+        taken = tuple(sum(row[i] for i in places) for row in self.counts)
+        unknown = sum(self.unknown), sum(self.unknown[i] for i in places)
+        return Counts(self.columns, self.groups, tuple(map(sum, self.counts)), taken, unknown)
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Applicants and selected of each group.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        The columns of the groups.
+    groups : tuple of Label
+        The groups; some may have no people.
+    applicants, selected : tuple of int
+        Of each group.
+    unknown : (int, int)
+        Applicants and selected whose group is unknown, who are in none of the groups.
+
+    Examples
+    --------
+    >>> counts = Counts(("sex", "race"), (("f", "a"), ("f", "b"), ("m", "a")), (40, 10, 60), (4, 5, 9))
+    >>> counts.by("sex")
+    Counts(columns=('sex',), groups=(('f',), ('m',)), applicants=(50, 60), selected=(9, 9), unknown=(0, 0))
+    """
+
+    columns: tuple[str, ...]
+    groups: tuple[Label, ...]
+    applicants: tuple[int, ...]
+    selected: tuple[int, ...]
+    unknown: tuple[int, int] = (0, 0)
+
+    def by(self, *columns: str) -> Counts:
+        """The same people by some of the columns."""
+        places = [self.columns.index(name) for name in columns]
+        sums: dict[Label, list[int]] = {}
+        for group, applied, taken in zip(self.groups, self.applicants, self.selected, strict=True):
+            entry = sums.setdefault(tuple(group[i] for i in places), [0, 0])
+            entry[0] += applied
+            entry[1] += taken
+        applicants, selected = zip(*sums.values(), strict=True)
+        return Counts(columns, tuple(sums), applicants, selected, self.unknown)
+
+
+def decisions_of(source: Source) -> Decisions:
+    """Sum the table of a certificate over its contexts.
+
+    Raises
+    ------
+    InputError
+        If a count is no whole number of people.
+    """
+    lines = source.lines
+    header = next(lines)
+    labels = header["decisions"]
+    counts = [[0] * len(labels) for _ in header["groups"]]
+    unknown = [0] * len(labels)
+    for row in lines:
+        into, weights = (unknown, row["unknown"]) if "unknown" in row else (counts[row["group"]], row["weights"])
+        for i, text in enumerate(weights):
+            if not WHOLE.fullmatch(text):
+                raise InputError(
+                    f"the table has {shown(text)} decisions {shown(labels[i])}, which is no number of people (whole, of at most 18 digits)"
+                )
+            into[i] += int(text)
+    return Decisions(
+        tuple(header["columns"]["group"]),
+        tuple(map(tuple, header["groups"])),
+        tuple(labels),
+        tuple(map(tuple, counts)),
+        tuple(unknown),
+        tuple(header["columns"]["context"]),
+    )
+
+
+def favourable_of(source: Source, given: Sequence[str] = ()) -> tuple[str, ...]:
+    """Which decisions count as selected: those that are given, else those worth 1 where every decision is worth 0 or 1 to everybody.
+
+    Raises
+    ------
+    InputError
+        If one is not known, or none is given and the utility does not say it.
+    """
+    header = next(source.lines)
+    labels = header["decisions"]
+    for label in given:
+        if label not in labels:
+            raise InputError(f"--favourable: there is no decision {shown(label)}; {nearest(label, labels)}")
+        if given.count(label) > 1:
+            raise InputError(f"--favourable names {shown(label)} twice")
+    if given:
+        return tuple(given)
+    worth = header["utility"]
+    if source.document["subject"]["utility"].get("burden"):
+        why = "the utility of the certificate counts a burden"
+    elif worth is None or not {*worth} <= {"0", "1"} or "1" not in worth:
+        why = "the utility of the certificate does not say it by 0 and 1"
+    else:
+        return tuple(label for label, value in zip(labels, worth, strict=True) if value == "1")
+    raise InputError(f"which decisions count as selected? {why}; name them with --favourable ({nearest('', labels)})")
+
+
+def facts_of(decisions: Decisions, counts: Counts, favourable: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    """Who is counted, by what, and what counts as selected: for the head of a page."""
+    people, taken = sum(counts.applicants), sum(counts.selected)
+    unknown, unknown_taken = counts.unknown
+    found = [
+        ("Selected", f"{', '.join(map(shown, favourable))} (of the decisions {', '.join(map(shown, decisions.labels))})"),
+        ("People", f"{people:,} of known group, {taken:,} of them selected"),
+        ("Groups by", ", ".join(counts.columns)),
+    ]
+    if unknown:
+        found.append(("Group unknown", f"{unknown:,} more people, {unknown_taken:,} of them selected, who are in no group"))
+    if decisions.contexts:
+        found.append(("Contexts", f"summed over {', '.join(decisions.contexts)}, whose differences these figures do not show"))
+    return tuple(found)

@@ -1,0 +1,167 @@
+"""The folder of a publication: a page, a table for spreadsheets, a summary for programs, and the certificate that they rest on."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from fairaudit.errors import InputError
+from fairaudit.publications.counts import Source
+from fairaudit.publications.publication import Publication
+from fairaudit.reports.page import UNBROKEN, digest, templates
+from fairaudit.reports.words import clip
+from fairaudit.tables.preparation import said
+from fairaudit.words import plain
+
+__all__ = ["check_folder", "contents", "harmless", "page", "summary", "write_folder"]
+
+FORMAT = "fairaudit-publication/1"
+
+CERTIFICATE, TABLE = "certificate.json", "certificate.table.jsonl"
+
+RUN = "=+-@\t\r\n＝＋－＠"
+"""What begins a cell that a spreadsheet would compute."""
+
+NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+|/[0-9]+)?")
+
+
+def check_folder(name: str | os.PathLike[str]) -> None:
+    """Refuse a folder that cannot be written, or in which something is.
+
+    Raises
+    ------
+    InputError
+        Saying what would be accepted.
+    """
+    path = Path(name)
+    try:
+        if path.exists() and not path.is_dir():
+            raise InputError(f"{path} is a file; name a folder to make")
+        if path.is_dir() and any(path.iterdir()):
+            raise InputError(f"{path} is not empty; name a folder that is not there yet, or an empty one")
+        parent = Path(os.path.realpath(path)).parent
+        if not parent.is_dir():
+            raise InputError(f"{path} cannot be made: there is no directory {path.parent}")
+        if not os.access(parent, os.W_OK | os.X_OK):
+            raise InputError(f"{path} cannot be made: nothing may be written in {path.parent}")
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{str(path)!r} cannot be made: {getattr(error, 'strerror', None) or error}") from None
+
+
+def contents(publication: Publication, source: Source, more: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+    """The files of a publication, by name; `more` are put beside them.
+
+    Raises
+    ------
+    InputError
+        If jinja2 is missing.
+    """
+    found = {
+        "index.html": page(publication, source).encode("utf-8"),
+        "table.csv": _table(publication).encode("utf-8"),
+        "summary.json": (json.dumps(summary(publication, source), ensure_ascii=True, indent=1) + "\n").encode("ascii"),
+        CERTIFICATE: source.raw,
+    }
+    if source.table is not None:
+        found[TABLE] = source.table
+    return found | dict(more or {})
+
+
+def write_folder(name: str | os.PathLike[str], found: Mapping[str, bytes]) -> None:
+    """Write files into a folder, which appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written, or is not empty.
+    """
+    check_folder(name)
+    target = Path(os.path.realpath(name))
+    made = ""
+    try:
+        made = tempfile.mkdtemp(prefix=".fairaudit-", suffix=".part", dir=target.parent)
+        for file, content in found.items():
+            with (Path(made) / file).open("wb") as opened:
+                opened.write(content)
+                opened.flush()
+                os.fsync(opened.fileno())
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(made, 0o777 & ~mask)
+        if target.is_dir():
+            target.rmdir()
+        Path(made).rename(target)
+        made = ""
+    except OSError as error:
+        raise InputError(f"{name} cannot be written: {error.strerror or error}") from None
+    finally:
+        if made:
+            shutil.rmtree(made, ignore_errors=True)
+
+
+def summary(publication: Publication, source: Source) -> dict[str, Any]:
+    """What ``summary.json`` says."""
+    return {
+        "format": FORMAT,
+        "rule": publication.rule,
+        "title": publication.title,
+        "certificate": {"sha256": source.sha256, "table_sha256": source.document["subject"]["table"]["sha256"]},
+        **publication.summary,
+    }
+
+
+def page(publication: Publication, source: Source) -> str:
+    """Write a publication as one page, which loads nothing and runs nothing.
+
+    Raises
+    ------
+    InputError
+        If jinja2 is missing.
+    """
+    environment, markup = templates("fairaudit.publications")
+    css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
+    text: str = environment.get_template("publication.html.j2").render(
+        page=publication,
+        cell=clip,
+        plain=plain,
+        unbroken=UNBROKEN,
+        prepared=said(source.document["subject"]),
+        said=source.said,
+        sha256=source.sha256,
+        table_sha256=source.document["subject"]["table"]["sha256"],
+        apart=TABLE if source.table is not None else "",
+        css=markup(css),
+        policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
+    )
+    return text
+
+
+def _table(publication: Publication) -> str:
+    written = io.StringIO()
+    writer = csv.writer(written, lineterminator="\n")
+    writer.writerow(map(harmless, publication.header))
+    writer.writerows(map(harmless, row) for row in publication.rows)
+    return written.getvalue()
+
+
+def harmless(cell: str) -> str:
+    r"""A cell that no spreadsheet runs: what would begin a formula stands behind an apostrophe, unless it is a number.
+
+    Examples
+    --------
+    >>> harmless('=HYPERLINK("x")'), harmless("-0.5"), harmless("women")
+    ('\'=HYPERLINK("x")', '-0.5', 'women')
+    """
+    risky = cell.lstrip(" \N{NO-BREAK SPACE}")[:1] in {*RUN} or cell[:1] in {*RUN}
+    return f"'{plain(cell)}" if risky and not NUMBER.fullmatch(cell) else plain(cell)

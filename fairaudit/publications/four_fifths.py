@@ -1,0 +1,89 @@
+"""The four-fifths rule (29 CFR 1607.4 D): each group beside the one with the highest selection rate, with findings and no verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from fairaudit.publications.counts import Counts, Decisions, facts_of
+from fairaudit.publications.pairs import count_of, csv_rows, entries, header, lead, points, reading, section, sheets, sheets_by
+from fairaudit.publications.publication import Publication, Section
+
+__all__ = ["four_fifths", "highest"]
+
+RULE = "four-fifths"
+
+CHOSEN = (
+    "The group that all are compared with was chosen because its rate is the highest. That makes differences look larger than those from a "
+    "group that was named in advance, and no figure here corrects it; a small group may well have the highest rate by chance."
+)
+
+QUOTES = (
+    (
+        "“A selection rate for any race, sex, or ethnic group which is less than four-fifths (4/5) (or eighty percent) of the rate for the "
+        "group with the highest rate will generally be regarded by the Federal enforcement agencies as evidence of adverse impact, while "
+        "a greater than four-fifths rate will generally not be regarded by Federal enforcement agencies as evidence of adverse impact.”"
+    ),
+    (
+        "“Smaller differences in selection rate may nevertheless constitute adverse impact, where they are significant in both statistical "
+        "and practical terms or where a user's actions have discouraged applicants disproportionately on grounds of race, sex, or ethnic "
+        "group.”"
+    ),
+    (
+        "“Greater differences in selection rate may not constitute adverse impact where the differences are based on small numbers and are "
+        "not statistically significant, or where special recruiting or other programs cause the pool of minority or female candidates to "
+        "be atypical of the normal pool of applicants from that group.”"
+    ),
+    "Where numbers are too small to be reliable, the paragraph lets a longer period, or the same procedure used elsewhere, be considered.",
+)
+
+
+def highest(counts: Counts) -> int | None:
+    """The place of the group with the highest rate; of several the one with the most people, then the first. None without two groups.
+
+    Examples
+    --------
+    >>> highest(Counts(("g",), (("a",), ("b",), ("c",)), (4, 16, 9), (3, 12, 1)))
+    1
+    """
+    there = [place for place, applied in enumerate(counts.applicants) if applied]
+    if len(there) < 2:
+        return None
+    return max(there, key=lambda place: (Fraction(counts.selected[place], counts.applicants[place]), counts.applicants[place], -place))
+
+
+def four_fifths(decisions: Decisions, favourable: Sequence[str], by: Sequence[Sequence[str]] = ()) -> Publication:
+    """What the four-fifths rule asks for.
+
+    Parameters
+    ----------
+    decisions : Decisions
+        What was decided.
+    favourable : sequence of str
+        Which decisions count as selected.
+    by : sequence of sequences of str
+        The columns by which groups are formed; by default each, and all together.
+
+    Raises
+    ------
+    InputError
+        If a column is none of the certificate.
+    """
+    counts = decisions.selected(favourable)
+    found = sheets(counts, sheets_by(counts.columns, by), highest)
+    number = count_of(found)
+    return Publication(
+        rule=RULE,
+        title="Selection rates beside the four-fifths rule",
+        lead=lead(number, "the group of the highest rate"),
+        points=points(number),
+        facts=(("Rule", "29 CFR 1607.4 D, Uniform Guidelines on Employee Selection Procedures"), *facts_of(decisions, counts, favourable)),
+        sections=(
+            *(section(sheet, "the highest rate", number["comparisons"]) for sheet in found),
+            Section("How to read this", (*reading(number["comparisons"], "the highest rate"), CHOSEN)),
+            Section("What the rule says, both ways", quotes=QUOTES),
+        ),
+        header=header(counts.columns),
+        rows=csv_rows(found, counts.columns),
+        summary={"selected": list(favourable), "summed_over": list(decisions.contexts), **number, "tables": entries(found)},
+    )

@@ -1,0 +1,82 @@
+"""What is published: facts, sections with tables, the rows of the CSV and a summary; every rule fills this one shape."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["Publication", "Row", "Section", "Table"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table on the page.
+
+    Attributes
+    ----------
+    cells : tuple of str
+        One for each column; the first names the row.
+    status : str
+        A word for it, as in the CSV: "compared", "excluded", "empty", "unknown" and the like.
+    """
+
+    cells: tuple[str, ...]
+    status: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table on the page."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page: paragraphs, then tables, then what is quoted."""
+
+    title: str
+    paragraphs: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    quotes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Publication:
+    """What a rule asks for, before it has a shape. Labels in it are data, which the page and the CSV make harmless.
+
+    Attributes
+    ----------
+    rule : str
+        As the option names it: "four-fifths".
+    title : str
+        The heading of the page.
+    lead : str
+        What it comes to, in a sentence or two: findings, no verdict.
+    facts : tuple of (str, str)
+        What the page says first: of whom, when, from what.
+    sections : tuple of Section
+        In the order of the page.
+    header : tuple of str
+        The columns of ``table.csv``.
+    rows : tuple of tuple of str
+        Its rows.
+    summary : mapping
+        What ``summary.json`` says beside the certificate's digest: texts, integers, truth values, lists and mappings of such.
+    points : tuple of str
+        A list below the lead.
+    """
+
+    rule: str
+    title: str
+    lead: str
+    facts: tuple[tuple[str, str], ...]
+    sections: tuple[Section, ...]
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    summary: Mapping[str, Any]
+    points: tuple[str, ...] = ()
