@@ -276,7 +276,10 @@ def _certify(arguments: argparse.Namespace) -> Answer:
     """Certify a table, a log or an audit file."""
     from fairaudit.audits.certify import certify
     from fairaudit.errors import InputError, ManyRowsError, naming
+    from fairaudit.tables.scores import ABOVE
 
+    if (arguments.score or arguments.above) and arguments.utility is None and arguments.utility_column is None:
+        arguments.utility = ABOVE
     check_output(arguments)
     stated = attesting(arguments)
     audit = _audit_file(arguments) if _is_audit_file(arguments) else None
@@ -439,10 +442,7 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     from fairaudit.audits.reading import MOST_ROWS, read_audited
     from fairaudit.errors import InputError
     from fairaudit.model.utility import Utility, utility_values
-    from fairaudit.tables.scores import ABOVE
 
-    if (arguments.score or arguments.above) and arguments.utility is None and arguments.utility_column is None:
-        arguments.utility = ABOVE
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError(
             "no utility was given; use --utility, such as --utility Admitted or --utility yes=1,maybe=0.5, or --utility-column COL"

@@ -115,6 +115,13 @@ def test_probabilities_are_rows(folder: Path) -> None:
     assert (made.rows.read, made.rows.counted, made.rows.dropped, made.sources[0].rows) == (5, 4, {"missing label": 1}, 5)
 
 
+def test_scores_are_recorded_with_what_being_above_is_worth(folder: Path) -> None:
+    (folder / "scores.csv").write_text("score,sex\n1,f\n2,f\n3,m\n4,m\n2.5,f\n")
+    made = attested(folder, "scores.csv", "--score", "score", "--above-median", "--group", "sex")
+    assert made.options == {"score": {"column": "score", "above": "median"}, "group": ["sex"], "utility": {"above": "1"}}
+    assert (made.rows.counted, made.sources[0].rows) == (5, 5)
+
+
 def test_columns_of_counts(folder: Path) -> None:
     (folder / "wide.csv").write_text("sex,hired,rejected\nf,3,4\nm,5,6\n")
     made = attested(folder, "wide.csv", "--group", "sex", "--wide", "yes=hired,no=rejected", "--utility", "yes")
