@@ -20,15 +20,18 @@ folder. The certificate is checked first, as `fairaudit verify` does. Figures ar
 EPILOG = """\
 rules:
   four-fifths  29 CFR 1607.4 D: each group beside the one with the highest selection rate, with tests of the difference
+  air          adverse impact ratio, in credit and insurance: each group beside a control group that --control names
 
 exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input; 3 the table is needed
 
 examples:
   fairaudit publish certificate.json --rule four-fifths -o published
-  fairaudit publish certificate.json --rule four-fifths --by sex --by sex,race --favourable hired -o published"""
+  fairaudit publish certificate.json --rule four-fifths --by sex --by sex,race --favourable hired -o published
+  fairaudit publish certificate.json --rule air --control white --favourable approved -o published"""
 
 OPTIONS = {
     "four-fifths": ("by",),
+    "air": ("by", "control"),
 }
 """The options that belong to each rule, besides those of all."""
 
@@ -52,7 +55,13 @@ def add(commands: Any) -> None:
         "--by",
         metavar="COLUMN[,COLUMN]",
         action="append",
-        help="four-fifths: the group columns of a table; may be given several times (each column by itself, and all together)",
+        help="four-fifths, air: the group columns of a table; may be given several times (each column by itself, and all together)",
+    )
+    parser.add_argument(
+        "--control",
+        metavar="LABEL[,LABEL]",
+        action="append",
+        help="air: the control group, one label of each column that is compared by; COLUMN=LABEL where several columns have it",
     )
     add_format(parser)
 
@@ -65,10 +74,10 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     from fairaudit.reports.page import check_extra
     from fairaudit.words import plain
 
-    for rule, names in OPTIONS.items():
-        for name in names:
-            if getattr(arguments, name) is not None and name not in OPTIONS[arguments.rule]:
-                raise InputError(f"--{name.replace('_', '-')} belongs to --rule {rule}; leave it away, or choose that rule")
+    for name in dict.fromkeys(name for names in OPTIONS.values() for name in names if name not in OPTIONS[arguments.rule]):
+        if getattr(arguments, name) is not None:
+            rules = " or ".join(rule for rule, names in OPTIONS.items() if name in names)
+            raise InputError(f"--{name.replace('_', '-')} belongs to --rule {rules}; leave it away, or choose that rule")
     check_extra()
     check_folder(arguments.output)
     try:
@@ -83,11 +92,22 @@ def run(arguments: argparse.Namespace) -> Answer | int:
 
 
 def _publication(source: Source, arguments: argparse.Namespace) -> Publication:
+    """What the rule asks for."""
+    from fairaudit.errors import InputError
     from fairaudit.publications.counts import decisions_of, favourable_of
+
+    decisions = decisions_of(source)
+    favourable = favourable_of(source, column_list(arguments.favourable))
+    by = [column_list([text]) for text in arguments.by or []]
+    if arguments.rule == "air":
+        from fairaudit.publications.adverse_impact import adverse_impact
+
+        if arguments.control is None:
+            raise InputError("--rule air compares with a control group; name it with --control LABEL")
+        return adverse_impact(decisions, favourable, column_list(arguments.control), by)
     from fairaudit.publications.four_fifths import four_fifths
 
-    favourable = favourable_of(source, column_list(arguments.favourable))
-    return four_fifths(decisions_of(source), favourable, [column_list([text]) for text in arguments.by or []])
+    return four_fifths(decisions, favourable, by)
 
 
 def _answer(folder: str, publication: Publication, files: dict[str, bytes]) -> Answer:

@@ -13,6 +13,8 @@ __all__ = ["four_fifths", "highest"]
 
 RULE = "four-fifths"
 
+SMALL = "The rule is meant for groups of at least 2 % of the labour force, which no table of decisions shows."
+
 CHOSEN = (
     "The group that all are compared with was chosen because its rate is the highest. That makes differences look larger than those from a "
     "group that was named in advance, and no figure here corrects it; a small group may well have the highest rate by chance."
@@ -79,7 +81,7 @@ def four_fifths(decisions: Decisions, favourable: Sequence[str], by: Sequence[Se
         points=points(number),
         facts=(("Rule", "29 CFR 1607.4 D, Uniform Guidelines on Employee Selection Procedures"), *facts_of(decisions, counts, favourable)),
         sections=(
-            *(section(sheet, "the highest rate", number["comparisons"]) for sheet in found),
+            *(section(sheet, "the highest rate", number["comparisons"], SMALL) for sheet in found),
             Section("How to read this", (*reading(number["comparisons"], "the highest rate"), CHOSEN)),
             Section("What the rule says, both ways", quotes=QUOTES),
         ),

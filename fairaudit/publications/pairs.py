@@ -163,14 +163,26 @@ def _probability(p: Probability) -> str:
     return half_up(p.low, 4, (LEVEL,) if p.at_most(LEVEL) is not None else ())
 
 
-def section(sheet: Sheet, with_whom: str, comparisons: int) -> Section:
-    """The part of the page about the groups by some columns; of several comparisons on it, their p-values are adjusted, too."""
+def section(sheet: Sheet, with_whom: str, comparisons: int, about_small: str = "") -> Section:
+    """The part of the page about the groups by some columns.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        The groups.
+    with_whom : str
+        What the group is called that they are compared with.
+    comparisons : int
+        How many there are on the page: of several the adjusted p-values are shown, too.
+    about_small : str
+        What to say of groups with few people.
+    """
     by = " and ".join(sheet.columns)
     rates = Table(
         f"Rates by {by}",
         ("Group", "Applicants", "Selected", "Rate", f"Ratio to {with_whom}", "Below 4/5 of it"),
         tuple(_rates(line) for line in sheet.lines),
-        tuple(_said(sheet, with_whom)),
+        tuple(_said(sheet, with_whom, about_small)),
     )
     compared = [line for line in sheet.lines if line.pair]
     if not compared or sheet.reference is None:
@@ -217,7 +229,7 @@ def _findings(group: Label, pair: Pair, found: Judged, *, adjusted: bool) -> Row
     )
 
 
-def _said(sheet: Sheet, with_whom: str) -> list[str]:
+def _said(sheet: Sheet, with_whom: str, about_small: str) -> list[str]:
     """What is to be known of a table of rates."""
     said = []
     there = [line for line in sheet.lines if line.applicants]
@@ -235,10 +247,7 @@ def _said(sheet: Sheet, with_whom: str) -> list[str]:
         )
     small = [name_of(line.group) for line in there if line.applicants < SMALL * sheet.people]
     if small:
-        said.append(
-            f"Less than 2 % of the people of this table each: {'; '.join(small)}. The four-fifths rule is meant for groups of at least "
-            "2 % of the labour force, which no table of decisions shows."
-        )
+        said.append(f"Less than 2 % of the people of this table each: {'; '.join(small)}. {about_small}".rstrip())
     return said
 
 

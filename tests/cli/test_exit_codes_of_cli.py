@@ -54,6 +54,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "publish 0": (
         "publish certificate.json --rule four-fifths -o published",
         "publish apart.json --table apart.table.jsonl --rule four-fifths -o apart",
+        "publish certificate.json --rule air --control m -o ratios",
     ),
     "publish 1": ("publish false.json --rule four-fifths -o of-false",),
     "publish 2": ("publish no.json --rule four-fifths -o of-none", "publish certificate.json --rule four-fifths -o ."),

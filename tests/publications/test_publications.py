@@ -68,6 +68,9 @@ def test_page_table_and_summary_have_the_same_figures(certificate: Path, tmp_pat
     [
         ("--by age", "no group column of the certificate; known: 'sex', 'race'"),
         ("--by sex --favourable maybe", "there is no decision 'maybe'"),
+        ("--control m", "--control belongs to --rule air"),
+        ("--rule air", "name it with --control LABEL"),
+        ("--rule air --control m", "no label of the column 'race'"),
         ("--rule other", "invalid choice: 'other'"),
         ("--table nowhere.jsonl", "cannot be read"),
     ],
