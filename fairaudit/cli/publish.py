@@ -6,6 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import publish_ll144
 from fairaudit.cli.options import add_command, column_list
 from fairaudit.cli.output import Answer, add_format
 
@@ -19,17 +20,20 @@ folder. The certificate is checked first, as `fairaudit verify` does. Figures ar
 
 EPILOG = """\
 rules:
+  ll144        New York City, 6 RCNY 5-300 to 5-304: selection or scoring rates and impact ratios by sex, race or ethnicity, and both
   four-fifths  29 CFR 1607.4 D: each group beside the one with the highest selection rate, with tests of the difference
   air          adverse impact ratio, in credit and insurance: each group beside a control group that --control names
 
 exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input; 3 the table is needed
 
 examples:
+  fairaudit publish certificate.json --rule ll144 --sex sex --race race --categories map.toml --unknown declined -o published
   fairaudit publish certificate.json --rule four-fifths -o published
   fairaudit publish certificate.json --rule four-fifths --by sex --by sex,race --favourable hired -o published
   fairaudit publish certificate.json --rule air --control white --favourable approved -o published"""
 
 OPTIONS = {
+    "ll144": publish_ll144.OPTIONS,
     "four-fifths": ("by",),
     "air": ("by", "control"),
 }
@@ -63,6 +67,7 @@ def add(commands: Any) -> None:
         action="append",
         help="air: the control group, one label of each column that is compared by; COLUMN=LABEL where several columns have it",
     )
+    publish_ll144.add_options(parser)
     add_format(parser)
 
 
@@ -94,6 +99,9 @@ def run(arguments: argparse.Namespace) -> Answer | int:
 def _publication(source: Source, arguments: argparse.Namespace) -> Publication:
     """What the rule asks for."""
     from fairaudit.errors import InputError
+
+    if arguments.rule == "ll144":
+        return publish_ll144.publication(source, arguments)
     from fairaudit.publications.counts import decisions_of, favourable_of
 
     decisions = decisions_of(source)

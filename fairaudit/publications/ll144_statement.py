@@ -144,14 +144,16 @@ def findings(stated: Stated) -> tuple[str, ...]:
     found = [
         f"The rule asks for {what}, which is not stated here."
         for what, given in (
-            ("the name of the tool", stated.tool),
             ("the date of the latest bias audit", stated.audit_date),
             ("the distribution date of the tool, when this employer began to use it", stated.distribution_date),
             ("the source and an explanation of the data", stated.data_source),
-            ("whether the data is historical or test data", stated.data_kind),
         )
         if given is None
     ]
+    if stated.data_kind is None:
+        found.append("Whether the data is historical or test data is not stated; of test data the rule asks why, and how it was made.")
+    if stated.tool is None:
+        found.append("The tool is not named.")
     if stated.audit_date is not None and stated.distribution_date is not None:
         limit = last_day(stated.audit_date)
         if limit is not None and stated.distribution_date > limit:

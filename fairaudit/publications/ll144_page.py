@@ -1,0 +1,454 @@
+"""The publication that New York City's rule on automated employment decision tools asks for: page, CSV and summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from fairaudit.errors import shown
+from fairaudit.exact.rationals import rational_text
+from fairaudit.publications.counts import Decisions
+from fairaudit.publications.display import NONE, rate_text, ratio_text
+from fairaudit.publications.ll144 import ImpactTable, Line
+from fairaudit.publications.ll144_people import Reading, Scores
+from fairaudit.publications.ll144_statement import Stated, findings, last_day
+from fairaudit.publications.publication import Publication, Row, Section, Table
+
+__all__ = ["Part", "publish"]
+
+
+HEADER = (
+    "table",
+    "sex",
+    "race_ethnicity",
+    "applicants",
+    "selected",
+    "rate",
+    "impact_ratio",
+    "rate_exact",
+    "impact_ratio_exact",
+    "share_exact",
+    "status",
+)
+
+TITLES = {"sex": "Sex", "race": "Race or ethnicity", "intersection": "Sex and race or ethnicity"}
+
+NOT_STATED = "not stated"
+
+
+WORST = (
+    "The rule does not ask for this. People of unknown category belong to some category. The worst case is the least impact ratio that "
+    "any way of adding them to categories gives, among the categories that the table compares: those who were not selected all in one of "
+    "them, those who were all in another. Where one of sex and race or ethnicity is known of somebody, this is not used."
+)
+
+RATIOS = (
+    "Impact ratio: the rate of a category over the highest rate in the same table. Categories are those of EEO-1 component 1; of race or "
+    "ethnicity, all but the first are of people who are not Hispanic or Latino."
+)
+
+ROUNDED = (
+    "Every figure is computed from whole numbers of people and rounded half up for display alone; table.csv has the exact fractions. Where "
+    "rounding would move a figure onto or across 0.8 or 1, it has more digits."
+)
+
+
+@dataclass(frozen=True)
+class Part:
+    """The tables of what people can be selected for.
+
+    Attributes
+    ----------
+    favourable : tuple of str
+        The decisions that count as selected.
+    tables : tuple of ImpactTable
+        Those of sex, of race, and of both, as far as they are recorded.
+    label : str or None
+        The class, where the tool sorts people into several.
+    """
+
+    favourable: tuple[str, ...]
+    tables: tuple[ImpactTable, ...]
+    label: str | None = None
+
+
+@dataclass(frozen=True)
+class Words:
+    """What a rate is called."""
+
+    rate: str
+    selected: str
+    means: str
+
+
+def publish(
+    stated: Stated,
+    decisions: Decisions,
+    reading: Reading,
+    parts: Sequence[Part],
+    scores: Scores | None = None,
+    *,
+    available: bool = False,
+) -> Publication:
+    """Write the tables of a certificate as the rule asks for.
+
+    Parameters
+    ----------
+    stated : Stated
+        What the auditor states.
+    decisions : Decisions
+        The counts of the certificate.
+    reading : Reading
+        What its labels mean.
+    parts : sequence of Part
+        The tables; of a tool that sorts into classes those of each class.
+    scores : Scores, optional
+        The median at which scores were cut.
+    available : bool
+        Whether each table has all people whose category in it is known.
+    """
+    words = _words(scores, classes=parts[0].label is not None)
+    found = (*findings(stated), *_gaps(decisions, reading, parts, scores), *reading.notes)
+    classed = parts[0].label is not None
+    return Publication(
+        rule="ll144",
+        title=f"Results of a bias audit: {stated.tool}" if stated.tool else "Results of a bias audit",
+        lead=_lead(parts, found),
+        facts=tuple(_facts(stated, decisions, reading, parts, scores, available=available)),
+        sections=(
+            *(_tables(part, words) for part in parts),
+            *_exclusions(stated, parts),
+            _worst(parts),
+            *([Section("What is missing, and what to look at", found)] if found else []),
+            _reading(words, stated),
+        ),
+        header=("class", *HEADER) if classed else HEADER,
+        rows=tuple((part.label, *row) if part.label is not None else row for part in parts for row in _rows(part)),
+        summary=_summary(stated, reading, parts, scores, found, available=available),
+    )
+
+
+def _words(scores: Scores | None, *, classes: bool) -> Words:
+    if scores is not None:
+        return Words("Scoring rate", "Above the median", "received a score above the median of all scores")
+    if classes:
+        return Words("Selection rate", "Assigned", "were assigned to the class")
+    return Words("Selection rate", "Selected", "were selected")
+
+
+def _gaps(decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: Scores | None) -> Iterator[str]:
+    """What the rule asks for and the certificate does not have."""
+    if reading.sex is None or reading.race is None:
+        there, absent = ("race or ethnicity", "sex") if reading.sex is None else ("sex", "race or ethnicity")
+        yield (
+            "The rule asks for three tables: of sex, of race or ethnicity, and of both together. "
+            f"This page has that of {there} alone; {absent} is not in it."
+        )
+    without = [label for label in decisions.labels if parts[0].label is not None and label not in {part.label for part in parts}]
+    if without:
+        yield f"The rule asks for the tables of each class; there are none here of {', '.join(map(shown, without))}."
+    if scores is not None and reading.left_out:
+        yield (
+            f"The rule's median is that of all who were scored. This one is of {scores.of} scores, without those of the {reading.left_out} "
+            "people of whom a category is missing."
+        )
+
+
+def _name(line: Line) -> str:
+    return ", ".join(filter(None, (line.sex, line.race)))
+
+
+def _lead(parts: Sequence[Part], found: Sequence[str]) -> str:
+    """The least impact ratio of all tables, and how much is amiss."""
+    candidates = [(line, table, part) for part in parts for table in part.tables if (line := table.least()) is not None]
+    amiss = f" {len(found)} {'remark is' if len(found) == 1 else 'remarks are'} listed below the tables." if found else ""
+    if not candidates:
+        return f"Nobody in the certificate has a known category, so there is nothing to compare.{amiss}"
+    line, table, part = min(candidates, key=lambda found: found[0].ratio or Fraction(0))
+    top = table.top
+    against = f", against {_name(top)}" if top is not None and line.ratio is not None and line.ratio < 1 else ""
+    of = f" of the class {shown(part.label)}" if part.label is not None else ""
+    return (
+        f"The least impact ratio{of} is {ratio_text(line.ratio)}: {_name(line)}{against}. These are figures that the rule asks for; "
+        f"the page does not say what they are worth in law.{amiss}"
+    )
+
+
+def _facts(
+    stated: Stated, decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: Scores | None, *, available: bool
+) -> Iterator[tuple[str, str]]:
+    """The tool, the dates, the data, the unknown: in this order."""
+    version = f", version {stated.tool_version}" if stated.tool_version else ""
+    yield "Tool", f"{stated.tool}{version}" if stated.tool else NOT_STATED
+    yield "Auditor", stated.auditor or NOT_STATED
+    yield "Date of the latest bias audit", _day(stated.audit_date)
+    yield "Distribution date", _day(stated.distribution_date)
+    yield "Source and explanation of the data", stated.data_source or NOT_STATED
+    yield "Kind of data", {"historical": "historical data", "test": "test data", None: NOT_STATED}[stated.data_kind]
+    if stated.test_data:
+        yield "Why test data, and how it was made", stated.test_data
+    if stated.period:
+        yield "Period of the data", f"{stated.period[0]} to {stated.period[1]}"
+    yield "People of unknown category", _unknown_fact(parts[0].tables, available=available)
+    if scores is not None:
+        yield (
+            "Scores",
+            f"column {shown(scores.column)}; the median of all {scores.of} is {scores.median}, and above it is what is strictly greater",
+        )
+    elif parts[0].label is None:
+        yield "Selected are people with the decision", " or ".join(map(shown, parts[0].favourable))
+    else:
+        yield "Classes", ", ".join(shown(part.label) for part in parts)
+    for attribute in filter(None, (reading.sex, reading.race)):
+        labels = {group[decisions.columns.index(attribute.column)] for group in decisions.groups}
+        renamed = attribute.renamed(labels)
+        if renamed:
+            meant = "; ".join(f"{category}: {', '.join(map(shown, own))}" for category, own in renamed.items())
+            yield f"Labels of column {shown(attribute.column)}", meant
+        silent = sorted(label for label in labels if label in attribute.unknown)
+        if silent:
+            yield f"Unknown in column {shown(attribute.column)}", ", ".join(map(shown, silent))
+    used = {attribute.column for attribute in (reading.sex, reading.race) if attribute}
+    summed = [*(name for name in decisions.columns if name not in used), *decisions.contexts]
+    if summed:
+        yield "Summed over", ", ".join(map(shown, summed))
+
+
+def _day(value: object) -> str:
+    return NOT_STATED if value is None else str(value)
+
+
+def _unknown_fact(tables: Sequence[ImpactTable], *, available: bool) -> str:
+    if available and len(tables) > 1:
+        return (
+            "; ".join(f"{TITLES[table.name].lower()}: {table.unknown.people}" for table in tables)
+            + " (each table has all whose category is known)"
+        )
+    people = tables[0].unknown.people
+    both = " (the tables have the people of whom both sex and race or ethnicity are known)" if len(tables) > 1 else ""
+    return f"{people}{both}"
+
+
+def _tables(part: Part, words: Words) -> Section:
+    shown_tables = tuple(
+        Table(
+            title=TITLES[table.name],
+            head=("Category", "Applicants", words.selected, words.rate, "Impact ratio"),
+            rows=(
+                *(_row(line, table) for line in table.lines),
+                Row(("Unknown, not in the table", *_unknown_counts(table), NONE, NONE), "unknown"),
+            ),
+            notes=tuple(_notes(table, words)),
+        )
+        for table in part.tables
+    )
+    return Section("Impact ratios" if part.label is None else f"Impact ratios of the class {shown(part.label)}", (), shown_tables)
+
+
+def _unknown_counts(table: ImpactTable) -> tuple[str, str]:
+    return str(table.unknown.people), NONE if table.unknown.undecided else str(table.unknown.selected)
+
+
+def _row(line: Line, table: ImpactTable) -> Row:
+    top = table.top
+    status: str = "" if line.status == "compared" else line.status
+    if top is not None and line.status == "compared" and line.rate == top.rate:
+        status = "highest"
+    ratio = "left out" if line.status == "excluded" else ratio_text(line.ratio)
+    return Row((_name(line), str(line.applicants), str(line.selected), rate_text(line.rate), ratio), status)
+
+
+def _notes(table: ImpactTable, words: Words) -> Iterator[str]:
+    top = table.top
+    if top is None:
+        yield "Nobody has a known category, so there is no rate."
+        return
+    alike = [_name(line) for line in table.lines if line.status == "compared" and line.rate == top.rate]
+    if table.nobody_selected:
+        yield "All rates that are compared are 0, so each is the highest and each impact ratio is 1."
+    else:
+        yield f"Impact ratios are rates over {rate_text(top.rate)}, the highest {words.rate.lower()}: {' and '.join(alike)}."
+    yield f"{table.applicants} people are in this table."
+    excluded = [_name(line) for line in table.lines if line.status == "excluded"]
+    if excluded:
+        yield f"Below 2 % of these {table.applicants} and left out of the impact ratios: {'; '.join(excluded)}."
+    if any(line.status == "empty" for line in table.lines):
+        yield f"{NONE}: a category without people has no rate and no impact ratio."
+
+
+def _exclusions(stated: Stated, parts: Sequence[Part]) -> Iterator[Section]:
+    if stated.justification is None:
+        return
+    rows = tuple(
+        Row(
+            (
+                f"{f'{part.label}: ' if part.label is not None else ''}{_name(line)}",
+                TITLES[table.name],
+                str(line.applicants),
+                str(table.applicants),
+                rate_text(line.share),
+                rate_text(line.rate),
+            ),
+            "excluded",
+        )
+        for part in parts
+        for table in part.tables
+        for line in table.lines
+        if line.status == "excluded"
+    )
+    head = ("Category", "Table", "Applicants", "People in the table", "Share", "Rate")
+    nothing = () if rows else ("No category with people is below 2 % of its table, so nothing was left out.",)
+    yield Section(
+        "Categories left out of the impact ratios",
+        (
+            "The rule lets an auditor leave out a category that is less than 2 % of the data, here: of the people in the same table.",
+            f"Justification: {stated.justification}",
+            *nothing,
+        ),
+        (Table("Left out", head, rows),) if rows else (),
+    )
+
+
+def _worst(parts: Sequence[Part]) -> Section:
+    """What the unknown could change."""
+    rows: list[Row] = []
+    notes: list[str] = []
+    for part in parts:
+        of = f"{part.label}: " if part.label is not None else ""
+        for table in part.tables:
+            least, worst, every = table.least(), table.worst, table.worst_of_all
+            name = f"{of}{TITLES[table.name]}"
+            pair = (NONE, NONE) if worst is None or worst.pair is None else tuple(_name(table.lines[i]) for i in worst.pair)
+            figures = (ratio_text(least.ratio if least else None), ratio_text(worst.ratio if worst else None))
+            rows.append(Row((name, str(table.unknown.people), *figures, *pair)))
+            if every is not None and worst is not None and every.ratio < worst.ratio and every.pair is not None:
+                low, high = (_name(table.lines[i]) for i in every.pair)
+                notes.append(f"{name}, with the categories that are empty or left out: {ratio_text(every.ratio)} ({low} against {high}).")
+    if not any(table.unknown.people for part in parts for table in part.tables):
+        text = ("Nobody is outside the tables, so nothing could change them.",)
+        return Section("What the unknown could change", text)
+    undecided = max(table.unknown.undecided for part in parts for table in part.tables)
+    also = (
+        (f"Whether {undecided} of them were selected is unknown, too; the worst case is over all that this could be.",) if undecided else ()
+    )
+    return Section(
+        "What the unknown could change",
+        (WORST, *also),
+        (
+            Table(
+                "Worst case",
+                ("Table", "Unknown people", "Least impact ratio", "In the worst case", "Lowest", "Highest"),
+                tuple(rows),
+                tuple(notes),
+            ),
+        ),
+    )
+
+
+def _reading(words: Words, stated: Stated) -> Section:
+    limit = None if stated.audit_date is None else last_day(stated.audit_date)
+    until = (
+        ()
+        if limit is None
+        else (f"The rule does not let a tool be used when more than one year has passed since its audit; here: after {limit}.",)
+    )
+    return Section(
+        "How to read the tables",
+        (
+            f"{words.rate}: of the people in a category, the share who {words.means}.",
+            RATIOS,
+            ROUNDED,
+            *until,
+        ),
+    )
+
+
+def _rows(part: Part) -> Iterator[tuple[str, ...]]:
+    for table in part.tables:
+        for line in table.lines:
+            yield (
+                table.name,
+                line.sex,
+                line.race,
+                str(line.applicants),
+                str(line.selected),
+                rate_text(line.rate),
+                ratio_text(line.ratio),
+                _exact(line.rate),
+                _exact(line.ratio),
+                _exact(line.share),
+                line.status,
+            )
+        selected = "" if table.unknown.undecided else str(table.unknown.selected)
+        yield (table.name, "", "", str(table.unknown.people), selected, "", "", "", "", "", "unknown")
+
+
+def _exact(value: Fraction | None) -> str:
+    return "" if value is None else rational_text((value.numerator, value.denominator))
+
+
+def _summary(
+    stated: Stated, reading: Reading, parts: Sequence[Part], scores: Scores | None, found: Sequence[str], *, available: bool
+) -> Mapping[str, Any]:
+    return {
+        "stated": {
+            "tool": stated.tool,
+            "tool_version": stated.tool_version,
+            "auditor": stated.auditor,
+            "audit_date": _iso(stated.audit_date),
+            "distribution_date": _iso(stated.distribution_date),
+            "data_source": stated.data_source,
+            "data_kind": stated.data_kind,
+            "test_data_explanation": stated.test_data,
+            "period": None if stated.period is None else {"start": str(stated.period[0]), "end": str(stated.period[1])},
+            "justification": stated.justification,
+        },
+        "unknown_in": "available" if available else "complete",
+        "columns": {
+            "sex": None if reading.sex is None else reading.sex.column,
+            "race_ethnicity": None if reading.race is None else reading.race.column,
+        },
+        "rate": "selection" if scores is None else "scoring",
+        "median": None if scores is None else scores.median,
+        "findings": list(found),
+        "parts": [
+            {
+                "class": part.label,
+                "favourable": list(part.favourable),
+                "tables": [_table_summary(table) for table in part.tables],
+            }
+            for part in parts
+        ],
+    }
+
+
+def _iso(value: object) -> str | None:
+    return None if value is None else str(value)
+
+
+def _table_summary(table: ImpactTable) -> Mapping[str, Any]:
+    return {
+        "table": table.name,
+        "applicants": table.applicants,
+        "unknown": {
+            "people": table.unknown.people,
+            "selected": None if table.unknown.undecided else table.unknown.selected,
+        },
+        "categories": [
+            {
+                "sex": line.sex or None,
+                "race_ethnicity": line.race or None,
+                "applicants": line.applicants,
+                "selected": line.selected,
+                "rate": _exact(line.rate) or None,
+                "impact_ratio": _exact(line.ratio) or None,
+                "share": _exact(line.share) or None,
+                "status": line.status,
+            }
+            for line in table.lines
+        ],
+        "worst_case": None if table.worst is None else _exact(table.worst.ratio),
+        "worst_case_of_all_categories": None if table.worst_of_all is None else _exact(table.worst_of_all.ratio),
+    }
