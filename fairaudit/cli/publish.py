@@ -122,13 +122,16 @@ def _answer(folder: str, publication: Publication, files: dict[str, bytes]) -> A
     import json
     from hashlib import sha256
 
+    from fairaudit.words import plain
+
+    said = f"Written to {folder}: {', '.join(files)}"
     return Answer(
         "publish",
-        sentence=publication.lead,
+        sentence=f"{publication.title}: {folder} was written.",
         result=lambda: {
             "folder": folder,
             "files": [{"name": name, "sha256": sha256(content).hexdigest()} for name, content in files.items()],
             "summary": json.loads(files["summary.json"]),
         },
-        text=lambda: f"{publication.lead}\nWritten to {folder}: {', '.join(files)}",
+        text=lambda: "\n".join(map(plain, [publication.lead, *(f"  - {text}" for text in publication.points), said])),
     )

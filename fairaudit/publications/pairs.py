@@ -255,7 +255,7 @@ def lead(number: Mapping[str, int], with_whom: str) -> str:
     """How many comparisons there are."""
     if not number["comparisons"]:
         return "Fewer than two groups have people, so that nothing is compared."
-    return f"{_comparisons(number['comparisons'])} with {with_whom}. What was found is listed here; none of it is a verdict."
+    return f"{_comparisons(number['comparisons'])} with {with_whom}. Each line below is a finding; none of them is a verdict."
 
 
 def points(number: Mapping[str, int]) -> tuple[str, ...]:

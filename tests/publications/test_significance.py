@@ -22,6 +22,10 @@ def random_pair(rng: Random, most: int) -> Pair:
     return Pair(rng.randint(0, n), n, rng.randint(0, m), m)
 
 
+def table_of(pair: Pair) -> np.ndarray:
+    return np.array([[pair.selected, pair.applicants - pair.selected], [pair.other_selected, pair.other_applicants - pair.other_selected]])
+
+
 def plain_fisher(pair: Pair) -> Fraction:
     """The definition, term by term."""
     n, m, taken = pair.applicants, pair.other_applicants, pair.selected + pair.other_selected
@@ -33,9 +37,7 @@ def test_fisher_and_deviations_are_those_of_scipy() -> None:
     rng = Random("scipy")
     for i in range(PAIRS):
         pair = random_pair(rng, (6, 40, 300, 3000)[i % 4])
-        table = np.array(
-            [[pair.selected, pair.applicants - pair.selected], [pair.other_selected, pair.other_applicants - pair.other_selected]]
-        )
+        table = table_of(pair)
         found = fisher(pair)
         assert abs(float(found.low) - fisher_exact(table).pvalue) < 1e-12
         assert 0 <= found.high - found.low < Fraction(1, 10**20)
@@ -45,6 +47,22 @@ def test_fisher_and_deviations_are_those_of_scipy() -> None:
             )
         else:
             assert pair.squared_deviations is None
+
+
+def test_holm_is_that_of_the_values_of_scipy() -> None:
+    rng = Random("families")
+    for _ in range(PAIRS // 4):
+        pairs = [random_pair(rng, rng.choice((8, 60, 300))) for _ in range(rng.randint(2, 8))]
+        ps = [float(fisher_exact(table_of(pair)).pvalue) for pair in pairs]
+        before = 0.0
+        expected = [0.0] * len(ps)
+        for rank, place in enumerate(sorted(range(len(ps)), key=ps.__getitem__)):
+            before = max(before, min(1.0, ps[place] * (len(ps) - rank)))
+            expected[place] = before
+        for one, value in zip(judged(pairs), expected, strict=True):
+            assert one.adjusted.low == one.adjusted.high
+            assert abs(float(one.adjusted.low) - value) < 1e-12
+            assert one.significant_adjusted == (one.adjusted.low <= LEVEL)
 
 
 def test_fisher_is_its_definition() -> None:
