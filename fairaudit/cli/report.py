@@ -21,7 +21,8 @@ exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input
 examples:
   fairaudit report certificate.json -o page.html -o page.pdf
   fairaudit report certificate.json --format markdown
-  fairaudit report certificate.json --table certificate.table.jsonl -o page.html"""
+  fairaudit report certificate.json --table certificate.table.jsonl -o page.html
+  fairaudit report certificate.json --table certificate.table.jsonl --small 10 -o public.html"""
 
 
 def add(commands: Any) -> None:
@@ -40,7 +41,15 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "--table",
         metavar="FILE",
-        help="the canonical table, to check a certificate that does not hold it; nothing of it goes into the report",
+        help="the canonical table, to check a certificate that does not hold it; nothing of it goes into the report, but with --small the "
+        "counts of the groups that are shown",
+    )
+    parser.add_argument(
+        "--small",
+        metavar="N",
+        type=int,
+        help="write a page for the public, which withholds every group with a count below N and does not hold the certificate; needs one "
+        "that was made with --no-table, and --table",
     )
 
 
@@ -62,6 +71,8 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     refuse_twice(names)
     check_forms(names)
     try:
+        if arguments.small is not None:
+            return _public(arguments, names)
         if names:
             write_together(files_of(arguments.certificate, names, arguments.table))
             return 0
@@ -69,4 +80,28 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     except FalseCertificate as error:
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return 1
+    return Answer("report", result=dict, text=lambda: text.rstrip("\n"))
+
+
+def _public(arguments: argparse.Namespace, names: list[str]) -> Answer | int:
+    """Write the report that withholds small counts."""
+    from fairaudit.errors import TableNeeded
+    from fairaudit.files import write_together
+    from fairaudit.publications.counts import read_source
+    from fairaudit.publications.folder import page
+    from fairaudit.publications.public_report import private, public_files, public_markdown, public_report
+    from fairaudit.words import plain
+
+    try:
+        source = read_source(arguments.certificate, arguments.table)
+    except TableNeeded as error:
+        print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
+        return 2
+    if names:
+        write_together(public_files(source, arguments.small, names))
+        return 0
+    made = public_report(source, arguments.small)
+    text = (
+        public_markdown(made, source, arguments.small) if arguments.format == "markdown" else page(made, source, private(arguments.small))
+    )
     return Answer("report", result=dict, text=lambda: text.rstrip("\n"))

@@ -17,6 +17,7 @@ from typing import Any
 from fairaudit.errors import InputError
 from fairaudit.publications.counts import Source
 from fairaudit.publications.publication import Publication
+from fairaudit.publications.small import CHECKED, Private
 from fairaudit.reports.page import UNBROKEN, digest, templates
 from fairaudit.reports.words import clip
 from fairaudit.tables.preparation import said
@@ -121,8 +122,17 @@ def summary(publication: Publication, source: Source) -> dict[str, Any]:
     }
 
 
-def page(publication: Publication, source: Source) -> str:
+def page(publication: Publication, source: Source, private: Private | None = None) -> str:
     """Write a publication as one page, which loads nothing and runs nothing.
+
+    Parameters
+    ----------
+    publication : Publication
+        What the page says.
+    source : Source
+        The certificate.
+    private : Private, optional
+        Who can check the page of a certificate that is not published: then it says nothing that only the certificate does.
 
     Raises
     ------
@@ -136,9 +146,10 @@ def page(publication: Publication, source: Source) -> str:
         cell=clip,
         plain=plain,
         unbroken=UNBROKEN,
-        prepared=said(source.document["subject"]),
-        said=source.said,
-        sha256=source.sha256,
+        private=private,
+        prepared=[] if private else said(source.document["subject"]),
+        said=CHECKED if private else source.said,
+        sha256="" if private else source.sha256,
         table_sha256=source.document["subject"]["table"]["sha256"],
         apart=TABLE if source.table is not None else "",
         css=markup(css),

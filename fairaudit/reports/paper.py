@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.resources import files
 from typing import Any
@@ -15,7 +15,7 @@ from fairaudit.reports.page import templates
 from fairaudit.reports.rows import table_rows
 from fairaudit.reports.views import Views
 
-__all__ = ["check_extra", "printed"]
+__all__ = ["check_extra", "print_page", "printed"]
 
 DATE = datetime(1980, 1, 1, tzinfo=UTC)
 """Of the attachment: what is printed says when something was, and where; the file itself is the same whenever it is made."""
@@ -46,21 +46,31 @@ def printed(page: str, document: Mapping[str, Any]) -> bytes:
     InputError
         If WeasyPrint or a library that it needs is missing.
     """
-    weasyprint = _weasyprint()
-    from weasyprint.urls import URLFetcher
-
-    attached = weasyprint.Attachment(
+    attached = _weasyprint().Attachment(
         string=Certificate(dict(document)).text.encode("ascii"),
         name="certificate.json",
         description="The certificate",
         created=DATE,
         modified=DATE,
     )
-    paper = weasyprint.CSS(string=files("fairaudit.reports").joinpath("paper.css").read_text("utf-8"))
     before, _, after = page.rpartition("</main>")
-    drawn = _drawn(f"{before}{_further(document)}</main>{after}")
-    found = weasyprint.HTML(string=drawn, url_fetcher=URLFetcher(allowed_protocols=()))
-    pdf: bytes = found.write_pdf(stylesheets=[paper], attachments=[attached])
+    return print_page(f"{before}{_further(document)}</main>{after}", [attached])
+
+
+def print_page(page: str, attachments: Sequence[Any] = ()) -> bytes:
+    """Print a page as it is.
+
+    Raises
+    ------
+    InputError
+        If WeasyPrint or a library that it needs is missing.
+    """
+    weasyprint = _weasyprint()
+    from weasyprint.urls import URLFetcher
+
+    paper = weasyprint.CSS(string=files("fairaudit.reports").joinpath("paper.css").read_text("utf-8"))
+    found = weasyprint.HTML(string=_drawn(page), url_fetcher=URLFetcher(allowed_protocols=()))
+    pdf: bytes = found.write_pdf(stylesheets=[paper], attachments=[*attachments])
     return pdf
 
 

@@ -1,0 +1,241 @@
+"""A report for the public whose small counts are withheld: whatever it says can be computed from the groups that it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from fairaudit.errors import InputError, shown
+from fairaudit.inference.verdicts import verdict
+from fairaudit.measures.limits import limit_text
+from fairaudit.publications.counts import Counts, Decisions, Source, decisions_of
+from fairaudit.publications.display import rate_text, ratio_text
+from fairaudit.publications.folder import page
+from fairaudit.publications.publication import Publication, Row, Section, Table
+from fairaudit.publications.small import CHECKED, WITHHELD, Private, check_least, check_salted, kept_back, shown_only, why_withheld
+from fairaudit.publications.withheld import is_small
+from fairaudit.reports.endings import form_of
+from fairaudit.reports.markdown import code, prose, table
+from fairaudit.reports.paper import print_page
+from fairaudit.reports.words import clip, scope
+from fairaudit.words import THIS_TABLE
+
+__all__ = ["public_files", "public_markdown", "public_report"]
+
+NOT_SAID = "not said here: it depends on counts that this page does not show, and could tell them"
+
+WORDS = {
+    "within": "within the limit",
+    "exceeds": "exceeds the limit",
+    "inconclusive": "inconclusive",
+    "depends": "depends on what was not recorded",
+    "changed": "the ratio changed over time",
+}
+
+
+def public_report(source: Source, least: int) -> Publication:
+    """What may be said of a certificate in public without telling a count below the least one.
+
+    Of every group with at least `least` decisions of either kind it says everything, of the others nothing but that they are there.  No
+    total is published, and a verdict only where the groups shown determine it, or where no count of the whole table is small.  So what is
+    published is a function of the counts of the groups shown, and of which these are: every small count could be any below the least one,
+    whatever a reader computes, and also for one who knows how this program decides.
+
+    Parameters
+    ----------
+    source : Source
+        The certificate, with its table beside it.
+    least : int
+        The least count that is published.
+
+    Raises
+    ------
+    InputError
+        If small counts could be guessed from the digest of the table, or the decisions are not worth 0 or 1.
+    """
+    check_least(least)
+    check_salted(source)
+    decisions, counted = decisions_of(source), _counted(source)
+    counts = decisions.selected(counted)
+    kept = kept_back(counts, [counts.columns], least)
+    visible = shown_only(counts, kept)
+    rates = dict(zip(visible.groups, map(Fraction, visible.selected, visible.applicants), strict=True))
+    burden = bool(source.document["subject"]["utility"].get("burden"))
+    limits = [*_limits(source, least, rates, complete=not kept[counts.columns])]
+    return Publication(
+        rule="report",
+        title=f"{source.document['subject']['columns']['decision']} by {', '.join(decisions.columns)}",
+        lead=_lead(rates, len(counts.groups)),
+        facts=(*_facts(source, decisions, counts, least, counted), *limits),
+        sections=(
+            Section("What each group gets", (), (_table(counts, rates, visible, least, burden=burden),)),
+            Section("What is withheld, and what this page says nothing about", _limits_of_the_page(least)),
+        ),
+        header=(),
+        rows=(),
+        summary={},
+    )
+
+
+def _counted(source: Source) -> list[str]:
+    """The decisions worth 1."""
+    header = next(iter(source.lines))
+    worth = header["utility"]
+    if worth is None or {*worth} != {"0", "1"}:
+        raise InputError(
+            "--small needs decisions of which each is worth 0 or 1 to everybody, so that a group's mean is how often they are taken; "
+            "the utility of this certificate is another"
+        )
+    return [label for label, value in zip(header["decisions"], worth, strict=True) if value == "1"]
+
+
+def _lead(rates: Mapping[tuple[str, ...], Fraction], groups: int) -> str:
+    said = f"Of {groups} groups {len(rates)} {'is' if len(rates) == 1 else 'are'} shown."
+    if len(rates) < 2:
+        return f"{said} Fewer than two leave nothing to compare."
+    high, low = max(rates, key=lambda group: rates[group]), min(rates, key=lambda group: rates[group])
+    if rates[high] == rates[low]:
+        return f"{said} They have the same rate, {rate_text(rates[high])}."
+    return (
+        f"{said} {_name(high)} has the highest rate of these, {rate_text(rates[high])}, and {_name(low)} the lowest, "
+        f"{rate_text(rates[low])}: {ratio_text(rates[low] / rates[high])} of it."
+    )
+
+
+def _name(group: tuple[str, ...]) -> str:
+    return clip(", ".join(group))
+
+
+def _facts(source: Source, decisions: Decisions, counts: Counts, least: int, counted: list[str]) -> Iterator[tuple[str, str]]:
+    columns = source.document["subject"]["columns"]
+    yield "Decision", columns["decision"]
+    yield "Counted", f"{', '.join(map(shown, counted))} (of {', '.join(map(shown, decisions.labels))})"
+    yield "Groups by", ", ".join(decisions.columns)
+    if decisions.contexts:
+        yield "Contexts", f"summed over {', '.join(decisions.contexts)}, whose differences these figures do not show"
+    if "unknown" in next(iter(source.lines)):
+        people, taken = counts.unknown
+        yield (
+            "Group unknown",
+            WITHHELD
+            if is_small((taken, people - taken), least)
+            else f"{people:,} more decisions, {taken:,} of them counted, which are in no group",
+        )
+    yield "Least count shown", f"{least}; what is below, 0 included, is withheld"
+
+
+def _limits(source: Source, least: int, rates: Mapping[tuple[str, ...], Fraction], *, complete: bool) -> Iterator[tuple[str, str]]:
+    """Each limit with the verdict on it, or that it is not said."""
+    document = source.document
+    everything = not _any_small(source, least)
+    for target in document["targets"]:
+        known = everything or _determined(target, rates, complete=complete)
+        said = f"{WORDS[target['verdict']]}, judged for {scope(target['judged'])}" if known else NOT_SAID
+        yield "Limit", f"{limit_text(target['quantity'], target['unit'], Fraction(target['limit']))}: {said}"
+    if not document["targets"]:
+        yield "Limit", "none was set, so that there is no verdict"
+
+
+def _any_small(source: Source, least: int) -> bool:
+    """Whether any count of the table is small, those of labels and contexts that nobody sees included."""
+    lines = iter(source.lines)
+    header = next(lines)
+    cells = 0
+    for row in lines:
+        cells += "unknown" not in row
+        entries = [row["unknown"]] if "unknown" in row else [row["weights"], *row.get("truth", [])]
+        if any(is_small(map(int, entry), least) for entry in entries):
+            return True
+    return cells < len(header["groups"]) * len(header["contexts"])
+
+
+def _determined(target: Mapping[str, Any], rates: Mapping[tuple[str, ...], Fraction], *, complete: bool) -> bool:
+    """Whether the rates shown alone give the verdict: all of them are, or two of them are too far apart already."""
+    if target["quantity"] != "global" or target["judged"] != THIS_TABLE or len(rates) < 2:
+        return False
+    if complete:
+        return True
+    high, low, limit = max(rates.values()), min(rates.values()), Fraction(target["limit"])
+    if target["unit"] == "difference":
+        return high - low > limit
+    return verdict((high / low, high / low), **{f"max_{target['unit']}": limit}) == "exceeds"
+
+
+def _table(counts: Counts, rates: Mapping[tuple[str, ...], Fraction], visible: Counts, least: int, *, burden: bool) -> Table:
+    best, end = ("lowest", min(rates.values(), default=None)) if burden else ("highest", max(rates.values(), default=None))
+    figures = {
+        group: (f"{n:,}", f"{s:,}", rate_text(rates[group]), ratio_text(rates[group] / end) if end else "")
+        for group, n, s in zip(visible.groups, visible.applicants, visible.selected, strict=True)
+    }
+    rows = tuple(Row((_name(group), *figures.get(group, (WITHHELD,) * 4)), "" if group in figures else WITHHELD) for group in counts.groups)
+    hidden = len(rows) - len(figures)
+    notes = [why_withheld(hidden, len(rows), least, done="counted")]
+    if hidden and figures:
+        notes.append(f"The {best} rate is that of the groups shown; a group that is withheld may have another.")
+    return Table(
+        "Rates",
+        ("Group", "Decisions", "Counted", "Rate", f"Ratio to the {best} rate shown"),
+        rows,
+        tuple(notes),
+    )
+
+
+def _limits_of_the_page(least: int) -> tuple[str, ...]:
+    return (
+        (
+            f"Of a group with fewer than {least} decisions of one kind this page shows no figure, and neither a total nor any other number "
+            f"from which one could be computed: whatever a reader computes, each count below {least} could be any from 0 to {least - 1}."
+        ),
+        (
+            "Contexts, intervals for the population, the pairs that differ most, and how many rows were left out are not shown at all: "
+            "they rest on smaller counts."
+        ),
+        "No count was rounded or changed. Rates and ratios of the groups shown are rounded half up from the exact counts beside them.",
+    )
+
+
+def public_files(source: Source, least: int, paths: Sequence[str]) -> list[tuple[Path, list[bytes]]]:
+    """The report for the public as files, of each what its ending says, for `write_together`.
+
+    Raises
+    ------
+    InputError
+        If the name of one says that the certificate itself is to be written.
+    """
+    forms = [form_of(path) for path in paths]
+    for path, form in zip(paths, forms, strict=True):
+        if form == "json":
+            raise InputError(
+                f"{path} would be the certificate itself, which tells the counts that --small withholds; name .html, .pdf or .md"
+            )
+    made = public_report(source, least)
+    text = page(made, source, private(least)) if {"html", "pdf"} & {*forms} else ""
+    contents = {
+        "html": lambda: text.encode("utf-8"),
+        "pdf": lambda: print_page(text),
+        "markdown": lambda: public_markdown(made, source, least).encode("utf-8"),
+    }
+    return [(Path(path), [contents[form]()]) for path, form in zip(paths, forms, strict=True)]
+
+
+def private(least: int) -> Private:
+    """Who can check such a report."""
+    given = "certificate.json --table certificate.table.jsonl"
+    return Private((f"fairaudit verify {given}", f"fairaudit report {given} --small {least} -o page.html"))
+
+
+def public_markdown(publication: Publication, source: Source, least: int) -> str:
+    """The report for the public as markdown."""
+    lines = [f"## {prose(publication.title)}", prose(publication.lead), CHECKED]
+    lines.append("\n".join(f"* {prose(f'{name}: {text}')}" for name, text in publication.facts))
+    for section in publication.sections:
+        lines += [f"### {section.title}", *section.paragraphs]
+        for found in section.tables:
+            lines += [table(tuple(map(prose, found.head)), [(code(row.cells[0]), *row.cells[1:]) for row in found.rows]), *found.notes]
+    who = private(least)
+    digest = source.document["subject"]["table"]["sha256"]
+    commands = "\n".join(f"    {line}" for line in who.commands)
+    lines += ["### Who can check this", *who.paragraphs, commands, f"Salted digest of the table, SHA-256: `{digest}`"]
+    return "\n\n".join(lines) + "\n"

@@ -1,0 +1,199 @@
+"""Which counts of linked tables may be published so that no small one can be computed: decided in whole numbers, by flows.
+
+A count is small if it is below a given least one, 0 included: a rate of 0 % or 100 % says of everybody in a group what happened to them.  A
+group is published whole (everybody, those selected, the rate) or not at all, and every group that is not bears the same mark: two marks
+would say which of them is the small one.
+
+A table with its margins is a circulation: from a node ``all`` to the rows, from there through the cells to the columns, and back.  Every
+count is what one arc carries, and whoever knows the published ones knows that the others are whole numbers of at least 0 that make a
+circulation with them, and no more.  What an arc can carry then is an interval of whole numbers, both ends of which maximum flows
+find exactly.  So it is decided, not estimated, that each small count can be anything from 0 to one below the least one.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+__all__ = ["LEAST", "Arc", "is_small", "published", "range_of"]
+
+LEAST = 10
+"""The least count that is published where nothing else is said, and below which a table that is published whole is remarked on."""
+
+Parts = tuple[int, ...]
+
+Name = TypeVar("Name", bound=Hashable)
+"""Of a group, whatever tells it from the others."""
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A group of people who are counted, as an arc of the circulation.
+
+    Attributes
+    ----------
+    tail, head : hashable
+        The nodes that it leads from and to: for a cell of a table its row and its column, for a margin ``all`` and a row, or a column and
+        ``all``.
+    parts : tuple of int
+        How many of them there are of each kind, such as those selected and those not; every arc has the same kinds.
+    """
+
+    tail: Hashable
+    head: Hashable
+    parts: Parts
+
+
+def is_small(parts: Iterable[int], least: int) -> bool:
+    """Whether some count of a group is below the least one: those selected, those not, or all.
+
+    Examples
+    --------
+    >>> is_small((12, 30), 10), is_small((12, 9), 10), is_small((0, 30), 10)
+    (False, True, True)
+    """
+    return any(part < least for part in parts)
+
+
+def published(arcs: Mapping[Name, Arc], order: Sequence[Name], least: int) -> frozenset[Name]:
+    """Which groups may be published, those first that come first.
+
+    A group is published if none of its counts is small, and if with those before it every small count of every group could still be
+    anything from 0 to ``least - 1``.
+
+    Parameters
+    ----------
+    arcs : mapping of name to Arc
+        All groups whose counts are linked, those that nobody means to publish, too: as much flows into each node as out of it.
+    order : sequence of names
+        Those that are to be published, the most important first.
+    least : int
+        The least count that is not small.
+
+    Returns
+    -------
+    frozenset of names
+        Those that may be published, together.
+
+    Examples
+    --------
+    A table of two rows and two columns with one small cell: beside its margins, none of its cells may be published.
+
+    >>> cells = {"fa": Arc("f", "a", (40, 30)), "fb": Arc("f", "b", (20, 3)), "ma": Arc("m", "a", (50, 40)), "mb": Arc("m", "b", (60, 70))}
+    >>> rows = {"f": Arc("all", "f", (60, 33)), "m": Arc("all", "m", (110, 110))}
+    >>> columns = {"a": Arc("a", "all", (90, 70)), "b": Arc("b", "all", (80, 73))}
+    >>> sorted(published(rows | columns | cells, ["f", "m", "a", "b", "mb", "ma", "fa", "fb"], 10))
+    ['a', 'b', 'f', 'm']
+
+    Groups that are linked with no other, as they are where no sum is published, lead from a node to itself.
+
+    >>> alone = {name: Arc(name, name, arc.parts) for name, arc in cells.items()}
+    >>> sorted(published(alone, ["mb", "ma", "fa", "fb"], 10))
+    ['fa', 'ma', 'mb']
+    """
+    _check(arcs)
+    small = [(name, kind) for name, arc in arcs.items() for kind, part in enumerate(arc.parts) if part < least]
+    chosen: frozenset[Name] = frozenset()
+    for name in order:
+        if is_small(arcs[name].parts, least):
+            continue
+        further = chosen | {name}
+        if all(_is_free(arcs, further, hidden, kind, least) for hidden, kind in small):
+            chosen = further
+    return chosen
+
+
+def _check(arcs: Mapping[Name, Arc]) -> None:
+    """Refuse what is no circulation: a margin that is absent would be taken for one that everybody knows to be 0."""
+    over: dict[Hashable, list[int]] = {}
+    for arc in arcs.values():
+        for node, sign in ((arc.tail, -1), (arc.head, 1)):
+            sums = over.setdefault(node, [0] * len(arc.parts))
+            for kind, part in enumerate(arc.parts):
+                sums[kind] += sign * part
+    for node, sums in over.items():
+        if any(sums):
+            raise ValueError(f"what flows into {node!r} does not flow out: {sums}")
+
+
+def _is_free(arcs: Mapping[Name, Arc], known: frozenset[Name], name: Name, kind: int, least: int) -> bool:
+    low, high = range_of(arcs, known, name, kind, most=least - 1)
+    return low == 0 and high >= least - 1
+
+
+def range_of(arcs: Mapping[Name, Arc], known: frozenset[Name], name: Name, kind: int, most: int) -> tuple[int, int]:
+    """The least that a count can be for whoever knows the published groups, and the greatest, or `most` if it can be that much.
+
+    It can be every whole number between them: moving one of a kind along a cycle of groups that are not published gives the next.
+
+    Parameters
+    ----------
+    arcs : mapping of name to Arc
+        All groups; as much flows into each node as out of it.
+    known : frozenset of names
+        Those that are published.
+    name, kind : name, int
+        The count.
+    most : int
+        Where to stop.
+    """
+    arc, now = arcs[name], arcs[name].parts[kind]
+    if name in known:
+        return now, now
+    if arc.tail == arc.head:
+        return 0, max(now, most)
+    room = _room(arcs, known | {name}, kind)
+    low = now - _flow(room, arc.tail, arc.head, now)
+    return low, now + (_flow(room, arc.head, arc.tail, most - now) if most > now else 0)
+
+
+Room = dict[Hashable, dict[Hashable, int]]
+
+
+def _room(arcs: Mapping[Name, Arc], fixed: frozenset[Name], kind: int) -> Room:
+    """By how much the count between two nodes can change, forwards and backwards; without limit where it can grow."""
+    limitless = 1 + sum(arc.parts[kind] for arc in arcs.values()) * 2
+    room: Room = {}
+    for name, arc in arcs.items():
+        forth, back = room.setdefault(arc.tail, {}), room.setdefault(arc.head, {})
+        if name not in fixed:
+            forth[arc.head] = forth.get(arc.head, 0) + limitless
+            back[arc.tail] = back.get(arc.tail, 0) + arc.parts[kind]
+    return room
+
+
+def _flow(room: Room, source: Hashable, sink: Hashable, wanted: int) -> int:
+    """How much of what is wanted can flow, along shortest ways."""
+    left = {node: dict(to) for node, to in room.items()}
+    found = 0
+    while found < wanted:
+        way = _way(left, source, sink)
+        if not way:
+            break
+        much = min(wanted - found, *(left[a][b] for a, b in way))
+        for a, b in way:
+            left[a][b] -= much
+            left[b][a] = left[b].get(a, 0) + much
+        found += much
+    return found
+
+
+def _way(left: Room, source: Hashable, sink: Hashable) -> list[tuple[Hashable, Hashable]]:
+    """A shortest way on which something can still flow; empty if there is none."""
+    before: dict[Hashable, Hashable] = {source: source}
+    waiting = deque([source])
+    while waiting and sink not in before:
+        node = waiting.popleft()
+        for to, room in left[node].items():
+            if room and to not in before:
+                before[to] = node
+                waiting.append(to)
+    if sink not in before:
+        return []
+    way = []
+    while sink != source:
+        way.append((before[sink], sink))
+        sink = before[sink]
+    return way[::-1]

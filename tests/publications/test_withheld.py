@@ -1,0 +1,161 @@
+"""No small count can be computed from what is published: an integer solver attacks it, told nothing but the published counts."""
+
+from __future__ import annotations
+
+import os
+import random
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy.optimize import Bounds, LinearConstraint, milp
+
+from fairaudit.publications.withheld import Arc, is_small, published, range_of
+
+TABLES = 3_000 if os.environ.get("FAIRAUDIT_FULL") else 300
+
+SHAPES = ((2, 2), (2, 3), (3, 3), (2, 7), (3, 8), (4, 4))
+
+
+def two_ways(rng: random.Random, rows: int, columns: int, scale: int) -> dict[str, Arc]:
+    """A table of random counts with its margins, some cells small and some empty."""
+    cells = {}
+    for r, c in product(range(rows), range(columns)):
+        most = rng.choice((0, 3, scale, scale, 10 * scale if scale > 3 else scale))
+        cells[f"cell {r} {c}"] = Arc(("row", r), ("column", c), (rng.randint(0, most), rng.randint(0, most)))
+    return cells | margins(cells)
+
+
+def margins(cells: dict[str, Arc]) -> dict[str, Arc]:
+    made = {}
+    for node in dict.fromkeys(end for arc in cells.values() for end in (arc.tail, arc.head)):
+        summed = [arc.parts for arc in cells.values() if node in (arc.tail, arc.head)]
+        parts = tuple(map(sum, zip(*summed, strict=True)))
+        made[f"{node[0]} {node[1]}"] = Arc("all", node, parts) if node[0] == "row" else Arc(node, "all", parts)
+    return made
+
+
+def order_of(arcs: dict[str, Arc]) -> list[str]:
+    return sorted(arcs, key=lambda name: (name.startswith("cell"), -min(arcs[name].parts)))
+
+
+class Attacker:
+    """Knows which groups there are and the published counts, and asks an integer solver what another count may be."""
+
+    def __init__(self, arcs: dict[str, Arc], known: dict[str, tuple[int, ...]], kind: int) -> None:
+        self.names = [*arcs]
+        nodes = list(dict.fromkeys(end for arc in arcs.values() for end in (arc.tail, arc.head)))
+        self.flows = np.zeros((len(nodes), len(arcs)), dtype=int)
+        for i, arc in enumerate(arcs.values()):
+            self.flows[nodes.index(arc.tail), i] -= 1
+            self.flows[nodes.index(arc.head), i] += 1
+        self.low = np.array([known[name][kind] if name in known else 0 for name in arcs], dtype=float)
+        self.high = np.array([known[name][kind] if name in known else np.inf for name in arcs], dtype=float)
+
+    def solve(self, name: str, sign: int, at: int | None = None, most: int = 10**6) -> int | None:
+        """The least (sign 1) or greatest (sign -1) value of a count, or whether it can be `at`: found by floats, confirmed in integers."""
+        place = self.names.index(name)
+        low, high = self.low.copy(), self.high.copy()
+        high[place] = min(high[place], most)
+        if at is not None:
+            low[place] = high[place] = at
+        cost = np.zeros(len(self.names))
+        cost[place] = sign
+        found = milp(cost, integrality=np.ones(len(cost)), bounds=Bounds(low, high), constraints=LinearConstraint(self.flows, 0, 0))
+        if found.x is None:
+            return None
+        values = [round(x) for x in found.x]
+        assert not (self.flows @ values).any()
+        assert all(least <= value <= most for least, value, most in zip(low, values, high, strict=True))
+        return values[place]
+
+
+def test_every_small_count_can_be_anything_below_the_least_one_on_random_tables() -> None:
+    rng = random.Random(0)
+    small = hidden = 0
+    for i in range(TABLES):
+        least = rng.choice((2, 3, 5, 10))
+        arcs = two_ways(rng, *SHAPES[i % len(SHAPES)], scale=rng.choice((5, 15, 60)))
+        chosen = published(arcs, order_of(arcs), least)
+        assert not any(is_small(arcs[name].parts, least) for name in chosen)
+        hidden += len(arcs) - len(chosen)
+        known = {name: arcs[name].parts for name in chosen}
+        for kind in (0, 1):
+            attacker = Attacker(arcs, known, kind)
+            found = [name for name, arc in arcs.items() if arc.parts[kind] < least]
+            for name in found if os.environ.get("FAIRAUDIT_FULL") else rng.sample(found, min(3, len(found))):
+                small += 1
+                for value in {0, least - 1, rng.randrange(least)}:
+                    assert attacker.solve(name, 1, at=value) == value
+    assert small > 3 * TABLES and hidden < 0.9 * sum(2 * r * c for r, c in SHAPES) * TABLES / len(SHAPES)
+
+
+def test_the_attack_succeeds_where_only_what_is_small_itself_is_withheld() -> None:
+    """Otherwise the attack above would show nothing."""
+    rng = random.Random(1)
+    broken = 0
+    for i in range(60):
+        arcs = two_ways(rng, *SHAPES[i % len(SHAPES)], scale=15)
+        known = {name: arc.parts for name, arc in arcs.items() if not is_small(arc.parts, 5)}
+        for kind in (0, 1):
+            attacker = Attacker(arcs, known, kind)
+            broken += any(attacker.solve(name, 1, at=4) is None for name, arc in arcs.items() if arc.parts[kind] < 5)
+    assert broken > 20
+
+
+def test_the_range_of_a_count_is_that_of_an_integer_solver() -> None:
+    rng = random.Random(2)
+    for i in range(60):
+        arcs = two_ways(rng, *SHAPES[i % len(SHAPES)], scale=8)
+        known = frozenset(name for name in arcs if rng.random() < 0.5)
+        attacker = Attacker(arcs, {name: arcs[name].parts for name in known}, 0)
+        for name in rng.sample([*arcs], 3):
+            low, high = range_of(arcs, known, name, 0, most=50)
+            assert low == attacker.solve(name, 1)
+            now = arcs[name].parts[0]
+            assert high == (now if now >= 50 else attacker.solve(name, -1, most=50))
+
+
+def test_every_value_between_the_ends_occurs_by_enumeration() -> None:
+    """All tables of two rows and three columns of counts up to 9 that agree with what is published, no margin of which is above 9."""
+    rng = random.Random(3)
+    every = np.indices((10,) * 6).reshape(6, -1)
+    of = {"row 0": [0, 1, 2], "row 1": [3, 4, 5], "column 0": [0, 3], "column 1": [1, 4], "column 2": [2, 5]}
+    withheld = 0
+    for _ in range(12):
+        least = 3
+        arcs = two_ways(rng, 2, 3, scale=3)
+        chosen = published(arcs, order_of(arcs), least)
+        counts = {name: every[i] for i, name in enumerate(name for name in arcs if name.startswith("cell"))}
+        counts |= {name: every[places].sum(axis=0) for name, places in of.items()}
+        agree = np.all([counts[name] == arcs[name].parts[0] for name in chosen] + [every[0] >= 0], axis=0)
+        for name, arc in arcs.items():
+            if arc.parts[0] < least:
+                withheld += 1
+                assert {*range(least)} <= {*counts[name][agree].tolist()}
+    assert withheld > 50
+
+
+def test_the_worked_example_of_the_rule_loses_four_cells_of_its_intersections() -> None:
+    """6 RCNY 5-301: seven selected Native American women are hidden by one more cell of their row and two of another column."""
+    men = {"Hispanic": (205, 90), "White": (412, 215), "Black": (226, 95), "Pacific": (87, 37), "Asian": (321, 167), "Native": (24, 11)}
+    women = {"Hispanic": (190, 82), "White": (385, 197), "Black": (164, 75), "Pacific": (32, 15), "Asian": (295, 135), "Native": (17, 7)}
+    cells = {
+        f"cell {sex} {race}": Arc(("row", sex), ("column", race), (s, n - s))
+        for sex, of in (("m", men), ("f", women))
+        for race, (n, s) in of.items()
+    }
+    arcs = cells | margins(cells)
+    chosen = published(arcs, order_of(arcs), 10)
+    assert {*arcs} - chosen == {"cell f Native", "cell m Native", "cell f Pacific", "cell m Pacific"}
+
+
+def test_nothing_is_withheld_where_nothing_is_small() -> None:
+    arcs = {name: Arc(arc.tail, arc.head, (20, 20)) for name, arc in two_ways(random.Random(4), 2, 2, 5).items() if name.startswith("cell")}
+    arcs |= margins(arcs)
+    assert published(arcs, order_of(arcs), 10) == {*arcs}
+
+
+def test_margins_that_are_absent_are_refused() -> None:
+    with pytest.raises(ValueError, match="does not flow out"):
+        published({"a": Arc("f", "g", (3, 4))}, ["a"], 10)
