@@ -10,9 +10,9 @@ from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer
 
 DESCRIPTION = """\
-Write a certificate as one self-contained HTML page, as that in print (PDF), or as markdown. Every statement is checked first, as
-`fairaudit verify` does; a false certificate gets no report, and one whose table is in another file that --table does not name, a report
-marked as not checked. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
+Write a certificate as one self-contained HTML page, as that in print (PDF), as markdown, or as part of a model card. Every statement is
+checked first, as `fairaudit verify` does; a false certificate gets no report, and one whose table is in another file that --table does not
+name, a report marked as not checked. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
 
 
 EPILOG = """\
@@ -21,6 +21,7 @@ exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input
 examples:
   fairaudit report certificate.json -o page.html -o page.pdf
   fairaudit report certificate.json --format markdown
+  fairaudit report certificate.json --format model-card -o card.md
   fairaudit report certificate.json --table certificate.table.jsonl -o page.html
   fairaudit report certificate.json --table certificate.table.jsonl --small 10 -o public.html"""
 
@@ -37,7 +38,11 @@ def add(commands: Any) -> None:
         help="where to write: a page (.html), that in print (.pdf), markdown (.md), the certificate itself (.json); may be given several "
         "times (standard output by default)",
     )
-    parser.add_argument("--format", choices=("html", "markdown"), help="what to write to standard output (html)")
+    parser.add_argument(
+        "--format",
+        choices=("html", "markdown", "model-card"),
+        help="what to write to standard output (html); a model card may also be written to a file that ends in .md",
+    )
     parser.add_argument(
         "--table",
         metavar="FILE",
@@ -66,15 +71,18 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     for name in names:
         refuse_output(name, [arguments.certificate], "the certificate")
         refuse_output(name, [arguments.table] if arguments.table is not None else [])
-        if arguments.format not in (None, form_of(name)):
+        written = "model-card" if arguments.format == "model-card" and form_of(name) == "markdown" else form_of(name)
+        if arguments.format not in (None, written):
             raise InputError(f"--format {arguments.format} does not go with {name}, whose ending says what is written; leave one away")
     refuse_twice(names)
     check_forms(names)
+    if arguments.small is not None and arguments.format == "model-card":
+        raise InputError("--small does not go with --format model-card, which has the exact figures of all groups")
     try:
         if arguments.small is not None:
             return _public(arguments, names)
         if names:
-            write_together(files_of(arguments.certificate, names, arguments.table))
+            write_together(files_of(arguments.certificate, names, arguments.table, cards=arguments.format == "model-card"))
             return 0
         text = report(arguments.certificate, format=arguments.format, table=arguments.table)
     except FalseCertificate as error:

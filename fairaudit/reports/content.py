@@ -53,9 +53,9 @@ def refusing_other_documents(function: Callable[..., str]) -> Callable[..., str]
     """Turn a document of the wrong shape into a sentence."""
 
     @wraps(function)
-    def checked(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
+    def checked(certificate: Certificate | Mapping[str, Any], *, checked: str = "", **more: Any) -> str:
         try:
-            return function(certificate, checked=checked)
+            return function(certificate, checked=checked, **more)
         except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
             if isinstance(error, InputError):
                 raise

@@ -10,7 +10,7 @@ from fairaudit.errors import InputError, shown
 
 __all__ = ["ENDINGS", "Form", "form_of"]
 
-Form = Literal["json", "html", "pdf", "markdown"]
+Form = Literal["json", "html", "pdf", "markdown", "model-card"]
 
 ENDINGS: dict[str, Form] = {".json": "json", ".html": "html", ".htm": "html", ".pdf": "pdf", ".md": "markdown"}
 

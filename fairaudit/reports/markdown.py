@@ -47,10 +47,12 @@ def markdown(certificate: Certificate | Mapping[str, Any], *, checked: str = "")
     return _markdown.write(describe(certificate.document if isinstance(certificate, Certificate) else certificate), checked)
 
 
-__all__ = ["code", "markdown", "table", "write"]
+__all__ = ["code", "figure_row", "groups", "markdown", "prose", "table", "target_line", "write"]
 
 
 SAFE_IN_PROSE = frozenset("()%'“”–-/·")
+
+FIGURES = ("measure", "value", "log", "exactly", "in the population", "between")
 
 LINK = re.compile(r"www\.|://", re.IGNORECASE)
 
@@ -63,7 +65,7 @@ def write(page: Content, checked: str = "") -> str:
     title = "Fairness audit, not checked" if checked == UNCHECKED else "Fairness audit"
     views = Views(page)
     blocks = [f"## {title}: {page.headline[0].lower()}{page.headline[1:]}", *_first(page, views)]
-    blocks += _groups(page, views)
+    blocks += groups(page, views)
     if page.unknown:
         lines = [f"* {prose(text)}" for found in page.unknown for text in (found.sentence, *found.tips)]
         lines += [f"* {title}: {prose('; '.join(given))}" for found in page.unknown for title, given in found.completions]
@@ -99,12 +101,12 @@ def _first(page: Content, views: Views) -> Iterator[str]:
     else:
         yield prose(page.lead)
     if page.targets:
-        yield "\n".join(_target(t) for t in page.targets)
+        yield "\n".join(target_line(t) for t in page.targets)
     if found is not None:
         yield "\n".join(f"**Established beyond chance: {word}.** {prose(f'{why[0].upper()}{why[1:]}.')}" for word, why in found.chance)
 
 
-def _groups(page: Content, views: Views) -> Iterator[str]:
+def groups(page: Content, views: Views) -> Iterator[str]:
     """What each group gets, and the most unequal contexts."""
     gets = "bears" if page.burden else "gets"
     named = (prose(views.group_column), "recorded", prose(views.amount_name))
@@ -138,11 +140,11 @@ def _figures(page: Content, views: Views) -> Iterator[str]:
     yield "### The figures, exactly"
     if views.overview is not None:
         yield prose(page.lead)
-    yield table(("measure", "value", "log", "exactly", "in the population", "between"), [_figure(figure) for figure in page.figures])
+    yield table(FIGURES, [figure_row(figure) for figure in page.figures])
     if page.given_truth:
         yield f"### Given the true label\n\n{prose(page.positive)}"
-        rows = [_figure(figure) for figure in page.given_truth]
-        yield table(("measure", "value", "log", "exactly", "in the population", "between"), rows)
+        rows = [figure_row(figure) for figure in page.given_truth]
+        yield table(FIGURES, rows)
         listed = [(code(label), true, false) for label, true, false in page.rates]
         if listed:
             yield table(("group", "true positive rate", "false positive rate"), listed)
@@ -193,7 +195,8 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def _target(target: dict[str, str]) -> str:
+def target_line(target: dict[str, str]) -> str:
+    """A target, its verdict and the pair of groups that decided it."""
     said = f"* **{target['verdict']}**: {target['name']}, judged for {target['judged']}"
     return f"{said}: {prose(target['pair'])}" if target["pair"] else said
 
@@ -202,7 +205,8 @@ def _exact(value: Value) -> str:
     return value.exact or ("(in the certificate)" if value.rational else "")
 
 
-def _figure(figure: Figure) -> tuple[str, ...]:
+def figure_row(figure: Figure) -> tuple[str, ...]:
+    """A measure as a row under `FIGURES`."""
     if figure.value is None:
         return (figure.name, "not compared", "", "", "", "")
     sure = f"{figure.ends}, each at {figure.confidence}" if figure.each else figure.ends

@@ -12,6 +12,7 @@ from fairaudit.errors import FalseCertificate, InputError, nearest, shown
 from fairaudit.files import write_together
 from fairaudit.reports.endings import ENDINGS, Form, form_of
 from fairaudit.reports.markdown import markdown
+from fairaudit.reports.model_card import model_card
 from fairaudit.reports.page import html
 from fairaudit.reports.paper import printed
 from fairaudit.reports.proxy_content import FORMAT as PROXIES
@@ -22,7 +23,9 @@ from fairaudit.verified.verification import CertificateLike, Opened, checked, op
 
 __all__ = ["files_of", "report"]
 
-FORMATS: dict[str, Callable[..., str]] = {"html": html, "markdown": markdown}
+MODEL_CARD: Form = "model-card"
+
+FORMATS: dict[str, Callable[..., str]] = {"html": html, "markdown": markdown, MODEL_CARD: model_card}
 
 OF_OTHERS: dict[str, dict[str, Callable[..., str]]] = {
     PROXIES: {"html": proxy_html, "markdown": proxy_markdown},
@@ -47,8 +50,9 @@ def report(
     path : path, optional
         Where to write the report, which its ending names: ``.html``, ``.pdf``, ``.md``, or ``.json`` for the certificate itself; by default
         it is only returned.
-    format : {"html", "markdown", "pdf", "json"}, optional
-        What to write; by default what the ending of the path names, or a page. Pages need the extra ``report``, prints the extra ``pdf``.
+    format : {"html", "markdown", "model-card", "pdf", "json"}, optional
+        What to write; by default what the ending of the path names, or a page. A model card is markdown, too, and ends in ``.md``. Pages
+        need the extra ``report``, prints the extra ``pdf``.
     table : path, optional
         The file of the canonical table, where the certificate does not hold it; nothing of it goes into the report. Without it the report
         says that nobody checked the certificate.
@@ -82,7 +86,11 @@ def report(
 
 
 def files_of(
-    certificate: CertificateLike, paths: Sequence[str | os.PathLike[str]], table: str | os.PathLike[str] | None = None
+    certificate: CertificateLike,
+    paths: Sequence[str | os.PathLike[str]],
+    table: str | os.PathLike[str] | None = None,
+    *,
+    cards: bool = False,
 ) -> list[tuple[Path, Iterable[bytes]]]:
     """Make files of a certificate, of each what its ending says, after it was checked.
 
@@ -94,6 +102,8 @@ def files_of(
         Files that end in ``.json``, ``.html``, ``.pdf`` or ``.md``.
     table : path, optional
         The file of the canonical table, where the certificate does not hold it.
+    cards : bool
+        Whether what ends in ``.md`` is a model card.
 
     Returns
     -------
@@ -107,7 +117,7 @@ def files_of(
     InputError
         If it is no certificate, or a name does not say what to write.
     """
-    forms = [form_of(path) for path in paths]
+    forms = [_form(MODEL_CARD, path) if cards else form_of(path) for path in paths]
     found, said = _read(paths, certificate, table)
     made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", Certificate(found.document))
     page = _text(found, "html", said) if {"html", "pdf"} & {*forms} else ""
@@ -116,19 +126,22 @@ def files_of(
         if form == "json":
             files += made.files(path)
         else:
-            files.append((Path(path), [_bytes(_text(found, form, said) if form == "markdown" else page, form, found)]))
+            files.append((Path(path), [_bytes(_text(found, form, said) if form in ("markdown", MODEL_CARD) else page, form, found)]))
     return files
 
 
 def _form(given: Form | None, path: str | os.PathLike[str] | None) -> Form:
     """What to write, by its name or by the ending of the path."""
-    if given is not None and given not in ENDINGS.values():
-        raise InputError(f"format={shown(given)} is not accepted; {nearest(str(given), dict.fromkeys(ENDINGS.values()))}")
+    known = dict.fromkeys((*ENDINGS.values(), MODEL_CARD))
+    if given is not None and given not in known:
+        raise InputError(f"format={shown(given)} is not accepted; {nearest(str(given), known)}")
     if path is None:
         if given == "pdf":
             raise InputError("format='pdf' needs a path that ends in .pdf; a print is no text")
         return given or "html"
     form = form_of(path)
+    if (given, form) == (MODEL_CARD, "markdown"):
+        return MODEL_CARD
     if given not in (None, form):
         raise InputError(f"format={shown(given)} does not go with {os.fspath(path)}; leave it away, or name a file that ends otherwise")
     return form
@@ -152,6 +165,8 @@ def _text(found: Opened, form: Form, said: str) -> str:
     if form == "json":
         return Certificate(found.document).text
     faces = OF_OTHERS.get(str(found.form), FORMATS)
+    if form == MODEL_CARD and MODEL_CARD not in faces:
+        raise InputError(f"{found.name}: a model card is made of a certificate of ratios, and this one is {found.form}")
     return faces["html" if form == "pdf" else form](found.document, checked=said)
 
 
