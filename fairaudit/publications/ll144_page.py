@@ -115,13 +115,13 @@ def publish(
     return Publication(
         rule="ll144",
         title=f"Results of a bias audit: {stated.tool}" if stated.tool else "Results of a bias audit",
-        lead=_lead(parts, found),
+        lead=_lead(parts, remarks=bool(found)),
+        points=found,
         facts=tuple(_facts(stated, decisions, reading, parts, scores, available=available)),
         sections=(
             *(_tables(part, words) for part in parts),
             *_exclusions(stated, parts),
             _worst(parts),
-            *([Section("What is missing, and what to look at", found)] if found else []),
             _reading(words, stated),
         ),
         header=("class", *HEADER) if classed else HEADER,
@@ -160,10 +160,10 @@ def _name(line: Line) -> str:
     return ", ".join(filter(None, (line.sex, line.race)))
 
 
-def _lead(parts: Sequence[Part], found: Sequence[str]) -> str:
-    """The least impact ratio of all tables, and how much is amiss."""
+def _lead(parts: Sequence[Part], *, remarks: bool) -> str:
+    """The least impact ratio of all tables, and whether something is amiss."""
     candidates = [(line, table, part) for part in parts for table in part.tables if (line := table.least()) is not None]
-    amiss = f" {len(found)} {'remark is' if len(found) == 1 else 'remarks are'} listed below the tables." if found else ""
+    amiss = " What is missing or remarkable:" if remarks else ""
     if not candidates:
         return f"Nobody in the certificate has a known category, so there is nothing to compare.{amiss}"
     line, table, part = min(candidates, key=lambda found: found[0].ratio or Fraction(0))
