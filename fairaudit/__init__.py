@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _NAMES = {
+    "fairaudit.attestations.verification": ("verify",),
     "fairaudit.audits.certify": ("certify",),
     "fairaudit.audits.claims": ("Claim",),
     "fairaudit.audits.from_table": ("audit",),
@@ -130,10 +131,7 @@ _NAMES = {
     "fairaudit.tables.tally": ("Tally",),
     "fairaudit.theorems.bound": ("Bound",),
     "fairaudit.verified.comparison": ("compare",),
-    "fairaudit.verified.verification": (
-        "Verification",
-        "verify",
-    ),
+    "fairaudit.verified.verification": ("Verification",),
     "fairaudit.worst.methods": ("worst_case",),
     "fairaudit.worst.result": ("WorstCase",),
 }
@@ -145,6 +143,7 @@ __all__ = [*_HOME, "__version__"]
 
 if TYPE_CHECKING:
     import fairaudit.metrics  # noqa: F401
+    from fairaudit.attestations.verification import verify as verify
     from fairaudit.audits.certify import certify as certify
     from fairaudit.audits.claims import Claim as Claim
     from fairaudit.audits.from_table import audit as audit
@@ -230,7 +229,6 @@ if TYPE_CHECKING:
     from fairaudit.theorems.bound import Bound as Bound
     from fairaudit.verified.comparison import compare as compare
     from fairaudit.verified.verification import Verification as Verification
-    from fairaudit.verified.verification import verify as verify
     from fairaudit.worst.methods import worst_case as worst_case
     from fairaudit.worst.result import WorstCase as WorstCase
 

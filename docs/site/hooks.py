@@ -20,7 +20,7 @@ from mkdocs.structure.files import File, Files
 ROOT = Path(__file__).resolve().parents[2]
 REFERENCE = {
     "audit": ("Audit", ("audits", "measures", "theorems")),
-    "certificates": ("Verify, compare, report", ("verified", "checker", "certificates", "reports")),
+    "certificates": ("Verify, compare, report", ("attestations", "verified", "checker", "certificates", "reports")),
     "tables": ("Tables", ("tables",)),
     "models": ("Laws, utilities, policies, filters", ("model",)),
     "filters": ("Calibrate and design", ("filters",)),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError
-from fairaudit.verified.verification import Verification, verify
+from fairaudit.verified.verification import Verification, verification_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,7 +50,7 @@ class Faces:
     @answered
     def verify(self, require: Literal["within"] | None = None) -> Verification:
         """Check every statement of the certificate with the independent checker (`fairaudit.verify`)."""
-        return verify(self.certificate, require=require)
+        return verification_of(self.certificate, require=require)
 
     @answered
     def report(self, path: str | os.PathLike[str] | None = None, *, format: Form | None = None) -> str:  # noqa: A002

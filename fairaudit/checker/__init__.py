@@ -43,7 +43,7 @@ command         ``attestation``: who made a certificate, of which files; ``comma
 ==============  ================================================================================================================
 """
 
-from .attestation import Signature, Signed, check_attestation
+from .attestation import LONGEST_FILE, Signed, check_attestation
 from .certificate import CERTIFICATE_FORMAT
 from .command import Refusal, examine, main
 from .json_values import without_page
@@ -53,6 +53,7 @@ from .verification import check
 
 __all__ = [
     "CERTIFICATE_FORMAT",
+    "LONGEST_FILE",
     "Attested",
     "Finding",
     "FormatError",
@@ -60,7 +61,6 @@ __all__ = [
     "NotAnAttestation",
     "Refusal",
     "Report",
-    "Signature",
     "Signed",
     "TableNeeded",
     "TooMuch",

@@ -6,7 +6,7 @@ import base64
 import binascii
 import hashlib
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -35,13 +35,10 @@ _BASE64 = re.compile(r"[A-Za-z0-9+/]*={0,2}")
 
 @dataclass(frozen=True)
 class Signed:
-    """What somebody who can check signatures found: where one is right exactly the bytes that were signed, else why none is."""
+    """What somebody who can check signatures found of an attestation: exactly the bytes that were signed, or why none were."""
 
     payload: bytes | None
     why: str = ""
-
-
-Signature = Callable[[bytes], Signed]
 
 
 @dataclass(frozen=True)
@@ -67,24 +64,23 @@ class Statement:
     said: tuple[tuple[str, str], ...]  # what is only stated, by what it is about
 
 
-def check_attestation(raw: bytes, certificate: bytes, report: Report, signature: Signature | None = None) -> Attested:
-    """Compare what is attested with the file of a certificate, and with what was found of its table.
+def check_attestation(attestation: bytes | Signed, certificate: bytes, report: Report) -> Attested:
+    """Compare what is attested with the bytes of a certificate's file, and with what was found of its table.
 
-    Where somebody checks the signature, nothing but the bytes that were signed is read.
+    Where somebody checked the signature, nothing but the bytes that were signed is read.
     """
     counted = report.counted
     if counted is None:
         raise AssertionError
     try:
-        if len(raw) > LONGEST_FILE:
-            raise malformed("the file", f"is longer than {LONGEST_FILE} bytes")
-        if signature is None:
-            payload, enveloped = _payload(raw)
+        if isinstance(attestation, bytes):
+            if len(attestation) > LONGEST_FILE:
+                raise malformed("the file", f"is longer than {LONGEST_FILE} bytes")
+            payload, enveloped = _payload(attestation)
             return _attested(payload, certificate, counted, (), "unchecked" if enveloped else "none")
-        signed = signature(raw)
-        if signed.payload is None:
-            return Attested((finding_of(BY_THE_KEY, False, signed.why),), (), "checked")
-        return _attested(signed.payload, certificate, counted, (finding_of(BY_THE_KEY, True),), "checked")
+        if attestation.payload is None:
+            return Attested((finding_of(BY_THE_KEY, False, attestation.why),), (), "checked")
+        return _attested(attestation.payload, certificate, counted, (finding_of(BY_THE_KEY, True),), "checked")
     except FormatError as error:
         raise NotAnAttestation(str(error)) from None
 

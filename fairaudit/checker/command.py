@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from .attestation import LONGEST_FILE, Signature, check_attestation
+from .attestation import LONGEST_FILE, Signed, check_attestation
 from .certificate import CERTIFICATE_FORMAT
 from .summary import exit_code, lines
 from .text import FormatError, Incomplete, NotAnAttestation, Report, TableNeeded, TooMuch, malformed, printable, shown
@@ -22,23 +22,23 @@ from .verification import check
 MAX_BYTES = 1 << 30  # of a certificate, and of one line of a table
 
 
-def _check_files(path: str, table: str | None, attestation: str | None, signature: Signature | None) -> Report:
+def _check_files(path: str, table: str | None, attestation: str | Signed | None) -> Report:
     with open(path, "rb") as file:
         raw = file.read(MAX_BYTES + 1)
     if len(raw) > MAX_BYTES:
         raise malformed("the certificate", f"is longer than {MAX_BYTES} bytes")
-    attested = b""
-    if attestation is not None:
+    attested: bytes | Signed | None
+    if isinstance(attestation, str):
         with open(attestation, "rb") as file:
             attested = file.read(LONGEST_FILE + 1)
+    else:
+        attested = attestation
     if table is None:
         report = check(raw)
     else:
         with open(table, "rb") as file:
             report = check(raw, iter(lambda: file.readline(MAX_BYTES), b""))
-    if attestation is None:
-        return report
-    return replace(report, attested=check_attestation(attested, raw, report, signature))
+    return report if attested is None else replace(report, attested=check_attestation(attested, raw, report))
 
 
 @dataclass(frozen=True)
@@ -56,13 +56,13 @@ def _unreadable(error: OSError | ValueError) -> str:
     return f"Cannot read or write: {error}."
 
 
-def examine(path: str, table: str | None = None, attestation: str | None = None, signature: Signature | None = None) -> Report | Refusal:
+def examine(path: str, table: str | None = None, attestation: str | Signed | None = None) -> Report | Refusal:
     """Check the file of a certificate, that of its table and that of its attestation if they are given; or say why that cannot be done.
 
-    Signatures are checked by whoever can.
+    Of an attestation whose signature somebody checked, what was found of that is given instead.
     """
     try:
-        return _check_files(path, table, attestation, signature)
+        return _check_files(path, table, attestation)
     except TableNeeded as error:
         return Refusal(str(error), 3)
     except Incomplete as error:

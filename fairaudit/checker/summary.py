@@ -248,7 +248,7 @@ def paragraph(report: Report, required: str | None = None) -> str:
 
 SIGNATURES = {
     "none": "It is not signed: whoever has the certificate could have written it.",
-    "unchecked": "It is in an envelope, whose signature was NOT checked.",
+    "unchecked": "It is in an envelope, whose signature was NOT checked: `fairaudit verify` does so, given the signer's key by --key.",
     "checked": "It is signed by the given key, and unaltered since. Who holds the key, when it was signed, and whether a worse audit was "
     "withheld, no signature shows.",
 }

@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 
 from fairaudit import __version__
 from fairaudit.cli import (
+    attest,
     calibrate,
     certify,
     compare,
@@ -35,7 +36,7 @@ __all__ = ["main", "plugins"]
 
 EXIT_BAD_INPUT = 2
 ENTRY_POINT = "fairaudit.commands"
-CORE = (certify, inspect, verify, privacy, calibrate, design, worst_case, subgroups, plan, report, publish, compare, monitor)
+CORE = (certify, inspect, verify, attest, privacy, calibrate, design, worst_case, subgroups, plan, report, publish, compare, monitor)
 
 
 class _Parser(argparse.ArgumentParser):

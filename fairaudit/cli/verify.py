@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.cli.output import Answer, add_format, tell
 
 if TYPE_CHECKING:
-    from fairaudit.cli.checking import Finding
+    from fairaudit.cli.checking import Finding, Signed
 
 
 def add(commands: Any) -> None:
@@ -22,7 +22,8 @@ def add(commands: Any) -> None:
         "in one paragraph what is true and what is assumed.",
         epilog="exit codes: 0 all true; 1 a statement is false, or the required verdict is not there; 2 bad input; 3 the table is needed, "
         "or the signature of the attestation was not checked",
-        usage="%(prog)s CERTIFICATE… [--table FILE] [--attestation FILE] [--require within] [--verbose | --quiet] [--format text|json]\n"
+        usage="%(prog)s CERTIFICATE… [--table FILE] [--attestation FILE [--key PUB.pem]] [--require within]\n"
+        "                        [--verbose | --quiet] [--format text|json]\n"
         "       %(prog)s --export FILE.pyz",
         allow_abbrev=False,
     )
@@ -34,6 +35,7 @@ def add(commands: Any) -> None:
         metavar="FILE",
         help="also check who is said to have made it, of which files, so far as that can be checked (docs/attestation.md)",
     )
+    parser.add_argument("--key", metavar="PUB.pem", help="the signer's public key, by which the attestation must be signed")
     parser.add_argument("--require", choices=("within",), help="also fail unless the verdict is 'within'")
     parser.add_argument(
         "--export",
@@ -51,7 +53,8 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     from fairaudit.errors import InputError
 
     if arguments.export is not None:
-        if (arguments.certificates, arguments.table, arguments.attestation, arguments.require) != ([], None, None, None):
+        others = (arguments.table, arguments.attestation, arguments.key, arguments.require)
+        if arguments.certificates or any(other is not None for other in others):
             raise InputError(
                 "--export writes the checker and checks nothing; leave the certificate, its table and attestation, and --require away"
             )
@@ -60,6 +63,8 @@ def run(arguments: argparse.Namespace) -> Answer | int:
         raise InputError(
             "no certificate is named; give CERTIFICATE.json, or --export FILE.pyz to write the checker; see fairaudit verify --help"
         )
+    if arguments.key is not None and arguments.attestation is None:
+        raise InputError("--key is that of the signer of an attestation; add --attestation FILE, or leave --key away")
     if len(arguments.certificates) == 1:
         return _check(arguments, arguments.certificates[0])
     for given, what in ((arguments.table, "--table is the table"), (arguments.attestation, "--attestation is that")):
@@ -80,7 +85,7 @@ def _check_one_of(arguments: argparse.Namespace, name: str) -> int:
 def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
     from fairaudit.cli.checking import Refusal, attested_paragraph, examine, exit_code, lines, paragraph, printable, summary_line
 
-    found = examine(name, arguments.table, arguments.attestation)
+    found = examine(name, arguments.table, _attestation(arguments))
     if isinstance(found, Refusal):
         if not arguments.quiet:
             print(f"fairaudit: {printable(name)}: {printable(found.message)}", file=sys.stderr)
@@ -117,6 +122,16 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
         text=lambda: "\n".join(map(printable, lines(found, arguments.require, verbose=arguments.verbose))),
         code=code,
     )
+
+
+def _attestation(arguments: argparse.Namespace) -> str | Signed | None:
+    """Give the file of the attestation; of one whose signature is to be checked, what was found of that."""
+    given: str | None = arguments.attestation
+    if given is None or arguments.key is None:
+        return given
+    from fairaudit.attestations.verification import read_attestation, signed_by
+
+    return signed_by(read_attestation(given), arguments.key, given)
 
 
 def _finding(found: Finding) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from html import escape
@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from fairaudit import __version__, checker
-from fairaudit.arguments import answered
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.certificates.reader import FORMAT, MAX_BYTES, OTHER_FORMATS, load
-from fairaudit.checker import Finding
+from fairaudit.checker import Attested, Finding, Signed
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded, kind_of
 from fairaudit.inference.verdicts import Verdict
 from fairaudit.words import brief, plain
 
-__all__ = ["Certified", "Opened", "Verification", "checked", "opened", "verify"]
+__all__ = ["Certified", "Opened", "Signed", "Verification", "checked", "opened", "verification_of"]
 
 
 class Certified(Protocol):
@@ -48,12 +47,15 @@ class Verification:
         The verdict that the certificate states.
     required : str or None
         The verdict that was required.
+    attestation : Attested or None
+        Of an attestation that was given: its own ``findings``, sentences on what is only stated (``said``), and whether its
+        ``signature`` was "checked", is "unchecked", or there is "none".
 
     Examples
     --------
     >>> from fairaudit.audits.from_table import audit
     >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"]}
-    >>> found = verify(audit(table, decision="hired", group="sex", utility="yes"))
+    >>> found = verification_of(audit(table, decision="hired", group="sex", utility="yes"))
     >>> found.ok, found.verdict, [finding.statement for finding in found.false]
     (True, 'none', [])
     """
@@ -61,16 +63,21 @@ class Verification:
     findings: tuple[Finding, ...]
     verdict: Verdict
     required: Literal["within"] | None = None
+    attestation: Attested | None = None
 
     @property
     def false(self) -> tuple[Finding, ...]:
-        """The statements that are false."""
-        return tuple(finding for finding in self.findings if not finding.true)
+        """The statements that are false, those of an attestation included."""
+        return tuple(finding for finding in (*self.findings, *self._attested) if not finding.true)
+
+    @property
+    def _attested(self) -> tuple[Finding, ...]:
+        return () if self.attestation is None else self.attestation.findings
 
     @property
     def ok(self) -> bool:
-        """Whether every statement is true, and the verdict the one that was required."""
-        return not self.false and self.required in (None, self.verdict)
+        """Whether every statement is true, the verdict the one that was required, and no signature left unchecked."""
+        return self.exit_code == 0
 
     def __bool__(self) -> bool:
         """Whether it is `ok`."""
@@ -78,16 +85,19 @@ class Verification:
 
     @property
     def exit_code(self) -> int:
-        """What `fairaudit verify` exits with: 0 if it is `ok`, else 1."""
-        return 0 if self.ok else 1
+        """What `fairaudit verify` exits with: 0 if it is `ok`; 3 if but for that a signature was not checked; else 1."""
+        if self.false or self.required not in (None, self.verdict):
+            return 1
+        return 3 if self.attestation is not None and self.attestation.signature == "unchecked" else 0
 
     @property
     def sentence(self) -> str:
         """How many statements are true, and the verdict, in words."""
-        false, count = len(self.false), len(self.findings)
-        said = f"{false} of {count} statements are FALSE" if false else f"all {count} statements are true of the table"
         missing = f", but {self.required!r} is required" if self.required not in (None, self.verdict) else ""
-        return f"{said}; the stated verdict is {self.verdict!r}{missing}"
+        attested = "" if self.attestation is None else f"; of the attestation {_how_many(self._attested)}"
+        unchecked = ", its signature was not checked" if self.attestation is not None and self.attestation.signature == "unchecked" else ""
+        said = f"{_how_many(self.findings, ' of the table')}; the stated verdict is {self.verdict!r}"
+        return f"{said}{missing}{attested}{unchecked}"
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the sentence, and the statements that are false."""
@@ -108,48 +118,43 @@ class Verification:
         return self
 
 
-@answered
-def verify(
-    certificate: CertificateLike, table: str | os.PathLike[str] | None = None, require: Literal["within"] | None = None
+def _how_many(findings: Sequence[Finding], of: str = "") -> str:
+    false, count = sum(not finding.true for finding in findings), len(findings)
+    return f"{false} of {count} statements are FALSE" if false else f"all {count} statements are true{of}"
+
+
+def verification_of(
+    certificate: CertificateLike,
+    table: str | os.PathLike[str] | None = None,
+    require: Literal["within"] | None = None,
+    attestation: bytes | Signed | None = None,
 ) -> Verification:
-    """Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it.
+    """Check every statement of a certificate, and of an attestation of it; what `fairaudit.verify` does, but for signatures.
 
     Parameters
     ----------
-    certificate : Certificate, Result, mapping, bytes or path
-        The certificate, or the file that holds it: its own, or the page of a report, of which only the certificate in it is checked.
-    table : path, optional
-        The file of the canonical table, where the certificate does not hold it.
-    require : {"within"}, optional
-        The verdict that the certificate must state, too.
-
-    Returns
-    -------
-    Verification
-        A finding for each statement; it is true where it is `ok`.
+    certificate, table, require
+        As `fairaudit.verify` has them.
+    attestation : bytes or Signed, optional
+        The bytes of its file, or what was found of its signature.
 
     Raises
     ------
     InputError
-        If it is no complete certificate of the format, or a file cannot be read.
+        If one of them is not of its form, or cannot be read.
     TableNeeded
         If the certificate does not hold its table, and none was given.
-
-    Examples
-    --------
-    >>> from fairaudit.audits.from_table import audit
-    >>> table = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"]}
-    >>> certificate = audit(table, decision="hired", group="sex", utility="yes").certificate
-    >>> verify(certificate).sentence
-    "all 45 statements are true of the table; the stated verdict is 'none'"
-    >>> certificate.document["metrics"]["local"]["ratio"] = "9"
-    >>> verify(certificate).false[0].detail
-    'the table gives 1'
     """
     if require not in (None, "within"):
         raise InputError(f"require={require!r} is not accepted; 'within' is")
     found = opened(certificate, table)
-    return Verification(*_findings(found), require)
+    report = _report(found)
+    try:
+        attested = None if attestation is None else checker.check_attestation(attestation, found.raw, report)
+    except checker.NotAnAttestation as error:
+        raise InputError(f"the attestation is not one: {error}") from None
+    verdict: Any = report.verdict
+    return Verification(report.findings, verdict, require, attested)
 
 
 @dataclass(frozen=True)
@@ -231,15 +236,13 @@ def _lines(path: Path) -> Iterable[bytes]:
         raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
 
 
-def _findings(found: Opened) -> tuple[tuple[Finding, ...], Verdict]:
+def _report(found: Opened) -> checker.Report:
     try:
-        report = checker.check(found.raw, found.lines)
+        return checker.check(found.raw, found.lines)
     except checker.TableNeeded:
         raise TableNeeded(f"{found.name} does not hold its table; give the file of the table") from None
     except checker.FormatError as error:
         raise InputError(f"{found.name} is not a certificate of the format {error.form or checker.CERTIFICATE_FORMAT}: {error}") from None
-    verdict: Any = report.verdict
-    return report.findings, verdict
 
 
 def checked(found: Opened) -> str:
@@ -253,7 +256,7 @@ def checked(found: Opened) -> str:
         If it is no complete certificate of the format.
     """
     try:
-        findings, _ = _findings(found)
+        findings = _report(found).findings
     except TableNeeded:
         return ""
     false = [finding for finding in findings if not finding.true]

@@ -14,10 +14,10 @@ from jsonschema import Draft202012Validator
 from subgroup_oracle import Case, worst
 
 import fairaudit as fa
+from fairaudit.attestations.verification import verify
 from fairaudit.audits.subgroups import Subgroups, subgroups
 from fairaudit.cli import main
 from fairaudit.errors import InputError
-from fairaudit.verified.verification import verify
 
 ASKED: dict[str, Any] = {"decision": "hired", "attributes": ["sex", "region"], "utility": "yes", "count": "n", "min_rows": 10}
 

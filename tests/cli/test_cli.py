@@ -12,6 +12,7 @@ from io import StringIO
 from pathlib import Path
 
 import pytest
+from attested import statement_of
 from envelopes import ENVELOPE, SCHEMA, envelope, envelopes, result_of
 from hypothesis import given
 from hypothesis import strategies as st
@@ -38,7 +39,7 @@ max_local_ratio = "5/4"
 """
 COLUMNS = "--decision u --group g --context x --utility yes"
 LINES = {"monitor", "experiment"}
-SEVERAL = {"certify": {"allocation", "certify", "examples", "query"}, "verify": {"verify", "export"}}
+SEVERAL = {"certify": {"allocation", "certify", "examples", "query"}, "verify": {"verify", "export"}, "attest": {"attest", "key"}}
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +58,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (made / "false.json").write_text("{}")
     assert main(["certify", str(made / "log.csv"), *shlex.split(COLUMNS), "-o", str(made / "certificate.json")]) == 0
     assert main(["certify", str(made / "log.csv"), *shlex.split(COLUMNS), "--max-local-ratio", "4/3", "-o", str(made / "new.json")]) == 3
+    assert main(["attest", "--new-key", str(made / "key.pem")]) == 0
+    (made / "attestation.json").write_text(json.dumps(statement_of(made / "certificate.json")))
     text = (made / "certificate.json").read_text()
     (made / "altered.json").write_text(text.replace('"ratio":"3/2"', '"ratio":"2"').replace('"ratio": "3/2"', '"ratio": "2"'))
     assert main(["experiment", "run", "package-delivery", "--trials", "3", "--folder", str(made / "run")]) == 0
@@ -77,6 +80,8 @@ GOOD = {
     "verify a verdict": ("verify new.json --require within", 1),
     "verify what is false": ("verify altered.json", 1),
     "verify --export": ("verify --export checker.pyz", 0),
+    "attest": ("attest attestation.json --sign-key key.pem -o signed.json", 0),
+    "attest --new-key": ("attest --new-key FORM.pem", 0),
     "inspect": ("inspect log.csv", 0),
     "plan": ("plan --guess 0.5,0.5 --max-ratio 0.8", 0),
     "plan in vain": ("plan --guess 0.5,0.4 --max-ratio 0.8", 1),
@@ -116,6 +121,8 @@ BAD = {
     "verify": "verify false.json",
     "verify nothing": "verify",
     "verify --export": "verify false.json --export checker.pyz",
+    "attest": "attest certificate.json --sign-key key.pem",
+    "attest --new-key": "attest --new-key key.pem",
     "inspect": "inspect empty.csv",
     "plan": "plan --guess 0.5 --max-ratio 0.8",
     "calibrate": "calibrate --max-ratio 0 --groups 4",

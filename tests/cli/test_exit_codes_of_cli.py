@@ -8,6 +8,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from attested import statement_of
 
 from fairaudit.cli import CORE, main
 
@@ -30,6 +31,8 @@ FILES = {
     "no.json": "{}",
 }
 
+SIGNED = "certificate.json --attestation signed.json"
+
 CASES: dict[str, tuple[str, ...]] = {
     "certify 0": (f"certify log.csv {COLUMNS}",),
     "certify 1": (
@@ -44,10 +47,22 @@ CASES: dict[str, tuple[str, ...]] = {
     "subgroups 3": ("subgroups log.csv --decision u --attributes g --utility yes --max-ratio 1.4",),
     "worst-case 0": ("worst-case log.csv --decision u --group g --tau 0.3",),
     "worst-case 2": ("worst-case log.csv --decision u --group other",),
-    "verify 0": ("verify certificate.json", "verify within.json --require within", "verify page.html"),
-    "verify 1": ("verify false.json", "verify certificate.json --require within", "verify certificate.json false.json apart.json"),
+    "verify 0": (
+        "verify certificate.json",
+        "verify within.json --require within",
+        "verify page.html",
+        "verify certificate.json --attestation signed.json --key key.pub.pem",
+    ),
+    "verify 1": (
+        "verify false.json",
+        "verify certificate.json --require within",
+        "verify certificate.json false.json apart.json",
+        "verify within.json --attestation attestation.json",
+    ),
     "verify 2": ("verify no.json", "verify nowhere.json", "verify"),
-    "verify 3": ("verify apart.json",),
+    "verify 3": ("verify apart.json", f"verify {SIGNED}"),
+    "attest 0": ("attest --new-key new.pem", "attest attestation.json --sign-key key.pem"),
+    "attest 2": ("attest", "attest --new-key key.pem", "attest no.json --sign-key key.pem"),
     "report 0": ("report certificate.json --format markdown", "report apart.json -o apart.md"),
     "report 1": ("report false.json -o false.md",),
     "report 2": ("report no.json", "report certificate.json -o certificate.txt"),
@@ -120,6 +135,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         document = json.loads(Path("certificate.json").read_text())
         document["metrics"]["local"]["ratio"] = "2"
         Path("false.json").write_text(json.dumps(document))
+        Path("attestation.json").write_text(json.dumps(statement_of(Path("certificate.json"))))
+        ran("attest --new-key key.pem")
+        ran("attest attestation.json --sign-key key.pem -o signed.json")
         assert ran("experiment run package-delivery --trials 3 --folder run") == 0
         assert ran("experiment run package-delivery --trials 30 --folder more") == 0
     return made

@@ -1,0 +1,144 @@
+"""`fairaudit attest`: sign the attestation of a certificate, or make a pair of keys to sign with."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+from fairaudit.cli.options import add_command
+from fairaudit.cli.output import Answer, add_format
+
+DESCRIPTION = """\
+Sign the attestation of a certificate (`certify --attest` writes it), or make a pair of keys to sign with:
+
+  fairaudit attest --new-key key.pem                    writes key.pem, which stays yours, and key.pub.pem, for everybody
+  fairaudit attest attestation.json --sign-key key.pem  writes attestation.dsse.json
+
+A signature says that what is signed is unaltered since the holder of the key signed it, and nothing else. A passphrase is asked for on
+the terminal, or taken from FAIRAUDIT_KEY_PASSPHRASE; there is no option for it."""
+
+EPILOG = "exit codes: 0 done; 2 bad input"
+
+VARIABLE = "FAIRAUDIT_KEY_PASSPHRASE"
+
+
+def add(commands: Any) -> None:
+    """Declare the options."""
+    parser = add_command(commands, "attest", run, "sign the attestation of a certificate, or make keys", DESCRIPTION, EPILOG)
+    parser.add_argument("attestation", metavar="FILE", nargs="?", help="the attestation; one that is signed gets one more signature")
+    parser.add_argument("--sign-key", metavar="KEY.pem", help="the private key (Ed25519, PKCS#8), which nobody else may be able to read")
+    parser.add_argument("-o", "--output", metavar="FILE", help="where to write what is signed (by default the name with .dsse.json)")
+    parser.add_argument("--new-key", metavar="KEY.pem", help="make a pair of keys: KEY.pem and KEY.pub.pem, never over another file")
+    parser.add_argument(
+        "--passphrase",
+        action="store_true",
+        help="with --new-key: protect it by a passphrase, made and shown once on the terminal",
+    )
+    add_format(parser)
+
+
+def run(arguments: argparse.Namespace) -> Answer:
+    """Sign, or make keys."""
+    from fairaudit.errors import InputError
+
+    if arguments.new_key is not None:
+        if any(given is not None for given in (arguments.attestation, arguments.sign_key, arguments.output)):
+            raise InputError("--new-key makes keys and signs nothing; leave FILE, --sign-key and -o away")
+        return _made(arguments.new_key, protected=arguments.passphrase)
+    if arguments.passphrase:
+        raise InputError(f"--passphrase goes with --new-key; that of --sign-key is asked for, or taken from {VARIABLE}")
+    if arguments.attestation is None:
+        raise InputError("nothing to sign is named; give FILE and --sign-key KEY.pem, or --new-key KEY.pem; see fairaudit attest --help")
+    if arguments.sign_key is None:
+        raise InputError("no key to sign with is named; add --sign-key KEY.pem, which fairaudit attest --new-key KEY.pem makes")
+    return _signed(arguments.attestation, arguments.sign_key, arguments.output)
+
+
+def _made(path: str, *, protected: bool) -> Answer:
+    """Make a pair of keys; a passphrase that was made is shown on the terminal, and nowhere else."""
+    from fairaudit.attestations.keys import new_key, new_passphrase
+    from fairaudit.errors import InputError
+    from fairaudit.words import plain
+
+    given = os.environ.get(VARIABLE) or None
+    if protected and given is None and (sys.stderr is None or not sys.stderr.isatty()):
+        raise InputError(f"--passphrase shows the passphrase on a terminal, and there is none; set {VARIABLE} instead")
+    passphrase = given or (new_passphrase() if protected else None)
+    made = new_key(path, passphrase)
+    if passphrase is not None and given is None:
+        print(f"The passphrase of {plain(str(made.private))}, shown this once: {passphrase}", file=sys.stderr)
+    how = "protected by a passphrase" if made.encrypted else "protected by nothing but the rights of the file"
+    sentence = f"{made.private} signs and stays yours ({how}); {made.public} is for everybody who checks, by a way that they trust."
+    return Answer(
+        "key",
+        sentence=sentence,
+        result=lambda: {"private": str(made.private), "public": str(made.public), "keyid": made.id, "encrypted": made.encrypted},
+        text=lambda: f"{plain(sentence)}\nIts digest, by which it is recognised: {made.id}",
+    )
+
+
+def _signed(name: str, key: str, output: str | None) -> Answer:
+    from fairaudit.attestations.envelope import MAX_BYTES, Envelope, read_envelope
+    from fairaudit.attestations.keys import public_key_of, read_private_key
+    from fairaudit.attestations.statement import read_statement
+    from fairaudit.attestations.verification import read_attestation
+    from fairaudit.cli.destinations import refuse_output
+    from fairaudit.errors import InputError, naming
+    from fairaudit.files import write_atomically
+    from fairaudit.words import plain
+
+    target = output or _beside(name)
+    refuse_output(target, [name], "the attestation")
+    refuse_output(target, [key], "the key")
+    raw = read_attestation(name)
+    envelope = read_envelope(raw, name) or Envelope(raw)
+    statement = read_statement(envelope.payload, name)
+    private = read_private_key(key, lambda: _passphrase(key))
+    with naming(name):
+        signed = envelope.signed(private)
+    text = signed.text.encode("ascii")
+    if len(text) > MAX_BYTES:
+        raise InputError(f"{name} is too long to be signed: with its signature it has more than {MAX_BYTES} bytes")
+    write_atomically(Path(target), [text])
+    public, others = public_key_of(private), len(signed.signatures) - 1
+    kept = f" {others} other signature{'s' * (others != 1)} stay{'s' * (others == 1)}, not checked." if others else ""
+    sentence = f"{target} is {name}, signed by the key {public.id}.{kept}"
+    subjects = [subject.name for subject in statement.subjects]
+    check = ["fairaudit", "verify", subjects[0], "--attestation", target, "--key", "PUB.pem"]
+    return Answer(
+        "attest",
+        sentence=sentence,
+        result=lambda: {"file": target, "keyid": public.id, "signatures": len(signed.signatures), "subjects": subjects},
+        text=lambda: f"{plain(sentence)}\nTo check it: {plain(shlex.join(check))}",
+    )
+
+
+def _beside(name: str) -> str:
+    """Name the signed file after that of the attestation."""
+    from fairaudit.errors import InputError
+
+    path = Path(name)
+    if path.name.endswith(".dsse.json"):
+        raise InputError(f"{path} is signed already, as its name says; add -o FILE for what has one more signature")
+    return str(path.with_name(f"{path.name.removesuffix('.json')}.dsse.json"))
+
+
+def _passphrase(key: str) -> str:
+    """Take the passphrase from the environment, or ask for it on the terminal, where it is not shown."""
+    from getpass import getpass
+
+    from fairaudit.errors import InputError
+    from fairaudit.words import plain
+
+    if given := os.environ.get(VARIABLE):
+        return given
+    if sys.stdin is None or not sys.stdin.isatty():
+        raise InputError(f"{key} is protected by a passphrase, and nobody can be asked; set {VARIABLE}")
+    try:
+        return getpass(f"Passphrase of {plain(key)}: ")
+    except EOFError:
+        raise InputError(f"no passphrase of {key} was given") from None
