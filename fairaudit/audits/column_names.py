@@ -64,6 +64,7 @@ SCORE = (
     r"sentence|bail|bond|premium|fines?|penalty|apr)"
     r"([_ .-].*)?"
 )
+RATED = r"(.*[_ .-])?(scores?|ratings?|total|points|marks?|punkte)([_ .-].*)?"
 AMOUNT = (
     r"(.*[_ .-])?(income|grades?|points|marks?|pay|amount|limit|price|note|years|months|days|fees?|interest|wait|delay|severity)([_ .-].*)?"
 )

@@ -25,6 +25,7 @@ from fairaudit.audits.column_names import (
     OTHER,
     PROBABILITY,
     RACE,
+    RATED,
     SCORE,
     SEX,
     SEXES,
@@ -238,10 +239,17 @@ class _Guess:
             unit=_name(unit) if plain else None,
             missing=any(seen.missing for seen in chosen),
             utility_column=_name(decision) if scored else None,
-            said=()
-            if decision is None or scored or not self._bare(decision)
-            else (f"that {good} in column '{decision.name}' is {_word(burden)} is a guess: only who made the table knows",),
+            said=() if decision is None else self._said(decision, good, burden=burden, scored=scored),
         )
+
+    def _said(self, decision: Seen, good: str, *, burden: bool, scored: bool) -> tuple[str, ...]:
+        """What is to be known of the decision before it is believed."""
+        if scored:
+            rated = named(decision.name, RATED)
+            return ("--score and --above-median, in the place of --utility-column, ask who is above the median",) if rated else ()
+        if self._bare(decision):
+            return (f"that {good} in column '{decision.name}' is {_word(burden)} is a guess: only who made the table knows",)
+        return ()
 
     def _bare(self, decision: Seen) -> bool:
         """Whether its labels are numbers, and its name does not say what a yes would be."""

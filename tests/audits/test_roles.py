@@ -95,6 +95,11 @@ TABLES: dict[str, tuple[list[Seen], dict[str, Any]]] = {
         [seen("risk", "1|0"), SEX],
         {"decision": "risk", "said": ("that 1 in column 'risk' is a harm is a guess: only who made the table knows",)},
     ),
+    "scores": (
+        [numbers("Total", 1, 99), SEX],
+        {"decision": None, "utility_column": "Total",
+         "said": ("--score and --above-median, in the place of --utility-column, ask who is above the median",)},
+    ),
     "columns of 0 and 1": (
         [seen("race_Black", "0|1"), Seen("race_White", {"1": 2000, "0": 2000}, 2, 0), Seen("frisked_N", {"0": 1000, "1": 3000}, 2, 0),
          Seen("frisked_Y", {"1": 1000, "0": 3000}, 2, 0), seen("frisky", "0|1")],
