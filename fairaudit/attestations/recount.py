@@ -8,15 +8,20 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fairaudit.attestations.cells import TableDifference, compare_tables
+from fairaudit.attestations.envelope import read_envelope
+from fairaudit.attestations.making import counted_rows
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.sources import take
-from fairaudit.attestations.statement import Source, Statement
+from fairaudit.attestations.statement import Rows, Source, Statement, read_statement
+from fairaudit.audits.audit_file import audit_of
+from fairaudit.audits.certify import laid_out
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.audits.reading import MOST_ROWS, Reading, read_audited, uncollected, unfit_for_parts
 from fairaudit.certificates.table import Table, WrittenTable, canonical
@@ -24,6 +29,7 @@ from fairaudit.errors import InputError, ManyRowsError, TableNeeded, naming, sho
 from fairaudit.inference.draws import unit_profiles
 from fairaudit.inference.paired_region import listed_profiles
 from fairaudit.model.law import Law
+from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import Utility
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.engines.request import Report
@@ -31,7 +37,9 @@ from fairaudit.tables.preparation import words
 from fairaudit.tables.sources import is_database, source_name
 from fairaudit.words import brief
 
-__all__ = ["Recount", "Recounted", "recounted"]
+__all__ = ["Recount", "Recounted", "attested_by", "lines_of", "recounted"]
+
+NOT_SHOWN = "No recount shows whether the log is what really happened, or whether what the attestation only states is true."
 
 Lines = Callable[[], Iterable[bytes]]
 """Gives the lines of a table, each time that it is asked."""
@@ -57,6 +65,11 @@ class Recounted:
     what: str
     equal: bool | None
     detail: str = ""
+
+    @property
+    def line(self) -> str:
+        """What was looked at, and what the log says instead."""
+        return f"{self.what}: {self.detail}" if self.detail else self.what
 
 
 @brief
@@ -95,12 +108,20 @@ class Recount:
     @property
     def sentence(self) -> str:
         """What was found, in a sentence."""
-        different = [finding for finding in self.findings if finding.equal is False]
+        different = [finding.what for finding in self.findings if finding.equal is False]
         if different:
-            return f"the recount DIFFERS in {', '.join(finding.what for finding in different)}"
+            return f"The recount DIFFERS in {', '.join(different)}."
         if self.missing:
-            return f"nothing was recounted: {', '.join(map(shown, self.missing))} {'is' if len(self.missing) == 1 else 'are'} not there"
-        return "the recount of the log gives the same table, cell for cell"
+            verb = "is" if len(self.missing) == 1 else "are"
+            return f"Nothing was recounted: {', '.join(map(shown, self.missing))} {verb} not there."
+        return "The log was counted again as the attestation says, and gives the same table, cell for cell."
+
+    @property
+    def paragraph(self) -> str:
+        """What was found, and what no recount shows."""
+        unseen = [finding.what for finding in self.findings if finding.equal is None]
+        rest = [f"Without a digest to compare: {', '.join(unseen)}."] if unseen else []
+        return " ".join([self.sentence, *rest, NOT_SHOWN] if self.ok else [self.sentence, *rest])
 
 
 def recounted(
@@ -143,32 +164,40 @@ def recounted(
     TableNeeded
         If the table of the certificate is not at hand.
     """
-    if "query" in statement.options:
-        _check_query(statement.options["query"], query, source, spelled)
+    options = statement.options
+    if not options:
+        raise InputError("the statement does not say how its table was made, as of a monitor or of probabilities of groups; nothing can be recounted")
+    if "query" in options:
+        _check_query(options["query"], query, source, spelled)
     elif query is not None:
         raise InputError(f"the statement has no query; leave {spelled('query')} away")
-    reading, utility = reading_of(statement.options, spelled=spelled)
-    reading = replace(reading, access=replace(reading.access, engine=engine, memory=memory))
+    said = None if "audit" in options else reading_of(options, spelled=spelled)
     header = _header(document, lines)
-    absent = _absent(source)
-    if absent:
+    if absent := _absent(source):
         return Recount((), tuple(absent))
-    taken = take(source, table=reading.access.table, query=reading.access.query)
-    findings, missing = _compared_sources(statement.sources, taken.sources)
-    if missing:
+    taken = take(source, table=options.get("table"), query=options.get("query"))
+    pairs = _pairs(statement.sources, taken.sources, audit=said is None)
+    findings = [_of_source(statement.sources[place], given) for place, given in pairs.items()]
+    if missing := [entry.name for place, entry in enumerate(statement.sources) if place not in pairs]:
         return Recount(tuple(findings), tuple(missing))
     with uncollected(), naming(_name(source)):
-        counted = _count(source, reading, utility, report)
+        if said is None:
+            files = dict(zip((source.name for source in taken.sources), chain.from_iterable(taken.patterns.values()), strict=False))
+            counted = _count_audit(options, {statement.sources[place].name: files.get(given.name) for place, given in pairs.items() if given})
+        else:
+            reading, utility = said
+            access = replace(reading.access, engine=engine, memory=memory)
+            counted = _count(source, replace(reading, access=access), utility, report)
     taken.unchanged()
     table = counted.table(header)
     difference = None
     if table.sha256 != document["subject"]["table"]["sha256"]:
         difference = compare_tables(_lines(document, lines), table.lines())
-        said = "; ".join(difference.sentences) or "the lines are the same, and are not those of the digest in the certificate"
-        findings.append(Recounted("the table", False, said))
+        detail = "; ".join(difference.sentences) or "the lines are the same, and are not those of the digest in the certificate"
+        findings.append(Recounted("the table", False, detail))
     else:
         findings.append(Recounted("the table", True))
-    findings += [*_preparation(document, counted.law), *_units(document, counted)]
+    findings += [*_preparation(document, counted.law), *_units(document, counted), _rows(statement, counted)]
     return Recount(tuple(findings), (), difference)
 
 
@@ -178,6 +207,7 @@ class _Counted:
 
     law: Law
     made: Table | WrittenTable
+    deployment: Deployment | None = None
 
     def table(self, header: Mapping[str, Any]) -> Table | WrittenTable:
         """The table with what no log says: the salt; and the digests of what sampling units got, if the certificate has some."""
@@ -207,6 +237,34 @@ def _count(source: Any, reading: Reading, utility: Utility | None, report: Repor
         return _Counted(found.law, found.partial.table)
     table = worth.on(law)
     return _Counted(table.law, Table(table.law, table))
+
+
+def _count_audit(options: Mapping[str, Any], files: Mapping[str, str | None]) -> _Counted:
+    """Read what an audit file described, its files being those that were given."""
+    for name in options:
+        if name != "audit":
+            raise InputError(f"the options have {shown(name)} beside an audit file, which says that itself")
+    found = audit_of(_with_files(options["audit"], files), signed=True)
+    subject, table = laid_out(found.subject, found.utility)
+    if isinstance(subject, Deployment):
+        return _Counted(subject.law, Table(subject.policy.law, table, subject), subject)
+    return _Counted(subject, Table(subject, table))
+
+
+def _with_files(value: Any, files: Mapping[str, str | None]) -> Any:
+    """Sections of an audit file with the paths of what was given in the place of names, so that nothing else is read."""
+    if isinstance(value, list):
+        return [_with_files(entry, files) for entry in value]
+    if not isinstance(value, dict):
+        return value
+    found = {name: _with_files(entry, files) for name, entry in value.items()}
+    for name in ("table", "map"):
+        if isinstance(found.get(name), str):
+            path = files.get(found[name])
+            if path is None:
+                raise InputError(f"the options name the file {shown(found[name])}, which is none of the logs")
+            found[name] = os.path.abspath(path)  # noqa: PTH100
+    return found
 
 
 def _profiles(table: Table) -> list[Any]:
@@ -243,6 +301,36 @@ def _header(document: Mapping[str, Any], lines: Lines | None) -> Mapping[str, An
     return found
 
 
+def lines_of(path: Path) -> Lines:
+    """Read the file of a table line by line, each time that it is asked for."""
+
+    def lines() -> Iterator[bytes]:
+        try:
+            with path.open("rb") as file:
+                yield from file
+        except OSError as error:
+            raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
+
+    return lines
+
+
+def attested_by(path: str | os.PathLike[str]) -> Statement:
+    """Read the statement in the file of an attestation, signed or not; a signature is not looked at.
+
+    Raises
+    ------
+    InputError
+        If it is no attestation.
+    """
+    name = os.fspath(path)
+    try:
+        raw = Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{name} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    envelope = read_envelope(raw, name)
+    return read_statement(raw if envelope is None else envelope.payload, name)
+
+
 def _lines(document: Mapping[str, Any], lines: Lines | None) -> Iterator[bytes]:
     """The lines of the certificate's table."""
     held = document["subject"]["table"]
@@ -270,36 +358,54 @@ def _is_there(file: str) -> bool:
         return False
 
 
-def _compared_sources(said: Sequence[Source], given: Sequence[Source]) -> tuple[list[Recounted], list[str]]:
-    """Compare digests: of what has the same name, then in order; and name what was not given."""
-    left = list(given)
-    pairs: dict[int, Source] = {}
+def _pairs(said: Sequence[Source], given: Sequence[Source], *, audit: bool) -> dict[int, Source | None]:
+    """For each source of the statement what was given for it: what has the same name, then in order.
+
+    An audit file need not be given, because the statement has all that it says.
+    """
+    left, pairs = list(given), dict[int, Source | None]()
     for place, entry in enumerate(said):
         own = next((other for other in left if other.name == entry.name), None)
         if own is not None:
             pairs[place] = own
             left.remove(own)
+        elif audit and entry.name.endswith(".toml"):
+            pairs[place] = None
     for place, _ in enumerate(said):
         if place not in pairs and left:
             pairs[place] = left.pop(0)
     if left:
         raise InputError(f"{len(given)} logs were given, and the statement has {len(said)}; leave {shown(left[0].name)} away")
-    return [_of_source(said[place], pairs[place]) for place in sorted(pairs)], [e.name for i, e in enumerate(said) if i not in pairs]
+    return {place: pairs[place] for place in sorted(pairs)}
 
 
-def _of_source(said: Source, given: Source) -> Recounted:
+def _of_source(said: Source, given: Source | None) -> Recounted:
+    """Compare the digest of a file with that of the statement."""
     what = f"the source {shown(said.name)}"
+    if given is None:
+        return Recounted(what, None, "it was not given; the attestation has what it says")
     if said.sha256 is None:
         return Recounted(what, None, "no digest of it was recorded")
     if given.sha256 is None:
-        return Recounted(what, None, f"{given.name} has no digest")
+        return Recounted(what, None, f"{shown(given.name)} has no digest")
     if given.sha256 == said.sha256:
         return Recounted(what, True)
-    return Recounted(
-        what,
-        False,
-        f"{shown(given.name)} has {given.bytes} bytes and the digest {given.sha256}, recorded are {said.bytes} and {said.sha256}",
-    )
+    recorded = f"recorded are {said.bytes} and {said.sha256}"
+    return Recounted(what, False, f"{shown(given.name)} has {given.bytes} bytes and the digest {given.sha256}, {recorded}")
+
+
+def _rows(statement: Statement, counted: Any) -> Recounted:
+    """Compare how much was read, counted and dropped."""
+    found = counted_rows(counted)
+    if found == statement.rows:
+        return Recounted("how much was read, counted and dropped", True)
+    said = [f"{_amounts(rows)} in the {where}" for rows, where in ((statement.rows, "attestation"), (found, "log"))]
+    return Recounted("how much was read, counted and dropped", False, "; ".join(said))
+
+
+def _amounts(rows: Rows) -> str:
+    dropped = ", ".join(f"{shown(reason)} {amount}" for reason, amount in rows.dropped.items())
+    return f"{rows.read} {rows.unit} read, {rows.counted} counted, dropped {dropped or 'none'}"
 
 
 def _preparation(document: Mapping[str, Any], law: Law) -> Iterator[Recounted]:

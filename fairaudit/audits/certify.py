@@ -50,7 +50,7 @@ from fairaudit.theorems.case import TOO_WIDE, Case
 from fairaudit.theorems.t13_cases import TOO_MANY, TOO_NEAR
 from fairaudit.theorems.t14 import HiddenContext
 
-__all__ = ["certify"]
+__all__ = ["certify", "laid_out"]
 
 
 @without_bare_limits(MEASURED)
@@ -191,19 +191,11 @@ def certify(
     )
     of_differences = difference_limits_of({"max_difference": max_difference, "max_global_difference": max_global_difference})
     difference = difference or bool(of_differences)
-    deployment = subject if isinstance(subject, Deployment) else None
-    law = subject.law if isinstance(subject, Deployment) else subject
     level = None if confidence is None or cut_at_own_median(subject) else confidence_level(confidence)
     utility = utility if isinstance(utility, Utility) else Utility(utility, signed=difference)
-    table = utility.on(law)
+    subject, table = laid_out(subject, utility)
     refuse_signed(subject, table, asked=difference, ratios=limits)
-    if table.law is not law:
-        law = table.law
-        if deployment is not None:
-            deployment = replace(deployment, policy=Policy(utility.over(deployment.policy.law)))
-            law = deployment.law
-            table = replace(table, law=law)
-        subject = deployment or law
+    deployment, law = (subject, subject.law) if isinstance(subject, Deployment) else (None, subject)
     _check_selection(select, subject, arrivals, level)
     refuse_beside_unknown_groups(law, difference=difference, drift=max_drift is not None)
     shares = ask_shares(unknown_share or {}, law)
@@ -321,6 +313,24 @@ def certify(
         hidden_context=hidden,
     )
     return under_drift(result) if deployment is None and max_drift is not None else result
+
+
+def laid_out(subject: Law | Deployment, utility: Utility) -> tuple[Law | Deployment, UtilityTable]:
+    """Lay a utility out over a law, or over the one that filters induce, all of which then have the decisions that it names.
+
+    Raises
+    ------
+    InputError
+        If it does not fit.
+    """
+    law = subject.law if isinstance(subject, Deployment) else subject
+    table = utility.on(law)
+    if table.law is law:
+        return subject, table
+    if not isinstance(subject, Deployment):
+        return table.law, table
+    deployment = replace(subject, policy=Policy(utility.over(subject.policy.law)))
+    return deployment, replace(table, law=deployment.law)
 
 
 def _check_selection(select: Selection, subject: Law | Deployment, arrivals: Arrivals | None, level: Fraction | None) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer, add_format, tell
+from fairaudit.cli.recounting import add_recount, as_json, as_text, check_recount, recount_of
 
 if TYPE_CHECKING:
     from fairaudit.cli.checking import Finding, Signed
@@ -21,9 +22,9 @@ def add(commands: Any) -> None:
         description="Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it, and say "
         "in one paragraph what is true and what is assumed.",
         epilog="exit codes: 0 all true; 1 a statement is false, or the required verdict is not there; 2 bad input; 3 the table is needed, "
-        "or the signature of the attestation was not checked",
-        usage="%(prog)s CERTIFICATE… [--table FILE] [--attestation FILE [--key PUB.pem]] [--require within]\n"
-        "                        [--verbose | --quiet] [--format text|json]\n"
+        "or the signature of the attestation was not checked, or a log is not there",
+        usage="%(prog)s CERTIFICATE… [--table FILE] [--attestation FILE [--key PUB.pem] [--recount LOG… [--query SQL]]]\n"
+        "                        [--require within] [--verbose | --quiet] [--format text|json]\n"
         "       %(prog)s --export FILE.pyz",
         allow_abbrev=False,
     )
@@ -36,6 +37,7 @@ def add(commands: Any) -> None:
         help="also check who is said to have made it, of which files, so far as that can be checked (docs/attestation.md)",
     )
     parser.add_argument("--key", metavar="PUB.pem", help="the signer's public key, by which the attestation must be signed")
+    add_recount(parser)
     parser.add_argument("--require", choices=("within",), help="also fail unless the verdict is 'within'")
     parser.add_argument(
         "--export",
@@ -52,6 +54,7 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     """Hand over to the checker, or write it as one file."""
     from fairaudit.errors import InputError
 
+    check_recount(arguments)
     if arguments.export is not None:
         others = (arguments.table, arguments.attestation, arguments.key, arguments.require)
         if arguments.certificates or any(other is not None for other in others):
@@ -90,7 +93,9 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
         if not arguments.quiet:
             print(f"fairaudit: {printable(name)}: {printable(found.message)}", file=sys.stderr)
         return found.code
-    code = exit_code(found, arguments.require)
+    recount = recount_of(arguments, name)
+    codes = exit_code(found, arguments.require), 0 if recount is None else recount.exit_code
+    code = 1 if 1 in codes else max(codes)
     if arguments.quiet:
         return code
     said, attested = summary_line(found, arguments.require), found.attested
@@ -98,7 +103,7 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
         "verify",
         # What a false certificate states is no verdict.
         verdict=found.verdict if found.ok else "none",
-        sentence=printable(f"{said[0].upper()}{said[1:]}."),
+        sentence=printable(f"{said[0].upper()}{said[1:]}.{'' if recount is None else f' {recount.sentence}'}"),
         result=lambda: {
             "true": found.ok,
             "stated_verdict": found.verdict,
@@ -118,8 +123,11 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
                     }
                 }
             ),
+            **({} if recount is None else {"recount": as_json(recount)}),
         },
-        text=lambda: "\n".join(map(printable, lines(found, arguments.require, verbose=arguments.verbose))),
+        text=lambda: "\n".join(
+            map(printable, [*lines(found, arguments.require, verbose=arguments.verbose), *([] if recount is None else as_text(recount))])
+        ),
         code=code,
     )
 

@@ -1,0 +1,84 @@
+"""`fairaudit verify --recount`: the log counted again by the attestation, and what that showed."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.cli.source import option, progress
+
+if TYPE_CHECKING:
+    from fairaudit.attestations.recount import Recount
+
+__all__ = ["add_recount", "as_json", "as_text", "check_recount", "recount_of"]
+
+WIDTH = 80
+
+
+def add_recount(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "--recount", metavar="LOG", nargs="+", help="also count the log again as --attestation says, and name the first cell that differs"
+    )
+    parser.add_argument("--query", metavar="SQL", help="with --recount: the query of the attestation, which is run only if you give it")
+    parser.add_argument("--engine", choices=("auto", "duckdb", "python", "spark"), help="with --recount: who reads files")
+
+
+def check_recount(arguments: argparse.Namespace) -> None:
+    """Refuse options that do not go together.
+
+    Raises
+    ------
+    InputError
+        If there are such.
+    """
+    from fairaudit.errors import InputError
+
+    if arguments.recount is not None and arguments.attestation is None:
+        raise InputError("--recount goes with --attestation FILE, which says how the log was counted")
+    for name in ("query", "engine"):
+        if getattr(arguments, name) is not None and arguments.recount is None:
+            raise InputError(f"{option(name)} goes with --recount LOG, the log that is counted again")
+
+
+def recount_of(arguments: argparse.Namespace, certificate: str) -> Recount | None:
+    """Count the log again, if that is asked for, with progress on a terminal."""
+    if arguments.recount is None:
+        return None
+    from fairaudit.attestations.recount import attested_by, lines_of, recounted
+    from fairaudit.verified.verification import opened
+
+    document = opened(certificate).document
+    statement = attested_by(arguments.attestation)
+    source = arguments.recount if len(arguments.recount) > 1 else arguments.recount[0]
+    lines = None if arguments.table is None else lines_of(Path(arguments.table))
+    with progress() as report:
+        return recounted(
+            document, lines, statement, source, query=arguments.query, engine=arguments.engine or "auto", report=report, spelled=option
+        )
+
+
+def as_text(found: Recount) -> list[str]:
+    """What the recount showed, in lines for a person."""
+    listed = [f"{'differs' if entry.equal is False else 'equal  ' if entry.equal else 'unknown'}  {entry.line}" for entry in found.findings]
+    return ["", *listed, *([""] if listed else []), *wrap(found.paragraph, WIDTH, break_long_words=False, break_on_hyphens=False)]
+
+
+def as_json(found: Recount) -> dict[str, Any]:
+    """What the recount showed, for programs."""
+    first = None if found.difference is None else found.difference.first
+    return {
+        "equal": found.ok,
+        "paragraph": found.paragraph,
+        "missing": list(found.missing),
+        "findings": [{"what": entry.what, "equal": entry.equal, "detail": entry.detail} for entry in found.findings],
+        "different_cells": 0 if found.difference is None else found.difference.cells,
+        "first_cell": first
+        and {
+            "context": first.context,
+            "group": first.group,
+            "numbers": [{"of": what, "certificate": own, "log": other} for what, own, other in first.numbers],
+        },
+    }
