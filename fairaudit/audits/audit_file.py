@@ -28,7 +28,7 @@ from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, LabelLike, names
 
-__all__ = ["SAID_THERE", "Audit", "read_audit", "read_policy", "refuse_beside"]
+__all__ = ["SAID_THERE", "Audit", "audit_of", "read_audit", "read_policy", "refuse_beside"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence", "attestation")
 TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map")
@@ -124,6 +124,17 @@ def read_audit(path: str, *, signed: bool = False) -> Audit:
         return _audit(document, Path(path).parent, signed=signed)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def audit_of(document: Mapping[str, Any], *, signed: bool = False) -> Audit:
+    """Read the sections of an audit file that are there already; paths in them are as they stand.
+
+    Raises
+    ------
+    InputError
+        As in `read_audit`.
+    """
+    return _audit(document, Path(), signed=signed)
 
 
 def read_policy(path: str) -> tuple[Policy, Utility, Any]:
