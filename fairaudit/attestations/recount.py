@@ -48,6 +48,10 @@ READ_ONLY = ("sqlite", "duckdb", "postgres", "postgresql")
 """Databases that are opened so that nothing can be written."""
 
 
+HOLDING = dict.fromkeys(("law", "policy", "utility", "population"), ("table", "map"))
+"""Sections of an audit file that name files, and under which keys."""
+
+
 @dataclass(frozen=True)
 class Recounted:
     """What was found of one thing that a statement or a certificate says of a log.
@@ -166,7 +170,9 @@ def recounted(
     """
     options = statement.options
     if not options:
-        raise InputError("the statement does not say how its table was made, as of a monitor or of probabilities of groups; nothing can be recounted")
+        raise InputError(
+            "the statement does not say how its table was made, as of a monitor or of probabilities of groups; nothing can be recounted"
+        )
     if "query" in options:
         _check_query(options["query"], query, source, spelled)
     elif query is not None:
@@ -183,7 +189,9 @@ def recounted(
     with uncollected(), naming(_name(source)):
         if said is None:
             files = dict(zip((source.name for source in taken.sources), chain.from_iterable(taken.patterns.values()), strict=False))
-            counted = _count_audit(options, {statement.sources[place].name: files.get(given.name) for place, given in pairs.items() if given})
+            counted = _count_audit(
+                options, {statement.sources[place].name: files.get(given.name) for place, given in pairs.items() if given}
+            )
         else:
             reading, utility = said
             access = replace(reading.access, engine=engine, memory=memory)
@@ -251,20 +259,27 @@ def _count_audit(options: Mapping[str, Any], files: Mapping[str, str | None]) ->
     return _Counted(subject, Table(subject, table))
 
 
-def _with_files(value: Any, files: Mapping[str, str | None]) -> Any:
+def _with_files(audit: Mapping[str, Any], files: Mapping[str, str | None]) -> dict[str, Any]:
     """Sections of an audit file with the paths of what was given in the place of names, so that nothing else is read."""
-    if isinstance(value, list):
-        return [_with_files(entry, files) for entry in value]
-    if not isinstance(value, dict):
-        return value
-    found = {name: _with_files(entry, files) for name, entry in value.items()}
-    for name in ("table", "map"):
-        if isinstance(found.get(name), str):
-            path = files.get(found[name])
-            if path is None:
-                raise InputError(f"the options name the file {shown(found[name])}, which is none of the logs")
-            found[name] = os.path.abspath(path)  # noqa: PTH100
-    return found
+
+    def placed(section: Any, keys: Sequence[str]) -> Any:
+        if not isinstance(section, dict):
+            return section
+        return {name: path_of(entry) if name in keys and isinstance(entry, str) else entry for name, entry in section.items()}
+
+    def path_of(name: str) -> str:
+        path = files.get(name)
+        if path is None:
+            raise InputError(f"the options name the file {shown(name)}, which is none of the logs")
+        return os.path.abspath(path)  # noqa: PTH100
+
+    def filtered(section: Any) -> Any:
+        if not isinstance(section, dict):
+            return section
+        inner = {name: filtered(entry) for name, entry in section.items()}
+        return placed(inner, ("table",)) if section.get("kind") == "table" else inner
+
+    return {name: filtered(entry) if name == "filter" else placed(entry, HOLDING.get(name, ())) for name, entry in audit.items()}
 
 
 def _profiles(table: Table) -> list[Any]:
