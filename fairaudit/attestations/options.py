@@ -13,7 +13,7 @@ from fairaudit.model.utility import Utility
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.scores import Cut, score_cut
+from fairaudit.tables.scores import ABOVE, Cut, score_cut
 from fairaudit.tables.wide import Wide, wide_of, written_wide
 
 __all__ = ["options_of", "reading_of"]
@@ -35,7 +35,7 @@ def options_of(reading: Reading, utility: Utility | None, *, positive: str | Non
     reading : Reading
         How the table is read.
     utility : Utility or None
-        What decisions are worth, where no column says it.
+        What decisions are worth, where no column says it; of scores, a score above the cut is worth 1 where nothing else is given.
     positive : str, optional
         The positive true label.
 
@@ -57,6 +57,8 @@ def options_of(reading: Reading, utility: Utility | None, *, positive: str | Non
     if utility is not None and utility.entries is not None and reading.utility_column is None:
         raise InputError("a utility that varies with context or group cannot be recorded; give it as a column of the table, utility_column")
     wide, total = ("", "") if reading.wide is None else _wide(reading.wide)
+    if utility is None and reading.above is not None and reading.utility_column is None:
+        utility = Utility({ABOVE: 1})
     values = {} if utility is None or reading.utility_column is not None else utility.values
     access = reading.access
     said: dict[str, Any] = {

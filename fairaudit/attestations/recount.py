@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import re
@@ -15,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from fairaudit.attestations.cells import TableDifference, compare_tables
-from fairaudit.attestations.envelope import read_envelope
 from fairaudit.attestations.making import counted_rows
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.sources import take
@@ -342,8 +342,16 @@ def attested_by(path: str | os.PathLike[str]) -> Statement:
         raw = Path(path).read_bytes()
     except (OSError, ValueError) as error:
         raise InputError(f"{name} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    envelope = read_envelope(raw, name)
-    return read_statement(raw if envelope is None else envelope.payload, name)
+    return read_statement(_payload(raw), name)
+
+
+def _payload(raw: bytes) -> bytes:
+    """The bytes of a statement, which may be in an envelope."""
+    try:
+        held = json.loads(raw)
+        return base64.b64decode(held["payload"], validate=True) if isinstance(held, dict) and "payload" in held else raw
+    except (ValueError, TypeError, RecursionError):
+        return raw
 
 
 def _lines(document: Mapping[str, Any], lines: Lines | None) -> Iterator[bytes]:

@@ -85,7 +85,7 @@ def test_what_is_written_is_read_again_through_json(reading: Reading, values: di
 
 def test_scores_are_said_instead_of_a_decision() -> None:
     said = options_of(Reading("points", ("sex",), above="median"), None)
-    assert said == {"score": {"column": "points", "above": "median"}, "group": ["sex"]}
+    assert said == {"score": {"column": "points", "above": "median"}, "group": ["sex"], "utility": {"above": "1"}}
     reading, _ = reading_of({"score": {"column": "points", "above": "129/2"}, "group": ["sex"]})
     assert (reading.decision, reading.above) == ("points", Fraction(129, 2))
     for score in ({"column": "points"}, {"column": "points", "above": "mean"}, {"column": "points", "above": 3}, {}):
