@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 import re
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fairaudit.attestations.cells import TableDifference, compare_tables
+from fairaudit.attestations.envelope import read_envelope
 from fairaudit.attestations.making import counted_rows
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.sources import take
@@ -37,7 +37,7 @@ from fairaudit.tables.preparation import words
 from fairaudit.tables.sources import is_database, source_name
 from fairaudit.words import brief
 
-__all__ = ["Recount", "Recounted", "attested_by", "lines_of", "recounted"]
+__all__ = ["Recount", "Recounted", "lines_of", "recounted", "stated_in"]
 
 NOT_SHOWN = "No recount shows whether the log is what really happened, or whether what the attestation only states is true."
 
@@ -329,29 +329,16 @@ def lines_of(path: Path) -> Lines:
     return lines
 
 
-def attested_by(path: str | os.PathLike[str]) -> Statement:
-    """Read the statement in the file of an attestation, signed or not; a signature is not looked at.
+def stated_in(raw: bytes, name: str) -> Statement:
+    """Read the statement in an attestation, signed or not; a signature is not looked at.
 
     Raises
     ------
     InputError
         If it is no attestation.
     """
-    name = os.fspath(path)
-    try:
-        raw = Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        raise InputError(f"{name} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    return read_statement(_payload(raw), name)
-
-
-def _payload(raw: bytes) -> bytes:
-    """The bytes of a statement, which may be in an envelope."""
-    try:
-        held = json.loads(raw)
-        return base64.b64decode(held["payload"], validate=True) if isinstance(held, dict) and "payload" in held else raw
-    except (ValueError, TypeError, RecursionError):
-        return raw
+    envelope = read_envelope(raw, name)
+    return read_statement(raw if envelope is None else envelope.payload, name)
 
 
 def _lines(document: Mapping[str, Any], lines: Lines | None) -> Iterator[bytes]:

@@ -88,12 +88,17 @@ def _check_one_of(arguments: argparse.Namespace, name: str) -> int:
 def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
     from fairaudit.cli.checking import Refusal, attested_paragraph, examine, exit_code, lines, paragraph, printable, summary_line
 
-    found = examine(name, arguments.table, _attestation(arguments))
+    attestation = _attestation(arguments)
+    found = examine(name, arguments.table, attestation)
     if isinstance(found, Refusal):
         if not arguments.quiet:
             print(f"fairaudit: {printable(name)}: {printable(found.message)}", file=sys.stderr)
         return found.code
-    recount = recount_of(arguments, name)
+    signed = None if attestation is None or isinstance(attestation, str) else attestation
+    # By a statement that is not the signer's nothing is counted.
+    recount = (
+        None if signed is not None and signed.payload is None else recount_of(arguments, name, None if signed is None else signed.payload)
+    )
     codes = exit_code(found, arguments.require), 0 if recount is None else recount.exit_code
     code = 1 if 1 in codes else max(codes)
     if arguments.quiet:

@@ -369,3 +369,15 @@ def test_a_person_reads_the_cell_and_both_numbers(folder: Path, capsys: pytest.C
     assert "The recount DIFFERS" in said
     assert main(["verify", "c.json", "--attestation", "a.json", "--quiet", "--recount", "counts.csv"]) == 1
     assert capsys.readouterr().out == ""
+
+
+def test_by_a_statement_that_is_not_the_signers_nothing_is_counted(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    attest(*CASES["csv"])
+    for name in ("one", "two"):
+        assert main(["attest", "--new-key", f"{name}.pem"]) == 0
+    assert main(["attest", "a.json", "--sign-key", "one.pem", "-o", "signed.json"]) == 0
+    command = ["verify", "c.json", "--attestation", "signed.json", "--format", "json", "--recount", "log.csv"]
+    for more, code, counted in (([], 3, True), (["--key", "one.pub.pem"], 0, True), (["--key", "two.pub.pem"], 1, False)):
+        capsys.readouterr()
+        assert main([*command, *more]) == code
+        assert ("recount" in envelope(capsys.readouterr().out)["result"]) is counted
