@@ -327,7 +327,7 @@ def _worst(parts: Sequence[Part]) -> Section:
                 low, high = (_name(table.lines[i]) for i in every.pair)
                 notes.append(f"{name}, with the categories that are empty or left out: {ratio_text(every.ratio)} ({low} against {high}).")
     if not any(table.unknown.people for part in parts for table in part.tables):
-        text = ("Nobody is outside the tables, so nothing could change them.",)
+        text = ("Nobody is outside the tables because a category is unknown.",)
         return Section("What the unknown could change", text)
     undecided = max(table.unknown.undecided for part in parts for table in part.tables)
     also = (

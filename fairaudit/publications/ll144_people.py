@@ -132,22 +132,35 @@ def left_out(preparation: Sequence[Mapping[str, Any]], groups: Collection[str]) 
     for entry in preparation:
         if entry["step"] != "left out":
             continue
-        columns = list(entry.get("columns", ()))
-        without = [name for name in columns if name in groups]
-        if not without:
-            amount, what = (entry["lines"], "lines of the log") if "lines" in entry else (entry["decisions"], "decisions")
-            of = f", without a label in {', '.join(map(shown, columns))}" if columns else f" ({entry['reason']})"
-            notes.append(f"{amount} {what}{of}, were left out before anything was counted; nothing here is about them.")
-        elif len(without) < len(columns):
-            raise InputError(
-                f"the certificate left out {entry['decisions']} decisions without a label in {', '.join(map(shown, columns))}, and does "
-                f"not say how many of them have no category; {AGAIN}"
+        if "decisions" not in entry:
+            notes.append(f"{entry['lines']} lines of the log were left out before anything was counted ({entry['reason']}).")
+            continue
+        without = _without_category(entry, groups)
+        others = Fraction(entry["decisions"]) - without
+        if others:
+            names = ", ".join(shown(name) for name in entry["columns"] if name not in groups)
+            notes.append(
+                f"{others} decisions without a label in {names} were left out before anything was counted; nothing here is about them."
             )
-        elif not entry["decisions"].isdecimal():
-            raise InputError(f"the certificate left out {entry['decisions']} decisions, which is no number of people")
-        else:
-            people += int(entry["decisions"])
+        people += without
     return people, tuple(notes)
+
+
+def _without_category(entry: Mapping[str, Any], groups: Collection[str]) -> int:
+    """How many of the decisions that were left out lack a group label, where the numbers of each column say it."""
+    total = Fraction(entry["decisions"])
+    missing = {name: Fraction(amount) for name, amount in entry["columns"].items()}
+    of_groups = [amount for name, amount in missing.items() if name in groups]
+    of_others = [amount for name, amount in missing.items() if name not in groups]
+    least, most = max([Fraction(0), *of_groups, total - sum(of_others)]), min(total, Fraction(sum(of_groups)))
+    if least < most:
+        raise InputError(
+            f"the certificate left out {total} decisions without a label in {', '.join(map(shown, missing))}, and does not say how many "
+            f"of them have no category: {least} to {most}; {AGAIN}"
+        )
+    if least.denominator > 1:
+        raise InputError(f"the certificate left out {least} decisions without a category, which is no number of people")
+    return least.numerator
 
 
 def people_of(reading: Reading, counts: Counts) -> tuple[People, Unknown]:

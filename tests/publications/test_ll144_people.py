@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -118,7 +119,39 @@ def test_what_was_left_out_for_another_reason_is_said() -> None:
     assert [note.partition(" ")[0] for note in notes] == ["5", "7"]
 
 
-@pytest.mark.parametrize("bad", [entry({"sex": "2", "got": "4"}), entry({"sex": "5/2"}, "5/2")])
-def test_people_left_out_who_cannot_be_counted_are_refused(bad: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match="left out"):
-        left_out([bad], ["sex"])
+@pytest.mark.parametrize(
+    ("columns", "amount", "people", "noted"),
+    [
+        ({"sex": "2", "got": "4"}, "5", 2, ["3"]),
+        ({"sex": "2", "race": "1", "got": "4"}, "7", 3, ["4"]),
+        ({"got": "3", "team": "3"}, "4", 0, ["4"]),
+        ({"sex": "2", "race": "1", "got": "1"}, "3", None, []),
+        ({"sex": "5/2"}, "5/2", None, []),
+    ],
+)
+def test_people_left_out_are_counted_where_the_columns_say_how_many(
+    columns: dict[str, str], amount: str, people: int | None, noted: list[str]
+) -> None:
+    if people is None:
+        with pytest.raises(InputError, match="left out"):
+            left_out([entry(columns, amount)], ["sex", "race"])
+    else:
+        found, notes = left_out([entry(columns, amount)], ["sex", "race"])
+        assert (found, [note.partition(" ")[0] for note in notes]) == (people, noted)
+
+
+def test_how_many_lack_a_category_is_right_whenever_it_is_said() -> None:
+    draw, said = random.Random(9), 0
+    for _ in range(300):
+        rows = [[draw.random() < 0.2 for _ in range(3)] for _ in range(draw.randint(1, 12))]
+        gone = [row for row in rows if any(row)]
+        columns = {name: str(n) for i, name in enumerate(("sex", "race", "got")) if (n := sum(row[i] for row in gone))}
+        if not gone:
+            continue
+        try:
+            found, _ = left_out([entry(columns, str(len(gone)))], ["sex", "race"])
+        except InputError:
+            continue
+        said += 1
+        assert found == sum(row[0] or row[1] for row in gone)
+    assert said > 100
