@@ -96,8 +96,8 @@ TABLES: dict[str, tuple[list[Seen], dict[str, Any]]] = {
         {"decision": "risk", "said": ("that 1 in column 'risk' is a harm is a guess: only who made the table knows",)},
     ),
     "scores": (
-        [numbers("Total", 1, 99), SEX],
-        {"decision": None, "utility_column": "Total",
+        [numbers("final_score", 1, 99), SEX],
+        {"decision": None, "utility_column": "final_score",
          "said": ("--score and --above-median, in the place of --utility-column, ask who is above the median",)},
     ),
     "columns of 0 and 1": (
