@@ -21,6 +21,9 @@ __all__ = ["Counts", "Decisions", "Source", "decisions_of", "facts_of", "favoura
 
 WHOLE = re.compile(r"[0-9]{1,18}")
 
+MOST = 10**11
+"""People of a table: so many still take seconds to test, and no table counts more."""
+
 
 @dataclass(frozen=True)
 class Source:
@@ -196,6 +199,9 @@ def decisions_of(source: Source) -> Decisions:
                     f"the table has {shown(text)} decisions {shown(labels[i])}, which is no number of people (whole, of at most 18 digits)"
                 )
             into[i] += int(text)
+    people = sum(map(sum, counts)) + sum(unknown)
+    if people > MOST:
+        raise InputError(f"the table counts {people:,} decisions; at most {MOST:,} are published as those of people")
     return Decisions(
         tuple(header["columns"]["group"]),
         tuple(map(tuple, header["groups"])),

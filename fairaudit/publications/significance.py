@@ -207,15 +207,16 @@ def _bounded(law: _Hypergeometric, observed: int, bits: int) -> Probability:
     unit = 1 << bits
     towards = 1 if observed > law.mode else -1
     least, most = [0, unit], [0, unit]  # of those in the sum, of all
-    seen = (0, 1)
+    seen = (0, 0)
     for k, low, high, rest in _weights(law, towards, unit):
+        if k == observed:
+            seen = (low, high)
         if (k - observed) * towards >= 0:
-            if k == observed:
-                seen = (low, high)
             least[0] += low
-            most[0] += high + rest
-        elif rest:  # what was observed is further out than the bounds reach
-            most[0] += rest
+            most[0] += high
+        elif rest:  # what was observed is further out, and weighs no more than this
+            seen = (0, high)
+        most[0] += rest
         least[1] += low
         most[1] += high + rest
     inside = False
@@ -240,7 +241,7 @@ def _weights(law: _Hypergeometric, by: int, unit: int) -> Iterator[tuple[int, in
         top, bottom = law.step(k, by)
         k += by
         low, high = low * top // bottom, -(-high * top // bottom)
-        if high <= 1 and top < bottom:  # the quotients fall, so that what follows is less than a geometric series
-            yield k, low, high, -(-top // (bottom - top)) if k != end else 0
+        if high**4 <= unit and top < bottom:  # the quotients fall, so that what follows is less than a geometric series
+            yield k, low, high, -(-high * top // (bottom - top))
             return
         yield k, low, high, 0

@@ -108,6 +108,13 @@ def test_halves_of_people_are_refused(tmp_path: Path) -> None:
         decisions_of(source)
 
 
+def test_more_people_than_there_ever_were_are_refused(tmp_path: Path) -> None:
+    for n, said in ((10**18, "no number of people"), (10**12, "counts 1,000,000,000,025 decisions")):
+        source = read_source(written(tmp_path, {**LOG, "n": [n, 5, 2, 7, 1, 4, 6]}))
+        with pytest.raises(InputError, match=said):
+            decisions_of(source)
+
+
 @pytest.mark.parametrize(
     ("utility", "options", "why"),
     [

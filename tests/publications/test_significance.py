@@ -90,14 +90,14 @@ def test_bounds_hold_the_exact_probability(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_a_million_people_are_tested() -> None:
-    size = 10**6
-    for n, m in ((size, size), (size, size // 7)):
+    for n, m in ((10**6, 10**6), (10**6, 10**6 // 7), (10**9, 10**9 // 3)):
         for apart in (0, 333, 1000, 5000):
-            pair = Pair(n // 3 - apart, n, m // 3, m)
+            pair = Pair(n // 3 - apart * n // 10**6, n, m // 3, m)
             found = fisher(pair)
             assert found.high - found.low < Fraction(1, 10**18)
             table = [[pair.selected, n - pair.selected], [pair.other_selected, m - pair.other_selected]]
-            assert abs(float(found.low) - fisher_exact(table).pvalue) < 1e-7  # scipy's own error with such numbers
+            if n == 10**6:
+                assert abs(float(found.low) - fisher_exact(table).pvalue) < 1e-7  # scipy's own error with such numbers
         assert fisher(Pair(n // 2, n, 0, m)).high < Fraction(1, 10**30)
 
 
