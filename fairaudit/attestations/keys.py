@@ -8,7 +8,6 @@ import contextlib
 import os
 import re
 import secrets
-import stat
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from hashlib import sha256
@@ -259,8 +258,6 @@ def _read(path: str | os.PathLike[str], *, private: bool) -> bytes:
     try:
         with Path(path).open("rb") as file:
             found = os.fstat(file.fileno())
-            if not stat.S_ISREG(found.st_mode):
-                raise InputError(f"{path} is no file; name the file of a key")
             if private and _is_open_to_others(found):
                 raise InputError(f"{path} can be read by others, so that others may sign with it; `chmod 600` it, or make a new key")
             raw = file.read(MAX_BYTES + 1)

@@ -112,7 +112,7 @@ def signed_by(raw: bytes, key: str | os.PathLike[str], name: str = "the attestat
     public = read_public_key(key)
     envelope = read_envelope(raw, name)
     if envelope is None:
-        return Signed(None, "the attestation is not signed at all")
+        return Signed(public.id, None, "it is not signed at all")
     if not envelope.is_signed_by(public):
-        return Signed(None, "no signature of the envelope is by this key, or what was signed was altered")
-    return Signed(envelope.payload)
+        return Signed(public.id, None, "no signature of the envelope is by this key, or what was signed was altered")
+    return Signed(public.id, envelope.payload)

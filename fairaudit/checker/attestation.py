@@ -7,7 +7,7 @@ import binascii
 import hashlib
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 
 from .json_values import decoded, described_type, read_choice, read_digest, read_integer, read_list, read_object, read_string
@@ -27,7 +27,6 @@ OPTIONS = (
     *("decision", "group", "context", "truth", "positive", "count", "probability", "weight", "wide", "total", "unit", "utility"),
     *("utility_column", "score", "missing", "unknown", "fold_labels", "label_map", "bins", "skip", "table", "query", "signed", "audit"),
 )
-BY_THE_KEY = "the signature is by the given key"
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f]")
 _TIME = re.compile(r"\d{4}-\d\d-\d\d(T\d\d:\d\d:\d\dZ)?", re.ASCII)
 _BASE64 = re.compile(r"[A-Za-z0-9+/]*={0,2}")
@@ -37,6 +36,7 @@ _BASE64 = re.compile(r"[A-Za-z0-9+/]*={0,2}")
 class Signed:
     """What somebody who can check signatures found of an attestation: exactly the bytes that were signed, or why none were."""
 
+    key: str  # the SHA-256 of the public key as DER
     payload: bytes | None
     why: str = ""
 
@@ -77,17 +77,19 @@ def check_attestation(attestation: bytes | Signed, certificate: bytes, report: R
             if len(attestation) > LONGEST_FILE:
                 raise malformed("the file", f"is longer than {LONGEST_FILE} bytes")
             payload, enveloped = _payload(attestation)
-            return _attested(payload, certificate, counted, (), "unchecked" if enveloped else "none")
+            return _attested(payload, certificate, counted, "unchecked" if enveloped else "none")
+        by_the_key = f"the attestation is signed by the key {attestation.key}"
         if attestation.payload is None:
-            return Attested((finding_of(BY_THE_KEY, False, attestation.why),), (), "checked")
-        return _attested(attestation.payload, certificate, counted, (finding_of(BY_THE_KEY, True),), "checked")
+            return Attested((finding_of(by_the_key, False, attestation.why),), (), "checked", attestation.key)
+        found = _attested(attestation.payload, certificate, counted, "checked")
+        return replace(found, findings=(finding_of(by_the_key, True), *found.findings), key=attestation.key)
     except FormatError as error:
         raise NotAnAttestation(str(error)) from None
 
 
-def _attested(payload: bytes, certificate: bytes, counted: Counted, findings: tuple[Finding, ...], signature: str) -> Attested:
+def _attested(payload: bytes, certificate: bytes, counted: Counted, signature: str) -> Attested:
     stated = _read_statement(decoded(payload, "the statement"))
-    return Attested((*findings, *_compared(stated, certificate, counted)), _said(stated), signature)
+    return Attested(tuple(_compared(stated, certificate, counted)), _said(stated, counted), signature)
 
 
 def _payload(raw: bytes) -> tuple[bytes, bool]:
@@ -289,8 +291,8 @@ def _compared(stated: Statement, certificate: bytes, counted: Counted) -> Iterat
         yield compared("rows.dropped", ours, dict(counted.dropped))
 
 
-def _said(stated: Statement) -> tuple[str, ...]:
-    """Say in sentences what is only stated, and from what the table is said to be counted."""
+def _said(stated: Statement, counted: Counted) -> tuple[str, ...]:
+    """Say in sentences what is only stated, and what is not checked."""
     said = dict(stated.said)
     words = {"issuer": "issued by", "title": "titled", "system": "about the system", "period": "of decisions from"}
     parts = [f"{opening} {said[key]}" for key, opening in words.items() if key in said]
@@ -298,8 +300,9 @@ def _said(stated: Statement) -> tuple[str, ...]:
     names = [f"{shown(source.name)}{'' if source.digest else ' (without digest)'}" for source in stated.sources[:3]]
     more = [f"{len(stated.sources) - 3:,} more"] if len(stated.sources) > 3 else []
     sentences = [
-        f"What follows is only stated, and no check can see it: {', '.join([*parts, 'made at ' + said['time']])}.",
+        f"What follows is only stated, and no check can see it: {', '.join([*parts, 'made at ' + said['time']])}; command and versions.",
         *([f"No {' or '.join(unstated)} is stated."] if unstated else []),
-        f"That the table was counted from {', '.join([*names, *more])} is not checked: whoever has the log can count it again.",
+        *(["What was dropped is only stated, too: the certificate does not say."] if counted.dropped is None else []),
+        f"Not checked: that the table was counted from {', '.join([*names, *more])}. Whoever has the log can count it again.",
     ]
     return tuple(map(printable, sentences))

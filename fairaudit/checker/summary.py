@@ -249,7 +249,7 @@ def paragraph(report: Report, required: str | None = None) -> str:
 SIGNATURES = {
     "none": "It is not signed: whoever has the certificate could have written it.",
     "unchecked": "It is in an envelope, whose signature was NOT checked: `fairaudit verify` does so, given the signer's key by --key.",
-    "checked": "It is signed by the given key, and unaltered since. Who holds the key, when it was signed, and whether a worse audit was "
+    "checked": "It is signed by the key {key}, and unaltered since. Who holds the key, when it was signed, and whether a worse audit was "
     "withheld, no signature shows.",
 }
 
@@ -266,7 +266,9 @@ def attested_paragraph(report: Report) -> str:
     if not report.ok:
         return "The attestation fits a certificate that is FALSE. Do not rely on either."
     fits = "The attestation fits: it names this file and its table, and what was read adds up to what was counted and dropped"
-    return printable(" ".join([f"{fits} (all {count} statements are true).", SIGNATURES[attested.signature], *attested.said]))
+    return printable(
+        " ".join([f"{fits} (all {count} statements are true).", SIGNATURES[attested.signature].format(key=attested.key), *attested.said])
+    )
 
 
 def finding_line(finding: Finding, numbers: Sequence[int] = ()) -> str:

@@ -114,6 +114,7 @@ class Attested:
     findings: tuple[Finding, ...]
     said: tuple[str, ...]  # sentences on what is only stated
     signature: str  # none, unchecked or checked
+    key: str = ""  # by which it was checked: the SHA-256 of the public key
 
     @property
     def ok(self) -> bool:

@@ -123,6 +123,7 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
                     "attestation": {
                         "true": attested.ok,
                         "signature": attested.signature,
+                        "key": attested.key or None,
                         "paragraph": attested_paragraph(found),
                         "statements": [_finding(finding) for finding in attested.findings],
                     }

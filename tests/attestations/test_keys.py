@@ -9,6 +9,7 @@ import stat
 import subprocess
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -318,3 +319,26 @@ def test_without_cryptography_one_sentence_says_what_to_install(tmp_path: Path, 
             act()
     assert main(["attest", "--new-key", str(tmp_path / "key.pem")]) == 2
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes with names are those of POSIX")
+def test_a_key_may_come_through_a_pipe_that_is_its_owners_alone(tmp_path: Path) -> None:
+    """As from a password manager: `--sign-key <(pass show key)`."""
+    made = new_key(tmp_path / "key.pem")
+    for rights, fits in ((0o600, True), (0o644, False)):
+        pipe = tmp_path / f"{rights}"
+        os.mkfifo(pipe)
+        pipe.chmod(rights)
+
+        def feed(pipe: Path = pipe) -> None:
+            with suppress(BrokenPipeError):
+                pipe.write_bytes(made.private.read_bytes())
+
+        feeding = threading.Thread(target=feed)
+        feeding.start()
+        if fits:
+            assert public_key_of(read_private_key(pipe, never)).id == made.id
+        else:
+            with pytest.raises(InputError, match="can be read by others"):
+                read_private_key(pipe, never)
+        feeding.join(1)

@@ -86,7 +86,7 @@ def test_a_signed_attestation_is_true_by_the_key_of_its_signer(case: Case, tmp_p
     words = given(case, tmp_path, raw)
     assert case.code(raw) == main([*words, "--key", str(case.key.public)]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "It is signed by the given key, and unaltered since." in said and "no signature shows" in said
+    assert f"It is signed by the key {case.key.id}, and unaltered since." in said and "no signature shows" in said
     found = fa.verify(case.certificate, attestation=tmp_path / "attestation.json", key=case.key.public)
     assert found.ok and found.exit_code == 0 and found.attestation is not None and found.attestation.signature == "checked"
     assert found.sentence.endswith("; of the attestation all 7 statements are true")
@@ -108,7 +108,7 @@ def test_one_that_is_not_signed_is_true_without_a_key_and_false_with_one(
 ) -> None:
     words = given(case, tmp_path, case.payload)
     assert main(words) == 0 and main([*words, "--key", str(case.key.public)]) == 1
-    assert "FALSE  the signature is by the given key (the attestation is not signed at all)" in capsys.readouterr().out
+    assert f"FALSE  the attestation is signed by the key {case.key.id} (it is not signed at all)" in capsys.readouterr().out
     assert fa.verify(case.certificate, attestation=case.payload).ok
     found = fa.verify(case.certificate, attestation=case.payload, key=case.key.public)
     assert (found.ok, found.exit_code, len(found.false)) == (False, 1, 1)

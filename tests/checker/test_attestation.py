@@ -75,7 +75,7 @@ def test_a_true_attestation(certificate: Path, capsys: pytest.CaptureFixture[str
         "2026-01-15T09:00:00Z",
     ):
         assert stated in only
-    assert '"log.csv", "postgresql" (without digest) is not checked' in only
+    assert 'Not checked: that the table was counted from "log.csv", "postgresql" (without digest).' in only
     assert checker.main([str(certificate), "--attestation", said, "--verbose"]) == 0
     assert "true   rows.counted is 161/2" in capsys.readouterr().out
 
@@ -272,6 +272,20 @@ def test_subgroups_count_rows_as_decisions(tmp_path: Path) -> None:
         rows = {"unit": "decisions", "read": counted, "counted": counted, "dropped": {}}
         digest = json.loads(path.read_text())["subject"]["table"]["sha256"]
         assert code_of(path, statement_of(path, rows=rows, table={"sha256": digest})) == code
+
+
+def test_of_groups_that_nobody_recorded_what_was_dropped_is_only_stated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log.csv").write_text("u,x\nyes,a\nno,a\nyes,b\nno,b\n,b\n")
+    (tmp_path / "groups.csv").write_text("x,g,probability\na,f,0.5\na,m,0.5\nb,f,0.2\nb,m,0.8\n")
+    path = tmp_path / "c.json"
+    words = f"--decision u --group g --group-probability {tmp_path}/groups.csv --utility yes --missing drop -o {path}"
+    assert main(["certify", str(tmp_path / "log.csv"), *words.split()]) == 0
+    for counted, dropped, code in ((4, 1, 0), (4, 7, 0), (5, 0, 1)):
+        rows = {"unit": "decisions", "read": counted + dropped, "counted": counted, "dropped": {"missing label": dropped}}
+        assert code_of(path, statement_of(path, rows=rows)) == code
+    capsys.readouterr()
+    assert checker.main([str(path), "--attestation", written(tmp_path / "a.json", statement_of(path))]) == 0
+    assert "What was dropped is only stated, too" in " ".join(capsys.readouterr().out.split())
 
 
 def test_the_checker_as_one_file(certificate: Path) -> None:
