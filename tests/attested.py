@@ -33,7 +33,11 @@ def amount(value: Fraction) -> int | str:
 def statement_of(path: Path, **changes: Any) -> dict[str, Any]:
     """The statement of a certificate that holds its table of counts."""
     raw = path.read_bytes()
-    document = json.loads(raw)
+    return statement_about(json.loads(raw), raw, **changes)
+
+
+def statement_about(document: Mapping[str, Any], raw: bytes, **changes: Any) -> dict[str, Any]:
+    """The same of a document and the bytes of its file."""
     total, dropped = counted(document)
     predicate = {
         "issuer": {"name": "Example Audits", "contact": "audits@example.org"},

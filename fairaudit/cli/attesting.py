@@ -180,12 +180,12 @@ def _data(value: Any, files: Sequence[str] = ()) -> Any:
 
 
 def _command(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """The command as it was understood: no folders, no servers, nothing that looks like a password."""
+    """The command as it was understood: no folders, no servers, nothing that looks like a password, nor what is stated elsewhere."""
     from fairaudit.attestations.sources import refuse_credentials
 
     words = ["certify", *map(_named, _listed(arguments.table) if arguments.example is None else [])]
     for name, value in vars(arguments).items():
-        if name in ("table", "run") or value in (None, False, 0, "", []) or DEFAULTS.get(name) == value:
+        if name in ("table", "run", *SAID) or value in (None, False, 0, "", []) or DEFAULTS.get(name) == value:
             continue
         spelled = SPELLED.get(name, option(name))
         if value is True:

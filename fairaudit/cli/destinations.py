@@ -105,7 +105,8 @@ def write_outputs(*made: tuple[Certificate, Sequence[str]], attestation: tuple[s
     from fairaudit.files import write_together
     from fairaudit.reports.endings import form_of
 
-    files = [file for certificate, names in made for file in _files(certificate, names)]
+    stated = None if attestation is None else attestation[1]
+    files = [file for certificate, names in made for file in _files(certificate, names, stated)]
     beside = [] if attestation is None else [(Path(attestation[0]), [attestation[1]])]
     write_together([*files, *beside])
     certificate, names = made[0]
@@ -115,7 +116,7 @@ def write_outputs(*made: tuple[Certificate, Sequence[str]], attestation: tuple[s
     return [name for name in names if form_of(name) == "html"][:1]
 
 
-def _files(certificate: Certificate, names: Sequence[str]) -> list[tuple[Path, Iterable[bytes]]]:
+def _files(certificate: Certificate, names: Sequence[str], attestation: bytes | None) -> list[tuple[Path, Iterable[bytes]]]:
     from fairaudit.errors import FalseCertificate
     from fairaudit.reports.endings import form_of
 
@@ -124,7 +125,7 @@ def _files(certificate: Certificate, names: Sequence[str]) -> list[tuple[Path, I
     from fairaudit.reports.report import files_of
 
     try:
-        return files_of(certificate, names)
+        return files_of(certificate, names, attestation=attestation)
     except FalseCertificate as error:
         raise RuntimeError(str(error)) from None
 

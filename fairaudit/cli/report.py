@@ -12,7 +12,8 @@ from fairaudit.cli.output import Answer
 DESCRIPTION = """\
 Write a certificate as one self-contained HTML page, as that in print (PDF), as markdown, or as part of a model card. Every statement is
 checked first, as `fairaudit verify` does; a false certificate gets no report, and one whose table is in another file that --table does not
-name, a report marked as not checked. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
+name, a report marked as not checked. With an attestation it says who made this, of what: what was checked of that apart from what is only
+stated. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
 
 
 EPILOG = """\
@@ -22,6 +23,7 @@ examples:
   fairaudit report certificate.json -o page.html -o page.pdf
   fairaudit report certificate.json --format markdown
   fairaudit report certificate.json --format model-card -o card.md
+  fairaudit report certificate.json --attestation attestation.json -o page.html
   fairaudit report certificate.json --table certificate.table.jsonl -o page.html
   fairaudit report certificate.json --table certificate.table.jsonl --small 10 -o public.html"""
 
@@ -56,10 +58,16 @@ def add(commands: Any) -> None:
         help="write a page for the public, which withholds every group with a count below N and does not hold the certificate; needs one "
         "that was made with --no-table, and --table",
     )
+    parser.add_argument(
+        "--attestation",
+        metavar="FILE",
+        help="who made the certificate, of what: refused where it does not fit; its signature is not checked (docs/attestation.md)",
+    )
 
 
 def run(arguments: argparse.Namespace) -> Answer | int:
     """Do the work."""
+    from fairaudit.attestations.verification import read_attestation
     from fairaudit.cli.destinations import check_forms, refuse_output, refuse_twice
     from fairaudit.errors import FalseCertificate, InputError
     from fairaudit.files import write_together
@@ -71,6 +79,7 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     for name in names:
         refuse_output(name, [arguments.certificate], "the certificate")
         refuse_output(name, [arguments.table] if arguments.table is not None else [])
+        refuse_output(name, [arguments.attestation] if arguments.attestation is not None else [], "the attestation")
         written = "model-card" if arguments.format == "model-card" and form_of(name) == "markdown" else form_of(name)
         if arguments.format not in (None, written):
             raise InputError(f"--format {arguments.format} does not go with {name}, whose ending says what is written; leave one away")
@@ -80,11 +89,15 @@ def run(arguments: argparse.Namespace) -> Answer | int:
         raise InputError("--small does not go with --format model-card, which has the exact figures of all groups")
     try:
         if arguments.small is not None:
+            if arguments.attestation is not None:
+                raise InputError("--attestation does not go with --small: it states exactly how many decisions were counted and left out")
             return _public(arguments, names)
         if names:
-            write_together(files_of(arguments.certificate, names, arguments.table, cards=arguments.format == "model-card"))
+            stated = None if arguments.attestation is None else read_attestation(arguments.attestation)
+            cards = arguments.format == "model-card"
+            write_together(files_of(arguments.certificate, names, arguments.table, cards=cards, attestation=stated))
             return 0
-        text = report(arguments.certificate, format=arguments.format, table=arguments.table)
+        text = report(arguments.certificate, format=arguments.format, table=arguments.table, attestation=arguments.attestation)
     except FalseCertificate as error:
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return 1

@@ -11,13 +11,15 @@ from fairaudit.reports import markdown as _markdown
 from fairaudit.reports.content import UNCHECKED, Content, Figure, describe, refusing_other_documents
 from fairaudit.reports.hidden_context import Strength
 from fairaudit.reports.ladder import Rung
+from fairaudit.reports.provenance import TITLE as PROVENANCE
+from fairaudit.reports.provenance import Provenance, intro
 from fairaudit.reports.rows import Row
 from fairaudit.reports.views import Views
 from fairaudit.reports.words import Value
 
 
 @refusing_other_documents
-def markdown(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
+def markdown(certificate: Certificate | Mapping[str, Any], *, checked: str = "", provenance: Provenance | None = None) -> str:
     """Write a certificate as markdown, for a pull request or a model card.
 
     Parameters
@@ -26,6 +28,8 @@ def markdown(certificate: Certificate | Mapping[str, Any], *, checked: str = "")
         The certificate, or its JSON document.
     checked : str
         A sentence on who checked the certificate; without one, that of a certificate without its table says that nobody did.
+    provenance : Provenance, optional
+        What its attestation says.
 
     Returns
     -------
@@ -44,10 +48,10 @@ def markdown(certificate: Certificate | Mapping[str, Any], *, checked: str = "")
     >>> markdown(certify(law, {"yes": 1}, max_local_ratio=2, confidence=None).certificate).splitlines()[0]
     '## Fairness audit: within the target'
     """
-    return _markdown.write(describe(certificate.document if isinstance(certificate, Certificate) else certificate), checked)
+    return _markdown.write(describe(certificate.document if isinstance(certificate, Certificate) else certificate), checked, provenance)
 
 
-__all__ = ["code", "figure_row", "groups", "markdown", "prose", "table", "target_line", "write"]
+__all__ = ["code", "figure_row", "groups", "markdown", "prose", "provenance_lines", "table", "target_line", "write"]
 
 
 SAFE_IN_PROSE = frozenset("()%'“”–-/·")
@@ -59,7 +63,7 @@ LINK = re.compile(r"www\.|://", re.IGNORECASE)
 HARMLESS = frozenset(" abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789,.=;:")
 
 
-def write(page: Content, checked: str = "") -> str:
+def write(page: Content, checked: str = "", provenance: Provenance | None = None) -> str:
     """Write a report."""
     checked = checked or ("" if page.subject else UNCHECKED)
     title = "Fairness audit, not checked" if checked == UNCHECKED else "Fairness audit"
@@ -82,6 +86,7 @@ def write(page: Content, checked: str = "") -> str:
         f"### What to do next: verify it\n\n`fairaudit verify certificate.json{beside}` checks every statement and uses none of the code "
         f"that made them. Digest of the table: {code(digest)}."
     )
+    blocks += provenance_lines(provenance)
     blocks += _figures(page, views)
     if checked:
         blocks.append(checked)
@@ -193,6 +198,25 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     kept = [i for i in range(len(head)) if any(row[i] for row in rows)]
     lines = [[head[i] for i in kept], ["---"] * len(kept), *([row[i] for i in kept] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def provenance_lines(found: Provenance | None) -> list[str]:
+    """What an attestation says, as blocks; none without one."""
+    if found is None:
+        return []
+    rows = [(code(name), count, size, code(digest)) for name, count, size, digest in found.sources]
+    more = [f"and {found.more:,} more sources, which the attestation lists."] if found.more else []
+    return [
+        f"### {PROVENANCE}",
+        intro(),
+        "**Checked when this was made:**",
+        "\n".join(f"* {prose(text)}" for text in (*found.checked, found.signature)),
+        "**Only stated, and nobody can check it here:**",
+        "\n".join([*(f"* {name}: {code(text)}" for name, text in found.stated), *([f"* {found.unstated}"] if found.unstated else [])]),
+        "**To be checked by whoever has the files, who can take their digests and count them again:**",
+        table(("source", "rows", "bytes", "SHA-256"), rows),
+        *more,
+    ]
 
 
 def target_line(target: dict[str, str]) -> str:

@@ -15,19 +15,21 @@ from fairaudit.errors import InputError
 from fairaudit.reports.content import UNCHECKED, Content, describe, refusing_other_documents
 from fairaudit.reports.hidden_context import area
 from fairaudit.reports.pictures import curve, heat
+from fairaudit.reports.provenance import TITLE as PROVENANCE
+from fairaudit.reports.provenance import Provenance, intro
 from fairaudit.reports.views import Views
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-__all__ = ["check_extra", "html"]
+__all__ = ["check_extra", "html", "provenance_html"]
 
 
 UNBROKEN = "\u00a0%"  # which stays with its number
 
 
 @refusing_other_documents
-def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> str:
+def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "", provenance: Provenance | None = None) -> str:
     """Write a certificate as one self-contained HTML page.
 
     The page loads nothing. It shows the verdict, what each group gets, the bounds and what the reader has to judge, embeds the certificate,
@@ -40,6 +42,8 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
     checked : str
         A sentence on who checked the certificate when the page was made. Without one, the page of a certificate that does not hold its
         table says that it was not checked, and does not wear the colour of its verdict.
+    provenance : Provenance, optional
+        What its attestation says.
 
     Returns
     -------
@@ -69,7 +73,8 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
         views=views,
         worth=lambda value: views.amount(value).replace(" %", UNBROKEN),
         between=lambda ends: views.between(ends).replace(" %", UNBROKEN),
-        titles=_titles(page, views),
+        titles=_titles(page, views, stated=provenance is not None),
+        provenance=None if provenance is None else provenance_html(provenance),
         pairs=[matrix for matrix in page.matrices if len(matrix.rows) > 2],
         checked=checked,
         unchecked="" if checked or page.subject is not None else UNCHECKED,
@@ -88,7 +93,14 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "") -> 
 
 
 def scriptless(
-    template: str, title: str, page: Any, headline: str, document: Mapping[str, Any], checked: str, found: tuple[str, str]
+    template: str,
+    title: str,
+    page: Any,
+    headline: str,
+    document: Mapping[str, Any],
+    checked: str,
+    found: tuple[str, str],
+    provenance: Provenance | None = None,
 ) -> str:
     """Write what is said of a certificate as a page that recomputes nothing, by a template that extends ``scriptless.html.j2``.
 
@@ -106,15 +118,34 @@ def scriptless(
             found,
             *([("judge", "What you have to judge")] if page.assumptions else []),
             ("verify", "What to do next: verify it"),
+            *([("provenance", PROVENANCE)] if provenance else []),
             ("audited", "What was audited"),
         ],
         unchecked=not checked,
+        provenance=None if provenance is None else provenance_html(provenance),
         css=markup(css),
         embedded=markup(embedded(document)),
         format=document["format"],
         policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
     )
     return text
+
+
+def provenance_html(found: Provenance) -> Any:
+    """What stands of an attestation in a page, under a heading of the page's own; every text in it is escaped.
+
+    Parameters
+    ----------
+    found : Provenance
+        What the attestation says.
+
+    Returns
+    -------
+    Markup
+        The part of a page, for templates that escape; it wants the style of ``page.css``.
+    """
+    environment, markup = templates()
+    return markup(environment.get_template("provenance.html.j2").render(found=found, intro=intro()))
 
 
 def embedded(document: Mapping[str, Any]) -> str:
@@ -172,7 +203,7 @@ def digest(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}"
 
 
-def _titles(page: Content, views: Views) -> dict[str, str]:
+def _titles(page: Content, views: Views, *, stated: bool) -> dict[str, str]:
     """The sections of a page, in order, with their titles."""
     gets = "bears" if page.burden else "gets"
     found = {
@@ -183,6 +214,7 @@ def _titles(page: Content, views: Views) -> dict[str, str]:
         "left-out": ("What was left out", True),
         "judge": ("What you have to judge", True),
         "verify": ("What to do next: verify it", True),
+        "provenance": (PROVENANCE, stated),
         "found": ("The figures, exactly", True),
         "given": ("Given the true label", page.given_truth),
         "known": ("What is known, from the table to the guarantee", True),

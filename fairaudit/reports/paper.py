@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.resources import files
+from pathlib import PurePath
 from typing import Any
 
 from fairaudit.certificates.certificate import FORMAT, Certificate
@@ -26,7 +27,7 @@ DRAWN = {"fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap",
 VARIABLE = re.compile(r"var\(\s*(--[\w-]+)\s*\)")
 
 
-def printed(page: str, document: Mapping[str, Any]) -> bytes:
+def printed(page: str, document: Mapping[str, Any], beside: Mapping[str, bytes] | None = None) -> bytes:
     """Print the page of a report, with every row of its table.
 
     Parameters
@@ -35,6 +36,8 @@ def printed(page: str, document: Mapping[str, Any]) -> bytes:
         The page.
     document : mapping
         The certificate that it is about, which is attached.
+    beside : mapping of str to bytes, optional
+        Further files that are attached, by their names; one called ``certificate.json`` takes the place of the certificate.
 
     Returns
     -------
@@ -46,15 +49,14 @@ def printed(page: str, document: Mapping[str, Any]) -> bytes:
     InputError
         If WeasyPrint or a library that it needs is missing.
     """
-    attached = _weasyprint().Attachment(
-        string=Certificate(dict(document)).text.encode("ascii"),
-        name="certificate.json",
-        description="The certificate",
-        created=DATE,
-        modified=DATE,
-    )
+    weasyprint = _weasyprint()
+    held = {"certificate.json": Certificate(dict(document)).text.encode("ascii"), **(beside or {})}
+    attached = [
+        weasyprint.Attachment(string=content, name=name, description=f"The {PurePath(name).stem}", created=DATE, modified=DATE)
+        for name, content in held.items()
+    ]
     before, _, after = page.rpartition("</main>")
-    return print_page(f"{before}{_further(document)}</main>{after}", [attached])
+    return print_page(f"{before}{_further(document, attested='attestation.json' in held)}</main>{after}", attached)
 
 
 def print_page(page: str, attachments: Sequence[Any] = ()) -> bytes:
@@ -74,7 +76,7 @@ def print_page(page: str, attachments: Sequence[Any] = ()) -> bytes:
     return pdf
 
 
-def _further(document: Mapping[str, Any]) -> str:
+def _further(document: Mapping[str, Any], *, attested: bool) -> str:
     """What stands in print alone: every row, and how to verify what is attached."""
     environment, _ = templates()
     table = document["subject"]["table"]
@@ -82,7 +84,7 @@ def _further(document: Mapping[str, Any]) -> str:
     of = None if views is None else views.page.expectations
     rows = [] if views is None or of is None else table_rows(of, burden=views.page.burden, most=None)
     text: str = environment.get_template("paper.html.j2").render(
-        views=views, rows=rows, sure=any(row.ends for row in rows), held="header" in table, digest=table["sha256"]
+        views=views, rows=rows, sure=any(row.ends for row in rows), held="header" in table, digest=table["sha256"], attested=attested
     )
     return text
 

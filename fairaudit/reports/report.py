@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from fairaudit.arguments import answered
+from fairaudit.attestations.verification import read_attestation
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import FalseCertificate, InputError, nearest, shown
 from fairaudit.files import write_together
@@ -15,6 +17,7 @@ from fairaudit.reports.markdown import markdown
 from fairaudit.reports.model_card import model_card
 from fairaudit.reports.page import html
 from fairaudit.reports.paper import printed
+from fairaudit.reports.provenance import Provenance, provenance_of
 from fairaudit.reports.proxy_content import FORMAT as PROXIES
 from fairaudit.reports.proxy_page import proxy_html, proxy_markdown
 from fairaudit.reports.subgroup_content import FORMAT as SUBGROUPS
@@ -40,6 +43,7 @@ def report(
     *,
     format: Form | None = None,  # noqa: A002
     table: str | os.PathLike[str] | None = None,
+    attestation: bytes | str | os.PathLike[str] | None = None,
 ) -> str:
     """Write a certificate as a self-contained page that people read, in print, or as markdown; it is checked first, as `verify` does.
 
@@ -56,6 +60,9 @@ def report(
     table : path, optional
         The file of the canonical table, where the certificate does not hold it; nothing of it goes into the report. Without it the report
         says that nobody checked the certificate.
+    attestation : path or bytes, optional
+        The file that says who made the certificate, of what (docs/attestation.md). It must fit the certificate, and stands in the report,
+        what was checked of it apart from what is only stated.
 
     Returns
     -------
@@ -65,7 +72,7 @@ def report(
     Raises
     ------
     FalseCertificate
-        If a statement is false; then nothing is written.
+        If a statement of the certificate or of the attestation is false; then nothing is written.
     InputError
         If it is no certificate, the format is not known, or the file cannot be written.
 
@@ -78,10 +85,11 @@ def report(
     '## Fairness audit: no target was set'
     """
     form = _form(format, path)
-    found, said = _read([] if path is None else [path], certificate, table)
-    text = _text(found, form, said)
+    given = attestation if attestation is None or isinstance(attestation, bytes) else read_attestation(attestation)
+    subject = _read([] if path is None else [path], certificate, table, given)
+    text = subject.text(form)
     if path is not None:
-        write_together([(Path(path), [_bytes(text, form, found)])])
+        write_together([(Path(path), [subject.file(text, form)])])
     return text
 
 
@@ -91,6 +99,7 @@ def files_of(
     table: str | os.PathLike[str] | None = None,
     *,
     cards: bool = False,
+    attestation: bytes | None = None,
 ) -> list[tuple[Path, Iterable[bytes]]]:
     """Make files of a certificate, of each what its ending says, after it was checked.
 
@@ -104,6 +113,8 @@ def files_of(
         The file of the canonical table, where the certificate does not hold it.
     cards : bool
         Whether what ends in ``.md`` is a model card.
+    attestation : bytes, optional
+        The bytes of an attestation, which stands in what people read.
 
     Returns
     -------
@@ -113,21 +124,49 @@ def files_of(
     Raises
     ------
     FalseCertificate
-        If a statement is false.
+        If a statement is false, of the certificate or of the attestation.
     InputError
         If it is no certificate, or a name does not say what to write.
     """
     forms = [_form(MODEL_CARD, path) if cards else form_of(path) for path in paths]
-    found, said = _read(paths, certificate, table)
-    made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", Certificate(found.document))
-    page = _text(found, "html", said) if {"html", "pdf"} & {*forms} else ""
+    subject = _read(paths, certificate, table, attestation)
+    made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", Certificate(subject.found.document))
+    page = subject.text("html") if {"html", "pdf"} & {*forms} else ""
     files: list[tuple[Path, Iterable[bytes]]] = []
     for path, form in zip(paths, forms, strict=True):
         if form == "json":
             files += made.files(path)
         else:
-            files.append((Path(path), [_bytes(_text(found, form, said) if form in ("markdown", MODEL_CARD) else page, form, found)]))
+            files.append((Path(path), [subject.file(subject.text(form) if form in ("markdown", MODEL_CARD) else page, form)]))
     return files
+
+
+@dataclass(frozen=True)
+class _Subject:
+    """What is reported: a certificate that was checked, what was said of that, and what its attestation says."""
+
+    found: Opened
+    said: str
+    attestation: bytes | None
+    provenance: Provenance | None
+
+    def text(self, form: Form) -> str:
+        """The report as text; of a print the page that is printed."""
+        if form == "json":
+            return Certificate(self.found.document).text
+        faces = OF_OTHERS.get(str(self.found.form), FORMATS)
+        if form == MODEL_CARD:
+            if MODEL_CARD not in faces:
+                raise InputError(f"{self.found.name}: a model card is made of a certificate of ratios, and this one is {self.found.form}")
+            return model_card(self.found.document, checked=self.said, statement=self.provenance and self.provenance.statement)
+        return faces["html" if form == "pdf" else form](self.found.document, checked=self.said, provenance=self.provenance)
+
+    def file(self, text: str, form: Form) -> bytes:
+        """The bytes of a file of the report."""
+        if form != "pdf":
+            return text.encode("utf-8")
+        beside = {} if self.attestation is None else {"certificate.json": self.found.raw, "attestation.json": self.attestation}
+        return printed(text, self.found.document, beside)
 
 
 def _form(given: Form | None, path: str | os.PathLike[str] | None) -> Form:
@@ -148,27 +187,20 @@ def _form(given: Form | None, path: str | os.PathLike[str] | None) -> Form:
 
 
 def _read(
-    paths: Sequence[str | os.PathLike[str]], certificate: CertificateLike, table: str | os.PathLike[str] | None
-) -> tuple[Opened, str]:
-    """Open a certificate and check it."""
+    paths: Sequence[str | os.PathLike[str]],
+    certificate: CertificateLike,
+    table: str | os.PathLike[str] | None,
+    attestation: bytes | None,
+) -> _Subject:
+    """Open a certificate and check it, with its attestation."""
     for target in map(Path, paths):
         if isinstance(certificate, (str, os.PathLike)) and target.exists() and target.samefile(certificate):
             raise InputError(f"{target} is the certificate itself; name another file to write")
     found = opened(certificate, table)
     try:
-        return found, checked(found)
+        said = checked(found, attestation)
+        digest = found.document["subject"]["table"]["sha256"]
+        stated = None if attestation is None else provenance_of(attestation, found.raw, digest, compared=bool(said))
+        return _Subject(found, said, attestation, stated)
     except FalseCertificate as error:
         raise FalseCertificate(f"{error}; no report was written") from None
-
-
-def _text(found: Opened, form: Form, said: str) -> str:
-    if form == "json":
-        return Certificate(found.document).text
-    faces = OF_OTHERS.get(str(found.form), FORMATS)
-    if form == MODEL_CARD and MODEL_CARD not in faces:
-        raise InputError(f"{found.name}: a model card is made of a certificate of ratios, and this one is {found.form}")
-    return faces["html" if form == "pdf" else form](found.document, checked=said)
-
-
-def _bytes(text: str, form: Form, found: Opened) -> bytes:
-    return printed(text, found.document) if form == "pdf" else text.encode("utf-8")

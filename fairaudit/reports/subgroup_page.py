@@ -6,15 +6,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from fairaudit.reports.content import UNCHECKED, refusing_other_documents
-from fairaudit.reports.markdown import code, prose, table
+from fairaudit.reports.markdown import code, prose, provenance_lines, table
 from fairaudit.reports.page import scriptless
+from fairaudit.reports.provenance import Provenance
 from fairaudit.reports.subgroup_content import HEADLINES, describe_subgroups
 
 __all__ = ["subgroup_html", "subgroup_markdown"]
 
 
 @refusing_other_documents
-def subgroup_html(document: Mapping[str, Any], *, checked: str = "") -> str:
+def subgroup_html(document: Mapping[str, Any], *, checked: str = "", provenance: Provenance | None = None) -> str:
     """Write a certificate of the format ``fairaudit-subgroups/1`` as a page, which loads nothing and runs nothing.
 
     Parameters
@@ -23,14 +24,18 @@ def subgroup_html(document: Mapping[str, Any], *, checked: str = "") -> str:
         The certificate; it is believed here.
     checked : str
         A sentence on who checked it.
+    provenance : Provenance, optional
+        What its attestation says.
     """
     page = describe_subgroups(document)
     first = ("worst", "Who fares most unequally")
-    return scriptless("subgroups.html.j2", "The most unequal subgroups", page, HEADLINES[page.verdict], document, checked, first)
+    return scriptless(
+        "subgroups.html.j2", "The most unequal subgroups", page, HEADLINES[page.verdict], document, checked, first, provenance
+    )
 
 
 @refusing_other_documents
-def subgroup_markdown(document: Mapping[str, Any], *, checked: str = "") -> str:
+def subgroup_markdown(document: Mapping[str, Any], *, checked: str = "", provenance: Provenance | None = None) -> str:
     """Write a certificate of the format ``fairaudit-subgroups/1`` as markdown.
 
     Parameters
@@ -39,6 +44,8 @@ def subgroup_markdown(document: Mapping[str, Any], *, checked: str = "") -> str:
         The certificate; it is believed here.
     checked : str
         A sentence on who checked it.
+    provenance : Provenance, optional
+        What its attestation says.
     """
     page = describe_subgroups(document)
     first = page.rows[0]
@@ -52,4 +59,4 @@ def subgroup_markdown(document: Mapping[str, Any], *, checked: str = "") -> str:
     rows = [(code(row.name), row.rows, row.mean, row.rest, row.ratio, row.interval, row.exact) for row in page.rows]
     lines += [table(("subgroup", "rows", "mean", "rest", "ratio", "interval", "exactly"), rows), page.compared]
     lines += [text for text in (page.together, "\n".join(f"- {prose(assumed)}" for assumed in page.assumptions)) if text]
-    return "\n\n".join(lines) + "\n"
+    return "\n\n".join([*lines, *provenance_lines(provenance)]) + "\n"

@@ -149,10 +149,7 @@ def verification_of(
         raise InputError(f"require={require!r} is not accepted; 'within' is")
     found = opened(certificate, table)
     report = _report(found)
-    try:
-        attested = None if attestation is None else checker.check_attestation(attestation, found.raw, report)
-    except checker.NotAnAttestation as error:
-        raise InputError(f"the attestation is not one: {error}") from None
+    attested = None if attestation is None else _attested(attestation, found, report)
     verdict: Any = report.verdict
     return Verification(report.findings, verdict, require, attested)
 
@@ -245,22 +242,43 @@ def _report(found: Opened) -> checker.Report:
         raise InputError(f"{found.name} is not a certificate of the format {error.form or checker.CERTIFICATE_FORMAT}: {error}") from None
 
 
-def checked(found: Opened) -> str:
+def checked(found: Opened, attestation: bytes | None = None) -> str:
     """Say that a certificate was checked and is true; nothing, if its table is not at hand.
+
+    Parameters
+    ----------
+    found : Opened
+        The certificate.
+    attestation : bytes, optional
+        The bytes of an attestation, of which what can be checked must be true, too; its signature is not looked at.
 
     Raises
     ------
     FalseCertificate
         If a statement is false.
     InputError
-        If it is no complete certificate of the format.
+        If it is no complete certificate of the format, or no attestation.
     """
     try:
-        findings = _report(found).findings
+        report = _report(found)
     except TableNeeded:
         return ""
+    findings = report.findings
+    _refuse_false(found.name, findings)
+    if attestation is not None:
+        _refuse_false(f"the attestation of {found.name}", _attested(attestation, found, report).findings)
+    return f"Checked when this was made: all {len(findings)} statements are true of the table (fairaudit verify, {__version__})."
+
+
+def _attested(attestation: bytes | Signed, found: Opened, report: checker.Report) -> Attested:
+    try:
+        return checker.check_attestation(attestation, found.raw, report)
+    except checker.NotAnAttestation as error:
+        raise InputError(f"the attestation is not one: {error}") from None
+
+
+def _refuse_false(name: str, findings: Sequence[Finding]) -> None:
     false = [finding for finding in findings if not finding.true]
     if false:
         first = f"{false[0].statement}{f' ({false[0].detail})' if false[0].detail else ''}"
-        raise FalseCertificate(f"{found.name}: {len(false)} of {len(findings)} statements are FALSE, the first: {first}")
-    return f"Checked when this was made: all {len(findings)} statements are true of the table (fairaudit verify, {__version__})."
+        raise FalseCertificate(f"{name}: {len(false)} of {len(findings)} statements are FALSE, the first: {first}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 import random
 import re
 from collections.abc import Callable, Iterator
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from attested import statement_about as statement_of
 from browser import Browser
 from certificate_kinds import (
     FOUR,
@@ -114,7 +116,8 @@ KINDS: dict[str, Callable[[], Any]] = {
     "subgroups": subgroups,
     "proxies": proxies,
 }
-SCRIPTLESS = ("subgroups", "proxies")
+KINDS |= {"attested": lambda: asked(confidence=None), "attested subgroups": subgroups}
+SCRIPTLESS = ("subgroups", "attested subgroups", "proxies")
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +129,16 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @cache
 def page(kind: str) -> str:
-    return fa.report(KINDS[kind]().certificate)
+    made = KINDS[kind]().certificate
+    if not kind.startswith("attested"):
+        return fa.report(made)
+    said: dict[str, Any] = {
+        "title": "Long " * 60,
+        "issuer": {"name": "Ex\u202eample " + "x" * 300},
+        "options": {"unknown": ["label " * 40]},
+    }
+    said["rows"] = {"unit": "decisions", "read": 4526, "counted": 4526, "dropped": {}}
+    return fa.report(made, attestation=json.dumps(statement_of(made.document, made.text.encode(), **said)).encode())
 
 
 @pytest.fixture
