@@ -96,7 +96,7 @@ def _index(page: Content, views: Views, statement: Statement | None) -> Iterator
         limits = [Fraction(limit.value) for limit in views.limits.get(figure.key, ()) if not isinf(limit.value)]
         yield f"    - type: {_type(figure)}"
         yield f"      value: {yaml_number(value, limits)}"
-        yield f"      name: {quoted(_name(figure))}"
+        yield f"      name: {quoted(_name(figure, of_known=bool(page.unknown)))}"
 
 
 def _measured(page: Content) -> Iterator[tuple[Figure, Fraction | float]]:
@@ -119,9 +119,11 @@ def _definition(figure: Figure, page: Content) -> str:
     return said.format(amount=page.amount, where=where)
 
 
-def _name(figure: Figure) -> str:
+def _name(figure: Figure, *, of_known: bool) -> str:
     exact = "" if figure.value is None else figure.value.exact
     said = f"{RATIOS.get(figure.key, figure.name)}, {f'exactly {exact}' if exact else 'whose exact value is in the certificate'}"
+    if of_known:
+        said += ", of the decisions whose group is known"
     if figure.over_units:
         said += f"; mean over units {figure.over_units.decimal}"
     return f"{said}; in the population {figure.ends}, {'each ' * figure.each}at {figure.confidence}" if figure.ends else said
@@ -195,7 +197,7 @@ def _data(page: Content, views: Views, statement: Statement | None) -> Iterator[
         yield "Not compared:\n\n" + "\n".join(f"* {prose(line)}" for line in page.not_compared)
     yield "#### Metrics"
     what = "Burden" if page.burden else "Utility"
-    yield f"* Decision: {prose(facts['Decision'])}\n* {what}: {prose(facts[what])}\n"
+    yield "\n".join(f"* {name}: {prose(fact)}" for name, fact in facts.items() if name not in ("Groups", "Contexts"))
     yield "\n".join(f"* `{_type(figure)}`: {_definition(figure, page)}" for figure, _ in _measured(page))
     yield f"{FILL_IN}: why these groups, this {what.lower()} and these limits."
 
@@ -227,6 +229,9 @@ def _results(page: Content, views: Views, checked: str) -> Iterator[str]:
     if page.targets:
         yield "\n".join(target_line(target) for target in page.targets)
     yield from (f"#{block}" if block.startswith("###") else block for block in groups(page, views))
+    if page.unknown:
+        yield "#### Decisions without a recorded group"
+        yield "\n".join(f"* {prose(found.sentence)}" for found in page.unknown)
     yield "#### Figures"
     yield table(FIGURES, [figure_row(figure) for figure in (*page.figures, *page.given_truth)])
     yield "#### Summary"

@@ -80,6 +80,19 @@ def test_without_contexts_there_is_one_ratio() -> None:
     assert "* `fairaudit-global-ratio`: how many times as great the expected utility of one group is as that of another, at most; 1" in text
 
 
+def test_of_whom_the_figures_are_is_said() -> None:
+    table = {"u": list("yynnyyn"), "a": list("ffffmm?")}
+    index, text = parts(fa.report(fa.audit(table, decision="u", group="a", utility="y", unknown="?"), format="model-card"))
+    # 2 of 4 against 2 of 2; the seventh is of either, and got nothing
+    named = index["model-index"][0]["results"][0]["metrics"][0]["name"]
+    assert named.startswith("Global ratio, exactly 2, of the decisions whose group is known; in the population")
+    assert "#### Decisions without a recorded group\n\n* Of 7 decisions, 1 have no recorded group; whoever they are" in text
+    policy = fa.Policy.from_counts({"u": ["y", "n"] * 2, "a": list("ffmm"), "n": [1, 2, 2, 1]}, decision="u", group="a", count="n")
+    behind = fa.certify(policy.behind(group=fa.RandomizedResponse(["f", "m"], keep_probability="3/4")), {"y": 1}, confidence=None)
+    _, text = parts(fa.report(behind, format="model-card"))
+    assert "* Audited: a policy behind privacy filters\n" in text and "* Group filter: " in text
+
+
 def test_differences_and_true_labels_are_measures_too() -> None:
     table = {"u": list("yynnyyn"), "t": list("ynnyyny"), "a": list("ffffmmm"), "x": list("ppppppp")}
     for more in ({"truth": "t"}, {"difference": True}):

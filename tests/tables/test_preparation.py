@@ -169,7 +169,12 @@ def prepared_policy() -> fa.Result:
     return fa.certify(policy.behind(group=fa.RandomizedResponse(["f", "m"], keep_probability="3/4")), {"yes": 1}, confidence="0.9")
 
 
-KINDS = [prepared_counts, prepared_levels, prepared_log, prepared_probabilities, prepared_policy]
+def prepared_scores() -> fa.Result:
+    table = {"points": [1, 2, 3, 4, "", 5], "a": ["f", "f", "m", "m", "m", ""]}
+    return fa.audit(table, score="points", above="median", group="a", missing="drop")
+
+
+KINDS = [prepared_counts, prepared_levels, prepared_log, prepared_probabilities, prepared_policy, prepared_scores]
 
 
 @pytest.mark.parametrize("kind", KINDS)
