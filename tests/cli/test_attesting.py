@@ -5,7 +5,10 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
+import os
 import sqlite3
+import subprocess
+import sys
 import threading
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,6 +20,7 @@ from fairaudit import __version__
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.statement import Statement, read_statement
 from fairaudit.cli import main
+from fairaudit.tables.examples import example
 
 ROLES = ["--decision", "answer", "--group", "sex", "--utility", "yes"]
 
@@ -73,7 +77,13 @@ def attested(folder: Path, *words: str, code: int = 0) -> Statement:
     assert str(folder).encode() not in raw
     table = folder / "out" / "c.table.jsonl"
     beside = ["--table", str(table)] if table.exists() else []
-    assert main(["verify", str(folder / "out" / "c.json"), *beside, "--attestation", str(folder / "out" / "a.json")]) == 0
+    checked = ["verify", str(folder / "out" / "c.json"), *beside, "--attestation", str(folder / "out" / "a.json")]
+    assert main(checked) == 0
+    if made.options and "pipe" not in words:  # which can be read only once
+        files = words[: next((i for i, word in enumerate(words) if word.startswith("--")), len(words))]
+        query = words[words.index("--query") :][:2] if "--query" in words else ()
+        listed = files or [str(example("ucb-admissions").path)]
+        assert main([*checked, "--recount", *listed, *query]) == 0
     return made
 
 
@@ -155,6 +165,20 @@ def test_a_log_in_parts(folder: Path) -> None:
     made = attested(folder, "log.parquet", "--decision", "answer", "--group", "sex", "--context", "shop", "--utility", "y", "--in-parts")
     assert (made.rows.read, made.sources[0].rows, made.sources[0].sha256) == (4, 4, digest(folder / "log.parquet"))
     assert made.options == {"decision": "answer", "group": ["sex"], "context": ["shop"], "utility": {"y": "1"}}
+
+
+def test_a_log_that_turns_out_to_be_read_in_parts(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pandas = pytest.importorskip("pandas")
+    shops = [f"s{i}" for i in range(20)]
+    frame = pandas.DataFrame({"answer": ["yes", "no"] * 40, "sex": ["f", "m", "m", "f"] * 20, "shop": shops * 4})
+    frame.to_parquet(folder / "log.parquet")
+    monkeypatch.setattr("fairaudit.audits.reading.MOST_ROWS", 10)
+    made = attested(folder, "log.parquet", *ROLES, "--context", "shop")
+    assert "contexts were read in parts" in capsys.readouterr().err
+    assert (made.rows.read, made.sources[0].rows) == (80, 80)
+    assert made.options == {"decision": "answer", "group": ["sex"], "context": ["shop"], "utility": {"yes": "1"}}
 
 
 def test_databases_have_a_query_and_no_digest(folder: Path) -> None:
@@ -345,3 +369,53 @@ def test_utilities_that_may_be_negative_are_recorded(folder: Path, words: list[s
     made = attested(folder, "data/log.csv", *roles, *words)
     assert made.options["signed"] is True
     assert made.options["utility"] == {"yes": "1", "no": "-1"}
+
+
+def test_a_pipe_has_no_digest(folder: Path) -> None:
+    os.mkfifo(folder / "pipe")
+    for _ in range(2):  # a log, and a table of counts, are read by different readers
+        writer = threading.Thread(target=(folder / "pipe").write_text, args=(LOG,))
+        writer.start()
+        made = attested(folder, "pipe", *ROLES, "--missing", "drop")
+        writer.join()
+        assert [(s.name, s.sha256, s.bytes, s.rows) for s in made.sources] == [("a pipe", None, None, 6)]
+
+
+def test_what_is_redirected_is_a_file(folder: Path) -> None:
+    words = ["certify", "/dev/stdin", *ROLES, "--missing", "drop", "-o", "out/c.json", "--attest", "out/a.json"]
+    with (folder / "data/log.csv").open("rb") as log:
+        subprocess.run([sys.executable, "-m", "fairaudit", *words], stdin=log, check=True, capture_output=True)
+    [source] = read_statement((folder / "out/a.json").read_bytes()).sources
+    assert (source.name, source.sha256, source.rows) == ("stdin", digest(folder / "data/log.csv"), 6)
+
+
+def test_spreadsheets_and_other_encodings(folder: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("openpyxl", reason="openpyxl is not installed, which writes spreadsheets")
+    pytest.importorskip("python_calamine", reason="python-calamine is not installed (extra files)")
+    frame = pandas.DataFrame({"answer": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"]})
+    with pandas.ExcelWriter(folder / "log.xlsx") as book:
+        pandas.DataFrame({"x": [1]}).to_excel(book, sheet_name="notes", index=False)
+        frame.to_excel(book, sheet_name="log", index=False)
+    made = attested(folder, "log.xlsx", *ROLES, "--table", "log")
+    assert (made.sources[0].name, made.sources[0].sha256, made.sources[0].rows) == ("log.xlsx", digest(folder / "log.xlsx"), 4)
+    assert made.sources[0].table is None
+    assert made.options["table"] == "log"
+    (folder / "log16.csv").write_text("title\n" + frame.to_csv(index=False), "utf-16")
+    made = attested(folder, "log16.csv", *ROLES, "--skip", "1")
+    assert (made.sources[0].sha256, made.options["skip"]) == (digest(folder / "log16.csv"), 1)
+
+
+def test_a_link_is_what_it_leads_to(folder: Path) -> None:
+    (folder / "link.csv").symlink_to(folder / "data/log.csv")
+    [source] = attested(folder, "link.csv", *ROLES, "--missing", "drop").sources
+    assert (source.name, source.sha256) == ("link.csv", digest(folder / "data/log.csv"))
+
+
+def test_two_names_for_one_certificate_are_both_subjects(folder: Path) -> None:
+    words = ["certify", "data/log.csv", *ROLES, "--missing", "drop", "-o", "out/c.json", "-o", "out/d.json", "--attest", "out/a.json"]
+    assert main(words) == 0
+    made = read_statement((folder / "out/a.json").read_bytes())
+    assert [(subject.name, subject.sha256) for subject in made.subjects] == [(n, digest(folder / "out" / n)) for n in ("c.json", "d.json")]
+    for name in ("c.json", "d.json"):
+        assert main(["verify", f"out/{name}", "--attestation", "out/a.json"]) == 0
