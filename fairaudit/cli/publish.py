@@ -13,6 +13,7 @@ from fairaudit.cli.output import Answer, add_format
 if TYPE_CHECKING:
     from fairaudit.publications.counts import Source
     from fairaudit.publications.publication import Publication
+    from fairaudit.publications.small import Private
 
 DESCRIPTION = """\
 Write what a rule asks to be published about a certificate of counts: a page, a CSV, a summary as JSON, and the certificate, in one new
@@ -67,6 +68,13 @@ def add(commands: Any) -> None:
         action="append",
         help="air: the control group, one label of each column that is compared by; COLUMN=LABEL where several columns have it",
     )
+    parser.add_argument(
+        "--small",
+        metavar="N",
+        type=int,
+        help="withhold every group with a count below N, and what would tell it, and leave certificate and table out of the folder; "
+        "needs a certificate that was made with --no-table, and --table",
+    )
     publish_ll144.add_options(parser)
     add_format(parser)
 
@@ -90,35 +98,53 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     except (FalseCertificate, TableNeeded) as error:
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return 1 if isinstance(error, FalseCertificate) else 3
-    publication = _publication(source, arguments)
-    files = contents(publication, source)
+    publication, remark = _publication(source, arguments)
+    files = contents(publication, source, private=_private(arguments))
     write_folder(arguments.output, files)
-    return _answer(arguments.output, publication, files)
+    return _answer(arguments.output, publication, files, [remark] if remark else [])
 
 
-def _publication(source: Source, arguments: argparse.Namespace) -> Publication:
-    """What the rule asks for."""
+def _private(arguments: argparse.Namespace) -> Private | None:
+    """Who can check a publication that withholds small counts."""
+    from fairaudit.publications.small import Private
+
+    if arguments.small is None:
+        return None
+    given = "certificate.json --table certificate.table.jsonl"
+    again = f"fairaudit publish {given} --rule {arguments.rule} --small {arguments.small} -o again   # with the other options of this page"
+    return Private((f"fairaudit verify {given}", again), beside=True)
+
+
+def _publication(source: Source, arguments: argparse.Namespace) -> tuple[Publication, str]:
+    """What the rule asks for, and what to say of small counts in it."""
     from fairaudit.errors import InputError
+    from fairaudit.publications.small import check_hidden, remark_on_small, withholding_of
 
+    if arguments.small is not None:
+        check_hidden(source, arguments.small)
     if arguments.rule == "ll144":
         return publish_ll144.publication(source, arguments)
     from fairaudit.publications.counts import decisions_of, favourable_of
+    from fairaudit.publications.pairs import sheets_by
 
     decisions = decisions_of(source)
     favourable = favourable_of(source, column_list(arguments.favourable))
     by = [column_list([text]) for text in arguments.by or []]
+    counts = decisions.selected(favourable)
+    withholding = None if arguments.small is None else withholding_of(counts, sheets_by(counts.columns, by), arguments.small)
+    remark = remark_on_small(counts) if withholding is None else ""
     if arguments.rule == "air":
         from fairaudit.publications.adverse_impact import adverse_impact
 
         if arguments.control is None:
             raise InputError("--rule air compares with a control group; name it with --control LABEL")
-        return adverse_impact(decisions, favourable, column_list(arguments.control), by)
+        return adverse_impact(decisions, favourable, column_list(arguments.control), by, withholding), remark
     from fairaudit.publications.four_fifths import four_fifths
 
-    return four_fifths(decisions, favourable, by)
+    return four_fifths(decisions, favourable, by, withholding), remark
 
 
-def _answer(folder: str, publication: Publication, files: dict[str, bytes]) -> Answer:
+def _answer(folder: str, publication: Publication, files: dict[str, bytes], notes: list[str]) -> Answer:
     import json
     from hashlib import sha256
 
@@ -128,6 +154,7 @@ def _answer(folder: str, publication: Publication, files: dict[str, bytes]) -> A
     return Answer(
         "publish",
         sentence=f"{publication.title}: {folder} was written.",
+        notes=notes,
         result=lambda: {
             "folder": folder,
             "files": [{"name": name, "sha256": sha256(content).hexdigest()} for name, content in files.items()],

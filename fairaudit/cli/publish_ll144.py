@@ -9,7 +9,7 @@ from fairaudit.cli.options import column_list
 
 if TYPE_CHECKING:
     from fairaudit.publications.counts import Decisions, Source
-    from fairaudit.publications.ll144_people import Scores
+    from fairaudit.publications.ll144_people import Reading, Scores
     from fairaudit.publications.ll144_statement import Stated
     from fairaudit.publications.publication import Publication
 
@@ -81,8 +81,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     said.add_argument("--period", metavar="START/END", help="the first and the last day of the data")
 
 
-def publication(source: Source, arguments: argparse.Namespace) -> Publication:
-    """Make the publication.
+def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publication, str]:
+    """Make the publication, and say what is to be known of small counts in it.
 
     Raises
     ------
@@ -93,6 +93,7 @@ def publication(source: Source, arguments: argparse.Namespace) -> Publication:
     from fairaudit.publications.ll144 import three_tables
     from fairaudit.publications.ll144_page import Part, publish
     from fairaudit.publications.ll144_people import people_of, read_labels, scores_of
+    from fairaudit.publications.small import remark_on_small
 
     stated = _stated(arguments)
     decisions, scores = decisions_of(source), scores_of(source.document)
@@ -106,9 +107,14 @@ def publication(source: Source, arguments: argparse.Namespace) -> Publication:
         unknown=column_list(arguments.unknown),
         available=available,
     )
+    if arguments.small is not None:
+        return _small(source, stated, decisions, reading, arguments), ""
     parts = []
+    remark = ""
     for label, favourable in _selections(source, decisions, scores, arguments):
-        people, apart = people_of(reading, decisions.selected(favourable))
+        counts = decisions.selected(favourable)
+        remark = remark or remark_on_small(counts)
+        people, apart = people_of(reading, counts)
         tables = three_tables(
             people,
             apart,
@@ -118,7 +124,27 @@ def publication(source: Source, arguments: argparse.Namespace) -> Publication:
             exclude=stated.justification is not None,
         )
         parts.append(Part(favourable, tables, label))
-    return publish(stated, decisions, reading, parts, scores, available=available)
+    return publish(stated, decisions, reading, parts, scores, available=available), remark
+
+
+def _small(source: Source, stated: Stated, decisions: Decisions, reading: Reading, arguments: argparse.Namespace) -> Publication:
+    """Make the publication that withholds small counts."""
+    from fairaudit.errors import InputError
+    from fairaudit.publications.ll144_people import people_of
+    from fairaudit.publications.ll144_small import Class, chosen_of, publish_small
+
+    if arguments.unknown_in == "available":
+        raise InputError(
+            "--small goes with --unknown-in complete: tables of other people each would tell of those who are in one of them alone"
+        )
+    selections = _selections(source, decisions, None, arguments)
+    every = {*decisions.labels} == {label for _, favourable in selections for label in favourable}
+    classes = []
+    for label, favourable in selections:
+        people, apart = people_of(reading, decisions.selected(favourable))
+        classes.append(Class(favourable, people, apart, label, last=every))
+    chosen = chosen_of(classes, arguments.small, sex=reading.sex is not None, race=reading.race is not None)
+    return publish_small(stated, decisions, reading, classes, arguments.small, chosen)
 
 
 def _stated(arguments: argparse.Namespace) -> Stated:

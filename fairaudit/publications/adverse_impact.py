@@ -8,6 +8,7 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.publications.counts import Counts, Decisions, facts_of
 from fairaudit.publications.pairs import count_of, csv_rows, entries, header, lead, points, reading, section, sheets, sheets_by
 from fairaudit.publications.publication import Publication, Section
+from fairaudit.publications.small import Withholding, parts_of
 
 __all__ = ["adverse_impact"]
 
@@ -29,7 +30,11 @@ ABOUT = (
 
 
 def adverse_impact(
-    decisions: Decisions, favourable: Sequence[str], control: Sequence[str], by: Sequence[Sequence[str]] = ()
+    decisions: Decisions,
+    favourable: Sequence[str],
+    control: Sequence[str],
+    by: Sequence[Sequence[str]] = (),
+    withholding: Withholding | None = None,
 ) -> Publication:
     """Compare each group with a control group.
 
@@ -43,6 +48,8 @@ def adverse_impact(
         The labels of the control group: one of each column that is compared by, as ``label`` or ``column=label``.
     by : sequence of sequences of str
         The columns by which groups are formed; by default each, and all together.
+    withholding : Withholding, optional
+        Which groups are withheld.
 
     Raises
     ------
@@ -55,13 +62,18 @@ def adverse_impact(
 
     def choice(part: Counts) -> int:
         label = tuple(named[name] for name in part.columns)
+        if label in part.withheld:
+            raise InputError(
+                f"--control: the group {shown(', '.join(label))} is withheld, so that nothing could be compared with it; name a greater "
+                "group, or choose columns with --by"
+            )
         if label not in part.groups or not part.applicants[part.groups.index(label)]:
             raise InputError(
                 f"--control: nobody is of the group {shown(', '.join(label))}; name one with people, or choose columns with --by"
             )
         return part.groups.index(label)
 
-    found = sheets(counts, sets, choice)
+    found = sheets(parts_of(counts, sets, withholding), choice)
     number = count_of(found)
     facts = [("Control group", ", ".join(f"{name} {shown(label)}" for name, label in named.items()))]
     return Publication(
@@ -69,7 +81,7 @@ def adverse_impact(
         title="Adverse impact ratios",
         lead=lead(number, CONTROL),
         points=points(number),
-        facts=(*facts, *facts_of(decisions, counts, favourable)),
+        facts=(*facts, *facts_of(decisions, counts, favourable, totals=withholding is None)),
         sections=(
             *(section(sheet, CONTROL, number["comparisons"]) for sheet in found),
             Section("How to read this", (*ABOUT, *reading(number["comparisons"], CONTROL))),

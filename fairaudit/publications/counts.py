@@ -152,12 +152,16 @@ class Counts:
         Of each group.
     unknown : (int, int)
         Applicants and selected whose group is unknown, who are in none of the groups.
+    withheld : tuple of Label
+        Further groups of which nothing may be said.
+    why : str
+        How many these are, and why.
 
     Examples
     --------
     >>> counts = Counts(("sex", "race"), (("f", "a"), ("f", "b"), ("m", "a")), (40, 10, 60), (4, 5, 9))
     >>> counts.by("sex")
-    Counts(columns=('sex',), groups=(('f',), ('m',)), applicants=(50, 60), selected=(9, 9), unknown=(0, 0))
+    Counts(columns=('sex',), groups=(('f',), ('m',)), applicants=(50, 60), selected=(9, 9), unknown=(0, 0), withheld=(), why='')
     """
 
     columns: tuple[str, ...]
@@ -165,6 +169,8 @@ class Counts:
     applicants: tuple[int, ...]
     selected: tuple[int, ...]
     unknown: tuple[int, int] = (0, 0)
+    withheld: tuple[Label, ...] = ()
+    why: str = ""
 
     def by(self, *columns: str) -> Counts:
         """The same people by some of the columns."""
@@ -239,16 +245,16 @@ def favourable_of(source: Source, given: Sequence[str] = ()) -> tuple[str, ...]:
     raise InputError(f"which decisions count as selected? {why}; name them with --favourable ({nearest('', labels)})")
 
 
-def facts_of(decisions: Decisions, counts: Counts, favourable: Sequence[str]) -> tuple[tuple[str, str], ...]:
-    """Who is counted, by what, and what counts as selected: for the head of a page."""
+def facts_of(decisions: Decisions, counts: Counts, favourable: Sequence[str], *, totals: bool = True) -> tuple[tuple[str, str], ...]:
+    """Who is counted, by what, and what counts as selected, for the head of a page: with how many people there are, or without."""
     people, taken = sum(counts.applicants), sum(counts.selected)
     unknown, unknown_taken = counts.unknown
     found = [
         ("Selected", f"{', '.join(map(shown, favourable))} (of the decisions {', '.join(map(shown, decisions.labels))})"),
-        ("People", f"{people:,} of known group, {taken:,} of them selected"),
+        *([("People", f"{people:,} of known group, {taken:,} of them selected")] if totals else []),
         ("Groups by", ", ".join(counts.columns)),
     ]
-    if unknown:
+    if unknown and totals:
         found.append(("Group unknown", f"{unknown:,} more people, {unknown_taken:,} of them selected, who are in no group"))
     if decisions.contexts:
         found.append(("Contexts", f"summed over {', '.join(decisions.contexts)}, whose differences these figures do not show"))

@@ -5,10 +5,13 @@ from __future__ import annotations
 from fractions import Fraction
 from math import isqrt
 
-__all__ = ["NONE", "deviations_text", "half_up", "rate_text", "ratio_text"]
+__all__ = ["NONE", "WITHHELD", "deviations_text", "half_up", "rate_text", "ratio_text"]
 
 NONE = "–"
 """Stands where there is no figure."""
+
+WITHHELD = "withheld"
+"""Stands where there is one that is not published."""
 
 LIMITS = (Fraction(0), Fraction(4, 5), Fraction(1))
 """No figure moves across one of these, or onto it."""

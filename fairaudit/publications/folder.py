@@ -60,20 +60,28 @@ def check_folder(name: str | os.PathLike[str]) -> None:
         raise InputError(f"{str(path)!r} cannot be made: {getattr(error, 'strerror', None) or error}") from None
 
 
-def contents(publication: Publication, source: Source, more: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+def contents(
+    publication: Publication, source: Source, more: Mapping[str, bytes] | None = None, private: Private | None = None
+) -> dict[str, bytes]:
     """The files of a publication, by name; `more` are put beside them.
+
+    Where the certificate is private neither it nor anything that rests on it is among them.
 
     Raises
     ------
     InputError
-        If jinja2 is missing.
+        If jinja2 is missing, or there is more beside a private certificate.
     """
+    if private is not None and more:
+        raise InputError(f"--small does not go with {', '.join(more)}, which tells counts that are withheld; give it with the certificate")
     found = {
-        "index.html": page(publication, source).encode("utf-8"),
+        "index.html": page(publication, source, private).encode("utf-8"),
         "table.csv": _table(publication).encode("utf-8"),
-        "summary.json": (json.dumps(summary(publication, source), ensure_ascii=True, indent=1) + "\n").encode("ascii"),
-        CERTIFICATE: source.raw,
+        "summary.json": (json.dumps(summary(publication, source, private), ensure_ascii=True, indent=1) + "\n").encode("ascii"),
     }
+    if private is not None:
+        return found
+    found[CERTIFICATE] = source.raw
     if source.table is not None:
         found[TABLE] = source.table
     return found | dict(more or {})
@@ -111,13 +119,14 @@ def write_folder(name: str | os.PathLike[str], found: Mapping[str, bytes]) -> No
             shutil.rmtree(made, ignore_errors=True)
 
 
-def summary(publication: Publication, source: Source) -> dict[str, Any]:
-    """What ``summary.json`` says."""
+def summary(publication: Publication, source: Source, private: Private | None = None) -> dict[str, Any]:
+    """What ``summary.json`` says; of a private certificate without its digest, from which counts could be guessed."""
+    table = {"table_sha256": source.document["subject"]["table"]["sha256"]}
     return {
         "format": FORMAT,
         "rule": publication.rule,
         "title": publication.title,
-        "certificate": {"sha256": source.sha256, "table_sha256": source.document["subject"]["table"]["sha256"]},
+        "certificate": table if private else {"sha256": source.sha256} | table,
         **publication.summary,
     }
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 from fairaudit.publications.counts import Counts, Decisions, facts_of
 from fairaudit.publications.pairs import count_of, csv_rows, entries, header, lead, points, reading, section, sheets, sheets_by
 from fairaudit.publications.publication import Publication, Section
+from fairaudit.publications.small import Withholding, parts_of
 
 __all__ = ["four_fifths", "highest"]
 
@@ -54,7 +55,9 @@ def highest(counts: Counts) -> int | None:
     return max(there, key=lambda place: (Fraction(counts.selected[place], counts.applicants[place]), counts.applicants[place], -place))
 
 
-def four_fifths(decisions: Decisions, favourable: Sequence[str], by: Sequence[Sequence[str]] = ()) -> Publication:
+def four_fifths(
+    decisions: Decisions, favourable: Sequence[str], by: Sequence[Sequence[str]] = (), withholding: Withholding | None = None
+) -> Publication:
     """What the four-fifths rule asks for.
 
     Parameters
@@ -65,6 +68,8 @@ def four_fifths(decisions: Decisions, favourable: Sequence[str], by: Sequence[Se
         Which decisions count as selected.
     by : sequence of sequences of str
         The columns by which groups are formed; by default each, and all together.
+    withholding : Withholding, optional
+        Which groups are withheld.
 
     Raises
     ------
@@ -72,14 +77,17 @@ def four_fifths(decisions: Decisions, favourable: Sequence[str], by: Sequence[Se
         If a column is none of the certificate.
     """
     counts = decisions.selected(favourable)
-    found = sheets(counts, sheets_by(counts.columns, by), highest)
+    found = sheets(parts_of(counts, sheets_by(counts.columns, by), withholding), highest)
     number = count_of(found)
     return Publication(
         rule=RULE,
         title="Selection rates beside the four-fifths rule",
         lead=lead(number, "the group of the highest rate"),
         points=points(number),
-        facts=(("Rule", "29 CFR 1607.4 D, Uniform Guidelines on Employee Selection Procedures"), *facts_of(decisions, counts, favourable)),
+        facts=(
+            ("Rule", "29 CFR 1607.4 D, Uniform Guidelines on Employee Selection Procedures"),
+            *facts_of(decisions, counts, favourable, totals=withholding is None),
+        ),
         sections=(
             *(section(sheet, "the highest rate", number["comparisons"], SMALL) for sheet in found),
             Section("How to read this", (*reading(number["comparisons"], "the highest rate"), CHOSEN)),

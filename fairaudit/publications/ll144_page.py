@@ -16,7 +16,7 @@ from fairaudit.publications.ll144_people import Reading, Scores
 from fairaudit.publications.ll144_statement import Stated, findings, last_day
 from fairaudit.publications.publication import Publication, Row, Section, Table
 
-__all__ = ["Part", "publish"]
+__all__ = ["HEADER", "TITLES", "Part", "exact", "facts", "gaps", "publish", "reading_of", "words_of"]
 
 
 HEADER = (
@@ -109,20 +109,20 @@ def publish(
     available : bool
         Whether each table has all people whose category in it is known.
     """
-    words = _words(scores, classes=parts[0].label is not None)
-    found = (*findings(stated), *_gaps(decisions, reading, parts, scores), *reading.notes)
+    words = words_of(scores, classes=parts[0].label is not None)
+    found = (*findings(stated), *gaps(decisions, reading, parts, scores), *reading.notes)
     classed = parts[0].label is not None
     return Publication(
         rule="ll144",
         title=f"Results of a bias audit: {stated.tool}" if stated.tool else "Results of a bias audit",
         lead=_lead(parts, remarks=bool(found)),
         points=found,
-        facts=tuple(_facts(stated, decisions, reading, parts, scores, available=available)),
+        facts=tuple(facts(stated, decisions, reading, parts, scores, available=available)),
         sections=(
             *(_tables(part, words) for part in parts),
             *_exclusions(stated, parts),
             _worst(parts),
-            _reading(words, stated),
+            reading_of(words, stated),
         ),
         header=("class", *HEADER) if classed else HEADER,
         rows=tuple((part.label, *row) if part.label is not None else row for part in parts for row in _rows(part)),
@@ -130,7 +130,8 @@ def publish(
     )
 
 
-def _words(scores: Scores | None, *, classes: bool) -> Words:
+def words_of(scores: Scores | None, *, classes: bool) -> Words:
+    """What rates are called: of scores, of classes, or of a selection."""
     if scores is not None:
         return Words("Scoring rate", "Above the median", "received a score above the median of all scores")
     if classes:
@@ -138,7 +139,7 @@ def _words(scores: Scores | None, *, classes: bool) -> Words:
     return Words("Selection rate", "Selected", "were selected")
 
 
-def _gaps(decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: Scores | None) -> Iterator[str]:
+def gaps(decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: Scores | None) -> Iterator[str]:
     """What the rule asks for and the certificate does not have."""
     if reading.sex is None or reading.race is None:
         there, absent = ("race or ethnicity", "sex") if reading.sex is None else ("sex", "race or ethnicity")
@@ -176,8 +177,8 @@ def _lead(parts: Sequence[Part], *, remarks: bool) -> str:
     )
 
 
-def _facts(
-    stated: Stated, decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: Scores | None, *, available: bool
+def facts(
+    stated: Stated, decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: Scores | None, *, available: bool = False
 ) -> Iterator[tuple[str, str]]:
     """The tool, the dates, the data, the unknown: in this order."""
     version = f", version {stated.tool_version}" if stated.tool_version else ""
@@ -347,7 +348,8 @@ def _worst(parts: Sequence[Part]) -> Section:
     )
 
 
-def _reading(words: Words, stated: Stated) -> Section:
+def reading_of(words: Words, stated: Stated) -> Section:
+    """How the tables are to be read."""
     limit = None if stated.audit_date is None else last_day(stated.audit_date)
     until = (
         ()
@@ -376,16 +378,17 @@ def _rows(part: Part) -> Iterator[tuple[str, ...]]:
                 str(line.selected),
                 rate_text(line.rate),
                 ratio_text(line.ratio),
-                _exact(line.rate),
-                _exact(line.ratio),
-                _exact(line.share),
+                exact(line.rate),
+                exact(line.ratio),
+                exact(line.share),
                 line.status,
             )
         selected = "" if table.unknown.undecided else str(table.unknown.selected)
         yield (table.name, "", "", str(table.unknown.people), selected, "", "", "", "", "", "unknown")
 
 
-def _exact(value: Fraction | None) -> str:
+def exact(value: Fraction | None) -> str:
+    """A rational as text; empty where there is none."""
     return "" if value is None else rational_text((value.numerator, value.denominator))
 
 
@@ -442,13 +445,13 @@ def _table_summary(table: ImpactTable) -> Mapping[str, Any]:
                 "race_ethnicity": line.race or None,
                 "applicants": line.applicants,
                 "selected": line.selected,
-                "rate": _exact(line.rate) or None,
-                "impact_ratio": _exact(line.ratio) or None,
-                "share": _exact(line.share) or None,
+                "rate": exact(line.rate) or None,
+                "impact_ratio": exact(line.ratio) or None,
+                "share": exact(line.share) or None,
                 "status": line.status,
             }
             for line in table.lines
         ],
-        "worst_case": None if table.worst is None else _exact(table.worst.ratio),
-        "worst_case_of_all_categories": None if table.worst_of_all is None else _exact(table.worst_of_all.ratio),
+        "worst_case": None if table.worst is None else exact(table.worst.ratio),
+        "worst_case_of_all_categories": None if table.worst_of_all is None else exact(table.worst_of_all.ratio),
     }

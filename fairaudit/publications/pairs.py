@@ -9,7 +9,7 @@ from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.publications.counts import Counts
-from fairaudit.publications.display import NONE, deviations_text, half_up, rate_text, ratio_text
+from fairaudit.publications.display import NONE, WITHHELD, deviations_text, half_up, rate_text, ratio_text
 from fairaudit.publications.publication import Row, Section, Table
 from fairaudit.publications.significance import LEVEL, Judged, Pair, Probability, judged
 from fairaudit.tables.values import Label
@@ -83,6 +83,8 @@ class Sheet:
     lines: tuple[Line, ...]
     reference: Line | None
     unknown: tuple[int, int] = (0, 0)
+    withheld: tuple[Label, ...] = ()
+    why: str = ""
 
     @property
     def people(self) -> int:
@@ -107,9 +109,9 @@ def sheets_by(columns: Sequence[str], given: Sequence[Sequence[str]]) -> list[tu
     return list(dict.fromkeys(map(tuple, given))) or list(dict.fromkeys([*((name,) for name in columns), tuple(columns)]))
 
 
-def sheets(counts: Counts, by: Sequence[tuple[str, ...]], choice: Choice) -> list[Sheet]:
-    """Compare the groups by each of these sets of columns; the tests are adjusted for the number of all comparisons."""
-    made = [_sheet(counts.by(*columns), choice) for columns in by]
+def sheets(parts: Sequence[Counts], choice: Choice) -> list[Sheet]:
+    """Compare the groups of each table; the tests are adjusted for the number of all comparisons."""
+    made = [_sheet(counts, choice) for counts in parts]
     found = iter(judged([line.pair for sheet in made for line in sheet.lines if line.pair]))
     return [replace(sheet, lines=tuple(replace(line, judged=next(found)) if line.pair else line for line in sheet.lines)) for sheet in made]
 
@@ -126,7 +128,7 @@ def _sheet(counts: Counts, choice: Choice) -> Sheet:
             lines.append(Line(group, n, s, "alone"))
         else:
             lines.append(Line(group, n, s, "compared", Pair(s, n, counts.selected[place], counts.applicants[place])))
-    return Sheet(counts.columns, tuple(lines), None if place is None else lines[place], counts.unknown)
+    return Sheet(counts.columns, tuple(lines), None if place is None else lines[place], counts.unknown, counts.withheld, counts.why)
 
 
 def count_of(found: Sequence[Sheet]) -> dict[str, int]:
@@ -181,7 +183,7 @@ def section(sheet: Sheet, with_whom: str, comparisons: int, about_small: str = "
     rates = Table(
         f"Rates by {by}",
         ("Group", "Applicants", "Selected", "Rate", f"Ratio to {with_whom}", "Below 4/5 of it"),
-        tuple(_rates(line) for line in sheet.lines),
+        (*map(_rates, sheet.lines), *(Row((name_of(group), *[WITHHELD] * 5), WITHHELD) for group in sheet.withheld)),
         tuple(_said(sheet, with_whom, about_small)),
     )
     compared = [line for line in sheet.lines if line.pair]
@@ -234,7 +236,7 @@ def _said(sheet: Sheet, with_whom: str, about_small: str) -> list[str]:
     said = []
     there = [line for line in sheet.lines if line.applicants]
     if sheet.reference is None or len(there) < 2:
-        said.append("Fewer than two groups have people, so that nothing is compared.")
+        said.append(f"Fewer than two groups {'are shown' if sheet.why else 'have people'}, so that nothing is compared.")
     else:
         said.append(f"Compared with {with_whom}: {name_of(sheet.reference.group)}.")
         if not sheet.reference.selected:
@@ -245,6 +247,8 @@ def _said(sheet: Sheet, with_whom: str, about_small: str) -> list[str]:
         said.append(
             f"The group of {sheet.unknown[0]:,} more people, {sheet.unknown[1]:,} of them selected, is unknown; they are in no row."
         )
+    if sheet.why:
+        return [*said, sheet.why]
     small = [name_of(line.group) for line in there if line.applicants < SMALL * sheet.people]
     if small:
         said.append(f"Less than 2 % of the people of this table each: {'; '.join(small)}. {about_small}".rstrip())
@@ -254,7 +258,7 @@ def _said(sheet: Sheet, with_whom: str, about_small: str) -> list[str]:
 def lead(number: Mapping[str, int], with_whom: str) -> str:
     """How many comparisons there are."""
     if not number["comparisons"]:
-        return "Fewer than two groups have people, so that nothing is compared."
+        return "There are no two groups to compare, so that nothing is compared."
     return f"{_comparisons(number['comparisons'])} with {with_whom}. Each line below is a finding; none of them is a verdict."
 
 
@@ -342,6 +346,9 @@ def csv_rows(found: Sequence[Sheet], columns: Sequence[str]) -> tuple[tuple[str,
         for line in sheet.lines:
             labels = dict(zip(sheet.columns, line.group, strict=True))
             rows.append((title, *(labels.get(name, "") for name in columns), *_csv_figures(line, sheet.reference)))
+        for group in sheet.withheld:
+            labels = dict(zip(sheet.columns, group, strict=True))
+            rows.append((title, *(labels.get(name, "") for name in columns), *("" for _ in FIGURES[1:]), WITHHELD))
         if sheet.unknown[0]:
             unknown = {"applicants": str(sheet.unknown[0]), "selected": str(sheet.unknown[1]), "status": "unknown"}
             rows.append((title, *("" for _ in columns), *(unknown.get(name, "") for name in FIGURES)))
@@ -397,8 +404,11 @@ def entries(found: Sequence[Sheet]) -> list[dict[str, Any]]:
         {
             "columns": list(sheet.columns),
             "compared_with": None if sheet.reference is None else dict(zip(sheet.columns, sheet.reference.group, strict=True)),
-            "unknown": {"applicants": sheet.unknown[0], "selected": sheet.unknown[1]},
-            "groups": [_entry(sheet, line) for line in sheet.lines],
+            **({} if sheet.why else {"unknown": {"applicants": sheet.unknown[0], "selected": sheet.unknown[1]}}),
+            "groups": [
+                *(_entry(sheet, line) for line in sheet.lines),
+                *({"group": dict(zip(sheet.columns, group, strict=True)), "status": WITHHELD} for group in sheet.withheld),
+            ],
         }
         for sheet in found
     ]

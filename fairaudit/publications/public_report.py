@@ -11,10 +11,10 @@ from fairaudit.errors import InputError, shown
 from fairaudit.inference.verdicts import verdict
 from fairaudit.measures.limits import limit_text
 from fairaudit.publications.counts import Counts, Decisions, Source, decisions_of
-from fairaudit.publications.display import rate_text, ratio_text
+from fairaudit.publications.display import WITHHELD, rate_text, ratio_text
 from fairaudit.publications.folder import page
 from fairaudit.publications.publication import Publication, Row, Section, Table
-from fairaudit.publications.small import CHECKED, WITHHELD, Private, check_least, check_salted, kept_back, shown_only, why_withheld
+from fairaudit.publications.small import CHECKED, Private, check_hidden, parts_of, withholding_of
 from fairaudit.publications.withheld import is_small
 from fairaudit.reports.endings import form_of
 from fairaudit.reports.markdown import code, prose, table
@@ -55,22 +55,20 @@ def public_report(source: Source, least: int) -> Publication:
     InputError
         If small counts could be guessed from the digest of the table, or the decisions are not worth 0 or 1.
     """
-    check_least(least)
-    check_salted(source)
+    check_hidden(source, least)
     decisions, counted = decisions_of(source), _counted(source)
     counts = decisions.selected(counted)
-    kept = kept_back(counts, [counts.columns], least)
-    visible = shown_only(counts, kept)
+    (visible,) = parts_of(counts, [counts.columns], withholding_of(counts, [counts.columns], least, done="counted"))
     rates = dict(zip(visible.groups, map(Fraction, visible.selected, visible.applicants), strict=True))
     burden = bool(source.document["subject"]["utility"].get("burden"))
-    limits = [*_limits(source, least, rates, complete=not kept[counts.columns])]
+    limits = [*_limits(source, least, rates, complete=not visible.withheld)]
     return Publication(
         rule="report",
         title=f"{source.document['subject']['columns']['decision']} by {', '.join(decisions.columns)}",
         lead=_lead(rates, len(counts.groups)),
         facts=(*_facts(source, decisions, counts, least, counted), *limits),
         sections=(
-            Section("What each group gets", (), (_table(counts, rates, visible, least, burden=burden),)),
+            Section("What each group gets", (), (_table(counts, rates, visible, burden=burden),)),
             Section("What is withheld, and what this page says nothing about", _limits_of_the_page(least)),
         ),
         header=(),
@@ -163,7 +161,7 @@ def _determined(target: Mapping[str, Any], rates: Mapping[tuple[str, ...], Fract
     return verdict((high / low, high / low), **{f"max_{target['unit']}": limit}) == "exceeds"
 
 
-def _table(counts: Counts, rates: Mapping[tuple[str, ...], Fraction], visible: Counts, least: int, *, burden: bool) -> Table:
+def _table(counts: Counts, rates: Mapping[tuple[str, ...], Fraction], visible: Counts, *, burden: bool) -> Table:
     best, end = ("lowest", min(rates.values(), default=None)) if burden else ("highest", max(rates.values(), default=None))
     figures = {
         group: (f"{n:,}", f"{s:,}", rate_text(rates[group]), ratio_text(rates[group] / end) if end else "")
@@ -171,7 +169,7 @@ def _table(counts: Counts, rates: Mapping[tuple[str, ...], Fraction], visible: C
     }
     rows = tuple(Row((_name(group), *figures.get(group, (WITHHELD,) * 4)), "" if group in figures else WITHHELD) for group in counts.groups)
     hidden = len(rows) - len(figures)
-    notes = [why_withheld(hidden, len(rows), least, done="counted")]
+    notes = [visible.why]
     if hidden and figures:
         notes.append(f"The {best} rate is that of the groups shown; a group that is withheld may have another.")
     return Table(

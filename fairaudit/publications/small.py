@@ -8,17 +8,22 @@ from itertools import chain
 
 from fairaudit.errors import InputError
 from fairaudit.publications.counts import Counts, Source
-from fairaudit.publications.withheld import Arc, is_small, published
+from fairaudit.publications.withheld import LEAST, Arc, Parts, is_small, published
 from fairaudit.tables.values import Label
 
-__all__ = ["CHECKED", "WITHHELD", "Kept", "Private", "check_least", "check_salted", "has_small", "kept_back", "shown_only", "why_withheld"]
-
-WITHHELD = "withheld"
+__all__ = [
+    "CHECKED",
+    "Place",
+    "Private",
+    "Withholding",
+    "check_hidden",
+    "chosen_of_two",
+    "parts_of",
+    "remark_on_small",
+    "withholding_of",
+]
 
 LEAST_OF_ALL = 2
-
-Kept = Mapping[tuple[str, ...], frozenset[Label]]
-"""By the columns of a table, the groups in it that are withheld."""
 
 
 CHECKED = "Checked when this was made: every statement of the certificate is true of its table (fairaudit verify)."
@@ -53,26 +58,23 @@ class Private:
     )
 
 
-def check_least(least: int) -> None:
-    """Refuse a least count that keeps nothing back.
+def check_hidden(source: Source, least: int) -> None:
+    """Refuse what small counts could be computed or guessed from whatever is withheld.
 
     Raises
     ------
     InputError
-        If it is below 2.
+        If the least count is below 2, the certificate holds its table or the digest of one without a salt, or its decisions say how many of
+        all there are of each kind.
     """
     if least < LEAST_OF_ALL:
         raise InputError(f"--small {least} withholds nothing that could be hidden; give the least count to publish, 2 or more, such as 10")
-
-
-def check_salted(source: Source) -> None:
-    """Refuse a certificate from whose digest small counts can be guessed.
-
-    Raises
-    ------
-    InputError
-        If it holds its table, or the digest of a table without a salt.
-    """
+    for entry in source.document["subject"].get("preparation", ()):
+        if entry["step"] == "above median":
+            raise InputError(
+                "--small does not go with scores above their median: everybody knows that half of all are, and could compute what is "
+                "withheld; certify with --above and a number that was chosen before"
+            )
     if "header" in source.document["subject"]["table"]:
         why = "the certificate holds its table, whose digest has no salt that only you know"
     elif "salt" not in next(iter(source.lines)):
@@ -85,8 +87,52 @@ def check_salted(source: Source) -> None:
     )
 
 
-def kept_back(counts: Counts, tables: Sequence[tuple[str, ...]], least: int) -> Kept:
-    """Which groups are withheld in tables of the same people, each by some of the columns.
+@dataclass(frozen=True)
+class Withholding:
+    """Which groups are withheld.
+
+    Attributes
+    ----------
+    least : int
+        The least count that is not small.
+    kept : mapping of tuple of str to frozenset of Label
+        By the columns of a table, the groups in it that are.
+    linked : bool
+        Whether some may be withheld for the sake of others.
+    done : str
+        What is said of those who are counted in a rate.
+    """
+
+    least: int
+    kept: Mapping[tuple[str, ...], frozenset[Label]]
+    linked: bool = False
+    done: str = "selected"
+
+    def why(self, hidden: int, groups: int) -> str:
+        """Say how many groups of a table are withheld, and why.
+
+        Examples
+        --------
+        >>> Withholding(10, {}).why(1, 7)
+        '1 of 7 groups is withheld: fewer than 10 in it were selected, or fewer than 10 were not.'
+        >>> Withholding(10, {}).why(0, 7)
+        'No group is withheld: in each at least 10 were selected, and at least 10 were not.'
+        """
+        least, done = self.least, self.done
+        if not hidden:
+            return f"No group is withheld: in each at least {least} were {done}, and at least {least} were not."
+        said = f"{hidden} of {groups} groups {'is' if hidden == 1 else 'are'} withheld: "
+        few = f"fewer than {least} in {'it' if hidden == 1 else 'each'} were {done}, or fewer than {least} were not"
+        if not self.linked:
+            return f"{said}{few}."
+        return (
+            f"{said}{few}, or the tables together would tell such a number of another group. Which of these it is is not said, since that "
+            "would tell, too."
+        )
+
+
+def withholding_of(counts: Counts, tables: Sequence[tuple[str, ...]], least: int, done: str = "selected") -> Withholding:
+    """Decide which groups are withheld in tables of the same people, each by some of the columns.
 
     Of one table those are withheld that have a small count: nothing published depends on them.  Tables by one column and by two are linked,
     since one's groups are sums of the other's: then the groups by one column are published first, and those by two as far as nothing small
@@ -100,6 +146,8 @@ def kept_back(counts: Counts, tables: Sequence[tuple[str, ...]], least: int) -> 
         The columns of each table.
     least : int
         The least count that is not small.
+    done : str
+        What is said of those who are counted in a rate.
 
     Raises
     ------
@@ -110,46 +158,65 @@ def kept_back(counts: Counts, tables: Sequence[tuple[str, ...]], least: int) -> 
     --------
     >>> groups = (("f", "a"), ("f", "b"), ("m", "a"), ("m", "b"))
     >>> counts = Counts(("sex", "race"), groups, (70, 23, 90, 130), (40, 20, 50, 60))
-    >>> {by: sorted(labels) for by, labels in kept_back(counts, [("sex", "race")], 10).items()}
+    >>> {by: sorted(labels) for by, labels in withholding_of(counts, [("sex", "race")], 10).kept.items()}
     {('sex', 'race'): [('f', 'b')]}
-    >>> {by: len(labels) for by, labels in kept_back(counts, [("sex",), ("race",), ("sex", "race")], 10).items()}
+    >>> {by: len(labels) for by, labels in withholding_of(counts, [("sex",), ("race",), ("sex", "race")], 10).kept.items()}
     {('sex',): 0, ('race',): 0, ('sex', 'race'): 4}
     """
     if len({frozenset(by) for by in tables}) == 1:
-        return {by: _small(counts.by(*by), least) for by in tables}
+        small = {by: {group for group, parts in _parts(counts.by(*by)) if is_small(parts, least)} for by in tables}
+        return Withholding(least, {by: frozenset(groups) for by, groups in small.items()}, done=done)
     columns = tuple(dict.fromkeys(chain.from_iterable(tables)))
     if len(columns) > 2:
         raise InputError(
             f"--small does not decide what tables by {', '.join(columns)} tell together; name one table, or those by two columns, with --by"
         )
-    arcs = _circulation(counts, columns)
-    wanted = {frozenset(by) for by in tables}
-    order = [name for name in arcs if frozenset(column for column, _ in name) in wanted]
-    order.sort(key=lambda name: (len(name), columns.index(name[0][0]) if len(name) == 1 else 0, -min(arcs[name].parts)))
-    chosen = published(arcs, order, least)
-    return {by: frozenset(group for group in counts.by(*by).groups if _name(by, group, columns) not in chosen) for by in tables}
+    cells = {(group[0], group[1]): parts for group, parts in _parts(counts.by(*columns))}
+    chosen = chosen_of_two(cells, least, [*map(frozenset, tables)], (columns[0], columns[1]))
+    kept = {by: frozenset(group for group in counts.by(*by).groups if _place(by, group, columns) not in chosen) for by in tables}
+    return Withholding(least, kept, linked=True, done=done)
 
 
-Name = tuple[tuple[str, str], ...]
-"""Of a group, the columns and its labels in them."""
+Place = tuple[str | None, str | None]
+"""A group of a table by two columns, or by one of them: None for the other."""
 
 
-def _name(by: Sequence[str], group: Label, columns: Sequence[str]) -> Name:
+def _place(by: Sequence[str], group: Label, columns: Sequence[str]) -> Place:
     labels = dict(zip(by, group, strict=True))
-    return tuple((column, labels[column]) for column in columns if column in labels)
+    return labels.get(columns[0]), labels.get(columns[1])
 
 
-def _circulation(counts: Counts, columns: tuple[str, ...]) -> dict[Name, Arc]:
-    """A table by two columns with its margins."""
-    first, second = columns
-    arcs: dict[Name, Arc] = {}
-    for group, parts in _parts(counts.by(first)):
-        arcs[_name((first,), group, columns)] = Arc("all", (first, *group), parts)
-    for group, parts in _parts(counts.by(second)):
-        arcs[_name((second,), group, columns)] = Arc((second, *group), "all", parts)
-    for group, parts in _parts(counts.by(first, second)):
-        arcs[_name(columns, group, columns)] = Arc((first, group[0]), (second, group[1]), parts)
-    return arcs
+def chosen_of_two(
+    cells: Mapping[tuple[str, str], Parts], least: int, tables: Sequence[frozenset[str]], columns: tuple[str, str]
+) -> frozenset[Place]:
+    """Which groups may be published of tables by two columns, by either of them, or by some of these.
+
+    Parameters
+    ----------
+    cells : mapping of (str, str) to tuple of int
+        For each pair of labels how many people there are of each kind; pairs that are not there are known to have nobody.
+    least : int
+        The least count that is not small.
+    tables : sequence of frozenset of str
+        The columns of each table that is to be published.
+    columns : (str, str)
+        Both columns.
+
+    Returns
+    -------
+    frozenset of (str or None, str or None)
+        The groups; None for a column that their table is not about.
+    """
+    sums: tuple[dict[str, Parts], dict[str, Parts]] = ({}, {})
+    for labels, parts in cells.items():
+        for margin, label in zip(sums, labels, strict=True):
+            margin[label] = tuple(map(sum, zip(margin.get(label, (0,) * len(parts)), parts, strict=True)))
+    arcs: dict[Place, Arc] = {(label, None): Arc("all", (0, label), parts) for label, parts in sums[0].items()}
+    arcs |= {(None, label): Arc((1, label), "all", parts) for label, parts in sums[1].items()}
+    arcs |= {labels: Arc((0, labels[0]), (1, labels[1]), parts) for labels, parts in cells.items()}
+    wanted = [name for name in arcs if frozenset(c for c, label in zip(columns, name, strict=True) if label is not None) in tables]
+    wanted.sort(key=lambda name: (len(name) - name.count(None), name[0] is None, -min(arcs[name].parts)))
+    return published(arcs, wanted, least)
 
 
 def _parts(counts: Counts) -> list[tuple[Label, tuple[int, int]]]:
@@ -157,45 +224,32 @@ def _parts(counts: Counts) -> list[tuple[Label, tuple[int, int]]]:
     return [(group, (s, n - s)) for group, n, s in zip(counts.groups, counts.applicants, counts.selected, strict=True)]
 
 
-def _small(counts: Counts, least: int) -> frozenset[Label]:
-    return frozenset(group for group, parts in _parts(counts) if is_small(parts, least))
+def parts_of(counts: Counts, tables: Sequence[tuple[str, ...]], withholding: Withholding | None) -> list[Counts]:
+    """The groups of each table; where some are withheld nothing of these, nor of people of unknown group."""
+    whole = [counts.by(*by) for by in tables]
+    return whole if withholding is None else [_shown_only(part, withholding) for part in whole]
 
 
-def shown_only(counts: Counts, kept: Kept) -> Counts:
-    """The groups of one table that are not withheld; of people of unknown group nothing is said."""
-    hidden = kept[counts.columns]
+def _shown_only(counts: Counts, withholding: Withholding) -> Counts:
+    hidden = withholding.kept[counts.columns]
     places = [place for place, group in enumerate(counts.groups) if group not in hidden]
     return Counts(
         counts.columns,
         tuple(counts.groups[place] for place in places),
         tuple(counts.applicants[place] for place in places),
         tuple(counts.selected[place] for place in places),
+        withheld=tuple(group for group in counts.groups if group in hidden),
+        why=withholding.why(len(hidden), len(counts.groups)),
     )
 
 
-def has_small(counts: Counts, least: int) -> bool:
-    """Whether a group of people, or those of unknown group, have a count below the least one that is not 0."""
+def remark_on_small(counts: Counts) -> str:
+    """What to say where small counts are published; empty where there are none."""
     people, taken = counts.unknown
-    return any(0 < count < least for parts in (*(parts for _, parts in _parts(counts)), (taken, people - taken)) for count in parts)
-
-
-def why_withheld(hidden: int, groups: int, least: int, *, linked: bool = False, done: str = "selected") -> str:
-    """Say in a sentence how many groups of a table are withheld, and why.
-
-    Examples
-    --------
-    >>> why_withheld(1, 7, 10)
-    '1 of 7 groups is withheld: fewer than 10 in it were selected, or fewer than 10 were not.'
-    >>> why_withheld(0, 7, 10)
-    'No group is withheld: in each at least 10 were selected, and at least 10 were not.'
-    """
-    if not hidden:
-        return f"No group is withheld: in each at least {least} were {done}, and at least {least} were not."
-    said = f"{hidden} of {groups} groups {'is' if hidden == 1 else 'are'} withheld: "
-    few = f"fewer than {least} in {'it' if hidden == 1 else 'each'} were {done}, or fewer than {least} were not"
-    if not linked:
-        return f"{said}{few}."
+    listed = (*(parts for _, parts in _parts(counts)), (taken, people - taken))
+    if not any(0 < count < LEAST for parts in listed for count in parts):
+        return ""
     return (
-        f"{said}{few}, or the tables together would tell such a number of another group. Which of these it is is not said, since that "
-        "would tell, too."
+        f"a group has fewer than {LEAST} people selected, or fewer than {LEAST} who were not; all counts are published: "
+        f"--small {LEAST} withholds such groups"
     )

@@ -17,12 +17,13 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-__all__ = ["LEAST", "Arc", "is_small", "published", "range_of"]
+__all__ = ["LEAST", "Arc", "Parts", "is_small", "published", "range_of"]
 
 LEAST = 10
 """The least count that is published where nothing else is said, and below which a table that is published whole is remarked on."""
 
 Parts = tuple[int, ...]
+"""How many people of a group there are of each kind."""
 
 Name = TypeVar("Name", bound=Hashable)
 """Of a group, whatever tells it from the others."""
