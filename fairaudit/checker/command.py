@@ -22,7 +22,7 @@ from .verification import check
 MAX_BYTES = 1 << 30  # of a certificate, and of one line of a table
 
 
-def _check_files(path: str, table: str | None, attestation: str | Signed | None) -> Report:
+def _check_files(path: str, table: str | None, attestation: str | bytes | Signed | None) -> Report:
     with open(path, "rb") as file:
         raw = file.read(MAX_BYTES + 1)
     if len(raw) > MAX_BYTES:
@@ -56,10 +56,10 @@ def _unreadable(error: OSError | ValueError) -> str:
     return f"Cannot read or write: {error}."
 
 
-def examine(path: str, table: str | None = None, attestation: str | Signed | None = None) -> Report | Refusal:
+def examine(path: str, table: str | None = None, attestation: str | bytes | Signed | None = None) -> Report | Refusal:
     """Check the file of a certificate, that of its table and that of its attestation if they are given; or say why that cannot be done.
 
-    Of an attestation whose signature somebody checked, what was found of that is given instead.
+    Of an attestation somebody may have read the bytes already, or checked the signature: then what was found is given instead.
     """
     try:
         return _check_files(path, table, attestation)

@@ -43,7 +43,7 @@ def check_recount(arguments: argparse.Namespace) -> None:
             raise InputError(f"{option(name)} goes with --recount LOG, the log that is counted again")
 
 
-def recount_of(arguments: argparse.Namespace, certificate: str, attestation: bytes | None) -> Recount | None:
+def recount_of(arguments: argparse.Namespace, certificate: str, attestation: bytes) -> Recount | None:
     """Count the log again, if that is asked for, with progress on a terminal.
 
     Parameters
@@ -52,17 +52,16 @@ def recount_of(arguments: argparse.Namespace, certificate: str, attestation: byt
         What was asked for.
     certificate : str
         The file of the certificate, which has been checked.
-    attestation : bytes or None
-        Of one whose signature was checked exactly the bytes that were signed.
+    attestation : bytes
+        The bytes of its file, or, where its signature was checked, exactly those that were signed.
     """
     if arguments.recount is None:
         return None
     from fairaudit.attestations.recount import lines_of, recounted, stated_in
-    from fairaudit.attestations.verification import read_attestation
     from fairaudit.verified.verification import opened
 
     document = opened(certificate).document
-    statement = stated_in(attestation or read_attestation(arguments.attestation), arguments.attestation)
+    statement = stated_in(attestation, arguments.attestation)
     source = arguments.recount if len(arguments.recount) > 1 else arguments.recount[0]
     lines = None if arguments.table is None else lines_of(Path(arguments.table))
     with progress() as report:

@@ -87,18 +87,22 @@ def _check_one_of(arguments: argparse.Namespace, name: str) -> int:
 
 def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
     from fairaudit.cli.checking import Refusal, attested_paragraph, examine, exit_code, lines, paragraph, printable, summary_line
+    from fairaudit.errors import InputError
 
-    attestation = _attestation(arguments)
+    try:
+        attestation = _attestation(arguments)
+    except InputError:
+        if arguments.quiet:
+            return 2
+        raise
     found = examine(name, arguments.table, attestation)
     if isinstance(found, Refusal):
         if not arguments.quiet:
             print(f"fairaudit: {printable(name)}: {printable(found.message)}", file=sys.stderr)
         return found.code
-    signed = None if attestation is None or isinstance(attestation, str) else attestation
-    # By a statement that is not the signer's nothing is counted.
-    recount = (
-        None if signed is not None and signed.payload is None else recount_of(arguments, name, None if signed is None else signed.payload)
-    )
+    # By a statement that is not the signer's nothing is counted; what is counted by is byte for byte what was checked.
+    payload = attestation if attestation is None or isinstance(attestation, bytes) else attestation.payload
+    recount = None if payload is None else recount_of(arguments, name, payload)
     codes = exit_code(found, arguments.require), 0 if recount is None else recount.exit_code
     code = 1 if 1 in codes else max(codes)
     if arguments.quiet:
@@ -138,14 +142,14 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
     )
 
 
-def _attestation(arguments: argparse.Namespace) -> str | Signed | None:
-    """Give the file of the attestation; of one whose signature is to be checked, what was found of that."""
-    given: str | None = arguments.attestation
-    if given is None or arguments.key is None:
-        return given
+def _attestation(arguments: argparse.Namespace) -> bytes | Signed | None:
+    """Read the file of the attestation, once; of one whose signature is to be checked, say what was found of that."""
+    if arguments.attestation is None:
+        return None
     from fairaudit.attestations.verification import read_attestation, signed_by
 
-    return signed_by(read_attestation(given), arguments.key, given)
+    raw = read_attestation(arguments.attestation)
+    return raw if arguments.key is None else signed_by(raw, arguments.key, arguments.attestation)
 
 
 def _finding(found: Finding) -> dict[str, Any]:

@@ -18,6 +18,7 @@ import fairaudit as fa
 from fairaudit import checker
 from fairaudit.attestations.envelope import PAYLOAD_TYPE, Envelope, Signature
 from fairaudit.attestations.keys import PREFIX, NewKey, PublicKey, new_key, read_private_key
+from fairaudit.attestations.statement import read_statement
 from fairaudit.attestations.verification import signed_by
 from fairaudit.cli import main
 
@@ -331,3 +332,74 @@ def test_bytes_that_were_not_verified_are_never_read(case: Case) -> None:
     for payload in (b"\xff", b"{", b"[" * 100_000, case.payload + b" "):
         assert case.code(with_payload(case, payload)) == 1
         assert case.code(signed(payload, case.key).text.encode()) == (2 if payload != case.payload + b" " else 0)
+
+
+# Two readers
+
+HOSTILE: tuple[Any, ...] = (
+    *(
+        None,
+        True,
+        0,
+        8,
+        -1,
+        10**17,
+        10**18,
+        10**30,
+        0.5,
+        "",
+        " ",
+        "\t",
+        "x",
+        "a/b",
+        "5/2",
+        "4/2",
+        "1" + "0" * 18,
+        "9" * 18,
+        "0",
+        "\x85",
+        "\ud800",
+    ),
+    *(
+        "\u202e",
+        "a" * 4096,
+        "a" * 4097,
+        [],
+        {},
+        ["x"],
+        {"x": "y"},
+        "A" * 64,
+        "0" * 64,
+        "2025-12-31",
+        "2025-1-31",
+        "2025-02-30",
+        "２０２５-01-01",
+    ),
+    *(
+        "2026-01-15T24:00:00Z",
+        "2026-01-15T09:00:60Z",
+        "2026-01-15t09:00:00z",
+        {"name": "x"},
+        json.loads("[" * 12 + "]" * 12),
+        json.loads("[" * 9 + "]" * 9),
+    ),
+)
+
+
+def test_the_writers_reader_and_the_checkers_accept_the_same(case: Case) -> None:
+    """They share no code: what one refuses, the other refuses, wherever in a statement it stands."""
+    certificate, seen = case.certificate.read_bytes(), {True: 0, False: 0}
+    for path, value in places(case.statement):
+        more = [value | {"more": 1}, {"": "", **value}] if isinstance(value, dict) else []
+        for other in (*HOSTILE, *more):
+            raw = json.dumps(altered(case.statement, path, lambda _, other=other: other)).encode()
+            accepted = []
+            for reader in (lambda raw: checker.check_attestation(raw, certificate, case.report), read_statement):
+                try:
+                    reader(raw)
+                    accepted.append(True)
+                except (fa.InputError, checker.NotAnAttestation):
+                    accepted.append(False)
+            assert accepted[0] == accepted[1], (path, other)
+            seen[accepted[0]] += 1
+    assert min(seen.values()) > 200
