@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import io
 import json
@@ -11,6 +12,7 @@ import shutil
 import subprocess
 import zipfile
 from html.parser import HTMLParser
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -171,12 +173,32 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> object:
 @pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), [(1100, False), (360, True)])
 def test_a_browser_shows_the_page_and_asks_for_nothing(width: int, dark: bool, browser: Browser, tmp_path: Path) -> None:
+    pytest.importorskip("axe_core_python", reason="axe-core-python is not installed (it is in the extra dev)")
     publish(certificate(tmp_path / "c.json"), tmp_path / "out")
     page = tmp_path / "out" / "index.html"
     browser.open(page, width, dark=dark, scripts=False)
     assert browser.console() == []
     assert set(browser.requests()) <= {page.as_uri()}
     assert browser.run("return document.documentElement.scrollWidth") <= width
+    browser.driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+    browser.run(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))
+    script = "const done = arguments[0]; axe.run(document, {resultTypes: ['violations']}).then((r) => done(r.violations.map((v) => v.id)))"
+    assert browser.driver.execute_async_script(script) == []
+
+
+@pytest.mark.slow
+def test_a_print_shows_every_figure(browser: Browser, tmp_path: Path) -> None:
+    pypdf = pytest.importorskip("pypdf", reason="pypdf is not installed (it is in the extra test)")
+    publish(certificate(tmp_path / "c.json", ("women", "men", "others")), tmp_path / "out")
+    browser.open(tmp_path / "out" / "index.html", scripts=False)
+    printed = browser.driver.execute_cdp_cmd("Page.printToPDF", {"paperWidth": 8.27, "paperHeight": 11.69})
+    text = " ".join(page.extract_text() for page in pypdf.PdfReader(io.BytesIO(base64.b64decode(printed["data"]))).pages)
+    words = " ".join(text.replace("\u00a0", " ").split())
+    with (tmp_path / "out" / "table.csv").open(encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            for name in ("applicants", "selected", "rate", "ratio", "standard_deviations", "shortfall"):
+                assert row[name] in words
+    assert "How to verify this" in words and "http" not in words
 
 
 def test_the_source_is_read_once(tmp_path: Path) -> None:
