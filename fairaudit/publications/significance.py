@@ -70,7 +70,7 @@ class Pair:
         (s, n), (h, m) = (self.selected, self.applicants), (self.other_selected, self.other_applicants)
         if s * m > h * n:
             (s, n), (h, m) = (h, m), (s, n)
-        return s * m != h * n and s < n and (s + 1) * m > (h - 1) * n
+        return s * m != h * n and (s + 1) * m > (h - 1) * n
 
 
 @dataclass(frozen=True)

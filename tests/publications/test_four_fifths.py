@@ -87,6 +87,11 @@ def test_little_to_compare_has_one_meaning_each() -> None:
     assert not tie["a"]["findings"]["one_person"]
 
 
+def test_exactly_two_deviations_are_not_more_than_two() -> None:
+    found = groups(four_fifths(decisions({"a": (0, 2), "b": (2, 2)}), ["yes"]))["a"]["findings"]
+    assert (found["squared_deviations"], found["more_than_two_standard_deviations"]) == ("4", False)
+
+
 def test_columns_are_compared_by_themselves_and_together() -> None:
     counts = {("f", "a"): (1, 9), ("f", "b"): (4, 9), ("m", "a"): (5, 9), ("m", "b"): (6, 9)}
     made = decisions(counts, ("sex", "race"))
