@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _NAMES = {
+    "fairaudit.attestations.recount": (
+        "Recount",
+        "recount",
+    ),
     "fairaudit.attestations.verification": ("verify",),
     "fairaudit.audits.certify": ("certify",),
     "fairaudit.audits.claims": ("Claim",),
@@ -143,6 +147,8 @@ __all__ = [*_HOME, "__version__"]
 
 if TYPE_CHECKING:
     import fairaudit.metrics  # noqa: F401
+    from fairaudit.attestations.recount import Recount as Recount
+    from fairaudit.attestations.recount import recount as recount
     from fairaudit.attestations.verification import verify as verify
     from fairaudit.audits.certify import certify as certify
     from fairaudit.audits.claims import Claim as Claim

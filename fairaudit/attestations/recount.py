@@ -6,7 +6,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from itertools import chain
 from pathlib import Path
@@ -14,18 +14,21 @@ from typing import Any
 
 import numpy as np
 
+from fairaudit.arguments import answered
 from fairaudit.attestations.cells import TableDifference, compare_tables
 from fairaudit.attestations.envelope import read_envelope
 from fairaudit.attestations.making import counted_rows
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.sources import take
 from fairaudit.attestations.statement import Rows, Source, Statement, read_statement
+from fairaudit.attestations.verification import read_attestation, signed_by
 from fairaudit.audits.audit_file import audit_of
 from fairaudit.audits.certify import laid_out
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.audits.reading import MOST_ROWS, Reading, read_audited, uncollected, unfit_for_parts
+from fairaudit.certificates.certificate import FORMAT, Certificate
 from fairaudit.certificates.table import Table, WrittenTable, canonical
-from fairaudit.errors import InputError, ManyRowsError, TableNeeded, naming, shown
+from fairaudit.errors import FalseCertificate, InputError, ManyRowsError, TableNeeded, naming, shown
 from fairaudit.inference.draws import unit_profiles
 from fairaudit.inference.paired_region import listed_profiles
 from fairaudit.model.law import Law
@@ -34,10 +37,12 @@ from fairaudit.model.utility import Utility
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.engines.request import Report
 from fairaudit.tables.preparation import words
+from fairaudit.tables.sources import Source as Tables
 from fairaudit.tables.sources import is_database, source_name
+from fairaudit.verified.verification import CertificateLike, opened, verification_of
 from fairaudit.words import brief
 
-__all__ = ["Recount", "Recounted", "lines_of", "recounted", "stated_in"]
+__all__ = ["Recount", "Recounted", "lines_of", "recount", "recounted", "stated_in"]
 
 NOT_SHOWN = "No recount shows whether the log is what really happened, or whether what the attestation only states is true."
 
@@ -47,6 +52,9 @@ Lines = Callable[[], Iterable[bytes]]
 READ_ONLY = ("sqlite", "duckdb", "postgres", "postgresql")
 """Databases that are opened so that nothing can be written."""
 
+
+UNSAID = ("count", "probability", "weight", "wide", "total", "unit", "skip", "table", "query")
+"""Options that make another table of the same log, and of which its certificate says nothing."""
 
 HOLDING = dict.fromkeys(("law", "policy", "utility", "population"), ("table", "map"))
 """Sections of an audit file that name files, and under which keys."""
@@ -89,11 +97,19 @@ class Recount:
         Sources of the statement that are not there, so that nothing was counted.
     difference : TableDifference or None
         In what the tables differ, if they do.
+    read_with : mapping of str to str
+        How the log was read, so far as the certificate does not say it.
+
+    Examples
+    --------
+    >>> Recount((Recounted("the table", False, "a cell differs"),)).sentence
+    'The recount DIFFERS in the table.'
     """
 
     findings: tuple[Recounted, ...]
     missing: tuple[str, ...] = ()
     difference: TableDifference | None = None
+    read_with: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -125,7 +141,94 @@ class Recount:
         """What was found, and what no recount shows."""
         unseen = [finding.what for finding in self.findings if finding.equal is None]
         rest = [f"Without a digest to compare: {', '.join(unseen)}."] if unseen else []
-        return " ".join([self.sentence, *rest, NOT_SHOWN] if self.ok else [self.sentence, *rest])
+        read = ", ".join(f"{name} {text}" for name, text in self.read_with.items())
+        said = (
+            [f"It was read with {read}, which the certificate does not say."]
+            if read and self.difference is None and not self.missing
+            else []
+        )
+        return " ".join([self.sentence, *said, *rest, NOT_SHOWN] if self.ok else [self.sentence, *said, *rest])
+
+
+@answered
+def recount(
+    certificate: CertificateLike,
+    attestation: bytes | str | os.PathLike[str],
+    source: Tables,
+    *,
+    table: str | os.PathLike[str] | None = None,
+    key: str | os.PathLike[str] | None = None,
+    query: str | None = None,
+    engine: Engine = "auto",
+    memory: str | None = None,
+) -> Recount:
+    """Count a log again as an attestation says, and compare its table with that of the certificate, cell by cell.
+
+    Certificate and attestation are checked first. Nothing that the attestation says is run: not its command, and its query only if the same
+    text is given.
+
+    Parameters
+    ----------
+    certificate : Certificate, Result, mapping, bytes or path
+        The certificate.
+    attestation : path or bytes
+        What `fairaudit certify --attest` wrote beside it, signed or not.
+    source : path, paths, URL, frame or mapping
+        The log: what `fairaudit.audit` takes.
+    table : path, optional
+        The file of the canonical table, where the certificate does not hold it.
+    key : path, optional
+        The signer's public key, by which the attestation must be signed.
+    query : str, optional
+        Of a database: the query of the attestation, word for word.
+    engine, memory
+        As for `fairaudit.read_log`.
+
+    Returns
+    -------
+    Recount
+        What is equal, and where the tables differ.
+
+    Raises
+    ------
+    FalseCertificate
+        If a statement of the certificate or of the attestation is false.
+    InputError
+        If something cannot be read, the attestation is not signed by the key, or it does not say how to make the table again.
+    TableNeeded
+        If the certificate does not hold its table, and none was given.
+
+    Examples
+    --------
+    >>> from fairaudit.attestations.making import stated_of, statement_of
+    >>> from fairaudit.audits.from_table import audit
+    >>> log = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"]}
+    >>> result = audit(log, decision="hired", group="sex", utility="yes")
+    >>> options = {"decision": "hired", "group": ["sex"], "utility": {"yes": "1"}}
+    >>> made = statement_of(result, ["c.json"], take(log), options=options, command=["certify"], stated=stated_of({}))
+    >>> recount(result, made.text.encode(), log).ok
+    True
+    >>> found = recount(result, made.text.encode(), {**log, "hired": ["yes", "yes", "yes", "no"]})
+    >>> print(found.difference.first.sentence)
+    sex='f': decision 'no' 1 in the certificate, 0 in the log; decision 'yes' 1 in the certificate, 2 in the log
+
+    References
+    ----------
+    docs/attestation.md
+    """
+    name = "the attestation" if isinstance(attestation, bytes) else os.fspath(attestation)
+    raw = attestation if isinstance(attestation, bytes) else read_attestation(attestation)
+    signed = None if key is None else signed_by(raw, key, name)
+    if signed is not None and signed.payload is None:
+        raise InputError(f"{name}: {signed.why}")
+    found = verification_of(certificate, table, None, raw if signed is None else signed)
+    if found.false:
+        raise FalseCertificate(f"{found.sentence}: {found.false[0].statement}")
+    statement = stated_in(raw if signed is None or signed.payload is None else signed.payload, name)
+    made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", None)
+    held = made.table.lines if isinstance(made, Certificate) and made.table is not None else None
+    lines = held if table is None else lines_of(Path(table))
+    return recounted(opened(certificate).document, lines, statement, source, query=query, engine=engine, memory=memory)
 
 
 def recounted(
@@ -169,6 +272,8 @@ def recounted(
         If the table of the certificate is not at hand.
     """
     options = statement.options
+    if document.get("format") != FORMAT:
+        raise InputError(f"a certificate of the format {shown(document.get('format'))} is not recounted; one of {FORMAT} is")
     if not options:
         raise InputError(
             "the statement does not say how its table was made, as of a monitor or of probabilities of groups; nothing can be recounted"
@@ -206,7 +311,15 @@ def recounted(
     else:
         findings.append(Recounted("the table", True))
     findings += [*_preparation(document, counted.law), *_units(document, counted), _rows(statement, counted)]
-    return Recount(tuple(findings), (), difference)
+    return Recount(tuple(findings), (), difference, _unsaid(options))
+
+
+def _unsaid(options: Mapping[str, Any]) -> dict[str, str]:
+    """How a log was read, so far as a certificate does not say it."""
+    sections = options.get("audit", {})
+    of_audit = {**sections.get("law", {}), **sections.get("policy", {}), "table": None}
+    said = of_audit if sections else options
+    return {name: shown(said[name], 1000) for name in UNSAID if said.get(name)}
 
 
 @dataclass(frozen=True)

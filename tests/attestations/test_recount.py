@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from envelopes import envelope
 
+import fairaudit as fa
 from fairaudit.cli import main
 
 Row = dict[str, Any]
@@ -304,7 +305,7 @@ def test_what_the_options_say_is_data(folder: Path, check: Check) -> None:
 LAW = '[law]\ntable = "{log}"\ndecision = "hired"\ngroup = "sex"\ncontext = "dept"\n[utility]\nvalues = {{ yes = 1, map = "1/2" }}\n'
 POLICY = (
     '[policy]\ntable = "shares.csv"\ndecision = "hired"\ngroup = "sex"\nprobability = "p"\ncontext = "dept"\n'
-    '[filter.group]\nkind = "table"\ntable = "inner/filter.csv"\noutput = "seen"\n[utility]\nvalues = {{ yes = 1 }}\n'
+    '[filter.group]\nkind = "table"\ntable = "inner/filter.csv"\noutput = "seen"\n[utility]\nvalues = { yes = 1 }\n'
 )
 FILTER = "sex,f,m\nf,3/4,1/4\nm,1/4,3/4\n"
 
@@ -381,3 +382,70 @@ def test_by_a_statement_that_is_not_the_signers_nothing_is_counted(folder: Path,
         capsys.readouterr()
         assert main([*command, *more]) == code
         assert ("recount" in envelope(capsys.readouterr().out)["result"]) is counted
+
+
+def test_in_python_a_log_is_a_file_or_a_frame(folder: Path) -> None:
+    import pandas as pd
+
+    attest(*CASES["in parts"])
+    rows = log()
+    table = "c.table.jsonl"
+    found = fa.recount("c.json", "a.json", Path("log.parquet"), table=table)
+    assert found and found.exit_code == 0
+    frame = pd.DataFrame(rows)
+    assert fa.recount("c.json", (folder / "a.json").read_bytes(), frame, table=table).ok
+    frame.loc[3, "hired"] = "no" if rows[3]["hired"] == "yes" else "yes"
+    found = fa.recount("c.json", "a.json", frame, table=table)
+    assert not found and found.exit_code == 1
+    assert found.difference is not None and found.difference.first is not None
+    assert (found.difference.first.context, found.difference.first.group) == ({"dept": rows[3]["dept"]}, {"sex": rows[3]["sex"]})
+    with pytest.raises(fa.TableNeeded):
+        fa.recount("c.json", "a.json", frame)
+    attest(*CASES["csv"])
+    with pytest.raises(fa.FalseCertificate, match="of the attestation"):
+        fa.recount("c.json", (folder / "a.json").read_text().replace('"read": 300', '"read": 301').encode(), "log.csv")
+    with pytest.raises(fa.InputError, match=r"absent\.pem cannot be read"):
+        fa.recount("c.json", "a.json", "log.csv", key="absent.pem")
+
+
+def test_what_the_certificate_does_not_say_of_the_reading_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    attest(*CASES["counts"])
+    capsys.readouterr()
+    assert main(["verify", "c.json", "--attestation", "a.json", "--recount", "counts.csv"]) == 0
+    assert "It was read with count 'n', which the certificate does not say." in " ".join(capsys.readouterr().out.split())
+
+
+def test_the_same_table_of_other_sampling_units_is_no_equal_log(folder: Path, check: Check) -> None:
+    rows = log()
+    for place, row in enumerate(rows):  # units of one cell each, of which some have two rows
+        row["who"] = f"{row['dept']}{row['sex']}{place // 40}"
+    (folder / "log.csv").write_text(as_csv(rows))
+    attest(*CASES["units"])
+    document = json.loads((folder / "c.json").read_text())
+    assert "profiles" not in document["subject"]["table"]["header"]
+    assert document["intervals"]["local"]["units"]
+    other = [{**row, "who": f"{row['dept']}{row['sex']}{place // 20}"} for place, row in enumerate(rows)]
+    (folder / "log.csv").write_text(as_csv(other))
+    code, found = check("log.csv")
+    assert code == 1
+    assert {entry["what"]: entry["equal"] for entry in found["findings"]} == {
+        "the source 'log.csv'": False,
+        "the table": True,
+        "the sampling units": False,
+        "how much was read, counted and dropped": True,
+    }
+
+
+def test_a_policy_behind_a_filter_is_recounted(folder: Path, check: Check) -> None:
+    (folder / "inner").mkdir()
+    (folder / "inner" / "filter.csv").write_text(FILTER)
+    (folder / "audit.toml").write_text(POLICY)
+    attest("audit.toml")
+    assert check("audit.toml", "shares.csv", "inner/filter.csv")[1]["equal"] is True
+    (folder / "inner" / "filter.csv").write_text(FILTER.replace("3/4", "4/5").replace("1/4", "1/5"))
+    code, found = check("shares.csv", "inner/filter.csv")
+    assert (code, found["different_cells"]) == (1, 0)
+    table = next(entry for entry in found["findings"] if entry["what"] == "the table")
+    assert "filters:" in table["detail"] and "in the log" in table["detail"]
+    code, found = check("shares.csv")
+    assert (code, found["missing"]) == (3, ["filter.csv"])

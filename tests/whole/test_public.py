@@ -21,6 +21,8 @@ from typing import Any
 import pytest
 
 import fairaudit as fa
+from fairaudit.attestations.making import stated_of, statement_of
+from fairaudit.attestations.sources import take
 
 TABLE = {"hired": ["yes", "no", "yes", "no"], "sex": ["f", "f", "m", "m"], "n": [300, 100, 200, 200]}
 ASKED: dict[str, Any] = {"decision": "hired", "group": "sex", "count": "n", "utility": "yes"}
@@ -71,6 +73,11 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         with watched() as found:
             return found
 
+    def recounted() -> fa.Recount:
+        options = {"decision": "hired", "group": ["sex"], "utility": {"yes": "1"}, "count": "n"}
+        said = statement_of(made, ["c.json"], take(TABLE), options=options, command=["certify"], stated=stated_of({}))
+        return fa.recount(made, said.text.encode(), TABLE)
+
     def subgroups() -> fa.Subgroups:
         return fa.subgroups(TABLE, decision="hired", attributes="sex", count="n", utility="yes")
 
@@ -120,6 +127,7 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         "PureDP": lambda: fa.pure_dp(coin()),
         "RandomizedResponse": coin,
         "Ratio": lambda: made.local,
+        "Recount": recounted,
         "ReleaseStore": lambda: fa.ReleaseStore(folder / "releases.db"),
         "Result": lambda: made,
         "TableNeeded": lambda: fa.TableNeeded("x"),
@@ -160,6 +168,7 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         "read_csv": lambda: fa.read_csv(folder / "log.csv"),
         "read_log": lambda: fa.read_log(folder / "log.csv", ["sex"]),
         "read_mechanism": lambda: fa.read_mechanism(folder / "filter.csv"),
+        "recount": recounted,
         "refute_epsilon": lambda: fa.refute_epsilon(draws(), "1.01"),
         "report": lambda: fa.report(made, folder / "report.md", format="markdown"),
         "sample_policy": lambda: fa.sample_policy(lambda x, a: "go" if a == "f" else "stay", [("lobby", "f"), ("lobby", "m")], trials=5),
