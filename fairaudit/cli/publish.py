@@ -51,6 +51,12 @@ def add(commands: Any) -> None:
         "--table", metavar="FILE", help="the canonical table, where the certificate does not hold it; it goes into the folder, too"
     )
     parser.add_argument(
+        "--attestation",
+        metavar="FILE",
+        help="who made the certificate, of what: it goes into the page and the folder; refused where it does not fit; its signature is not "
+        "checked (docs/attestation.md)",
+    )
+    parser.add_argument(
         "--favourable",
         metavar="LABEL[,LABEL]",
         action="append",
@@ -94,7 +100,7 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     check_extra()
     check_folder(arguments.output)
     try:
-        source = read_source(arguments.certificate, arguments.table)
+        source = read_source(arguments.certificate, arguments.table, arguments.attestation)
     except (FalseCertificate, TableNeeded) as error:
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return 1 if isinstance(error, FalseCertificate) else 3

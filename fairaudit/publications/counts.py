@@ -12,6 +12,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from fairaudit.attestations.verification import read_attestation
 from fairaudit.certificates.reader import FORMAT
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded, nearest, shown
 from fairaudit.tables.values import Label
@@ -39,12 +40,15 @@ class Source:
         The file of its table, where one was given.
     said : str
         Who checked it, and what was found.
+    attestation : bytes or None
+        The file of its attestation, where one was given; what can be checked of it is true.
     """
 
     document: Mapping[str, Any]
     raw: bytes
     table: bytes | None
     said: str
+    attestation: bytes | None = None
 
     @property
     def sha256(self) -> str:
@@ -62,8 +66,12 @@ class Source:
             yield from map(json.loads, io.BytesIO(self.table))
 
 
-def read_source(certificate: str | os.PathLike[str], table: str | os.PathLike[str] | None = None) -> Source:
-    """Read a certificate and the file of its table once, and check them.
+def read_source(
+    certificate: str | os.PathLike[str],
+    table: str | os.PathLike[str] | None = None,
+    attestation: str | os.PathLike[str] | None = None,
+) -> Source:
+    """Read a certificate, the file of its table and its attestation once, and check them; a signature is not looked at.
 
     Raises
     ------
@@ -80,8 +88,9 @@ def read_source(certificate: str | os.PathLike[str], table: str | os.PathLike[st
     if found.form != FORMAT:
         raise InputError(f"{found.name} is of the format {shown(found.form)}; what is published is made from one of the format {FORMAT}")
     held = None if table is None else _bytes(Path(table))
+    stated = None if attestation is None else read_attestation(attestation)
     try:
-        said = checked(replace(found, lines=None if held is None else io.BytesIO(held)))
+        said = checked(replace(found, lines=None if held is None else io.BytesIO(held)), stated)
     except FalseCertificate as error:
         raise FalseCertificate(f"{error}; nothing was published") from None
     if not said:
@@ -89,7 +98,7 @@ def read_source(certificate: str | os.PathLike[str], table: str | os.PathLike[st
     kind = found.document["subject"]["kind"]
     if kind != "counts":
         raise InputError(f"{found.name} is about {kind} and counts nobody; a publication needs a certificate of counts")
-    return Source(found.document, found.raw, held, said)
+    return Source(found.document, found.raw, held, said, stated)
 
 
 def _bytes(path: Path) -> bytes:

@@ -10,6 +10,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Mapping
+from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,8 @@ from fairaudit.errors import InputError
 from fairaudit.publications.counts import Source
 from fairaudit.publications.publication import Publication
 from fairaudit.publications.small import CHECKED, Private
-from fairaudit.reports.page import UNBROKEN, digest, templates
+from fairaudit.reports.page import UNBROKEN, digest, provenance_html, templates
+from fairaudit.reports.provenance import provenance_of
 from fairaudit.reports.words import clip
 from fairaudit.tables.preparation import said
 from fairaudit.words import plain
@@ -27,7 +29,7 @@ __all__ = ["check_folder", "contents", "harmless", "page", "summary", "write_fol
 
 FORMAT = "fairaudit-publication/1"
 
-CERTIFICATE, TABLE = "certificate.json", "certificate.table.jsonl"
+CERTIFICATE, TABLE, ATTESTATION = "certificate.json", "certificate.table.jsonl", "attestation.json"
 
 RUN = "=+-@\t\r\n＝＋－＠"
 """What begins a cell that a spreadsheet would compute."""
@@ -60,20 +62,18 @@ def check_folder(name: str | os.PathLike[str]) -> None:
         raise InputError(f"{str(path)!r} cannot be made: {getattr(error, 'strerror', None) or error}") from None
 
 
-def contents(
-    publication: Publication, source: Source, more: Mapping[str, bytes] | None = None, private: Private | None = None
-) -> dict[str, bytes]:
-    """The files of a publication, by name; `more` are put beside them.
+def contents(publication: Publication, source: Source, private: Private | None = None) -> dict[str, bytes]:
+    """The files of a publication, by name.
 
     Where the certificate is private neither it nor anything that rests on it is among them.
 
     Raises
     ------
     InputError
-        If jinja2 is missing, or there is more beside a private certificate.
+        If jinja2 is missing, or there is an attestation of a private certificate.
     """
-    if private is not None and more:
-        raise InputError(f"--small does not go with {', '.join(more)}, which tells counts that are withheld; give it with the certificate")
+    if private is not None and source.attestation is not None:
+        raise InputError("--small does not go with --attestation, which tells counts that are withheld; give it with the certificate")
     found = {
         "index.html": page(publication, source, private).encode("utf-8"),
         "table.csv": _table(publication).encode("utf-8"),
@@ -84,7 +84,9 @@ def contents(
     found[CERTIFICATE] = source.raw
     if source.table is not None:
         found[TABLE] = source.table
-    return found | dict(more or {})
+    if source.attestation is not None:
+        found[ATTESTATION] = source.attestation
+    return found
 
 
 def write_folder(name: str | os.PathLike[str], found: Mapping[str, bytes]) -> None:
@@ -127,6 +129,7 @@ def summary(publication: Publication, source: Source, private: Private | None = 
         "rule": publication.rule,
         "title": publication.title,
         "certificate": table if private else {"sha256": source.sha256} | table,
+        **({} if source.attestation is None else {"attestation": {"sha256": sha256(source.attestation).hexdigest()}}),
         **publication.summary,
     }
 
@@ -156,6 +159,8 @@ def page(publication: Publication, source: Source, private: Private | None = Non
         plain=plain,
         unbroken=UNBROKEN,
         private=private,
+        provenance=None if private else _provenance(source),
+        attestation=ATTESTATION if source.attestation is not None else "",
         prepared=[] if private else said(source.document["subject"]),
         said=CHECKED if private else source.said,
         sha256="" if private else source.sha256,
@@ -165,6 +170,14 @@ def page(publication: Publication, source: Source, private: Private | None = Non
         policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
     )
     return text
+
+
+def _provenance(source: Source) -> Any:
+    """What its attestation says, as a part of the page; None where there is none."""
+    if source.attestation is None:
+        return None
+    table = source.document["subject"]["table"]["sha256"]
+    return provenance_html(provenance_of(source.attestation, source.raw, table, compared=True))
 
 
 def _table(publication: Publication) -> str:

@@ -1,0 +1,88 @@
+"""A publication with an attestation: in the folder byte for byte, on the page apart by what was checked, refused where it does not fit."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attested import statement_of
+
+import fairaudit as fa
+from fairaudit.cli import main
+
+RULES = {"ll144": ("--sex", "sex"), "four-fifths": (), "air": ("--control", "Male")}
+
+
+@pytest.fixture
+def certificate(tmp_path: Path) -> Path:
+    table: dict[str, Any] = {"sex": ["Male", "Male", "Female", "Female"], "got": ["yes", "no"] * 2, "n": [3, 1, 2, 2]}
+    fa.audit(table, decision="got", group="sex", count="n", utility="yes", confidence=None).save(tmp_path / "c.json")
+    return tmp_path / "c.json"
+
+
+def written(certificate: Path, **changes: Any) -> Path:
+    path = certificate.with_name("a.json")
+    path.write_text(json.dumps(statement_of(certificate, **changes)))
+    return path
+
+
+def publish(certificate: Path, attestation: Path, rule: str = "ll144") -> int:
+    out = str(certificate.with_name("out"))
+    return main(["publish", str(certificate), "--rule", rule, *RULES[rule], "--attestation", str(attestation), "-o", out])
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_it_is_on_the_page_and_in_the_folder(rule: str, certificate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    attestation = written(certificate, issuer={"name": "<b>Audits\u202e</b>"})
+    assert publish(certificate, attestation, rule) == 0
+    out = certificate.with_name("out")
+    assert (out / "attestation.json").read_bytes() == attestation.read_bytes()
+    page = (out / "index.html").read_text("utf-8")
+    assert page.index("Who made this, of what") < page.index("What is said to have been read") < page.index('<h2 id="verify">')
+    assert "&lt;b&gt;Audits\\u202e&lt;/b&gt;" in page
+    assert "<b>Audits" not in page
+    assert "The attestation is not signed" in page
+    assert "fairaudit verify certificate.json --attestation attestation.json</pre>" in page
+    digest = hashlib.sha256(attestation.read_bytes()).hexdigest()
+    assert json.loads((out / "summary.json").read_text())["attestation"] == {"sha256": digest}
+    capsys.readouterr()
+    assert main(["verify", str(out / "certificate.json"), "--attestation", str(out / "attestation.json")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "code", "said"),
+    [
+        ({"table": {"sha256": "0" * 64}}, 1, "nothing was published"),
+        ({"rows": {"unit": "decisions", "read": 9, "counted": 8, "dropped": {}}}, 1, "nothing was published"),
+        ({"rows": {"unit": "decisions", "read": 9, "counted": 9, "dropped": {}}}, 1, "nothing was published"),
+        ({"more": "x"}, 2, "more"),
+        ({"issuedAt": "today"}, 2, "today"),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    changes: dict[str, Any], code: int, said: str, certificate: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert publish(certificate, written(certificate, **changes)) == code
+    assert said in capsys.readouterr().err
+    assert not certificate.with_name("out").exists()
+
+
+def test_one_of_another_certificate_is_refused(certificate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    attestation = written(certificate)
+    certificate.write_bytes(certificate.read_bytes() + b"\n")
+    assert publish(certificate, attestation) == 1
+    assert "nothing was published" in capsys.readouterr().err
+
+
+def test_a_signature_is_not_said_to_be_checked(certificate: Path) -> None:
+    pytest.importorskip("cryptography", reason="cryptography is not installed (it is in the extra sign)")
+    key, signed = certificate.with_name("k.pem"), certificate.with_name("a.dsse.json")
+    assert main(["attest", "--new-key", str(key)]) == 0
+    assert main(["attest", str(written(certificate)), "--sign-key", str(key), "-o", str(signed)]) == 0
+    assert publish(certificate, signed) == 0
+    page = (certificate.with_name("out") / "index.html").read_text("utf-8")
+    assert "with a signature, which was not checked" in page
+    assert (certificate.with_name("out") / "attestation.json").read_bytes() == signed.read_bytes()
