@@ -86,3 +86,16 @@ def test_a_signature_is_not_said_to_be_checked(certificate: Path) -> None:
     page = (certificate.with_name("out") / "index.html").read_text("utf-8")
     assert "with a signature, which was not checked" in page
     assert (certificate.with_name("out") / "attestation.json").read_bytes() == signed.read_bytes()
+
+
+def test_it_does_not_go_with_counts_that_are_withheld(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log.csv").write_text("sex,got\n" + "Male,yes\nFemale,no\nMale,no\nFemale,yes\n" * 20)
+    names = {name: str(tmp_path / name) for name in ("log.csv", "c.json", "c.table.jsonl", "a.json", "out")}
+    made = ("--decision", "got", "--group", "sex", "--utility", "yes", "--no-table", "--attest", names["a.json"], "-o", names["c.json"])
+    assert main(["certify", names["log.csv"], *made]) == 0
+    whole = ("publish", names["c.json"], "--table", names["c.table.jsonl"], "--rule", "four-fifths", "-o", names["out"])
+    assert main([*whole, "--small", "10", "--attestation", names["a.json"]]) == 2
+    assert "--small does not go with --attestation" in capsys.readouterr().err
+    assert not Path(names["out"]).exists()
+    assert main([*whole, "--attestation", names["a.json"]]) == 0
+    assert "--table certificate.table.jsonl --attestation attestation.json</pre>" in (tmp_path / "out" / "index.html").read_text("utf-8")
