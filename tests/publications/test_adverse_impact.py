@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import csv
+import re
+import shlex
 from fractions import Fraction
+from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 
+from fairaudit.cli import main
 from fairaudit.errors import InputError
 from fairaudit.publications.adverse_impact import adverse_impact
 from fairaudit.publications.counts import Decisions
+
+GUIDE = Path(__file__).resolve().parents[2] / "docs" / "publish-credit.md"
 
 
 def decisions(counts: dict[tuple[str, ...], tuple[int, int]], columns: tuple[str, ...] = ("race",)) -> Decisions:
@@ -82,3 +89,19 @@ def test_a_label_of_two_columns_is_asked_about() -> None:
 def test_a_control_group_without_people_is_refused() -> None:
     with pytest.raises(InputError, match="nobody is of the group 'a'"):
         adverse_impact(decisions({("a",): (0, 0), ("b",): (1, 2)}), ["approved"], ["a"])
+
+
+def test_the_commands_of_the_guide_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    rng = Random("credit")
+    rows = [f"{rng.choice(('approved', 'denied'))},{rng.choice(('white', 'black', 'asian'))},{rng.choice('fm')}" for _ in range(300)]
+    Path("applications.csv").write_text("decision,race,sex\n" + "\n".join(rows) + "\n")
+    (block,) = re.findall(r"^```sh\n(.*?)^```", GUIDE.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    commands = [shlex.split(line)[1:] for line in block.splitlines()]
+    assert [main(words) for words in commands] == [0, 0, 0, 0]
+    with Path("published-race/table.csv").open(encoding="utf-8") as file:
+        figures = {row["group: race"]: row for row in csv.DictReader(file)}
+    for race, row in figures.items():
+        approved = [line.startswith("approved") for line in rows if f",{race}," in line]
+        assert (int(row["applicants"]), int(row["selected"])) == (len(approved), sum(approved))
+    assert figures["white"]["status"] == "reference"
