@@ -75,7 +75,6 @@ def shown(folder: Path) -> str:
     return (folder / "index.html").read_text("utf-8").replace("\u00a0", " ")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("printed", "tables", "unknown"),
     [
@@ -246,7 +245,6 @@ def test_each_class_has_all_three_tables(tmp_path: Path) -> None:
     assert "none here of &#39;=B&#39;, &#39;&lt;i&gt;C&lt;/i&gt;&#39;" in shown(tmp_path / "one")
 
 
-@pytest.mark.slow
 def test_a_spreadsheet_computes_nothing_of_it(tmp_path: Path) -> None:
     office = shutil.which("soffice")
     if office is None:
@@ -288,7 +286,6 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     running.close()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), [(1100, False), (360, True)])
 def test_a_browser_shows_the_tables_and_asks_for_nothing(width: int, dark: bool, browser: Browser, tmp_path: Path) -> None:
     hostile = ("--tool", "<img src=x onerror=alert(1)>", "--data-source", "\u202eevil " + "w" * 3000, "--auditor", "{{ 7 * 7 }}")

@@ -7,10 +7,14 @@ import random
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import product
+from typing import Any
 
 import pytest
 
+import fairaudit as fa
 from fairaudit.publications.unknown_people import WorstCase, worst_case
+
+WORST = ("local_ratio", "<=")
 
 TABLES = 5_000 if os.environ.get("FAIRAUDIT_FULL") else 600
 
@@ -69,6 +73,27 @@ def test_people_of_known_and_of_unknown_decision_are_sent_together() -> None:
         found = worst_case(counts, 1, 2, 3)
         assert found is not None
         assert found.ratio == enumerated(counts, 1, 2, 3)
+
+
+def test_it_is_the_end_that_theorem_t15_proves_of_a_ratio() -> None:
+    draw = random.Random(15)
+    for _ in range(30):
+        sizes = [draw.randint(3, 40) for _ in range(draw.randint(2, 4))]
+        counts = [(draw.randint(1, n - 1), n) for n in sizes]
+        selected, unselected = draw.randint(0, 4), draw.randint(1, 4)
+        groups = [*map(str, range(len(counts))), "?"]
+        table: dict[str, Any] = {
+            "group": [group for group in groups for _ in "yn"],
+            "got": ["y", "n"] * len(groups),
+            "n": [part for s, n in counts for part in (s, n - s)] + [selected, unselected],
+        }
+        document = fa.audit(
+            table, decision="got", group="group", count="n", utility="y", unknown=["?"], confidence=None
+        ).certificate.document
+        ends = [claim["value"] for claim in document["claims"] if claim["by"] == "T15" and (claim["quantity"], claim["relation"]) == WORST]
+        found = worst_case(counts, selected, unselected)
+        assert found is not None
+        assert [Fraction(end) for end in ends] == [1 / found.ratio]
 
 
 def test_bisection_finds_what_trying_every_split_finds() -> None:
