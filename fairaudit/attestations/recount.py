@@ -17,7 +17,7 @@ import numpy as np
 from fairaudit.arguments import answered
 from fairaudit.attestations.cells import TableDifference, compare_tables
 from fairaudit.attestations.envelope import read_envelope
-from fairaudit.attestations.making import counted_rows
+from fairaudit.attestations.making import counted_rows, rows_of_source
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.sources import take
 from fairaudit.attestations.statement import Rows, Source, Statement, read_statement
@@ -518,12 +518,16 @@ def _of_source(said: Source, given: Source | None) -> Recounted:
 
 
 def _rows(statement: Statement, counted: Any) -> Recounted:
-    """Compare how much was read, counted and dropped."""
-    found = counted_rows(counted)
-    if found == statement.rows:
-        return Recounted("how much was read, counted and dropped", True)
-    said = [f"{_amounts(rows)} in the {where}" for rows, where in ((statement.rows, "attestation"), (found, "log"))]
-    return Recounted("how much was read, counted and dropped", False, "; ".join(said))
+    """Compare how much was read, counted and dropped, and how many rows the only source had, where that was recorded."""
+    what, found = "how much was read, counted and dropped", counted_rows(counted)
+    if found != statement.rows:
+        said = [f"{_amounts(rows)} in the {where}" for rows, where in ((statement.rows, "attestation"), (found, "log"))]
+        return Recounted(what, False, "; ".join(said))
+    recorded = [source.rows for source in statement.sources if source.rows is not None]
+    own = rows_of_source(counted, found, statement.options)
+    if len(recorded) == 1 and own is not None and recorded[0] != own:
+        return Recounted(what, False, f"the attestation says that the source has {recorded[0]} rows; {own} were read")
+    return Recounted(what, True)
 
 
 def _amounts(rows: Rows) -> str:

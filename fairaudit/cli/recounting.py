@@ -24,6 +24,7 @@ def add_recount(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--query", metavar="SQL", help="with --recount: the query of the attestation, which is run only if you give it")
     parser.add_argument("--engine", choices=("auto", "duckdb", "python", "spark"), help="with --recount: who reads files")
+    parser.add_argument("--memory", metavar="SIZE", help="with --recount: what DuckDB may use before it spills to disk, such as 2GB")
 
 
 def check_recount(arguments: argparse.Namespace) -> None:
@@ -38,7 +39,7 @@ def check_recount(arguments: argparse.Namespace) -> None:
 
     if arguments.recount is not None and arguments.attestation is None:
         raise InputError("--recount goes with --attestation FILE, which says how the log was counted")
-    for name in ("query", "engine"):
+    for name in ("query", "engine", "memory"):
         if getattr(arguments, name) is not None and arguments.recount is None:
             raise InputError(f"{option(name)} goes with --recount LOG, the log that is counted again")
 
@@ -65,9 +66,8 @@ def recount_of(arguments: argparse.Namespace, certificate: str, attestation: byt
     source = arguments.recount if len(arguments.recount) > 1 else arguments.recount[0]
     lines = None if arguments.table is None else lines_of(Path(arguments.table))
     with progress() as report:
-        return recounted(
-            document, lines, statement, source, query=arguments.query, engine=arguments.engine or "auto", report=report, spelled=option
-        )
+        asked = {"query": arguments.query, "engine": arguments.engine or "auto", "memory": arguments.memory}
+        return recounted(document, lines, statement, source, **asked, report=report, spelled=option)
 
 
 def as_text(found: Recount) -> list[str]:

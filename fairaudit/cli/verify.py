@@ -62,6 +62,11 @@ def run(arguments: argparse.Namespace) -> Answer | int:
                 "--export writes the checker and checks nothing; leave the certificate, its table and attestation, and --require away"
             )
         return _export(arguments.export)
+    if not arguments.certificates and arguments.recount is not None:
+        raise InputError(
+            "no certificate is named before --recount, which takes all names that follow it; write fairaudit verify CERTIFICATE.json "
+            "--attestation FILE --recount LOG"
+        )
     if not arguments.certificates:
         raise InputError(
             "no certificate is named; give CERTIFICATE.json, or --export FILE.pyz to write the checker; see fairaudit verify --help"

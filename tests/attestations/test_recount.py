@@ -217,7 +217,7 @@ def test_more_rows_than_fit_are_recounted_in_parts(folder: Path, check: Check, m
     from fairaudit.attestations import recount
 
     monkeypatch.setattr(recount, "certify_in_parts", lambda *a, _own=recount.certify_in_parts, **k: made.append(0) or _own(*a, **k))
-    assert check("log.parquet")[0] == 0
+    assert check("log.parquet", "--memory", "500MB", "--engine", "duckdb")[0] == 0
     assert made
     rows = log()
     rows[7]["dept"] = "new"
@@ -272,6 +272,8 @@ def test_a_query_in_a_place_where_it_could_write_is_refused(folder: Path, check:
         (["--recount", "log.csv"], "--recount goes with --attestation"),
         (["--attestation", "a.json", "--query", "select 1"], "--query goes with --recount"),
         (["--engine", "duckdb"], "--engine goes with --recount"),
+        (["--memory", "2GB"], "--memory goes with --recount"),
+        (["--export", "x.pyz", "--recount", "log.csv"], "--recount goes with --attestation"),
         (["--attestation", "a.json", "--recount", "log.csv", "--query", "select 1"], "the statement has no query"),
     ],
 )
@@ -279,6 +281,11 @@ def test_options_that_make_no_sense_are_refused(folder: Path, capsys: pytest.Cap
     attest(*CASES["csv"])
     assert main(["verify", "c.json", *words]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_the_certificate_comes_before_the_logs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", "--attestation", "a.json", "--recount", "log.csv", "c.json"]) == 2
+    assert "before --recount, which takes all names that follow it" in capsys.readouterr().err
 
 
 def test_what_the_options_say_is_data(folder: Path, check: Check) -> None:
@@ -449,3 +456,17 @@ def test_a_policy_behind_a_filter_is_recounted(folder: Path, check: Check) -> No
     assert "filters:" in table["detail"] and "in the log" in table["detail"]
     code, found = check("shares.csv")
     assert (code, found["missing"]) == (3, ["filter.csv"])
+
+
+@pytest.mark.parametrize("change", [{"sources": 301}, {"read": 301, "dropped": {"unreadable": 1}}])
+def test_how_much_was_read_is_counted_again(folder: Path, check: Check, change: dict[str, Any]) -> None:
+    attest(*CASES["csv"])
+    statement = json.loads((folder / "a.json").read_text())
+    if "sources" in change:
+        statement["predicate"]["sources"][0]["rows"] = change["sources"]
+    else:
+        statement["predicate"]["rows"] |= change
+    (folder / "a.json").write_text(json.dumps(statement))
+    code, found = check("log.csv")
+    assert code == 1
+    assert [entry["what"] for entry in found["findings"] if entry["equal"] is False] == ["how much was read, counted and dropped"]
