@@ -177,7 +177,7 @@ def _provenance(source: Source) -> Any:
     if source.attestation is None:
         return None
     table = source.document["subject"]["table"]["sha256"]
-    return provenance_html(provenance_of(source.attestation, source.raw, table, compared=True))
+    return provenance_html(provenance_of(source.attestation, source.raw, table, compared=True), saved=False)
 
 
 def _table(publication: Publication) -> str:

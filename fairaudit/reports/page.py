@@ -131,13 +131,15 @@ def scriptless(
     return text
 
 
-def provenance_html(found: Provenance) -> Any:
+def provenance_html(found: Provenance, *, saved: bool = True) -> Any:
     """What stands of an attestation in a page, under a heading of the page's own; every text in it is escaped.
 
     Parameters
     ----------
     found : Provenance
         What the attestation says.
+    saved : bool
+        Whether the page holds the certificate, so that somebody may save it from there.
 
     Returns
     -------
@@ -145,7 +147,7 @@ def provenance_html(found: Provenance) -> Any:
         The part of a page, for templates that escape; it wants the style of ``page.css``.
     """
     environment, markup = templates()
-    return markup(environment.get_template("provenance.html.j2").render(found=found, intro=intro()))
+    return markup(environment.get_template("provenance.html.j2").render(found=found, intro=intro(), saved=saved))
 
 
 def embedded(document: Mapping[str, Any]) -> str:
