@@ -124,7 +124,18 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
             exclude=stated.justification is not None,
         )
         parts.append(Part(favourable, tables, label))
-    return publish(stated, decisions, reading, parts, scores, available=available), remark
+    return publish(stated, decisions, reading, parts, scores, available=available, remarks=_contradictions(source, stated)), remark
+
+
+def _contradictions(source: Source, stated: Stated) -> tuple[str, ...]:
+    """Where the attestation, if there is one, states something else."""
+    from fairaudit.publications.ll144_statement import contradictions
+    from fairaudit.reports.provenance import provenance_of
+
+    if source.attestation is None:
+        return ()
+    table = source.document["subject"]["table"]["sha256"]
+    return contradictions(stated, provenance_of(source.attestation, source.raw, table, compared=True).statement.stated)
 
 
 def _small(source: Source, stated: Stated, decisions: Decisions, reading: Reading, arguments: argparse.Namespace) -> Publication:

@@ -91,6 +91,7 @@ def publish(
     scores: Scores | None = None,
     *,
     available: bool = False,
+    remarks: Sequence[str] = (),
 ) -> Publication:
     """Write the tables of a certificate as the rule asks for.
 
@@ -108,9 +109,11 @@ def publish(
         The median at which scores were cut.
     available : bool
         Whether each table has all people whose category in it is known.
+    remarks : sequence of str
+        What else is remarkable.
     """
     words = words_of(scores, classes=parts[0].label is not None)
-    found = (*findings(stated), *gaps(decisions, reading, parts, scores), *reading.notes)
+    found = (*findings(stated), *gaps(decisions, reading, parts, scores), *reading.notes, *remarks)
     classed = parts[0].label is not None
     return Publication(
         rule="ll144",

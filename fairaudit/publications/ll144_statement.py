@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from datetime import date
 from typing import Literal
 
+from fairaudit.attestations.statement import Stated as Attested
 from fairaudit.attestations.statement import check_text
 from fairaudit.errors import InputError, shown
 
-__all__ = ["Stated", "day", "findings", "last_day", "period", "stated_text"]
+__all__ = ["Stated", "contradictions", "day", "findings", "last_day", "period", "stated_text"]
 
 
 @dataclass(frozen=True)
@@ -137,6 +138,27 @@ def last_day(audited: date) -> date | None:
     if audited.year == date.max.year:
         return None
     return audited.replace(year=audited.year + 1, day=28 if (audited.month, audited.day) == (2, 29) else audited.day)
+
+
+def contradictions(stated: Stated, attested: Attested) -> tuple[str, ...]:
+    """Where an attestation states something else.
+
+    Examples
+    --------
+    >>> contradictions(Stated(tool="Ranker"), Attested(system="Ranker 2"))
+    ("The tool is 'Ranker' here, and 'Ranker 2' in the attestation.",)
+    """
+    days = None if stated.period is None else f"{stated.period[0]} to {stated.period[1]}"
+    pairs = (
+        ("The tool", stated.tool, attested.system),
+        ("The version of the tool", stated.tool_version, attested.system_version),
+        ("The period of the data", days, None if attested.period is None else " to ".join(attested.period)),
+    )
+    return tuple(
+        f"{what} is {shown(here)} here, and {shown(there)} in the attestation."
+        for what, here, there in pairs
+        if here is not None and there is not None and here != there
+    )
 
 
 def findings(stated: Stated) -> tuple[str, ...]:

@@ -53,6 +53,27 @@ def test_it_is_on_the_page_and_in_the_folder(rule: str, certificate: Path, capsy
 
 
 @pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        (("--tool", "Screener", "--tool-version", "4.2", "--period", "2025-01-01/2025-12-31"), []),
+        (("--tool", "Ranker"), ["The tool is 'Ranker' here, and 'Screener' in the attestation."]),
+        (
+            ("--tool", "Screener", "--tool-version", "4", "--period", "2025-01-01/2025-12-30"),
+            [
+                "The version of the tool is '4' here, and '4.2' in the attestation.",
+                "The period of the data is '2025-01-01 to 2025-12-30' here, and '2025-01-01 to 2025-12-31' in the attestation.",
+            ],
+        ),
+    ],
+)
+def test_what_is_stated_twice_and_differs_is_said(stated: tuple[str, ...], said: list[str], certificate: Path) -> None:
+    more = ("--attestation", str(written(certificate)), "-o", str(certificate.with_name("out")), *stated)
+    assert main(["publish", str(certificate), "--rule", "ll144", "--sex", "sex", *more]) == 0
+    found = json.loads((certificate.with_name("out") / "summary.json").read_text())["findings"]
+    assert [text for text in found if "attestation" in text] == said
+
+
+@pytest.mark.parametrize(
     ("changes", "code", "said"),
     [
         ({"table": {"sha256": "0" * 64}}, 1, "nothing was published"),
