@@ -42,6 +42,8 @@ DEEPEST = 12  # levels of options, of which a filter in an audit file has some
 
 MAX_BYTES = 1 << 24
 
+MOST_REASONS = 100
+
 OPTIONS = (
     "decision",
     "group",
@@ -438,6 +440,8 @@ def _rows(value: Any) -> Rows:
         raise InputError(f"rows.unit is {shown(unit)}; 'decisions' and 'rows' are accepted")
     if not isinstance(held["dropped"], dict):
         raise InputError(f"rows.dropped is {shown(held['dropped'])}; an object is accepted")
+    if len(held["dropped"]) > MOST_REASONS:
+        raise InputError(f"rows.dropped has {len(held['dropped'])} reasons; at most {MOST_REASONS} are accepted")
     where = "a key of rows.dropped"
     dropped = {check_text(reason, where): _quantity(amount, f"rows.dropped[{shown(reason)}]") for reason, amount in held["dropped"].items()}
     return Rows(unit, _quantity(held["read"], "rows.read"), _quantity(held["counted"], "rows.counted"), dropped)

@@ -337,6 +337,7 @@ def test_bytes_that_were_not_verified_are_never_read(case: Case) -> None:
 # Two readers
 
 HOSTILE: tuple[Any, ...] = (
+    *({str(i): 1 for i in range(count)} for count in (100, 101)),
     *(
         None,
         True,
