@@ -167,6 +167,31 @@ def test_scores_above_the_median(tmp_path: Path) -> None:
     assert main(["publish", str(certificate), *refused, "--class", "above"]) == 2
 
 
+@pytest.mark.parametrize(
+    ("cut", "missing", "said"),
+    [
+        (("--above-median",), "drop", "This one is of 4 scores, without those of the 2 people of whom a category is missing."),
+        (("--above", "2.5"), "group", "Scores were cut at 2.5."),
+    ],
+)
+def test_a_median_that_is_not_that_of_all_is_remarked_on(cut: tuple[str, ...], missing: str, said: str, tmp_path: Path) -> None:
+    log, certificate = tmp_path / "log.csv", tmp_path / "c.json"
+    log.write_text("sex,score\nMale,1\nMale,2\nFemale,3\nFemale,4\n,5\n,6\n")
+    assert main(["certify", str(log), "--score", "score", *cut, "--group", "sex", "--missing", missing, "-o", str(certificate)]) == 0
+    published(certificate, tmp_path / "out", "--sex", "sex")
+    assert said in shown(tmp_path / "out")
+
+
+def test_nobody_of_known_category(tmp_path: Path) -> None:
+    table = {"sex": ["declined", "refused", "refused"], "got": ["yes", "no", "no"]}
+    fa.audit(table, decision="got", group="sex", utility="yes", confidence=None).save(tmp_path / "c.json")
+    made = ("--unknown", "refused", "--data-kind", "test", "--test-data-explanation", "The tool is new; made by lot.")
+    rows = published(tmp_path / "c.json", tmp_path / "out", "--sex", "sex", *made)
+    assert [(row["status"], row["applicants"], row["impact_ratio"]) for row in rows] == [("empty", "0", "–")] * 2 + [("unknown", "3", "")]
+    for text in ("Nobody in the certificate has a known category", "The tool is new; made by lot.", "so there is no rate"):
+        assert text in shown(tmp_path / "out")
+
+
 def test_the_page_says_it_in_the_order_of_the_rule(tmp_path: Path) -> None:
     more = (*STATED, "--sex", "sex", "--race", "race", "--exclude-below-2-percent", "--justification", "Too few people for a rate.")
     rows = published(saved(tmp_path / "c.json", SELECTION_BOTH, 250), tmp_path / "out", *more)
