@@ -19,7 +19,7 @@ from fairaudit.attestations.cells import TableDifference, compare_tables
 from fairaudit.attestations.envelope import read_envelope
 from fairaudit.attestations.making import counted_rows, rows_of_source
 from fairaudit.attestations.options import reading_of
-from fairaudit.attestations.sources import take
+from fairaudit.attestations.sources import Taken, take
 from fairaudit.attestations.statement import Rows, Source, Statement, read_statement
 from fairaudit.attestations.verification import read_attestation, signed_by
 from fairaudit.audits.audit_file import audit_of
@@ -293,10 +293,7 @@ def recounted(
         return Recount(tuple(findings), tuple(missing))
     with uncollected(), naming(_name(source)):
         if said is None:
-            files = dict(zip((source.name for source in taken.sources), chain.from_iterable(taken.patterns.values()), strict=False))
-            counted = _count_audit(
-                options, {statement.sources[place].name: files.get(given.name) for place, given in pairs.items() if given}
-            )
+            counted = _count_audit(options, _files(statement.sources, pairs, taken))
         else:
             reading, utility = said
             access = replace(reading.access, engine=engine, memory=memory)
@@ -360,7 +357,7 @@ def _count(source: Any, reading: Reading, utility: Utility | None, report: Repor
     return _Counted(table.law, Table(table.law, table))
 
 
-def _count_audit(options: Mapping[str, Any], files: Mapping[str, str | None]) -> _Counted:
+def _count_audit(options: Mapping[str, Any], files: Mapping[str, str]) -> _Counted:
     """Read what an audit file described, its files being those that were given."""
     for name in options:
         if name != "audit":
@@ -372,7 +369,7 @@ def _count_audit(options: Mapping[str, Any], files: Mapping[str, str | None]) ->
     return _Counted(subject, Table(subject, table))
 
 
-def _with_files(audit: Mapping[str, Any], files: Mapping[str, str | None]) -> dict[str, Any]:
+def _with_files(audit: Mapping[str, Any], files: Mapping[str, str]) -> dict[str, Any]:
     """Sections of an audit file with the paths of what was given in the place of names, so that nothing else is read."""
 
     def placed(section: Any, keys: Sequence[str]) -> Any:
@@ -500,6 +497,17 @@ def _pairs(said: Sequence[Source], given: Sequence[Source], *, audit: bool) -> d
     if left:
         raise InputError(f"{len(given)} logs were given, and the statement has {len(said)}; leave {shown(left[0].name)} away")
     return {place: pairs[place] for place in sorted(pairs)}
+
+
+def _files(said: Sequence[Source], pairs: Mapping[int, Source | None], taken: Taken) -> dict[str, str]:
+    """The path of what was given for each file that an audit file names; names have to be different, because folders are not recorded."""
+    paths = list(chain.from_iterable(taken.patterns.values()))
+    for names in ([entry.name for entry in said], [Path(path).name for path in paths]):
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f"two files of the audit are called {shown(name)}, which cannot be told apart; nothing is recounted")
+    held = {Path(path).name: path for path in paths}
+    return {said[place].name: held[given.name] for place, given in pairs.items() if given is not None and given.name in held}
 
 
 def _of_source(said: Source, given: Source | None) -> Recounted:

@@ -12,8 +12,12 @@ from typing import Any
 
 import pytest
 from envelopes import envelope
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 import fairaudit as fa
+from fairaudit.attestations.making import stated_of, statement_of
+from fairaudit.attestations.sources import take
 from fairaudit.cli import main
 
 Row = dict[str, Any]
@@ -456,6 +460,10 @@ def test_a_policy_behind_a_filter_is_recounted(folder: Path, check: Check) -> No
     assert "filters:" in table["detail"] and "in the log" in table["detail"]
     code, found = check("shares.csv")
     assert (code, found["missing"]) == (3, ["filter.csv"])
+    (folder / "inner" / "shares.csv").write_text(FILTER)
+    code, found = check("shares.csv", "inner/shares.csv")
+    assert code == 2
+    assert "two files of the audit are called 'shares.csv'" in found["error"]
 
 
 @pytest.mark.parametrize("change", [{"sources": 301}, {"read": 301, "dropped": {"unreadable": 1}}])
@@ -470,3 +478,52 @@ def test_how_much_was_read_is_counted_again(folder: Path, check: Check, change: 
     code, found = check("log.csv")
     assert code == 1
     assert [entry["what"] for entry in found["findings"] if entry["equal"] is False] == ["how much was read, counted and dropped"]
+
+
+groups = st.sampled_from(["f", "F ", "m", "x", ""])
+people = st.lists(
+    st.tuples(st.sampled_from(["yes", "no", "maybe"]), groups, st.integers(0, 9), st.sampled_from("abcd")), min_size=4, max_size=30
+)
+asked = st.fixed_dictionaries(
+    {},
+    optional={
+        "context": st.just(["age"]),
+        "bins": st.just({"age": ["3", "6.5"]}),
+        "missing": st.sampled_from(["drop", "group", "unknown"]),
+        "unknown": st.just(["x"]),
+        "fold_labels": st.just(True),
+        "label_map": st.just({"sex": {"m": "man"}}),
+        "unit": st.just(["who"]),
+        "utility": st.sampled_from([{"yes": "1"}, {"yes": "1", "maybe": "1/3"}, {"yes": "1", "later": "1/2", "no": "0", "maybe": "0"}]),
+    },
+)
+
+
+def frame_of(rows: list[tuple[str, str, int, str]]) -> dict[str, list[Any]]:
+    return {name: list(values) for name, values in zip(("hired", "sex", "age", "who"), zip(*rows, strict=True), strict=True)}
+
+
+@settings(max_examples=25)
+@given(people, people, asked)
+def test_a_recount_is_equal_where_the_tables_are(rows: list[Any], others: list[Any], options: dict[str, Any]) -> None:
+    said = {"decision": "hired", "group": ["sex"], "utility": {"yes": "1"}, **options}
+    if "context" not in said:
+        said.pop("bins", None)
+
+    def audited(held: list[Any]) -> fa.Result | None:
+        try:
+            return fa.audit(frame_of(held), **said, confidence=None)
+        except fa.InputError:  # one group alone, labels that the map has and the log has not, options that do not go together
+            return None
+
+    result, other = audited(rows), audited(others)
+    assume(result is not None)
+    made = statement_of(result, ["c.json"], take(frame_of(rows)), options=said, command=["certify"], stated=stated_of({}))
+    attestation = made.text.encode()
+    assert fa.recount(result, attestation, frame_of(rows[::-1])).ok
+    if other is not None:
+        found = fa.recount(result, attestation, frame_of(others))
+        digests = [made.certificate.document["subject"]["table"]["sha256"] for made in (result, other)]
+        assert {entry.what: entry.equal for entry in found.findings}["the table"] is (digests[0] == digests[1])
+        assert (found.difference is None) is (digests[0] == digests[1])
+        assert found.difference is None or found.difference.sentences
