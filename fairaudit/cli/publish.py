@@ -40,6 +40,9 @@ OPTIONS = {
 }
 """The options that belong to each rule, besides those of all."""
 
+FILES = ("categories",)
+"""Those of them that name a file."""
+
 
 def add(commands: Any) -> None:
     """Declare the options."""
@@ -105,7 +108,7 @@ def run(arguments: argparse.Namespace) -> Answer | int:
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return 1 if isinstance(error, FalseCertificate) else 3
     publication, remark = _publication(source, arguments)
-    files = contents(publication, source, private=_private(arguments))
+    files = contents(publication, source, _again(arguments), _private(arguments))
     write_folder(arguments.output, files)
     return _answer(arguments.output, publication, files, [remark] if remark else [])
 
@@ -116,9 +119,25 @@ def _private(arguments: argparse.Namespace) -> Private | None:
 
     if arguments.small is None:
         return None
-    given = "certificate.json --table certificate.table.jsonl"
-    again = f"fairaudit publish {given} --rule {arguments.rule} --small {arguments.small} -o again   # with the other options of this page"
-    return Private((f"fairaudit verify {given}", again), beside=True)
+    return Private(("fairaudit verify certificate.json --table certificate.table.jsonl", _again(arguments)), beside=True)
+
+
+def _again(arguments: argparse.Namespace) -> str:
+    """The command that makes the same publication of the files beside it."""
+    import shlex
+    from pathlib import Path
+
+    words = ["fairaudit", "publish", "certificate.json", "--rule", arguments.rule]
+    beside = {"table": "certificate.table.jsonl", "attestation": "attestation.json"}
+    for name in (*beside, "favourable", *OPTIONS[arguments.rule], "small"):
+        value = getattr(arguments, name)
+        option = f"--{name.replace('_', '-')}"
+        if value is True:
+            words.append(option)
+        elif value is not None:
+            texts = value if isinstance(value, list) else [beside.get(name) or (Path(value).name if name in FILES else str(value))]
+            words += [word for text in texts for word in ((f"{option}={text}",) if text.startswith("-") else (option, text))]
+    return shlex.join([*words, "-o", "again"])
 
 
 def _publication(source: Source, arguments: argparse.Namespace) -> tuple[Publication, str]:

@@ -62,8 +62,8 @@ def check_folder(name: str | os.PathLike[str]) -> None:
         raise InputError(f"{str(path)!r} cannot be made: {getattr(error, 'strerror', None) or error}") from None
 
 
-def contents(publication: Publication, source: Source, private: Private | None = None) -> dict[str, bytes]:
-    """The files of a publication, by name.
+def contents(publication: Publication, source: Source, again: str, private: Private | None = None) -> dict[str, bytes]:
+    """The files of a publication, by name; the page says by which command it is made again of the others.
 
     Where the certificate is private neither it nor anything that rests on it is among them.
 
@@ -75,7 +75,7 @@ def contents(publication: Publication, source: Source, private: Private | None =
     if private is not None and source.attestation is not None:
         raise InputError("--small does not go with --attestation, which tells counts that are withheld; give it with the certificate")
     found = {
-        "index.html": page(publication, source, private).encode("utf-8"),
+        "index.html": page(publication, source, private, again).encode("utf-8"),
         "table.csv": _table(publication).encode("utf-8"),
         "summary.json": (json.dumps(summary(publication, source, private), ensure_ascii=True, indent=1) + "\n").encode("ascii"),
     }
@@ -134,7 +134,7 @@ def summary(publication: Publication, source: Source, private: Private | None = 
     }
 
 
-def page(publication: Publication, source: Source, private: Private | None = None) -> str:
+def page(publication: Publication, source: Source, private: Private | None = None, again: str = "") -> str:
     """Write a publication as one page, which loads nothing and runs nothing.
 
     Parameters
@@ -145,6 +145,8 @@ def page(publication: Publication, source: Source, private: Private | None = Non
         The certificate.
     private : Private, optional
         Who can check the page of a certificate that is not published: then it says nothing that only the certificate does.
+    again : str
+        The command that makes it again of the files beside it.
 
     Raises
     ------
@@ -159,6 +161,7 @@ def page(publication: Publication, source: Source, private: Private | None = Non
         plain=plain,
         unbroken=UNBROKEN,
         private=private,
+        again=again,
         provenance=None if private else _provenance(source),
         attestation=ATTESTATION if source.attestation is not None else "",
         prepared=[] if private else said(source.document["subject"]),

@@ -5,8 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
+import shlex
 from fractions import Fraction
 from hashlib import sha256
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -86,3 +89,23 @@ def test_bad_options_are_one_sentence_and_leave_nothing(
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert said in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["c.json"]
+
+
+@pytest.mark.parametrize(
+    "more", [[], ["--by", "race,sex", "--by=sex", "--favourable=-y z"], ["--rule", "air", "--control", "m", "--control", "race=a b"]]
+)
+def test_the_command_on_the_page_makes_the_same_files(more: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    table = {**TABLE, "out": ["-y z", "it's"] * 4, "race": [{"a": "a b"}.get(label, label) for label in TABLE["race"]]}  # type: ignore[call-overload]
+    law = fa.Law.from_counts(table, decision="out", group=["sex", "race"], count="n")
+    fa.certify(law, {"-y z": 1}, confidence=None, embed_table=False).certificate.save("c.json")
+    assert main(["publish", "c.json", "--table", "c.table.jsonl", "--rule", "four-fifths", "-o", "out", *more]) == 0
+    page = (tmp_path / "out" / "index.html").read_text("utf-8")
+    found = re.search(r"<pre>fairaudit (publish .*)</pre>", page)
+    assert found
+    monkeypatch.chdir(tmp_path / "out")
+    assert main(shlex.split(unescape(found[1]))) == 0
+    names = {path.name for path in (tmp_path / "out").iterdir()} - {"again"}
+    assert names == {path.name for path in (tmp_path / "out" / "again").iterdir()}
+    for name in names:
+        assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "out" / "again" / name).read_bytes()
