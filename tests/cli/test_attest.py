@@ -7,6 +7,7 @@ import os
 import pty
 import re
 import select
+import shutil
 import subprocess
 import sys
 import time
@@ -174,3 +175,25 @@ def test_without_signatures_nothing_of_cryptography_is_loaded() -> None:
     )
     environment = os.environ | {"PYTHONPATH": str(Path(fa.__file__).parents[1])}
     assert subprocess.run([sys.executable, "-c", code], check=False, env=environment, capture_output=True).returncode == 0
+
+
+def test_the_page_tells_how_openssl_checks_a_signature() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "attestation.md").read_text("utf-8")
+    (script,) = [block for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) if "openssl" in block]
+    for words in ("--new-key auditor.pem", "--new-key other.pem", "a.json --sign-key auditor.pem -o attestation.dsse.json"):
+        assert main(["attest", *words.split()]) == 0
+    if shutil.which("openssl") is None or shutil.which("python3") is None:
+        pytest.skip("openssl is not installed")
+    codes = [
+        subprocess.run(["sh", "-ec", text], check=False, capture_output=True).returncode
+        for text in (script, script.replace("auditor.pub.pem", "other.pub.pem"))
+    ]
+    assert codes[0] == 0 != codes[1]
+
+
+def test_what_cannot_be_read_is_said_but_not_if_nothing_is_to_be_said(capsys: pytest.CaptureFixture[str]) -> None:
+    for words in ("--attestation nowhere.json", "--attestation a.json --key nowhere.pem", "--attestation a.json --key a.json"):
+        assert main(["verify", "certificate.json", *words.split()]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+        assert main(["verify", "certificate.json", *words.split(), "--quiet"]) == 2
+        assert capsys.readouterr() == ("", "")
