@@ -173,6 +173,20 @@ def test_what_is_attested_fills_the_names_in(name: str) -> None:
     assert partly["model-index"][0]["name"].startswith(FILL_IN)
 
 
+def test_the_way_of_a_publisher(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made, stated, card = (tmp_path / name for name in ("c.json", "a.json", "card.md"))
+    names = ("--system", "Screener", "--system-version", "2", "--title", "Spring", "--issuer", "A", "--period", "2025-01-01/2025-12-31")
+    assert run("certify", "--example", "ucb-admissions", "--confidence", "none", "-o", made, "--attest", stated, *names) == 0
+    assert run("report", made, "--attestation", stated, "--format", "model-card", "-o", card) == 0
+    index, text = parts(card.read_text())
+    assert index["model-index"][0]["name"] == "Screener 2" and index["model-index"][0]["results"][0]["dataset"]["name"] == "Spring"
+    assert "* 4526 decisions read, 4526 counted." in text and text.count(FILL_IN) == 2
+    other = tmp_path / "other.json"
+    other.write_text(berkeley(confidence=None, max_global_ratio=2).certificate.text)
+    assert run("report", other, "--attestation", stated, "--format", "model-card") == 1
+    assert "no report was written" in capsys.readouterr().err
+
+
 def test_readers_of_model_cards_take_it() -> None:
     repocard = pytest.importorskip("huggingface_hub", reason="huggingface_hub is not installed")
     card = repocard.ModelCard(fa.report(berkeley(), format="model-card"))
