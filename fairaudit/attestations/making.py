@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from fairaudit import __version__
-from fairaudit.attestations.sources import Taken
+from fairaudit.attestations.options import options_of
+from fairaudit.attestations.sources import Taken, bare_name, taken_of
 from fairaudit.attestations.statement import Rows, Stated, Statement, Subject, check_period, check_text
+from fairaudit.audits.origin import state_of
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, shown
+from fairaudit.files import write_together
 from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment
 
-__all__ = ["Counted", "counted_rows", "stated_of", "statement_of"]
+if TYPE_CHECKING:
+    from fairaudit.audits.result import Result
+
+__all__ = ["Counted", "audit_options", "counted_rows", "stated_of", "statement_of", "write_attested"]
 
 OF_STATEMENTS = ("issuer", "contact", "title", "system", "system_version", "period")
 
@@ -128,6 +135,31 @@ def rows_of_source(result: Counted, rows: Rows, options: Mapping[str, Any]) -> i
     return law.rows_read + int(sum(rows.dropped.values()))
 
 
+def audit_options(audit: Mapping[str, Any]) -> dict[str, Any]:
+    """The sections of an audit file as data: its files by their names, and without what is only stated."""
+    named = dict.fromkeys(("law", "policy", "utility", "population"), ("table", "map"))
+    return {
+        name: _filter(entry) if name == "filter" else _data(entry, named.get(name, ()))
+        for name, entry in audit.items()
+        if name != "attestation"
+    }
+
+
+def _filter(section: Any) -> Any:
+    """Filters within filters; the table of one is a file."""
+    if not isinstance(section, dict):
+        return _data(section)
+    return _data({name: _filter(entry) for name, entry in section.items()}, ("table",) if section.get("kind") == "table" else ())
+
+
+def _data(value: Any, files: Sequence[str] = ()) -> Any:
+    if isinstance(value, dict):
+        return {name: Path(entry).name if name in files and isinstance(entry, str) else _data(entry) for name, entry in value.items()}
+    if isinstance(value, list):
+        return [_data(entry) for entry in value]
+    return value if isinstance(value, (bool, str)) or (isinstance(value, int) and 0 <= value < 10**18) else str(value)
+
+
 def statement_of(
     result: Counted, names: Sequence[str], taken: Taken, *, options: Mapping[str, Any], command: Sequence[str], stated: Stated
 ) -> Statement:
@@ -167,3 +199,46 @@ def statement_of(
         issued_at=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         stated=stated,
     )
+
+
+def write_attested(
+    result: Result, path: str | os.PathLike[str], attestation: str | os.PathLike[str], given: Mapping[str, Any]
+) -> list[Path]:
+    """Write the certificate of a result, and a statement of where it comes from: both, or neither.
+
+    Parameters
+    ----------
+    result : Result
+        What `fairaudit.audit` gave.
+    path, attestation : path
+        Where they go.
+    given : mapping
+        What the issuer says (`stated_of`).
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written or is one of those that were read, if one of those was changed since, or a text has no place in a
+        statement.
+    """
+    stated, origin = stated_of(given), result.origin
+    beside = result.certificate.files(path)
+    written = [*(os.path.realpath(target) for target, _ in beside), os.path.realpath(attestation)]
+    if len({*written}) < len(written):
+        raise InputError(f"{os.fspath(attestation)} is a file of the certificate; name another file for the attestation")
+    reading = None if origin is None else origin.reading
+    files = None if origin is None else origin.files
+    for target in written:
+        if files is not None and state_of(target)[:2] in {state[:2] for state in files.states.values() if state}:
+            raise InputError(f"{target} is a file that was read; name another file to write")
+    options: dict[str, Any] = {}
+    if origin is not None and origin.audit is not None:
+        options = {"audit": audit_options(origin.audit)}
+    elif origin is not None and reading is not None:
+        options = options_of(reading, origin.utility, positive=origin.positive)
+    access = {} if reading is None else {"table": reading.access.table, "query": reading.access.query}
+    taken = taken_of(files, **access)
+    names = () if files is None else tuple(map(bare_name, (files.others[:1] or files.data) if options.get("audit") else files.data))
+    made = statement_of(result, [os.fspath(path)], taken, options=options, command=("fairaudit.audit", *names), stated=stated)
+    write_together([*beside, (Path(attestation), [made.text.encode("ascii")])])
+    return [Path(path), Path(attestation)]

@@ -501,7 +501,7 @@ def _pairs(said: Sequence[Source], given: Sequence[Source], *, audit: bool) -> d
 
 def _files(said: Sequence[Source], pairs: Mapping[int, Source | None], taken: Taken) -> dict[str, str]:
     """The path of what was given for each file that an audit file names; names have to be different, because folders are not recorded."""
-    paths = list(chain.from_iterable(taken.patterns.values()))
+    paths = list(chain.from_iterable(taken.files.listed.values() if taken.files else ()))
     for names in ([entry.name for entry in said], [Path(path).name for path in paths]):
         for name in names:
             if names.count(name) > 1:

@@ -48,6 +48,59 @@ class Faces:
         return self.certificate.save(path)
 
     @answered
+    def attest(
+        self,
+        path: str | os.PathLike[str],
+        attestation: str | os.PathLike[str],
+        *,
+        issuer: str | None = None,
+        contact: str | None = None,
+        title: str | None = None,
+        system: str | None = None,
+        system_version: str | None = None,
+        period: str | None = None,
+    ) -> list[Path]:
+        r"""Write the certificate, and beside it a statement of where it comes from (docs/attestation.md): both, or neither.
+
+        The digests are of the files as `fairaudit.audit` read them: one that was changed since is refused.
+
+        Parameters
+        ----------
+        path, attestation : path
+            Where they go.
+        issuer, contact, title, system, system_version : str, optional
+            Who made the audit, what it is called, and of which system it is: only stated.
+        period : str, optional
+            First and last day of the decisions, such as ``"2025-01-01/2025-12-31"``.
+
+        Returns
+        -------
+        list of Path
+            The certificate and the attestation.
+
+        Raises
+        ------
+        InputError
+            If a file was changed or cannot be written, or a text has no place in a statement.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import fairaudit as fa
+        >>> folder = Path(tempfile.mkdtemp())
+        >>> _ = (folder / "log.csv").write_text("hired,sex\nyes,f\nno,f\nyes,m\nno,m\n")
+        >>> result = fa.audit(folder / "log.csv", decision="hired", group="sex", utility="yes")
+        >>> written = result.attest(folder / "c.json", folder / "a.json", issuer="Example Audits")
+        >>> fa.verify(written[0], attestation=written[1]).ok
+        True
+        """
+        from fairaudit.attestations.making import write_attested
+
+        given = {"issuer": issuer, "contact": contact, "title": title, "system": system, "system_version": system_version, "period": period}
+        result: Any = self
+        return write_attested(result, path, attestation, given)
+
+    @answered
     def verify(self, require: Literal["within"] | None = None) -> Verification:
         """Check every statement of the certificate with the independent checker (`fairaudit.verify`)."""
         return verification_of(self.certificate, require=require)

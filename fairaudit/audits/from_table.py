@@ -13,6 +13,7 @@ from fairaudit.audits.audit_file import Audit, read_audit, refuse_beside
 from fairaudit.audits.certify import certify
 from fairaudit.audits.declared import ByContext
 from fairaudit.audits.in_parts import certify_in_parts
+from fairaudit.audits.origin import origin_of
 from fairaudit.audits.population import confidence_for
 from fairaudit.audits.proxies import audit_proxies
 from fairaudit.audits.reading import (
@@ -267,7 +268,8 @@ def audit(
         return asked.certify(_behind(source, **filters), _needed(given))
     if isinstance(source, (str, os.PathLike)) and os.fspath(source).endswith(".toml"):
         refuse_beside(os.fspath(source), {**beside, **filters, "releases": releases != 1, "utility": utility, "positive": positive})
-        return _from_audit_file(read_audit(os.fspath(source), signed=signed), asked)
+        origin = origin_of(source)
+        return replace(_from_audit_file(read_audit(os.fspath(source), signed=signed), asked), origin=origin)
     named = decision or score or utility_column or (None if wide is None else "decision")
     _refuse_unnamed(source, named, roles["group"])
     refuse_two_utilities(utility, utility_column)
@@ -301,6 +303,7 @@ def audit(
         unfit = "a table in memory"
     if in_parts and unfit:
         raise InputError(f"in_parts does not go with {unfit}")
+    origin = origin_of(source, reading, given, positive=positive, again=group_filter is None)
     with uncollected():
         if not in_parts:
             try:
@@ -309,9 +312,9 @@ def audit(
                 pass
             else:
                 with naming(_name(source)):
-                    return asked.certify(_behind(law, **filters), read)
+                    return replace(asked.certify(_behind(law, **filters), read), origin=origin)
         with naming(_name(source)):
-            return asked.certify_in_parts(source, _needed(given), reading)
+            return replace(asked.certify_in_parts(source, _needed(given), reading), origin=origin)
 
 
 def _refuse_unnamed(source: object, decision: str | None, group: Sequence[str]) -> None:

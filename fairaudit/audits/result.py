@@ -67,6 +67,8 @@ from fairaudit.words import DRIFTING, brief, place, words_for
 if TYPE_CHECKING:
     import pandas as pd
 
+    from fairaudit.audits.origin import Origin
+
 __all__ = ["Result"]
 
 
@@ -163,6 +165,8 @@ class Result(Faces):
         Between which shares of them are of a group, as declared.
     hidden_context : HiddenContext or None
         The unrecorded factor that was declared, with which targets are judged; `remaining` is what it leaves of the ratios.
+    origin : Origin or None
+        Of what `fairaudit.audit` read: which files, as they were before, and how.
 
     Examples
     --------
@@ -204,6 +208,7 @@ class Result(Faces):
     whoever: tuple[Whoever, ...] = ()
     unknown_shares: tuple[Share, ...] = ()
     hidden_context: HiddenContext | None = None
+    origin: Origin | None = field(default=None, repr=False)
 
     @property
     def exit_code(self) -> int:

@@ -108,14 +108,14 @@ def attesting(arguments: argparse.Namespace, *, again: bool = True) -> Attesting
         return None
     if not any(form_of(name) == "json" for name in arguments.output or []):
         raise InputError("--attest needs -o FILE.json, the certificate that it is about")
-    from fairaudit.attestations.making import stated_of
+    from fairaudit.attestations.making import audit_options, stated_of
 
     audit, given = _audit(arguments), {name: getattr(arguments, name) for name in SAID}
     said = {**audit.get("attestation", {}), **{name: text for name, text in given.items() if text is not None}}
     spelled = {name: f"[attestation] {name}" if given[name] is None and name in said else option(name) for name in SAID}
     stated = stated_of(said, spelled)
     command = _command(arguments)
-    options = {} if not again else {"audit": _without_folders(audit)} if audit else _options(arguments)
+    options = {} if not again else {"audit": audit_options(audit)} if audit else _options(arguments)
     return Attesting(arguments.attest, _taken(arguments), options, command, stated)
 
 
@@ -126,7 +126,7 @@ def _taken(arguments: argparse.Namespace) -> Taken:
     from fairaudit.tables.examples import example
 
     if arguments.from_monitor is not None:
-        return Taken((Source(Path(arguments.from_monitor).name),), {}, {}, None)
+        return Taken((Source(Path(arguments.from_monitor).name),), None, None)
     source = arguments.table if arguments.example is None else example(arguments.example).path
     beside = [arguments.group_probability] if arguments.group_probability is not None else []
     return take(source, table=arguments.database_table, query=arguments.query, beside=beside)
@@ -154,36 +154,11 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     return options_of(reading, utility, positive=arguments.positive)
 
 
-def _without_folders(audit: Mapping[str, Any]) -> dict[str, Any]:
-    """The sections of an audit file as data: its files by their names, and without what is only stated."""
-    named = dict.fromkeys(("law", "policy", "utility", "population"), ("table", "map"))
-    return {
-        name: _filter(entry) if name == "filter" else _data(entry, named.get(name, ()))
-        for name, entry in audit.items()
-        if name != "attestation"
-    }
-
-
-def _filter(section: Any) -> Any:
-    """Filters within filters; the table of one is a file."""
-    if not isinstance(section, dict):
-        return _data(section)
-    return _data({name: _filter(entry) for name, entry in section.items()}, ("table",) if section.get("kind") == "table" else ())
-
-
-def _data(value: Any, files: Sequence[str] = ()) -> Any:
-    if isinstance(value, dict):
-        return {name: Path(entry).name if name in files and isinstance(entry, str) else _data(entry) for name, entry in value.items()}
-    if isinstance(value, list):
-        return [_data(entry) for entry in value]
-    return value if isinstance(value, (bool, str)) or (isinstance(value, int) and 0 <= value < 10**18) else str(value)
-
-
 def _command(arguments: argparse.Namespace) -> tuple[str, ...]:
     """The command as it was understood: no folders, no servers, nothing that looks like a password, nor what is stated elsewhere."""
-    from fairaudit.attestations.sources import refuse_credentials
+    from fairaudit.attestations.sources import bare_name, refuse_credentials
 
-    words = ["certify", *map(_named, _listed(arguments.table) if arguments.example is None else [])]
+    words = ["certify", *map(bare_name, _listed(arguments.table) if arguments.example is None else [])]
     for name, value in vars(arguments).items():
         if name in ("table", "run", *SAID) or value in (None, False, 0, "", []) or DEFAULTS.get(name) == value:
             continue
@@ -193,19 +168,9 @@ def _command(arguments: argparse.Namespace) -> tuple[str, ...]:
             continue
         for text in map(str, _listed(value)):
             refuse_credentials(text, spelled, query=name == "query")
-            words += [spelled, _named(text) if name in FILES else text]
+            words += [spelled, bare_name(text) if name in FILES else text]
     return tuple(words)
 
 
 def _listed(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [] if value is None else [value]
-
-
-def _named(source: str) -> str:
-    """A table or a file without its folders, a database without its server."""
-    from fairaudit.attestations.sources import database_name
-    from fairaudit.tables.sources import is_database
-
-    if is_database(source) and not Path(source).exists():
-        return database_name(source)
-    return Path(source).name or "."

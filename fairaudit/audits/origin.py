@@ -1,0 +1,173 @@
+"""Where a table comes from: the files that are read, as they are before that, so that it can be told later whether they were changed."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fairaudit.audits.sections import read_toml
+from fairaudit.errors import InputError
+from fairaudit.model.utility import Utility
+from fairaudit.tables.engines.paths import expand, form
+from fairaudit.tables.sources import is_database
+
+if TYPE_CHECKING:
+    from fairaudit.audits.reading import Reading
+
+__all__ = ["Files", "Origin", "files_of", "held_in", "origin_of", "state_of"]
+
+State = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Files:
+    """What is read, as it was at a moment.
+
+    Attributes
+    ----------
+    data, others : tuple of str
+        The names that were given for what holds the rows of the table, and of what is read besides, databases included.
+    listed : mapping of str to tuple of str
+        The files for which each of them stands; of databases none.
+    states : mapping of str to tuple of int
+        Where each of these is, how long, and when it was changed last; nothing of what can be read only once.
+    """
+
+    data: tuple[str, ...]
+    others: tuple[str, ...]
+    listed: Mapping[str, tuple[str, ...]]
+    states: Mapping[str, State]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a result was made of.
+
+    Attributes
+    ----------
+    files : Files or None
+        What was read, as it was before; None of a table in memory.
+    audit : dict or None
+        The sections of an audit file.
+    reading : Reading or None
+        How a table was read, where it can be read again like that.
+    utility : Utility or None
+        What decisions were worth, where no column said it.
+    positive : str or None
+        The positive true label, where one was given.
+    """
+
+    files: Files | None
+    audit: Mapping[str, Any] | None = None
+    reading: Reading | None = None
+    utility: Utility | None = field(default=None, repr=False)
+    positive: str | None = None
+
+
+def origin_of(
+    source: object, reading: Reading | None = None, utility: Utility | None = None, *, positive: object = None, again: bool = True
+) -> Origin | None:
+    """Look at what is about to be read; nothing of what cannot be found, of which the reader says what is wrong.
+
+    Parameters
+    ----------
+    source : Source
+        The table, or the name of an audit file.
+    reading, utility, positive
+        How it is read.
+    again : bool
+        Whether they say all that is needed to make the same table again.
+    """
+    names = names_of(source)
+    try:
+        files = None if names is None else files_of(names)
+    except InputError:
+        return None
+    audit = read_toml(Path(names[0]))[0] if names is not None and is_audit_file(names) else None
+    kept = reading if again else None
+    return Origin(files, audit, kept, utility if kept is not None else None, None if positive is None else str(positive))
+
+
+def names_of(source: object) -> list[str] | None:
+    """The names that are given for a table; None of one in memory."""
+    if isinstance(source, (str, os.PathLike)):
+        return [os.fspath(source)]
+    if isinstance(source, (list, tuple)) and source and all(isinstance(part, (str, os.PathLike)) for part in source):
+        return [os.fspath(part) for part in source]
+    return None
+
+
+def is_audit_file(names: Sequence[str]) -> bool:
+    """Whether this is the name of an audit file."""
+    return len(names) == 1 and names[0].endswith(".toml")
+
+
+def files_of(names: Sequence[str], beside: Sequence[str] = ()) -> Files:
+    """Look at files: those with these names, those that an audit file names, and further ones.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    """
+    audit = is_audit_file(names)
+    data = held_in(names[0], tables=True) if audit else names
+    others = [*([*names, *held_in(names[0], tables=False)] if audit else []), *beside]
+    listed = {given: tuple(paths_of(given)) for given in dict.fromkeys((*data, *others))}
+    paths = [path for found in listed.values() for path in found]
+    return Files(tuple(dict.fromkeys(data)), tuple(dict.fromkeys(others)), listed, {path: state_of(path) for path in paths})
+
+
+def paths_of(given: str) -> list[str]:
+    """The files for which a name stands: those of a pattern, those of the folder of a Delta table, or itself; of a database none."""
+    delta = given.startswith("delta:") and not Path(given).exists()
+    if is_database(given) and not delta and not Path(given).exists():
+        return []
+    listed: list[str] = []
+    for path in expand([given.removeprefix("delta:") if delta else given]):
+        if Path(path).is_dir():
+            form(path)  # which refuses all folders but those of Delta tables
+            listed += sorted(str(inner) for inner in Path(path).rglob("*") if inner.is_file())
+        else:
+            listed.append(path)
+    return listed
+
+
+def state_of(path: str) -> State:
+    """Where a file is, how long, and when it was changed last; empty for what is not there, or is no file."""
+    try:
+        found = Path(path).stat()
+    except (OSError, ValueError):
+        return ()
+    if not stat.S_ISREG(found.st_mode):
+        return ()
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
+def held_in(audit: str, *, tables: bool) -> list[str]:
+    """The files that an audit file names: that of its table, or all others."""
+    document, folder = read_toml(Path(audit))[0], Path(audit).parent
+    about = [document.get(name) for name in ("law", "policy")]
+    if tables:
+        return [str(folder / name) for section in about if isinstance(name := _entry(section, "table"), str)]
+    named = [_entry(section, "map") for section in about]
+    named += [_entry(document.get(name), "table") for name in ("utility", "population")]
+    filters = _sections(document.get("filter"))
+    named += [section["table"] for section in filters if section.get("kind") == "table" and isinstance(section.get("table"), str)]
+    return [str(folder / name) for name in named if isinstance(name, str)]
+
+
+def _entry(section: Any, key: str) -> Any:
+    return section.get(key) if isinstance(section, dict) else None
+
+
+def _sections(value: Any) -> Iterable[dict[str, Any]]:
+    """A section and those within it."""
+    if isinstance(value, dict):
+        yield value
+        for inner in value.values():
+            yield from _sections(inner)
