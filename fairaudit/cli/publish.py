@@ -119,7 +119,7 @@ def _private(arguments: argparse.Namespace) -> Private | None:
 
     if arguments.small is None:
         return None
-    return Private(("fairaudit verify certificate.json --table certificate.table.jsonl", _again(arguments)), beside=True)
+    return Private(arguments.small, ("fairaudit verify certificate.json --table certificate.table.jsonl", _again(arguments)), beside=True)
 
 
 def _again(arguments: argparse.Namespace) -> str:

@@ -8,7 +8,7 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.publications.counts import Counts, Decisions, facts_of
 from fairaudit.publications.pairs import count_of, csv_rows, entries, header, lead, points, reading, section, sheets, sheets_by
 from fairaudit.publications.publication import Publication, Section
-from fairaudit.publications.small import Withholding, parts_of
+from fairaudit.publications.small import Withholding, parts_of, said_of
 
 __all__ = ["adverse_impact"]
 
@@ -81,7 +81,7 @@ def adverse_impact(
         title="Adverse impact ratios",
         lead=lead(number, CONTROL),
         points=points(number),
-        facts=(*facts, *facts_of(decisions, counts, favourable, totals=withholding is None)),
+        facts=(*facts, *facts_of(decisions, counts, favourable, totals=withholding is None), *said_of(withholding)),
         sections=(
             *(section(sheet, CONTROL, number["comparisons"]) for sheet in found),
             Section("How to read this", (*ABOUT, *reading(number["comparisons"], CONTROL))),

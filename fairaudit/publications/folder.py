@@ -129,6 +129,7 @@ def summary(publication: Publication, source: Source, private: Private | None = 
         "rule": publication.rule,
         "title": publication.title,
         "certificate": table if private else {"sha256": source.sha256} | table,
+        **({"small": private.least} if private else {}),
         **({} if source.attestation is None else {"attestation": {"sha256": sha256(source.attestation).hexdigest()}}),
         **publication.summary,
     }

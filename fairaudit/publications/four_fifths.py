@@ -8,7 +8,7 @@ from fractions import Fraction
 from fairaudit.publications.counts import Counts, Decisions, facts_of
 from fairaudit.publications.pairs import count_of, csv_rows, entries, header, lead, points, reading, section, sheets, sheets_by
 from fairaudit.publications.publication import Publication, Section
-from fairaudit.publications.small import Withholding, parts_of
+from fairaudit.publications.small import Withholding, parts_of, said_of
 
 __all__ = ["four_fifths", "highest"]
 
@@ -87,6 +87,7 @@ def four_fifths(
         facts=(
             ("Rule", "29 CFR 1607.4 D, Uniform Guidelines on Employee Selection Procedures"),
             *facts_of(decisions, counts, favourable, totals=withholding is None),
+            *said_of(withholding),
         ),
         sections=(
             *(section(sheet, "the highest rate", number["comparisons"], SMALL) for sheet in found),

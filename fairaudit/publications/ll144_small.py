@@ -16,7 +16,7 @@ from fairaudit.publications.ll144_page import HEADER, TITLES, Part, exact, facts
 from fairaudit.publications.ll144_people import Reading
 from fairaudit.publications.ll144_statement import Stated, findings
 from fairaudit.publications.publication import Publication, Row, Section, Table
-from fairaudit.publications.small import Place, Withholding, chosen_of_two
+from fairaudit.publications.small import Place, Withholding, chosen_of_two, least_shown
 from fairaudit.publications.withheld import Parts, is_small
 
 __all__ = ["Class", "chosen_of", "publish_small"]
@@ -131,7 +131,7 @@ def publish_small(
         facts=(
             *((name, text) for name, text in facts(stated, decisions, reading, parts, None) if name != "People of unknown category"),
             ("People of unknown category", WITHHELD if unknown is None else f"{unknown[0]} (in no table)"),
-            ("Least count shown", f"{least}; what is below, 0 included, is withheld"),
+            least_shown(least),
         ),
         sections=(
             *(
@@ -160,7 +160,6 @@ def publish_small(
             for row in _csv(part, chosen, _outside(unknown, place))
         ),
         summary={
-            "small": least,
             "unknown": None if unknown is None else unknown[0],
             "findings": list(found),
             "parts": [

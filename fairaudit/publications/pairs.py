@@ -247,6 +247,8 @@ def _said(sheet: Sheet, with_whom: str, about_small: str) -> list[str]:
         said.append(
             f"The group of {sheet.unknown[0]:,} more people, {sheet.unknown[1]:,} of them selected, is unknown; they are in no row."
         )
+    if sheet.withheld:
+        said.append("A group that is withheld is compared with none, and may have a higher or a lower rate than all that are shown.")
     if sheet.why:
         return [*said, sheet.why]
     small = [name_of(line.group) for line in there if line.applicants < SMALL * sheet.people]

@@ -14,7 +14,7 @@ from fairaudit.publications.counts import Counts, Decisions, Source, decisions_o
 from fairaudit.publications.display import WITHHELD, rate_text, ratio_text
 from fairaudit.publications.folder import page
 from fairaudit.publications.publication import Publication, Row, Section, Table
-from fairaudit.publications.small import CHECKED, Private, check_hidden, parts_of, withholding_of
+from fairaudit.publications.small import CHECKED, Private, check_hidden, least_shown, parts_of, withholding_of
 from fairaudit.publications.withheld import is_small
 from fairaudit.reports.endings import form_of
 from fairaudit.reports.markdown import code, prose, table
@@ -121,7 +121,7 @@ def _facts(source: Source, decisions: Decisions, counts: Counts, least: int, cou
             if is_small((taken, people - taken), least)
             else f"{people:,} more decisions, {taken:,} of them counted, which are in no group",
         )
-    yield "Least count shown", f"{least}; what is below, 0 included, is withheld"
+    yield least_shown(least)
 
 
 def _limits(source: Source, least: int, rates: Mapping[tuple[str, ...], Fraction], *, complete: bool) -> Iterator[tuple[str, str]]:
@@ -221,7 +221,7 @@ def public_files(source: Source, least: int, paths: Sequence[str]) -> list[tuple
 def private(least: int) -> Private:
     """Who can check such a report."""
     given = "certificate.json --table certificate.table.jsonl"
-    return Private((f"fairaudit verify {given}", f"fairaudit report {given} --small {least} -o page.html"))
+    return Private(least, (f"fairaudit verify {given}", f"fairaudit report {given} --small {least} -o page.html"))
 
 
 def public_markdown(publication: Publication, source: Source, least: int) -> str:

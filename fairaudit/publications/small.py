@@ -18,12 +18,17 @@ __all__ = [
     "Withholding",
     "check_hidden",
     "chosen_of_two",
+    "least_shown",
     "parts_of",
     "remark_on_small",
+    "said_of",
     "withholding_of",
 ]
 
 LEAST_OF_ALL = 2
+
+MOST_CELLS = 400
+"""Of tables that are linked: the time grows with their square."""
 
 
 CHECKED = "Checked when this was made: every statement of the certificate is true of its table (fairaudit verify)."
@@ -35,6 +40,8 @@ class Private:
 
     Attributes
     ----------
+    least : int
+        The least count that is published.
     commands : tuple of str
         What whoever has the certificate and its table runs.
     beside : bool
@@ -43,6 +50,7 @@ class Private:
         Who can check the page, and how.
     """
 
+    least: int
     commands: tuple[str, ...]
     beside: bool = False
     paragraphs: tuple[str, ...] = (
@@ -131,6 +139,16 @@ class Withholding:
         )
 
 
+def least_shown(least: int) -> tuple[str, str]:
+    """For the head of a page."""
+    return "Least count shown", f"{least}; what is below, 0 included, is withheld"
+
+
+def said_of(withholding: Withholding | None) -> list[tuple[str, str]]:
+    """What the head of a page says of what is withheld."""
+    return [] if withholding is None else [least_shown(withholding.least)]
+
+
 def withholding_of(counts: Counts, tables: Sequence[tuple[str, ...]], least: int, done: str = "selected") -> Withholding:
     """Decide which groups are withheld in tables of the same people, each by some of the columns.
 
@@ -172,6 +190,10 @@ def withholding_of(counts: Counts, tables: Sequence[tuple[str, ...]], least: int
             f"--small does not decide what tables by {', '.join(columns)} tell together; name one table, or those by two columns, with --by"
         )
     cells = {(group[0], group[1]): parts for group, parts in _parts(counts.by(*columns))}
+    if len(cells) > MOST_CELLS:
+        raise InputError(
+            f"--small does not decide what tables of {len(cells)} groups tell together ({MOST_CELLS} at the most); name one table with --by"
+        )
     chosen = chosen_of_two(cells, least, [*map(frozenset, tables)], (columns[0], columns[1]))
     kept = {by: frozenset(group for group in counts.by(*by).groups if _place(by, group, columns) not in chosen) for by in tables}
     return Withholding(least, kept, linked=True, done=done)

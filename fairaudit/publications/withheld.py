@@ -95,13 +95,13 @@ def published(arcs: Mapping[Name, Arc], order: Sequence[Name], least: int) -> fr
     ['fa', 'ma', 'mb']
     """
     _check(arcs)
-    small = [(name, kind) for name, arc in arcs.items() for kind, part in enumerate(arc.parts) if part < least]
+    kinds = range(max((len(arc.parts) for arc in arcs.values()), default=0))
     chosen: frozenset[Name] = frozenset()
     for name in order:
         if is_small(arcs[name].parts, least):
             continue
         further = chosen | {name}
-        if all(_is_free(arcs, further, hidden, kind, least) for hidden, kind in small):
+        if all(_is_open(arcs, further, kind, least) for kind in kinds):
             chosen = further
     return chosen
 
@@ -119,9 +119,14 @@ def _check(arcs: Mapping[Name, Arc]) -> None:
             raise ValueError(f"what flows into {node!r} does not flow out: {sums}")
 
 
-def _is_free(arcs: Mapping[Name, Arc], known: frozenset[Name], name: Name, kind: int, least: int) -> bool:
-    low, high = range_of(arcs, known, name, kind, most=least - 1)
-    return low == 0 and high >= least - 1
+def _is_open(arcs: Mapping[Name, Arc], known: frozenset[Name], kind: int, least: int) -> bool:
+    """Whether every small count of a kind could be anything small."""
+    room = _room(arcs, known, kind)
+    return all(
+        _range(room, arc, arc.parts[kind], least - 1) == (0, least - 1)
+        for name, arc in arcs.items()
+        if name not in known and arc.parts[kind] < least
+    )
 
 
 def range_of(arcs: Mapping[Name, Arc], known: frozenset[Name], name: Name, kind: int, most: int) -> tuple[int, int]:
@@ -140,55 +145,69 @@ def range_of(arcs: Mapping[Name, Arc], known: frozenset[Name], name: Name, kind:
     most : int
         Where to stop.
     """
-    arc, now = arcs[name], arcs[name].parts[kind]
-    if name in known:
-        return now, now
-    if arc.tail == arc.head:
-        return 0, max(now, most)
-    room = _room(arcs, known | {name}, kind)
-    low = now - _flow(room, arc.tail, arc.head, now)
-    return low, now + (_flow(room, arc.head, arc.tail, most - now) if most > now else 0)
+    now = arcs[name].parts[kind]
+    return (now, now) if name in known else _range(_room(arcs, known, kind), arcs[name], now, most)
 
 
 Room = dict[Hashable, dict[Hashable, int]]
+"""By how much the counts between two nodes can change together: forwards by as much as you like, backwards by what there is."""
+
+LIMITLESS = 1 << 200
 
 
-def _room(arcs: Mapping[Name, Arc], fixed: frozenset[Name], kind: int) -> Room:
-    """By how much the count between two nodes can change, forwards and backwards; without limit where it can grow."""
-    limitless = 1 + sum(arc.parts[kind] for arc in arcs.values()) * 2
+def _room(arcs: Mapping[Name, Arc], known: frozenset[Name], kind: int) -> Room:
     room: Room = {}
     for name, arc in arcs.items():
         forth, back = room.setdefault(arc.tail, {}), room.setdefault(arc.head, {})
-        if name not in fixed:
-            forth[arc.head] = forth.get(arc.head, 0) + limitless
+        if name not in known:
+            forth[arc.head] = forth.get(arc.head, 0) + LIMITLESS
             back[arc.tail] = back.get(arc.tail, 0) + arc.parts[kind]
     return room
 
 
+def _range(room: Room, arc: Arc, now: int, most: int) -> tuple[int, int]:
+    """The range of the count of an arc that is not published; nothing is changed in the end."""
+    if arc.tail == arc.head:
+        return 0, max(now, most)
+    room[arc.tail][arc.head] -= LIMITLESS
+    room[arc.head][arc.tail] -= now
+    low = now - _flow(room, arc.tail, arc.head, now)
+    high = now + (_flow(room, arc.head, arc.tail, most - now) if most > now else 0)
+    room[arc.tail][arc.head] += LIMITLESS
+    room[arc.head][arc.tail] += now
+    return low, high
+
+
 def _flow(room: Room, source: Hashable, sink: Hashable, wanted: int) -> int:
-    """How much of what is wanted can flow, along shortest ways."""
-    left = {node: dict(to) for node, to in room.items()}
-    found = 0
+    """How much of what is wanted can flow, along shortest ways; nothing is changed in the end."""
+    found, ways = 0, []
     while found < wanted:
-        way = _way(left, source, sink)
+        way = _way(room, source, sink)
         if not way:
             break
-        much = min(wanted - found, *(left[a][b] for a, b in way))
-        for a, b in way:
-            left[a][b] -= much
-            left[b][a] = left[b].get(a, 0) + much
+        much = min(wanted - found, *(room[a][b] for a, b in way))
+        _push(room, way, much)
+        ways.append((way, much))
         found += much
+    for way, much in ways:
+        _push(room, way, -much)
     return found
 
 
-def _way(left: Room, source: Hashable, sink: Hashable) -> list[tuple[Hashable, Hashable]]:
+def _push(room: Room, way: list[tuple[Hashable, Hashable]], much: int) -> None:
+    for a, b in way:
+        room[a][b] -= much
+        room[b][a] = room[b].get(a, 0) + much
+
+
+def _way(room: Room, source: Hashable, sink: Hashable) -> list[tuple[Hashable, Hashable]]:
     """A shortest way on which something can still flow; empty if there is none."""
     before: dict[Hashable, Hashable] = {source: source}
     waiting = deque([source])
     while waiting and sink not in before:
         node = waiting.popleft()
-        for to, room in left[node].items():
-            if room and to not in before:
+        for to, open_ in room[node].items():
+            if open_ and to not in before:
                 before[to] = node
                 waiting.append(to)
     if sink not in before:

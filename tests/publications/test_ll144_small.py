@@ -150,6 +150,7 @@ def test_the_command_withholds(tmp_path: Path, capsys: pytest.CaptureFixture[str
     page = (out / "index.html").read_text("utf-8")
     assert "Results of a bias audit: Sorter" in page and "2571" not in page and "cannot recompute" in page
     summary = json.loads((out / "summary.json").read_text("ascii"))
+    assert summary["small"] == 10
     entries = [entry for table in summary["parts"][0]["tables"] for entry in table["categories"]]
     assert [entry["status"] for entry in entries].count("withheld") == 4 and not any("share" in entry for entry in entries)
     capsys.readouterr()

@@ -175,7 +175,8 @@ def test_the_folder_holds_neither_certificate_nor_anything_that_tells_it(
     assert sorted(path.name for path in out.iterdir()) == ["index.html", "summary.json", "table.csv"]
     files = {path.name: path.read_text("utf-8") for path in out.iterdir()}
     digest = json.loads(Path(private[0]).read_text())["subject"]["table"]["sha256"]
-    assert json.loads(files["summary.json"])["certificate"] == {"table_sha256": digest}
+    summary = json.loads(files["summary.json"])
+    assert summary["certificate"] == {"table_sha256": digest} and summary["small"] == 10
     assert "cannot recompute" in files["index.html"] and "certificate.json</a>" not in files["index.html"]
     assert "1 of 4 groups is withheld" in files["index.html"]
     rows = [row for row in csv.DictReader(io.StringIO(files["table.csv"])) if row["status"] == "withheld"]
@@ -219,3 +220,16 @@ def test_scores_above_their_median_are_refused(tmp_path: Path, capsys: pytest.Ca
     for command in (["publish", *given, "--rule", "four-fifths", "-o", str(tmp_path / "out")], ["report", *given]):
         assert main(command) == 2
         assert "half of all are" in capsys.readouterr().err
+
+
+def test_an_attestation_is_refused_beside_withheld_counts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It states how many rows were counted: the total."""
+    log, certificate, attestation = (str(tmp_path / name) for name in ("log.csv", "c.json", "a.json"))
+    Path(log).write_text("out,sex\n" + "y,f\nn,f\ny,m\nn,m\n" * 20)
+    options = ["--decision", "out", "--group", "sex", "--utility", "y", "--confidence", "none", "--no-table"]
+    assert main(["certify", log, *options, "-o", certificate, "--attest", attestation]) == 0
+    given = ["publish", certificate, "--table", str(tmp_path / "c.table.jsonl"), "--rule", "four-fifths", "-o", str(tmp_path / "out")]
+    capsys.readouterr()
+    assert main([*given, "--small", "10", "--attestation", attestation]) == 2
+    assert "tells counts that are withheld" in capsys.readouterr().err and not (tmp_path / "out").exists()
+    assert main([*given, "--small", "10"]) == 0
