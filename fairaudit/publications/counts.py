@@ -97,7 +97,8 @@ def read_source(
         raise TableNeeded(f"{found.name} does not hold its table; give its file with --table")
     kind = found.document["subject"]["kind"]
     if kind != "counts":
-        raise InputError(f"{found.name} is about {kind} and counts nobody; a publication needs a certificate of counts")
+        about = {"policy": "a policy behind filters"}.get(kind, kind)
+        raise InputError(f"{found.name} is about {about} and counts nobody; a publication needs a certificate of counts")
     return Source(found.document, found.raw, held, said, stated)
 
 
