@@ -141,6 +141,7 @@ def new_key(path: str | os.PathLike[str], passphrase: str | None = None) -> NewK
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
     from cryptography.hazmat.primitives.serialization import BestAvailableEncryption, Encoding, NoEncryption, PrivateFormat
 
+    _refuse_content(path)
     private = Path(path)
     if private.suffix != ".pem" or private.name.endswith(".pub.pem"):
         raise InputError(f"{private} is no name for a private key; a name such as key.pem is accepted")
@@ -179,6 +180,12 @@ def _created(path: Path, mode: int) -> Iterator[Callable[[bytes], object]]:
         if isinstance(error, (OSError, ValueError)) and not isinstance(error, InputError):
             raise InputError(f"{path} cannot be written: {getattr(error, 'strerror', None) or 'it is no file name'}") from None
         raise
+
+
+def _refuse_content(path: str | os.PathLike[str]) -> None:
+    """Refuse the text of a key where the name of its file is due: no message is to repeat it."""
+    if "KEY-----" in os.fspath(path) or "\n" in os.fspath(path).strip():
+        raise InputError("what is given is no name of a file, and may be a key itself; give the name of the file that holds it")
 
 
 def _is_open_to_others(found: os.stat_result) -> bool:
@@ -220,15 +227,16 @@ def read_private_key(path: str | os.PathLike[str], passphrase: Callable[[], str]
     return found
 
 
-def read_public_key(path: str | os.PathLike[str]) -> PublicKey:
-    """Read a public key, SubjectPublicKeyInfo as PEM.
+def read_public_key(source: str | os.PathLike[str] | bytes) -> PublicKey:
+    """Read a public key, SubjectPublicKeyInfo as PEM, from its file or the bytes of that.
 
     Raises
     ------
     InputError
         If it is none of Ed25519, or one under which anybody can sign.
     """
-    raw = _read(path, private=False)
+    raw = source if isinstance(source, bytes) else _read(source, private=False)
+    path = "the key" if isinstance(source, bytes) else source
     if b"PRIVATE KEY" in raw:
         raise InputError(f"{path} is a private key, which its holder gives to nobody; give the public one, KEY.pub.pem")
     match = re.fullmatch(rb"\s*-----BEGIN PUBLIC KEY-----([A-Za-z0-9+/=\s]+)-----END PUBLIC KEY-----\s*", raw)
@@ -255,6 +263,7 @@ def public_key_of(private: Ed25519PrivateKey) -> PublicKey:
 
 def _read(path: str | os.PathLike[str], *, private: bool) -> bytes:
     """Read the file of a key; that of a private one only where nobody else can."""
+    _refuse_content(path)
     try:
         with Path(path).open("rb") as file:
             found = os.fstat(file.fileno())

@@ -22,7 +22,7 @@ def verify(
     require: Literal["within"] | None = None,
     *,
     attestation: bytes | str | os.PathLike[str] | None = None,
-    key: str | os.PathLike[str] | None = None,
+    key: bytes | str | os.PathLike[str] | None = None,
 ) -> Verification:
     """Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it.
 
@@ -36,7 +36,7 @@ def verify(
         The verdict that the certificate must state, too.
     attestation : path or bytes, optional
         The file that says who made the certificate, of which files: what of it can be checked is checked.
-    key : path, optional
+    key : path or bytes, optional
         The signer's public key (extra ``sign``), by which the attestation must be signed. Without it an attestation in an envelope is
         compared, but not `ok`.
 
@@ -92,15 +92,15 @@ def read_attestation(path: str | os.PathLike[str]) -> bytes:
     return raw
 
 
-def signed_by(raw: bytes, key: str | os.PathLike[str], name: str = "the attestation") -> Signed:
+def signed_by(raw: bytes, key: bytes | str | os.PathLike[str], name: str = "the attestation") -> Signed:
     """Find whether an attestation is signed by a key: then exactly the bytes that were signed are all that is to be read of it.
 
     Parameters
     ----------
     raw : bytes
         The bytes of its file.
-    key : path
-        The file of the public key.
+    key : path or bytes
+        The file of the public key, or its bytes.
     name : str
         What messages call the attestation.
 

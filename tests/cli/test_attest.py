@@ -197,3 +197,34 @@ def test_what_cannot_be_read_is_said_but_not_if_nothing_is_to_be_said(capsys: py
         assert capsys.readouterr().err.count("\n") == 1
         assert main(["verify", "certificate.json", *words.split(), "--quiet"]) == 2
         assert capsys.readouterr() == ("", "")
+
+
+def test_a_key_in_place_of_its_file_is_not_repeated(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["attest", "--new-key", "key.pem"])
+    capsys.readouterr()
+    text = Path("key.pem").read_text()
+    for words in (
+        ["attest", "a.json", "--sign-key", text],
+        ["attest", "--new-key", text],
+        ["attest", "--new-key", "other.pem", "--passphrase", LONG],
+        ["verify", "certificate.json", "--attestation", "a.json", "--key", text],
+        ["verify", "certificate.json", "--attestation", "key.pem"],
+        ["verify", "certificate.json", "--attestation", "key.pem", "--key", "key.pub.pem"],
+        ["verify", "key.pem"],
+    ):
+        assert main(words) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and err.count("\n") == 1
+        assert all(secret not in err for secret in (*secrets_of("key.pem"), LONG))
+    for key in (text, text.encode(), text.encode() + Path("key.pub.pem").read_bytes()):
+        with pytest.raises(fa.InputError) as found:
+            fa.verify("certificate.json", attestation="a.json", key=key)
+        assert all(secret[:20] not in str(found.value) for secret in secrets_of("key.pem"))
+    with pytest.raises(fa.InputError):
+        fa.verify("certificate.json", attestation="a.json", key=text.splitlines())  # type: ignore[arg-type]
+
+
+def test_a_public_key_may_be_given_as_bytes() -> None:
+    main(["attest", "--new-key", "key.pem"])
+    main(["attest", "a.json", "--sign-key", "key.pem"])
+    assert fa.verify("certificate.json", attestation="a.dsse.json", key=Path("key.pub.pem").read_bytes())
