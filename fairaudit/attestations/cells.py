@@ -247,6 +247,8 @@ def _of_header(theirs: _Head, ours: _Head) -> Iterator[str]:
             yield f"{name}: {'; '.join(found)}"
         elif labels[0] != labels[1]:
             yield f"{name}: the same in another order"
+    if (theirs.held.get("profiles") or {}) != (ours.held.get("profiles") or {}):
+        yield "sampling units: those that were seen in several groups got something else there"
     own, other = theirs.held["utility"], ours.held["utility"]
     if own is None or other is None:
         if own != other:

@@ -284,6 +284,8 @@ def recounted(
         raise InputError(f"the statement has no query; leave {spelled('query')} away")
     said = None if "audit" in options else reading_of(options, spelled=spelled)
     header = _header(document, lines)
+    if is_database(source) and not _is_there(source) and said is not None and not {"table", "query"} & {*options}:
+        raise InputError("the attestation is of files, and says of no table or query of a database; write the log to a file, and give that")
     if absent := _absent(source):
         return Recount((), tuple(absent))
     taken = take(source, table=options.get("table"), query=options.get("query"))
@@ -291,13 +293,18 @@ def recounted(
     findings = [_of_source(statement.sources[place], given) for place, given in pairs.items()]
     if missing := [entry.name for place, entry in enumerate(statement.sources) if place not in pairs]:
         return Recount(tuple(findings), tuple(missing))
-    with uncollected(), naming(_name(source)):
-        if said is None:
-            counted = _count_audit(options, _files(statement.sources, pairs, taken))
-        else:
-            reading, utility = said
-            access = replace(reading.access, engine=engine, memory=memory)
-            counted = _count(source, replace(reading, access=access), utility, report)
+    try:
+        with uncollected():
+            if said is None:
+                counted = _count_audit(options, _files(statement.sources, pairs, taken))
+            else:
+                reading, utility = said
+                access = replace(reading.access, engine=engine, memory=memory)
+                counted = _count(source, replace(reading, access=access), utility, report)
+    except InputError as error:
+        if all(finding.equal is not False for finding in findings):
+            raise
+        return Recount((*findings, Recounted("the table", False, f"of this log there is none: {error}")))  # which is another log anyway
     taken.unchanged()
     table = counted.table(header)
     difference = None
@@ -347,9 +354,10 @@ def _count(source: Any, reading: Reading, utility: Utility | None, report: Repor
             raise
         columns: dict[str, Any] = {"decision": reading.decision, "group": reading.group, "context": reading.context}
         access = reading.access
-        found = certify_in_parts(
-            source, utility, **columns, bins=reading.bins, table=access.table, memory=access.memory, report=report, embed_table=True
-        )
+        with naming(_name(source)):
+            found = certify_in_parts(
+                source, utility, **columns, bins=reading.bins, table=access.table, memory=access.memory, report=report, embed_table=True
+            )
         if found.partial is None:
             raise
         return _Counted(found.law, found.partial.table)

@@ -194,8 +194,9 @@ def test_sampling_units_are_compared_which_no_table_shows(folder: Path, check: C
     rows[0]["who"], rows[4]["who"] = rows[4]["who"], rows[0]["who"]
     (folder / "log.csv").write_text(as_csv(rows))
     code, found = check("log.csv")
-    assert code == 1
-    assert not {entry["what"]: entry["equal"] for entry in found["findings"]}["the table"]
+    assert (code, found["different_cells"]) == (1, 0)
+    table = next(entry for entry in found["findings"] if entry["what"] == "the table")
+    assert table["equal"] is False and "those that were seen in several groups got something else there" in table["detail"]
 
 
 def test_what_was_left_out_is_compared(folder: Path, check: Check) -> None:
@@ -290,6 +291,30 @@ def test_options_that_make_no_sense_are_refused(folder: Path, capsys: pytest.Cap
 def test_the_certificate_comes_before_the_logs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", "--attestation", "a.json", "--recount", "log.csv", "c.json"]) == 2
     assert "before --recount, which takes all names that follow it" in capsys.readouterr().err
+
+
+def test_another_log_of_which_there_is_no_table_differs(folder: Path, check: Check) -> None:
+    attest(*CASES["csv"])
+    rows = log()
+    (folder / "log.csv").write_text(as_csv([*rows[:7], {**rows[7], "sex": ""}]))
+    code, found = check("log.csv")
+    assert (code, [entry["equal"] for entry in found["findings"]]) == (1, [False, False])
+    assert "of this log there is none: log.csv: column 'sex', line 9" in found["findings"][1]["detail"]
+
+
+def test_an_attestation_of_files_says_of_no_table_of_a_database(folder: Path, check: Check) -> None:
+    attest(*CASES["csv"])
+    code, found = check("sqlite:log.db")
+    assert code == 2
+    assert "write the log to a file" in found["error"]
+
+
+def test_a_page_that_shows_the_certificate_is_recounted_too(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    attest(*CASES["csv"], "-o", "page.html")
+    capsys.readouterr()
+    code = main(["verify", "page.html", "--attestation", "a.json", "--format", "json", "--recount", "log.csv"])
+    found = envelope(capsys.readouterr().out)["result"]
+    assert (code, found["attestation"]["true"], found["recount"]["equal"]) == (1, False, True)  # the page is another file
 
 
 def test_what_the_options_say_is_data(folder: Path, check: Check) -> None:
