@@ -213,7 +213,7 @@ def write_attested(
     path, attestation : path
         Where they go.
     given : mapping
-        What the issuer says (`stated_of`).
+        What the issuer says (`stated_of`), before what an audit file says in its section ``[attestation]``.
 
     Raises
     ------
@@ -221,7 +221,9 @@ def write_attested(
         If a file cannot be written or is one of those that were read, if one of those was changed since, or a text has no place in a
         statement.
     """
-    stated, origin = stated_of(given), result.origin
+    origin = result.origin
+    of_file = {} if origin is None or origin.audit is None else origin.audit.get("attestation", {})
+    stated = stated_of({**of_file, **{name: text for name, text in given.items() if text is not None}})
     beside = result.certificate.files(path)
     written = [*(os.path.realpath(target) for target, _ in beside), os.path.realpath(attestation)]
     if len({*written}) < len(written):

@@ -116,7 +116,8 @@ def taken_of(files: Files | None, *, table: str | None = None, query: str | None
     found: list[Source] = []
     holding: list[int] = []
     for given, paths in files.listed.items():
-        found += [_file(path, files.states[path]) for path in paths] or [_database(given, table, query)]
+        held = {"table": table, "query": query} if given in files.data else {"table": None, "query": None}
+        found += [_file(path, files.states[path]) for path in paths] or [_database(given, **held)]
         if given in files.data:
             holding += range(len(found) - max(1, len(paths)), len(found))
     return Taken(tuple(found), files, holding[0] if len(holding) == 1 else None)

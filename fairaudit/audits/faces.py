@@ -69,7 +69,8 @@ class Faces:
         path, attestation : path
             Where they go.
         issuer, contact, title, system, system_version : str, optional
-            Who made the audit, what it is called, and of which system it is: only stated.
+            Who made the audit, what it is called, and of which system it is: only stated. What is left out is taken from the section
+            ``[attestation]`` of an audit file, where there is one.
         period : str, optional
             First and last day of the decisions, such as ``"2025-01-01/2025-12-31"``.
 

@@ -6,10 +6,13 @@ import hashlib
 import json
 import os
 import pickle
+import tempfile
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit.attestations.statement import Statement, read_statement
@@ -61,7 +64,10 @@ def test_python_attests_what_the_command_attests(folder: Path) -> None:
 
 
 def test_an_audit_file_is_attested_with_what_it_names(folder: Path) -> None:
-    made = attested(fa.audit("audit.toml"))
+    with Path("audit.toml").open("a") as file:
+        file.write('[attestation]\nissuer = "Example Audits"\ntitle = "From the file"\n')
+    made = attested(fa.audit("audit.toml"), title="From the call")
+    assert (made.stated.issuer, made.stated.title) == ("Example Audits", "From the call")
     assert [source.name for source in made.sources] == ["log.csv", "audit.toml"]
     assert made.options["audit"]["law"]["table"] == "log.csv"
     assert made.command == ("fairaudit.audit", "audit.toml")
@@ -72,6 +78,40 @@ def test_a_frame_has_no_digest_and_is_counted_again(folder: Path) -> None:
     made = attested(fa.audit(frame, **ROLES))
     assert [(source.name, source.sha256, source.rows) for source in made.sources] == [("a table in memory", None, 4)]
     assert fa.recount("c.json", "a.json", frame).ok
+
+
+ROWS = st.lists(
+    st.tuples(st.sampled_from(["yes", "no"]), st.sampled_from(["f", "m", "", "n/a"]), st.sampled_from(["a", "b"]), st.integers(0, 9)),
+    max_size=8,
+)
+
+
+@given(ROWS, st.data())
+def test_the_checker_agrees_with_every_statement_and_the_table_can_be_made_again(rows: list[Any], data: st.DataObject) -> None:
+    rows = [("yes", "f", "a", 1), ("no", "m", "a", 2), ("no", "f", "b", 3), ("yes", "m", "b", 4), *rows]
+    table = {name: [row[i] for row in rows] for i, name in enumerate(("answer", "sex", "place", "n"))}
+    table["true"] = ["yes" if i % 3 else "no" for i in range(len(rows))]
+    missing = data.draw(st.sampled_from(["drop", "group", "unknown"]))
+    form = data.draw(st.sampled_from(["log", "count", "parts", "unit", "truth"]))
+    options: dict[str, Any] = {"missing": missing, "context": data.draw(st.sampled_from([(), ("place",)]))}
+    if form == "unit":
+        options |= {"unit": "n"}
+    elif form == "truth":
+        options |= {"truth": "true", "positive": "yes"}
+    elif form != "log":
+        options |= {"count": "n"}
+    if form in ("unit", "truth") and missing == "unknown":
+        options["missing"] = "drop"
+    if form == "parts" and missing != "unknown":
+        table["n"] = [f"{n}/3" for n in table["n"]]
+    if options["missing"] == "unknown":
+        options["unknown"] = ["n/a"]
+    result = fa.audit(table, decision="answer", group="sex", utility={"yes": 1, "no": "1/3"}, confidence=None, **options)
+    with tempfile.TemporaryDirectory() as made:
+        written = result.attest(Path(made) / "c.json", Path(made) / "a.json")
+        found = fa.verify(written[0], attestation=written[1])
+        assert found.ok, found.false
+        assert fa.recount(written[0], written[1], table).ok
 
 
 def test_what_cannot_be_made_again_has_no_options(folder: Path) -> None:
