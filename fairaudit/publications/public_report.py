@@ -11,10 +11,11 @@ from fairaudit.errors import InputError, shown
 from fairaudit.inference.verdicts import verdict
 from fairaudit.measures.limits import limit_text
 from fairaudit.publications.counts import Counts, Decisions, Source, decisions_of
-from fairaudit.publications.display import WITHHELD, rate_text, ratio_text
+from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
 from fairaudit.publications.folder import page
+from fairaudit.publications.pairs import sheets_by
 from fairaudit.publications.publication import Publication, Row, Section, Table
-from fairaudit.publications.small import CHECKED, Private, check_hidden, least_shown, parts_of, withholding_of
+from fairaudit.publications.small import CHECKED, MOST_CELLS, Private, check_hidden, least_shown, parts_of, withholding_of
 from fairaudit.publications.withheld import is_small
 from fairaudit.reports.endings import form_of
 from fairaudit.reports.markdown import code, prose, table
@@ -38,10 +39,10 @@ WORDS = {
 def public_report(source: Source, least: int) -> Publication:
     """What may be said of a certificate in public without telling a count below the least one.
 
-    Of every group with at least `least` decisions of either kind it says everything, of the others nothing but that they are there.  No
-    total is published, and a verdict only where the groups shown determine it, or where no count of the whole table is small.  So what is
-    published is a function of the counts of the groups shown, and of which these are: every small count could be any below the least one,
-    whatever a reader computes, and also for one who knows how this program decides.
+    Of the groups that are shown it says everything, of the others nothing but that they are there.  No total is published, and a verdict
+    only where the groups shown determine it, or where no count of the whole table is small.  So what is published is a function of the
+    counts of the groups shown, and of which these are, and every small count could be any below the least one, whatever a reader computes.
+    Groups by two columns are shown with those by each of them, which a publication by a rule shows, too: both withhold the same.
 
     Parameters
     ----------
@@ -58,7 +59,10 @@ def public_report(source: Source, least: int) -> Publication:
     check_hidden(source, least)
     decisions, counted = decisions_of(source), _counted(source)
     counts = decisions.selected(counted)
-    (visible,) = parts_of(counts, [counts.columns], withholding_of(counts, [counts.columns], least, done="counted"))
+    linked = len(counts.columns) == 2 and len(counts.groups) <= MOST_CELLS
+    tables = sheets_by(counts.columns, []) if linked else [counts.columns]
+    parts = parts_of(counts, tables, withholding_of(counts, tables, least, done="counted"))
+    visible = parts[-1]
     rates = dict(zip(visible.groups, map(Fraction, visible.selected, visible.applicants), strict=True))
     burden = bool(source.document["subject"]["utility"].get("burden"))
     limits = [*_limits(source, least, rates, complete=not visible.withheld)]
@@ -68,7 +72,7 @@ def public_report(source: Source, least: int) -> Publication:
         lead=_lead(rates, len(counts.groups)),
         facts=(*_facts(source, decisions, counts, least, counted), *limits),
         sections=(
-            Section("What each group gets", (), (_table(counts, rates, visible, burden=burden),)),
+            Section("What each group gets", (), tuple(_table(part, burden=burden) for part in parts)),
             Section("What is withheld, and what this page says nothing about", _limits_of_the_page(least)),
         ),
         header=(),
@@ -161,21 +165,21 @@ def _determined(target: Mapping[str, Any], rates: Mapping[tuple[str, ...], Fract
     return verdict((high / low, high / low), **{f"max_{target['unit']}": limit}) == "exceeds"
 
 
-def _table(counts: Counts, rates: Mapping[tuple[str, ...], Fraction], visible: Counts, *, burden: bool) -> Table:
-    best, end = ("lowest", min(rates.values(), default=None)) if burden else ("highest", max(rates.values(), default=None))
-    figures = {
-        group: (f"{n:,}", f"{s:,}", rate_text(rates[group]), ratio_text(rates[group] / end) if end else "")
-        for group, n, s in zip(visible.groups, visible.applicants, visible.selected, strict=True)
-    }
-    rows = tuple(Row((_name(group), *figures.get(group, (WITHHELD,) * 4)), "" if group in figures else WITHHELD) for group in counts.groups)
-    hidden = len(rows) - len(figures)
+def _table(visible: Counts, *, burden: bool) -> Table:
+    rates = [Fraction(s, n) for s, n in zip(visible.selected, visible.applicants, strict=True)]
+    best, end = ("lowest", min(rates, default=None)) if burden else ("highest", max(rates, default=None))
+    rows = [
+        Row((_name(group), f"{n:,}", f"{s:,}", rate_text(rate), ratio_text(rate / end) if end else NONE))
+        for group, n, s, rate in zip(visible.groups, visible.applicants, visible.selected, rates, strict=True)
+    ]
+    rows += [Row((_name(group), *[WITHHELD] * 4), WITHHELD) for group in visible.withheld]
     notes = [visible.why]
-    if hidden and figures:
+    if visible.withheld and rates:
         notes.append(f"The {best} rate is that of the groups shown; a group that is withheld may have another.")
     return Table(
-        "Rates",
+        f"Rates by {' and '.join(visible.columns)}",
         ("Group", "Decisions", "Counted", "Rate", f"Ratio to the {best} rate shown"),
-        rows,
+        tuple(rows),
         tuple(notes),
     )
 
@@ -184,7 +188,8 @@ def _limits_of_the_page(least: int) -> tuple[str, ...]:
     return (
         (
             f"Of a group with fewer than {least} decisions of one kind this page shows no figure, and neither a total nor any other number "
-            f"from which one could be computed: whatever a reader computes, each count below {least} could be any from 0 to {least - 1}."
+            f"from which one could be computed: whatever a reader computes from it, each count below {least} could be any from 0 to "
+            f"{least - 1}."
         ),
         (
             "Contexts, intervals for the population, the pairs that differ most, and how many rows were left out are not shown at all: "
@@ -231,7 +236,11 @@ def public_markdown(publication: Publication, source: Source, least: int) -> str
     for section in publication.sections:
         lines += [f"### {section.title}", *section.paragraphs]
         for found in section.tables:
-            lines += [table(tuple(map(prose, found.head)), [(code(row.cells[0]), *row.cells[1:]) for row in found.rows]), *found.notes]
+            lines += [
+                f"#### {prose(found.title)}",
+                table(tuple(map(prose, found.head)), [(code(row.cells[0]), *row.cells[1:]) for row in found.rows]),
+                *found.notes,
+            ]
     who = private(least)
     digest = source.document["subject"]["table"]["sha256"]
     commands = "\n".join(f"    {line}" for line in who.commands)

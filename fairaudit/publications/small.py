@@ -13,6 +13,7 @@ from fairaudit.tables.values import Label
 
 __all__ = [
     "CHECKED",
+    "MOST_CELLS",
     "Place",
     "Private",
     "Withholding",

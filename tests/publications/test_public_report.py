@@ -20,7 +20,9 @@ from fairaudit.cli import main
 from fairaudit.errors import InputError
 from fairaudit.publications.counts import Source, decisions_of
 from fairaudit.publications.folder import page
+from fairaudit.publications.four_fifths import four_fifths
 from fairaudit.publications.public_report import private, public_files, public_markdown, public_report
+from fairaudit.publications.small import withholding_of
 
 TABLES = 1_000 if os.environ.get("FAIRAUDIT_FULL") else 150
 
@@ -213,3 +215,28 @@ def test_rates_are_those_of_the_counts_beside_them() -> None:
         if row.cells[1] != "withheld":
             exact = Fraction(int(row.cells[2]), int(row.cells[1]))
             assert abs(Fraction(row.cells[3].removesuffix(" %")) / 100 - exact) <= Fraction(1, 2000)
+
+
+def test_two_columns_are_withheld_as_in_the_default_tables_of_a_rule() -> None:
+    """Margins beside cells that another page shows would tell the one that both withhold."""
+    rng = random.Random(5)
+    for _ in range(20):
+        cells = {(sex, race): [rng.randint(0, rng.choice((9, 60))) for _ in range(2)] for sex in "fm" for race in "abc"}
+        rows = [
+            (sex, race, word, n)
+            for (sex, race), pair in cells.items()
+            for word, n in zip(("yes", "no"), (pair[0], pair[1] + 1), strict=True)
+        ]
+        columns = dict(zip(("sex", "race", "hired", "n"), map(list, zip(*rows, strict=True)), strict=True))
+        made = fa.audit(
+            columns, decision="hired", group=["sex", "race"], count="n", utility="yes", confidence=None, embed_table=False
+        ).certificate
+        assert made.table is not None
+        source = Source(made.document, made.text.encode(), b"".join(made.table.lines()), "")
+        decisions = decisions_of(source)
+        rule = four_fifths(decisions, ["yes"], (), withholding_of(decisions.selected(["yes"]), [("sex",), ("race",), ("sex", "race")], 10))
+        hidden = [
+            {row.cells[0] for row in table.rows if row.status == "withheld"} for table in public_report(source, 10).sections[0].tables
+        ]
+        by_rule = [{row.cells[0] for row in section.tables[0].rows if row.status == "withheld"} for section in rule.sections[:3]]
+        assert hidden == by_rule
