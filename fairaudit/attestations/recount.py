@@ -272,6 +272,7 @@ def recounted(
         If the table of the certificate is not at hand.
     """
     options = statement.options
+    source = source[0] if isinstance(source, (list, tuple)) and len(source) == 1 else source
     if document.get("format") != FORMAT:
         raise InputError(f"a certificate of the format {shown(document.get('format'))} is not recounted; one of {FORMAT} is")
     if not options:
@@ -284,7 +285,7 @@ def recounted(
         raise InputError(f"the statement has no query; leave {spelled('query')} away")
     said = None if "audit" in options else reading_of(options, spelled=spelled)
     header = _header(document, lines)
-    if is_database(source) and not _is_there(source) and said is not None and not {"table", "query"} & {*options}:
+    if _is_database(source) and said is not None and not {"table", "query"} & {*options}:
         raise InputError("the attestation is of files, and says of no table or query of a database; write the log to a file, and give that")
     if absent := _absent(source):
         return Recount((), tuple(absent))
@@ -370,6 +371,8 @@ def _count_audit(options: Mapping[str, Any], files: Mapping[str, str]) -> _Count
     for name in options:
         if name != "audit":
             raise InputError(f"the options have {shown(name)} beside an audit file, which says that itself")
+    if not isinstance(options["audit"], dict):
+        raise InputError(f"the options have audit {shown(options['audit'])}; the sections of an audit file are accepted")
     found = audit_of(_with_files(options["audit"], files), signed=True)
     subject, table = laid_out(found.subject, found.utility)
     if isinstance(subject, Deployment):
@@ -413,11 +416,13 @@ def _check_query(said: str, given: str | None, source: Any, spelled: Callable[[s
         )
     if given != said:
         raise InputError(f"{option} is not the query of the statement, which is {said!r}; give the same text")
-    scheme = re.match("([a-z][a-z0-9+.-]*):", source) if is_database(source) else None
-    if scheme is not None and scheme.group(1) not in READ_ONLY:
-        raise InputError(
-            f"a query is run again where nothing can be written: in PostgreSQL, SQLite and DuckDB; {scheme.group(1)} is none of these"
-        )
+    scheme = source.partition(":")[0] if _is_database(source) else ""
+    if scheme and scheme not in READ_ONLY:
+        raise InputError(f"a query is run again where nothing can be written: in PostgreSQL, SQLite and DuckDB; {scheme} is none of these")
+
+
+def _is_database(source: Any) -> bool:
+    return is_database(source) and not source.startswith("delta:") and not _is_there(source)
 
 
 def _header(document: Mapping[str, Any], lines: Lines | None) -> Mapping[str, Any]:

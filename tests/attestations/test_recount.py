@@ -268,6 +268,8 @@ def test_a_query_in_a_place_where_it_could_write_is_refused(folder: Path, check:
     attest("sqlite:log.db", *PLAIN, "--query", "select * from log")
     code, found = check("trino://somebody@somewhere/log", "--query", "select * from log")
     assert code == 2
+    with pytest.raises(fa.InputError, match="trino is none of these"):
+        fa.recount("c.json", "a.json", ["trino://somebody@somewhere/log"], query="select * from log")
     assert "trino is none of these" in found["error"]
 
 
@@ -302,6 +304,18 @@ def test_another_log_of_which_there_is_no_table_differs(folder: Path, check: Che
     assert "of this log there is none: log.csv: column 'sex', line 9" in found["findings"][1]["detail"]
 
 
+def test_a_delta_table_is_a_folder_of_files(folder: Path, check: Check) -> None:
+    deltalake = pytest.importorskip("deltalake", reason="deltalake is not installed")
+    import pandas as pd
+
+    deltalake.write_deltalake(folder / "table", pd.DataFrame(log()))
+    attest("delta:table", *PLAIN)
+    code, found = check("delta:table")
+    assert (code, found["equal"]) == (0, True)
+    deltalake.write_deltalake(folder / "table", pd.DataFrame(log(301)[300:]), mode="append")
+    assert check("delta:table")[0] != 0
+
+
 def test_an_attestation_of_files_says_of_no_table_of_a_database(folder: Path, check: Check) -> None:
     attest(*CASES["csv"])
     code, found = check("sqlite:log.db")
@@ -333,6 +347,9 @@ def test_what_the_options_say_is_data(folder: Path, check: Check) -> None:
     code, text = said(utility={"yes": "1"})
     assert code == 1 and "utility of 'maybe': 1/2 in the certificate, 0 in the log" in text
     assert said(decision="nothing")[0] == said(decision=3)[0] == said(table="log")[0] == said(audit={})[0] == 2
+    nothing = dict.fromkeys(options)
+    for audit in ([], "log.csv", {}, {"law": 3}, {"law": {"table": 3}}, {"law": {}, "policy": {}}):
+        assert said(**nothing, audit=audit)[0] == 2
     statement["predicate"]["options"] = {}
     (folder / "a.json").write_text(json.dumps(statement))
     assert "does not say how its table was made" in check("log.csv")[1]["error"]
