@@ -8,10 +8,9 @@ import stat
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
 
 from fairaudit.attestations.statement import Source, check_text
-from fairaudit.audits.origin import Files, files_of, names_of, paths_of, state_of
+from fairaudit.audits.origin import Files, database_name, files_of, names_of, paths_of, state_of
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.sources import is_database
 
@@ -140,25 +139,6 @@ def refuse_credentials(text: str, what: str, *, query: bool = False) -> None:
     """
     if IN_URL.search(text) or (query and SECRET.search(text)):
         raise InputError(f"{what} holds what looks like a password, which no attestation holds; leave it out")
-
-
-def database_name(url: str) -> str:
-    """Name a database without its server, its user and its folders.
-
-    Examples
-    --------
-    >>> database_name("postgresql://me:hush@db.example.org:5432/hiring?sslmode=require"), database_name("sqlite:/home/me/log.db")
-    ('postgresql:hiring', 'sqlite:log.db')
-    >>> database_name("postgresql://me:hush@db.example.org")
-    'postgresql'
-    """
-    scheme, _, rest = url.partition(":")
-    try:
-        path = urlsplit(url).path if rest.startswith("//") else rest
-    except ValueError:
-        path = ""
-    name = unquote(path.replace("\\", "/").rstrip("/").rpartition("/")[2])
-    return scheme if not name or re.search(r"[/@:;=&]", name) else f"{scheme}:{name}"
 
 
 def _database(url: str, table: str | None, query: str | None) -> Source:

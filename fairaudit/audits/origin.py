@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote, urlsplit
 
 from fairaudit.audits.sections import read_toml
 from fairaudit.errors import InputError
@@ -18,7 +20,7 @@ from fairaudit.tables.sources import is_database
 if TYPE_CHECKING:
     from fairaudit.audits.reading import Reading
 
-__all__ = ["Files", "Origin", "files_of", "held_in", "origin_of", "state_of"]
+__all__ = ["Files", "Origin", "database_name", "files_of", "held_in", "origin_of", "state_of"]
 
 State = tuple[int, ...]
 
@@ -30,7 +32,7 @@ class Files:
     Attributes
     ----------
     data, others : tuple of str
-        The names that were given for what holds the rows of the table, and of what is read besides, databases included.
+        The names that were given for what holds the rows of the table, and of what is read besides; of databases without server or user.
     listed : mapping of str to tuple of str
         The files for which each of them stands; of databases none.
     states : mapping of str to tuple of int
@@ -117,16 +119,44 @@ def files_of(names: Sequence[str], beside: Sequence[str] = ()) -> Files:
     audit = is_audit_file(names)
     data = held_in(names[0], tables=True) if audit else names
     others = [*([*names, *held_in(names[0], tables=False)] if audit else []), *beside]
-    listed = {given: tuple(paths_of(given)) for given in dict.fromkeys((*data, *others))}
-    paths = [path for found in listed.values() for path in found]
-    return Files(tuple(dict.fromkeys(data)), tuple(dict.fromkeys(others)), listed, {path: state_of(path) for path in paths})
+    listed = {_kept(name): tuple(paths_of(name)) for name in dict.fromkeys((*data, *others))}
+    states = {path: state_of(path) for paths in listed.values() for path in paths}
+    return Files(tuple(dict.fromkeys(map(_kept, data))), tuple(dict.fromkeys(map(_kept, others))), listed, states)
+
+
+def database_name(url: str) -> str:
+    """Name a database without its server, its user and its folders.
+
+    Examples
+    --------
+    >>> database_name("postgresql://me:hush@db.example.org:5432/hiring?sslmode=require"), database_name("sqlite:/home/me/log.db")
+    ('postgresql:hiring', 'sqlite:log.db')
+    >>> database_name("postgresql://me:hush@db.example.org")
+    'postgresql'
+    """
+    scheme, _, rest = url.partition(":")
+    try:
+        path = urlsplit(url).path if rest.startswith("//") else rest
+    except ValueError:
+        path = ""
+    name = unquote(path.replace("\\", "/").rstrip("/").rpartition("/")[2])
+    return scheme if not name or re.search(r"[/@:;=&]", name) else f"{scheme}:{name}"
+
+
+def _kept(name: str) -> str:
+    """A name that may be kept: of a database neither server nor user nor password."""
+    return database_name(name) if _is_url(name) else name
+
+
+def _is_url(name: str) -> bool:
+    return is_database(name) and not name.startswith("delta:") and not Path(name).exists()
 
 
 def paths_of(given: str) -> list[str]:
     """The files for which a name stands: those of a pattern, those of the folder of a Delta table, or itself; of a database none."""
-    delta = given.startswith("delta:") and not Path(given).exists()
-    if is_database(given) and not delta and not Path(given).exists():
+    if _is_url(given):
         return []
+    delta = given.startswith("delta:") and not Path(given).exists()
     listed: list[str] = []
     for path in expand([given.removeprefix("delta:") if delta else given]):
         if Path(path).is_dir():

@@ -140,6 +140,13 @@ def test_neither_is_written_where_one_cannot_be(path: str, attestation: str, fol
     assert Path("log.csv").read_text() == LOG
 
 
+def test_a_password_is_not_kept(folder: Path, postgres: str) -> None:
+    result = fa.audit(postgres, decision="answer", group="sex", utility="yes", table="logs.Decisions", confidence=None)
+    assert not any(secret in pickle.dumps(result) for secret in (b"secret", b"auditor", b"127.0.0.1"))
+    [source] = attested(result).sources
+    assert (source.name, source.table, source.sha256) == ("postgresql:postgres", "logs.Decisions", None)
+
+
 def test_a_result_that_was_pickled_is_attested(folder: Path) -> None:
     attested(pickle.loads(pickle.dumps(fa.audit("log.csv", **ROLES))))  # noqa: S301
 
