@@ -31,7 +31,8 @@ examples:
   fairaudit publish certificate.json --rule ll144 --sex sex --race race --categories map.toml --unknown declined -o published
   fairaudit publish certificate.json --rule four-fifths -o published
   fairaudit publish certificate.json --rule four-fifths --by sex --by sex,race --favourable hired -o published
-  fairaudit publish certificate.json --rule air --control white --favourable approved -o published"""
+  fairaudit publish certificate.json --rule air --control white --favourable approved -o published
+  fairaudit publish certificate.json --table certificate.table.jsonl --rule four-fifths --small 10 -o published"""
 
 OPTIONS = {
     "ll144": publish_ll144.OPTIONS,
@@ -51,7 +52,9 @@ def add(commands: Any) -> None:
     parser.add_argument("--rule", required=True, choices=tuple(OPTIONS), help="whose figures to write")
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder to make; refused where something is in it")
     parser.add_argument(
-        "--table", metavar="FILE", help="the canonical table, where the certificate does not hold it; it goes into the folder, too"
+        "--table",
+        metavar="FILE",
+        help="the canonical table, where the certificate does not hold it; it goes into the folder, too, but for --small",
     )
     parser.add_argument(
         "--attestation",
