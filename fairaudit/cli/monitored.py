@@ -106,6 +106,11 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
                 f"{arguments.from_monitor}: time confounds, as pairs in time show: a certificate takes means to be constant, and they are "
                 "not; make the time (the hour, the month) a context"
             )
+    if stated is not None and (moment is not None or detected is not None or tally.get("repeats") or tally.get("early")):
+        raise InputError(
+            f"{arguments.from_monitor}: --attest says how much was read and why the rest was dropped, which is not known here: "
+            "a part of the decisions is certified, or some were left out as repeats or as made before --since"
+        )
     found = subject(settings, counts, decisions)
     if found is None:
         raise InputError(f"{arguments.from_monitor}: no two groups have been counted {'since the ratio changed' if detected else 'yet'}")

@@ -259,6 +259,23 @@ def test_what_a_monitor_counted(folder: Path, capsys: pytest.CaptureFixture[str]
     assert (made.rows.read, made.rows.counted, made.rows.dropped, made.options) == (21, 20, {"unreadable line": 1}, {})
 
 
+@pytest.mark.parametrize(
+    ("monitor", "certify"),
+    [(["--event-id", "id"], []), (["--unit", "id"], []), (["--max-local-ratio", "1.0001", "--confidence", "0.1"], ["--at-alarm"])],
+)
+def test_what_a_monitor_left_out_is_not_passed_over(
+    folder: Path, capsys: pytest.CaptureFixture[str], monitor: list[str], certify: list[str]
+) -> None:
+    rows = [("yes", "f"), ("no", "f"), ("yes", "m"), ("no", "m")] * 3 + [("yes", "f"), ("no", "m")] * 40
+    lines = [json.dumps({"answer": u, "sex": a, "id": i % 80}) for i, (u, a) in enumerate(rows)]
+    (folder / "log.jsonl").write_text("\n".join(lines) + "\n")
+    limits = [] if certify else ["--max-local-ratio", "3"]
+    assert main(["monitor", "log.jsonl", *ROLES, *limits, "--state", "state.db", *monitor]) in (0, 1, 3)
+    assert main(["certify", "--from-monitor", "state.db", *certify, *WITH]) == 2
+    assert "--attest says how much was read" in capsys.readouterr().err
+    assert not any((folder / "out").iterdir())
+
+
 def test_every_file_or_none(folder: Path) -> None:
     (folder / "out" / "a.json").mkdir()
     words = ["certify", "data/log.csv", *ROLES, "--missing", "drop", "-o", "out/c.json", "-o", "out/page.md", "--attest", "out/a.json"]
