@@ -569,3 +569,18 @@ def test_a_recount_is_equal_where_the_tables_are(rows: list[Any], others: list[A
         assert {entry.what: entry.equal for entry in found.findings}["the table"] is (digests[0] == digests[1])
         assert (found.difference is None) is (digests[0] == digests[1])
         assert found.difference is None or found.difference.sentences
+
+
+def test_a_log_that_changes_while_it_is_counted_is_no_finding(folder: Path, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fairaudit.attestations import recount
+
+    def read_while_somebody_writes(*given: Any, _own: Any = recount.read_audited, **options: Any) -> Any:
+        found = _own(*given, **options)
+        (folder / "log.csv").write_text(as_csv(log(301)))
+        return found
+
+    attest(*CASES["csv"])
+    monkeypatch.setattr(recount, "read_audited", read_while_somebody_writes)
+    code, found = check("log.csv")
+    assert code == 2
+    assert "was changed while it was read" in found["error"]
