@@ -303,7 +303,6 @@ def _said(stated: Statement, counted: Counted) -> tuple[str, ...]:
         f"What follows is only stated, and no check can see it: {', '.join([*parts, 'made at ' + said['time']])}; command and versions.",
         *([f"No {' or '.join(unstated)} is stated."] if unstated else []),
         *(["What was dropped is only stated, too: the certificate does not say."] if counted.dropped is None else []),
-        f"Not checked here: that the table was counted from {', '.join([*names, *more])}.",
-        "Whoever has the log can count it again (fairaudit verify --recount).",
+        f"Whether the table was counted from {', '.join([*names, *more])}, only the log tells, counted again (fairaudit verify --recount).",
     ]
     return tuple(map(printable, sentences))

@@ -227,12 +227,12 @@ def _day(value: object) -> str:
 def _unknown_fact(tables: Sequence[ImpactTable], *, available: bool) -> str:
     if available and len(tables) > 1:
         return (
-            "; ".join(f"{TITLES[table.name].lower()}: {table.unknown.people}" for table in tables)
+            "; ".join(f"{TITLES[table.name].lower()}: {table.unknown.people:,}" for table in tables)
             + " (each table has all whose category is known)"
         )
     people = tables[0].unknown.people
     both = " (the tables have the people of whom both sex and race or ethnicity are known)" if len(tables) > 1 else ""
-    return f"{people}{both}"
+    return f"{people:,}{both}"
 
 
 def _tables(part: Part, words: Words) -> Section:
@@ -252,7 +252,7 @@ def _tables(part: Part, words: Words) -> Section:
 
 
 def _unknown_counts(table: ImpactTable) -> tuple[str, str]:
-    return str(table.unknown.people), NONE if table.unknown.undecided else str(table.unknown.selected)
+    return f"{table.unknown.people:,}", NONE if table.unknown.undecided else f"{table.unknown.selected:,}"
 
 
 def _row(line: Line, table: ImpactTable) -> Row:
@@ -261,7 +261,7 @@ def _row(line: Line, table: ImpactTable) -> Row:
     if top is not None and line.status == "compared" and line.rate == top.rate:
         status = "highest"
     ratio = "left out" if line.status == "excluded" else ratio_text(line.ratio)
-    return Row((_name(line), str(line.applicants), str(line.selected), rate_text(line.rate), ratio), status)
+    return Row((_name(line), f"{line.applicants:,}", f"{line.selected:,}", rate_text(line.rate), ratio), status)
 
 
 def _notes(table: ImpactTable, words: Words) -> Iterator[str]:
@@ -274,10 +274,10 @@ def _notes(table: ImpactTable, words: Words) -> Iterator[str]:
         yield "All rates that are compared are 0, so each is the highest and each impact ratio is 1."
     else:
         yield f"Impact ratios are rates over {rate_text(top.rate)}, the highest {words.rate.lower()}: {' and '.join(alike)}."
-    yield f"{table.applicants} people are in this table."
+    yield f"{table.applicants:,} people are in this table."
     excluded = [_name(line) for line in table.lines if line.status == "excluded"]
     if excluded:
-        yield f"Below 2 % of these {table.applicants} and left out of the impact ratios: {'; '.join(excluded)}."
+        yield f"Below 2 % of these {table.applicants:,} and left out of the impact ratios: {'; '.join(excluded)}."
     if any(line.status == "empty" for line in table.lines):
         yield f"{NONE}: a category without people has no rate and no impact ratio."
 
@@ -290,8 +290,8 @@ def _exclusions(stated: Stated, parts: Sequence[Part]) -> Iterator[Section]:
             (
                 f"{f'{part.label}: ' if part.label is not None else ''}{_name(line)}",
                 TITLES[table.name],
-                str(line.applicants),
-                str(table.applicants),
+                f"{line.applicants:,}",
+                f"{table.applicants:,}",
                 rate_text(line.share),
                 rate_text(line.rate),
             ),
@@ -326,7 +326,7 @@ def _worst(parts: Sequence[Part]) -> Section:
             name = f"{of}{TITLES[table.name]}"
             pair = (NONE, NONE) if worst is None or worst.pair is None else tuple(_name(table.lines[i]) for i in worst.pair)
             figures = (ratio_text(least.ratio if least else None), ratio_text(worst.ratio if worst else None))
-            rows.append(Row((name, str(table.unknown.people), *figures, *pair)))
+            rows.append(Row((name, f"{table.unknown.people:,}", *figures, *pair)))
             if every is not None and worst is not None and every.ratio < worst.ratio and every.pair is not None:
                 low, high = (_name(table.lines[i]) for i in every.pair)
                 notes.append(f"{name}, with the categories that are empty or left out: {ratio_text(every.ratio)} ({low} against {high}).")
@@ -335,7 +335,7 @@ def _worst(parts: Sequence[Part]) -> Section:
         return Section("What the unknown could change", text)
     undecided = max(table.unknown.undecided for part in parts for table in part.tables)
     also = (
-        (f"Whether {undecided} of them were selected is unknown, too; the worst case is over all that this could be.",) if undecided else ()
+        (f"Whether {undecided:,} of them were selected is unknown, too; the worst case is over whatever it could be.",) if undecided else ()
     )
     return Section(
         "What the unknown could change",

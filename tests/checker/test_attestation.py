@@ -75,7 +75,7 @@ def test_a_true_attestation(certificate: Path, capsys: pytest.CaptureFixture[str
         "2026-01-15T09:00:00Z",
     ):
         assert stated in only
-    assert 'Not checked here: that the table was counted from "log.csv", "postgresql" (without digest).' in only
+    assert 'Whether the table was counted from "log.csv", "postgresql" (without digest), only the log tells, counted again' in only
     assert checker.main([str(certificate), "--attestation", said, "--verbose"]) == 0
     assert "true   rows.counted is 161/2" in capsys.readouterr().out
 
