@@ -267,9 +267,11 @@ def _read(path: str | os.PathLike[str], *, private: bool) -> bytes:
     try:
         with Path(path).open("rb") as file:
             found = os.fstat(file.fileno())
+            raw = file.read(MAX_BYTES + 1)
+            if private and re.match(rb"\s*-----BEGIN PUBLIC KEY-----", raw) and b"PRIVATE KEY" not in raw:
+                raise InputError(f"{path} is a public key, by which everybody checks; sign with the private one")
             if private and _is_open_to_others(found):
                 raise InputError(f"{path} can be read by others, so that others may sign with it; `chmod 600` it, or make a new key")
-            raw = file.read(MAX_BYTES + 1)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
     except ValueError as error:

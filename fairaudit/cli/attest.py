@@ -7,16 +7,21 @@ import os
 import shlex
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
+
+if TYPE_CHECKING:
+    from fairaudit.attestations.envelope import Envelope
+    from fairaudit.attestations.keys import PublicKey
 
 DESCRIPTION = """\
 Sign the attestation of a certificate (`certify --attest` writes it), or make a pair of keys to sign with:
 
   fairaudit attest --new-key key.pem                    writes key.pem, which stays yours, and key.pub.pem, for everybody
   fairaudit attest attestation.json --sign-key key.pem  writes attestation.dsse.json
+  fairaudit attest attestation.dsse.json --sign-key …   adds one more signature to that file
 
 A signature says that what is signed is unaltered since the holder of the key signed it, and nothing else. A passphrase is asked for on
 the terminal, or taken from FAIRAUDIT_KEY_PASSPHRASE; there is no option for it."""
@@ -31,7 +36,12 @@ def add(commands: Any) -> None:
     parser = add_command(commands, "attest", run, "sign the attestation of a certificate, or make keys", DESCRIPTION, EPILOG)
     parser.add_argument("attestation", metavar="FILE", nargs="?", help="the attestation; one that is signed gets one more signature")
     parser.add_argument("--sign-key", metavar="KEY.pem", help="the private key (Ed25519, PKCS#8), which nobody else may be able to read")
-    parser.add_argument("-o", "--output", metavar="FILE", help="where to write what is signed (by default the name with .dsse.json)")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="where to write what is signed (by default the name with .dsse.json; what is signed already stays in its file)",
+    )
     parser.add_argument("--new-key", metavar="KEY.pem", help="make a pair of keys: KEY.pem and KEY.pub.pem, never over another file")
     parser.add_argument(
         "--passphrase",
@@ -91,11 +101,13 @@ def _signed(name: str, key: str, output: str | None) -> Answer:
     from fairaudit.files import write_atomically
     from fairaudit.words import plain
 
-    target = output or _beside(name)
-    refuse_output(target, [name], "the attestation")
-    refuse_output(target, [key], "the key")
     raw = read_attestation(name)
-    envelope = read_envelope(raw, name) or Envelope(raw)
+    found = read_envelope(raw, name)
+    # What is signed already is written again in its place, with all that it holds and one more signature.
+    target = output or (_beside(name) if found is None else name)
+    refuse_output(target, [name] if found is None else [], "the attestation")
+    refuse_output(target, [key], "the key")
+    envelope = found or Envelope(raw)
     statement = read_statement(envelope.payload, name)
     private = read_private_key(key, lambda: _passphrase(key))
     with naming(name):
@@ -103,12 +115,13 @@ def _signed(name: str, key: str, output: str | None) -> Answer:
     text = signed.text.encode("ascii")
     if len(text) > MAX_BYTES:
         raise InputError(f"{name} is too long to be signed: with its signature it has more than {MAX_BYTES} bytes")
+    _refuse_loss(target, signed, key)
     write_atomically(Path(target), [text])
     public, others = public_key_of(private), len(signed.signatures) - 1
     kept = f" {others} other signature{'s' * (others != 1)} stay{'s' * (others == 1)}, not checked." if others else ""
-    sentence = f"{target} is {name}, signed by the key {public.id}.{kept}"
+    sentence = f"{target} is {'now' if target == name else f'{name},'} signed by the key {public.id}.{kept}"
     subjects = [subject.name for subject in statement.subjects]
-    check = ["fairaudit", "verify", subjects[0], "--attestation", target, "--key", "PUB.pem"]
+    check = ["fairaudit", "verify", subjects[0], "--attestation", target, "--key", _public_beside(key, public)]
     return Answer(
         "attest",
         sentence=sentence,
@@ -123,8 +136,46 @@ def _beside(name: str) -> str:
 
     path = Path(name)
     if path.name.endswith(".dsse.json"):
-        raise InputError(f"{path} is signed already, as its name says; add -o FILE for what has one more signature")
+        raise InputError(f"{path} is not signed, although its name ends as that of a signed one; add -o FILE for what is signed")
     return str(path.with_name(f"{path.name.removesuffix('.json')}.dsse.json"))
+
+
+def _refuse_loss(target: str, signed: Envelope, key: str) -> None:
+    """Refuse to write over signatures that what is to be written does not have."""
+    from fairaudit.attestations.envelope import read_envelope
+    from fairaudit.attestations.verification import read_attestation
+    from fairaudit.errors import InputError
+
+    if not Path(target).exists():
+        return
+    try:
+        there = read_envelope(read_attestation(target))
+    except InputError:  # no attestation; it is written over as by any command
+        return
+    if there is None:
+        return
+    if there.payload != signed.payload:
+        raise InputError(f"{target} is there already and holds another attestation, which is signed; name another file with -o FILE")
+    values = {signature.value for signature in signed.signatures}
+    lost = sum(signature.value not in values for signature in there.signatures)
+    if lost:
+        command = shlex.join(["fairaudit", "attest", target, "--sign-key", key])
+        raise InputError(
+            f"{target} is there already and holds {lost} signature{'s' * (lost != 1)} of the same attestation that would be lost; "
+            f"sign that file, and it gets one more: {command}"
+        )
+
+
+def _public_beside(key: str, public: PublicKey) -> str:
+    """The file of the public key, where it lies beside the private one."""
+    from fairaudit.attestations.keys import read_public_key
+    from fairaudit.errors import InputError
+
+    beside = str(Path(key).with_suffix(".pub.pem"))
+    try:
+        return beside if read_public_key(beside) == public else "PUB.pem"
+    except InputError:
+        return "PUB.pem"
 
 
 def _passphrase(key: str) -> str:

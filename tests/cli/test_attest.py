@@ -44,8 +44,8 @@ def test_from_a_key_to_a_signed_attestation(capsys: pytest.CaptureFixture[str]) 
     said = "".join(capsys.readouterr())
     assert read_public_key("key.pub.pem").id in said and all(line not in said for line in secrets_of("key.pem"))
     command = re.search(r"To check it: fairaudit (.*)", said)
-    assert command is not None and command[1] == "verify certificate.json --attestation a.dsse.json --key PUB.pem"
-    assert main(command[1].replace("PUB.pem", "key.pub.pem").split()) == 0
+    assert command is not None and command[1] == "verify certificate.json --attestation a.dsse.json --key key.pub.pem"
+    assert main(command[1].split()) == 0
     found = read_envelope(Path("a.dsse.json").read_bytes())
     assert found is not None and found.payload == Path("a.json").read_bytes()
 
@@ -72,14 +72,81 @@ def test_two_may_sign(capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("one", "two"):
         main(["attest", "--new-key", f"{name}.pem"])
     assert main(["attest", "a.json", "--sign-key", "one.pem"]) == 0
-    assert main(["attest", "a.dsse.json", "--sign-key", "two.pem"]) == 2
-    assert "add -o FILE" in capsys.readouterr().err
     assert main(["attest", "a.dsse.json", "--sign-key", "one.pem", "-o", "both.json"]) == 2
     assert "signed by this key already" in capsys.readouterr().err
     assert main(["attest", "a.dsse.json", "--sign-key", "two.pem", "-o", "both.json"]) == 0
     assert "1 other signature stays, not checked" in capsys.readouterr().out
     for name in ("one", "two"):
         assert main(["verify", "certificate.json", "--attestation", "both.json", "--key", f"{name}.pub.pem", "--quiet"]) == 0
+
+
+def test_the_public_key_is_named_only_where_it_is_that_of_the_private_one(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("one", "two"):
+        main(["attest", "--new-key", f"{name}.pem"])
+    Path("one.pub.pem").write_bytes(Path("two.pub.pem").read_bytes())
+    Path("two.pub.pem").unlink()
+    capsys.readouterr()
+    for name in ("one", "two"):
+        assert main(["attest", "a.json", "--sign-key", f"{name}.pem", "-o", f"{name}.json"]) == 0
+        assert f"--attestation {name}.json --key PUB.pem\n" in capsys.readouterr().out
+
+
+def test_no_signature_is_written_over(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("one", "two", "three"):
+        main(["attest", "--new-key", f"{name}.pem"])
+    assert main(["attest", "a.json", "--sign-key", "one.pem"]) == 0
+    first = Path("a.dsse.json").read_bytes()
+    for words in ("a.json --sign-key two.pem", "a.json --sign-key two.pem -o a.dsse.json"):
+        capsys.readouterr()
+        assert main(["attest", *words.split()]) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and "holds 1 signature of the same attestation that would be lost" in err
+        assert Path("a.dsse.json").read_bytes() == first
+    command = re.search(r"it gets one more: fairaudit (.*)", err)
+    assert command is not None and main(command[1].split()) == 0
+    assert "a.dsse.json is now signed by the key" in capsys.readouterr().out
+    for name in ("one", "two"):
+        assert main(["verify", "certificate.json", "--attestation", "a.dsse.json", "--key", f"{name}.pub.pem", "--quiet"]) == 0
+    both = Path("a.dsse.json").read_bytes()
+    for output in ([], ["-o", "a.dsse.json"]):
+        assert main(["attest", "a.dsse.json", "--sign-key", "two.pem", *output]) == 2
+    assert main(["attest", "a.json", "--sign-key", "one.pem"]) == 2  # that of the second would be lost
+    document = json.loads(Path("a.json").read_text())
+    document["predicate"]["title"] = "Another"
+    Path("b.json").write_text(json.dumps(document))
+    assert main(["attest", "b.json", "--sign-key", "three.pem", "-o", "a.dsse.json"]) == 2
+    assert "holds another attestation, which is signed" in capsys.readouterr().err
+    assert Path("a.dsse.json").read_bytes() == both
+    assert not [path for path in Path().iterdir() if path.suffix == ".part"]
+
+
+def test_what_loses_no_signature_is_written_again() -> None:
+    main(["attest", "--new-key", "one.pem"])
+    Path("s.json").write_text("no attestation")
+    for _ in range(2):
+        assert main(["attest", "a.json", "--sign-key", "one.pem", "-o", "s.json"]) == 0
+    found = read_envelope(Path("s.json").read_bytes())
+    assert found is not None and len(found.signatures) == 1
+
+
+def test_a_public_key_does_not_sign(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["attest", "--new-key", "key.pem"])
+    for mode in (0o644, 0o600):
+        Path("key.pub.pem").chmod(mode)
+        assert main(["attest", "a.json", "--sign-key", "key.pub.pem"]) == 2
+        assert "key.pub.pem is a public key, by which everybody checks; sign with the private one" in capsys.readouterr().err
+
+
+def test_the_page_tells_how_two_sign() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "attestation.md").read_text("utf-8")
+    (script,) = [block for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) if "--sign-key officer.pem" in block]
+    shutil.copy("a.json", "attestation.json")
+    for words in ("--new-key auditor.pem", "--new-key officer.pem"):
+        assert main(["attest", *words.split()]) == 0
+    assert main(["attest", "attestation.json", "--sign-key", "auditor.pem"]) == 0
+    for line in script.splitlines():
+        assert main(line.split()[1:]) == 0
+    assert main(["verify", "certificate.json", "--attestation", "attestation.dsse.json", "--key", "auditor.pub.pem", "--quiet"]) == 0
 
 
 @pytest.mark.parametrize(
