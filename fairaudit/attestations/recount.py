@@ -42,7 +42,7 @@ from fairaudit.tables.sources import is_database, source_name
 from fairaudit.verified.verification import CertificateLike, opened, verification_of
 from fairaudit.words import brief
 
-__all__ = ["Recount", "Recounted", "lines_of", "recount", "recounted", "stated_in"]
+__all__ = ["Recount", "Recounted", "attested_document", "lines_of", "recount", "recounted", "stated_in"]
 
 NOT_SHOWN = "No recount shows whether the log is what really happened, or whether what the attestation only states is true."
 
@@ -228,7 +228,7 @@ def recount(
     made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", None)
     held = made.table.lines if isinstance(made, Certificate) and made.table is not None else None
     lines = held if table is None else lines_of(Path(table))
-    return recounted(opened(certificate).document, lines, statement, source, query=query, engine=engine, memory=memory)
+    return recounted(attested_document(certificate, statement), lines, statement, source, query=query, engine=engine, memory=memory)
 
 
 def recounted(
@@ -462,6 +462,20 @@ def stated_in(raw: bytes, name: str) -> Statement:
     """
     envelope = read_envelope(raw, name)
     return read_statement(raw if envelope is None else envelope.payload, name)
+
+
+def attested_document(certificate: CertificateLike, statement: Statement) -> dict[str, Any]:
+    """Open a certificate that was checked, and make sure that it is still the one that the statement is about.
+
+    Raises
+    ------
+    InputError
+        If it is another one.
+    """
+    found = opened(certificate)
+    if sha256(found.raw).hexdigest() not in {subject.sha256 for subject in statement.subjects}:
+        raise InputError(f"{found.name} was changed while it was checked; run this again when nobody writes to it")
+    return found.document
 
 
 def _lines(document: Mapping[str, Any], lines: Lines | None) -> Iterator[bytes]:

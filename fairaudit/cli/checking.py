@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fairaudit import checker
 from fairaudit.checker import (
+    Attested,
     Finding,
     Refusal,
     Report,
@@ -21,6 +22,7 @@ from fairaudit.checker import (
 )
 
 __all__ = [
+    "Attested",
     "Finding",
     "Refusal",
     "Report",

@@ -11,6 +11,7 @@ from fairaudit.cli.source import option, progress
 
 if TYPE_CHECKING:
     from fairaudit.attestations.recount import Recount
+    from fairaudit.errors import InputError
 
 __all__ = ["add_recount", "as_json", "as_text", "check_recount", "recount_of"]
 
@@ -44,8 +45,8 @@ def check_recount(arguments: argparse.Namespace) -> None:
             raise InputError(f"{option(name)} goes with --recount LOG, the log that is counted again")
 
 
-def recount_of(arguments: argparse.Namespace, certificate: str, attestation: bytes) -> Recount | None:
-    """Count the log again, if that is asked for, with progress on a terminal.
+def recount_of(arguments: argparse.Namespace, certificate: str, attestation: bytes) -> Recount | InputError | None:
+    """Count the log again, if that is asked for, with progress on a terminal; or say why that cannot be done.
 
     Parameters
     ----------
@@ -58,26 +59,34 @@ def recount_of(arguments: argparse.Namespace, certificate: str, attestation: byt
     """
     if arguments.recount is None:
         return None
-    from fairaudit.attestations.recount import lines_of, recounted, stated_in
-    from fairaudit.verified.verification import opened
+    from fairaudit.attestations.recount import attested_document, lines_of, recounted, stated_in
+    from fairaudit.errors import InputError
 
-    document = opened(certificate).document
-    statement = stated_in(attestation, arguments.attestation)
     source = arguments.recount if len(arguments.recount) > 1 else arguments.recount[0]
     lines = None if arguments.table is None else lines_of(Path(arguments.table))
-    with progress() as report:
-        asked = {"query": arguments.query, "engine": arguments.engine or "auto", "memory": arguments.memory}
-        return recounted(document, lines, statement, source, **asked, report=report, spelled=option)
+    asked = {"query": arguments.query, "engine": arguments.engine or "auto", "memory": arguments.memory}
+    try:
+        statement = stated_in(attestation, arguments.attestation)
+        document = attested_document(certificate, statement)
+        with progress() as report:
+            return recounted(document, lines, statement, source, **asked, report=report, spelled=option)
+    except InputError as error:
+        return error
 
 
-def as_text(found: Recount) -> list[str]:
-    """What the recount showed, in lines for a person."""
+def as_text(found: Recount | InputError) -> list[str]:
+    """What the recount showed, in lines for a person; nothing where it could not be done, of which the message says why."""
+    if isinstance(found, Exception):
+        return []
     listed = [f"{'differs' if entry.equal is False else 'equal  ' if entry.equal else 'unknown'}  {entry.line}" for entry in found.findings]
     return ["", *listed, *([""] if listed else []), *wrap(found.paragraph, WIDTH, break_long_words=False, break_on_hyphens=False)]
 
 
-def as_json(found: Recount) -> dict[str, Any]:
-    """What the recount showed, for programs."""
+def as_json(found: Recount | InputError) -> dict[str, Any]:
+    """What the recount showed, for programs; of one that could not be done why, and that nothing is known."""
+    if isinstance(found, Exception):
+        said = f"Nothing was recounted: {found}."
+        return {"equal": None, "paragraph": said, "missing": [], "findings": [], "different_cells": 0, "first_cell": None}
     first = None if found.difference is None else found.difference.first
     return {
         "equal": found.ok,

@@ -11,7 +11,9 @@ from fairaudit.cli.output import Answer, add_format, tell
 from fairaudit.cli.recounting import add_recount, as_json, as_text, check_recount, recount_of
 
 if TYPE_CHECKING:
-    from fairaudit.cli.checking import Finding, Signed
+    from fairaudit.cli.checking import Attested, Finding, Signed
+
+FALSE_ALREADY = "nothing was recounted, because what the log would be compared with is false already"
 
 
 def add(commands: Any) -> None:
@@ -105,19 +107,25 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
         if not arguments.quiet:
             print(f"fairaudit: {printable(name)}: {printable(found.message)}", file=sys.stderr)
         return found.code
-    # By a statement that is not the signer's nothing is counted; what is counted by is byte for byte what was checked.
+    # What is recounted is byte for byte what was checked; nothing is, where that is false, or not the signer's.
     payload = attestation if attestation is None or isinstance(attestation, bytes) else attestation.payload
-    recount = None if payload is None else recount_of(arguments, name, payload)
-    codes = exit_code(found, arguments.require), 0 if recount is None else recount.exit_code
-    code = 1 if 1 in codes else max(codes)
+    recount = None if payload is None or exit_code(found) == 1 else recount_of(arguments, name, payload)
+    refused, again, counted = "", "", 0
+    if isinstance(recount, InputError):
+        refused, again, counted = str(recount), f" Nothing was recounted: {recount}.", 2
+    elif recount is not None:
+        again, counted = f" {recount.sentence}", recount.exit_code
+    codes = exit_code(found, arguments.require), counted
+    code = next(code for code in (1, 2, 3, 0) if code in codes)
     if arguments.quiet:
         return code
     said, attested = summary_line(found, arguments.require), found.attested
-    return Answer(
+    answer = Answer(
         "verify",
         # What a false certificate states is no verdict.
         verdict=found.verdict if found.ok else "none",
-        sentence=printable(f"{said[0].upper()}{said[1:]}.{'' if recount is None else f' {recount.sentence}'}"),
+        sentence=printable(f"{said[0].upper()}{said[1:]}.{again}"),
+        notes=[FALSE_ALREADY] if arguments.recount is not None and recount is None else [],
         result=lambda: {
             "true": found.ok,
             "stated_verdict": found.verdict,
@@ -125,19 +133,7 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
             "paragraph": paragraph(found, arguments.require),
             "assumptions": [{"assumption": text, "about": list(about)} for text, about in found.outline.assumptions],
             "statements": [_finding(finding) for finding in found.findings],
-            **(
-                {}
-                if attested is None
-                else {
-                    "attestation": {
-                        "true": attested.ok,
-                        "signature": attested.signature,
-                        "key": attested.key or None,
-                        "paragraph": attested_paragraph(found),
-                        "statements": [_finding(finding) for finding in attested.findings],
-                    }
-                }
-            ),
+            **({} if attested is None else {"attestation": _attested(attested, attested_paragraph(found))}),
             **({} if recount is None else {"recount": as_json(recount)}),
         },
         text=lambda: "\n".join(
@@ -145,6 +141,22 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
         ),
         code=code,
     )
+    if not refused:
+        return answer
+    tell(answer, arguments.format)
+    print(f"fairaudit: {printable(refused)}", file=sys.stderr)
+    return code
+
+
+def _attested(found: Attested, said: str) -> dict[str, Any]:
+    """What was found of an attestation, for programs."""
+    return {
+        "true": found.ok,
+        "signature": found.signature,
+        "key": found.key or None,
+        "paragraph": said,
+        "statements": [_finding(finding) for finding in found.findings],
+    }
 
 
 def _attestation(arguments: argparse.Namespace) -> bytes | Signed | None:

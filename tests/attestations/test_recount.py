@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit.attestations.making import stated_of, statement_of
+from fairaudit.attestations.recount import recounted, stated_in
 from fairaudit.attestations.sources import take
 from fairaudit.cli import main
 
@@ -323,12 +324,63 @@ def test_an_attestation_of_files_says_of_no_table_of_a_database(folder: Path, ch
     assert "write the log to a file" in found["error"]
 
 
-def test_a_page_that_shows_the_certificate_is_recounted_too(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("altered", ["certificate", "attestation", "page"])
+def test_what_is_false_is_not_recounted_and_no_recount_hides_it(folder: Path, capsys: pytest.CaptureFixture[str], altered: str) -> None:
     attest(*CASES["csv"], "-o", "page.html")
+    if altered == "certificate":
+        document = json.loads((folder / "c.json").read_text())
+        document["metrics"]["local"]["ratio"] = "9"
+        (folder / "c.json").write_text(json.dumps(document))
+    elif altered == "attestation":
+        statement = json.loads((folder / "a.json").read_text())
+        statement["predicate"]["rows"]["counted"] += 1
+        (folder / "a.json").write_text(json.dumps(statement))
+    command = ["verify", "page.html" if altered == "page" else "c.json", "--attestation", "a.json", "--recount", "sqlite:log.db"]
     capsys.readouterr()
-    code = main(["verify", "page.html", "--attestation", "a.json", "--format", "json", "--recount", "log.csv"])
-    found = envelope(capsys.readouterr().out)["result"]
-    assert (code, found["attestation"]["true"], found["recount"]["equal"]) == (1, False, True)  # the page is another file
+    assert main(command) == 1
+    said = capsys.readouterr()
+    assert "FALSE" in said.out
+    assert "note: nothing was recounted" in said.err
+    assert main([*command, "--format", "json"]) == 1
+    answer = envelope(capsys.readouterr().out)
+    assert "recount" not in answer["result"]
+    assert "nothing was recounted" in answer["notes"][0]
+    assert main([*command, "--quiet"]) == 1
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_recount_that_cannot_be_done_hides_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    attest(*CASES["csv"])
+    command = ["verify", "c.json", "--attestation", "a.json", "--recount", "sqlite:log.db"]
+    capsys.readouterr()
+    assert main(command) == 2
+    said = capsys.readouterr()
+    assert said.out.startswith("All ") and "The attestation fits" in said.out
+    assert said.err.startswith("fairaudit: the attestation is of files") and said.err.count("\n") == 1
+    assert main([*command, "--format", "json"]) == 2
+    answer = envelope(capsys.readouterr().out)
+    assert (answer["result"]["true"], answer["result"]["recount"]["equal"]) == (True, None)
+    assert "Nothing was recounted: the attestation is of files" in answer["sentence"]
+    assert main([*command, "--require", "within"]) == 1
+    assert main([*command, "--quiet"]) == 2
+
+
+def test_a_certificate_that_changes_while_it_is_checked_is_not_recounted(
+    folder: Path, check: Check, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fairaudit.cli import checking
+
+    def check_then_change(*given: Any, _own: Any = checking.examine) -> Any:
+        found = _own(*given)
+        (folder / "c.json").write_bytes((folder / "other.json").read_bytes())
+        return found
+
+    attest(*CASES["csv"])
+    assert main(["certify", "log.csv", *BY_RACE, "--missing", "drop", "-o", "other.json"]) == 0
+    monkeypatch.setattr(checking, "examine", check_then_change)
+    code, found = check("log.csv")
+    assert code == 2
+    assert "c.json was changed while it was checked" in found["error"]
 
 
 def test_what_the_options_say_is_data(folder: Path, check: Check) -> None:
@@ -509,7 +561,7 @@ def test_a_policy_behind_a_filter_is_recounted(folder: Path, check: Check) -> No
 
 
 @pytest.mark.parametrize("change", [{"sources": 301}, {"read": 301, "dropped": {"unreadable": 1}}])
-def test_how_much_was_read_is_counted_again(folder: Path, check: Check, change: dict[str, Any]) -> None:
+def test_how_much_was_read_is_counted_again(folder: Path, change: dict[str, Any]) -> None:
     attest(*CASES["csv"])
     statement = json.loads((folder / "a.json").read_text())
     if "sources" in change:
@@ -517,9 +569,8 @@ def test_how_much_was_read_is_counted_again(folder: Path, check: Check, change: 
     else:
         statement["predicate"]["rows"] |= change
     (folder / "a.json").write_text(json.dumps(statement))
-    code, found = check("log.csv")
-    assert code == 1
-    assert [entry["what"] for entry in found["findings"] if entry["equal"] is False] == ["how much was read, counted and dropped"]
+    found = recounted(json.loads((folder / "c.json").read_text()), None, stated_in((folder / "a.json").read_bytes(), "a.json"), "log.csv")
+    assert [entry.what for entry in found.findings if entry.equal is False] == ["how much was read, counted and dropped"]
 
 
 groups = st.sampled_from(["f", "F ", "m", "x", ""])
