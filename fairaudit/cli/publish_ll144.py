@@ -9,7 +9,7 @@ from fairaudit.cli.options import column_list
 
 if TYPE_CHECKING:
     from fairaudit.publications.counts import Decisions, Source
-    from fairaudit.publications.ll144_people import Reading, Scores
+    from fairaudit.publications.ll144_people import Scores
     from fairaudit.publications.ll144_statement import Stated
     from fairaudit.publications.publication import Publication
 
@@ -89,8 +89,9 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
     InputError
         If options are missing, do not go together, or say what the certificate does not have.
     """
+    from fairaudit.errors import InputError
     from fairaudit.publications.counts import decisions_of
-    from fairaudit.publications.ll144 import three_tables
+    from fairaudit.publications.ll144 import shown_of, three_tables
     from fairaudit.publications.ll144_page import Part, publish
     from fairaudit.publications.ll144_people import people_of, read_labels, scores_of
     from fairaudit.publications.small import remark_on_small
@@ -98,6 +99,12 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
     stated = _stated(arguments)
     decisions, scores = decisions_of(source), scores_of(source.document)
     available = arguments.unknown_in == "available"
+    if arguments.small is not None and available:
+        raise InputError(
+            "--small goes with --unknown-in complete: tables of other people each would tell of those who are in one of them alone"
+        )
+    if arguments.small is not None and stated.justification is not None:
+        raise InputError("--exclude-below-2-percent does not go with --small: shares of all people would tell those who are withheld")
     reading = read_labels(
         source.document,
         decisions,
@@ -107,24 +114,23 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
         unknown=column_list(arguments.unknown),
         available=available,
     )
-    if arguments.small is not None:
-        return _small(source, stated, decisions, reading, arguments), ""
-    parts = []
-    remark = ""
-    for label, favourable in _selections(source, decisions, scores, arguments):
-        counts = decisions.selected(favourable)
-        remark = remark or remark_on_small(counts)
-        people, apart = people_of(reading, counts)
-        tables = three_tables(
-            people,
-            apart,
-            sex=reading.sex is not None,
-            race=reading.race is not None,
-            available=available,
-            exclude=stated.justification is not None,
-        )
-        parts.append(Part(favourable, tables, label))
-    return publish(stated, decisions, reading, parts, scores, available=available, remarks=_contradictions(source, stated)), remark
+    selections = _selections(source, decisions, scores, arguments)
+    counts = [decisions.selected(favourable) for _, favourable in selections]
+    counted = [people_of(reading, each) for each in counts]
+    recorded = {"sex": reading.sex is not None, "race": reading.race is not None}
+    remark, shown = "", None
+    if arguments.small is None:
+        remark = next(filter(None, map(remark_on_small, counts)), "")
+    else:
+        every = {*decisions.labels} == {label for _, favourable in selections for label in favourable}
+        shown = shown_of(counted, arguments.small, every=every, **recorded)
+    exclude = stated.justification is not None
+    parts = [
+        Part(favourable, three_tables(people, apart, available=available, exclude=exclude, shown=shown, **recorded), label)
+        for (label, favourable), (people, apart) in zip(selections, counted, strict=True)
+    ]
+    remarks = _contradictions(source, stated)
+    return publish(stated, decisions, reading, parts, scores, available=available, remarks=remarks, least=arguments.small), remark
 
 
 def _contradictions(source: Source, stated: Stated) -> tuple[str, ...]:
@@ -136,26 +142,6 @@ def _contradictions(source: Source, stated: Stated) -> tuple[str, ...]:
         return ()
     table = source.document["subject"]["table"]["sha256"]
     return contradictions(stated, provenance_of(source.attestation, source.raw, table, compared=True).statement.stated)
-
-
-def _small(source: Source, stated: Stated, decisions: Decisions, reading: Reading, arguments: argparse.Namespace) -> Publication:
-    """Make the publication that withholds small counts."""
-    from fairaudit.errors import InputError
-    from fairaudit.publications.ll144_people import people_of
-    from fairaudit.publications.ll144_small import Class, chosen_of, publish_small
-
-    if arguments.unknown_in == "available":
-        raise InputError(
-            "--small goes with --unknown-in complete: tables of other people each would tell of those who are in one of them alone"
-        )
-    selections = _selections(source, decisions, None, arguments)
-    every = {*decisions.labels} == {label for _, favourable in selections for label in favourable}
-    classes = []
-    for label, favourable in selections:
-        people, apart = people_of(reading, decisions.selected(favourable))
-        classes.append(Class(favourable, people, apart, label, last=every))
-    chosen = chosen_of(classes, arguments.small, sex=reading.sex is not None, race=reading.race is not None)
-    return publish_small(stated, decisions, reading, classes, arguments.small, chosen)
 
 
 def _stated(arguments: argparse.Namespace) -> Stated:

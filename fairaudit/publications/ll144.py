@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from typing import Literal
 
 from fairaudit.publications.categories import RACES, SEXES
+from fairaudit.publications.small import Place, chosen_of_two, why_withheld
 from fairaudit.publications.unknown_people import WorstCase, worst_case
+from fairaudit.publications.withheld import Parts, is_small
 
-__all__ = ["Count", "ImpactTable", "Line", "People", "Unknown", "impact_table", "three_tables"]
+__all__ = ["Count", "ImpactTable", "Line", "People", "Shown", "Unknown", "impact_table", "shown_of", "three_tables"]
 
 
 TABLES = ("sex", "race", "intersection")
 
-SMALL = 50  # a category of which 50 times its people are fewer than all is below 2 %
+PART = 50  # a category of which 50 times its people are fewer than all is below 2 %
 
 
 Count = tuple[int, int]
 """The people selected, and all of them."""
 
-Category = tuple[str | None, str | None]
-"""Sex and race or ethnicity; None where it is unknown, and where nothing is recorded of it."""
-
-People = Mapping[Category, Count]
+People = Mapping[Place, Count]
+"""By sex and race or ethnicity; None where it is unknown, and where nothing is recorded of it."""
 
 
 @dataclass(frozen=True)
@@ -90,19 +90,25 @@ class ImpactTable:
         ``sex``, ``race`` or ``intersection``.
     lines : tuple of Line
         All categories, in the order of the rule.
-    unknown : Unknown
-        The people outside it.
+    unknown : Unknown or None
+        The people outside it; None where nothing may be said of them.
     worst : WorstCase or None
         The least impact ratio of the categories compared, whoever the unknown are; its pair are places in `lines`.
     worst_of_all : WorstCase or None
         The same of all categories, those that are left out or have no people included.
+    withheld : tuple of (str, str)
+        Further categories, of which nothing may be said; then nothing is said of all people either.
+    why : str
+        How many these are, and why; empty where nothing was to be withheld.
     """
 
     name: str
     lines: tuple[Line, ...]
-    unknown: Unknown
+    unknown: Unknown | None
     worst: WorstCase | None
     worst_of_all: WorstCase | None
+    withheld: tuple[tuple[str, str], ...] = ()
+    why: str = ""
 
     @property
     def applicants(self) -> int:
@@ -123,6 +129,25 @@ class ImpactTable:
     def least(self) -> Line | None:
         """The category with the least impact ratio, of equal ones the first."""
         return min((line for line in self.lines if line.ratio is not None), key=lambda line: line.ratio or Fraction(0), default=None)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What may be shown where small counts are withheld.
+
+    Attributes
+    ----------
+    least : int
+        The least count that is not small.
+    categories : frozenset of (str or None, str or None)
+        Sex and race; None for what a table is not about.
+    unknown : bool
+        Whether the people of unknown category may be.
+    """
+
+    least: int
+    categories: frozenset[Place]
+    unknown: bool
 
 
 def impact_table(name: str, counts: Mapping[tuple[str, str], Count], unknown: Unknown, *, exclude: bool = False) -> ImpactTable:
@@ -152,7 +177,7 @@ def impact_table(name: str, counts: Mapping[tuple[str, str], Count], unknown: Un
     """
     everybody = sum(n for _, n in counts.values())
     status: dict[tuple[str, str], Literal["compared", "excluded", "empty"]] = {
-        category: "empty" if n == 0 else "excluded" if exclude and SMALL * n < everybody else "compared"
+        category: "empty" if n == 0 else "excluded" if exclude and PART * n < everybody else "compared"
         for category, (_, n) in counts.items()
     }
     rates = {category: Fraction(s, n) for category, (s, n) in counts.items() if n}
@@ -189,6 +214,7 @@ def three_tables(
     race: bool = True,
     available: bool = False,
     exclude: bool = False,
+    shown: Shown | None = None,
 ) -> tuple[ImpactTable, ...]:
     """Make the tables of sex, of race or ethnicity, and of both; of one attribute only its own.
 
@@ -204,6 +230,8 @@ def three_tables(
         Whether each table has all people whose category in it is known, rather than those of whom both are.
     exclude : bool
         Whether categories below 2 % of a table are left out of its ratios.
+    shown : Shown, optional
+        The only categories that may be shown.
 
     Examples
     --------
@@ -219,16 +247,76 @@ def three_tables(
         if (about[0] and not sex) or (about[1] and not race):
             continue
         asked = about if available else (sex, race)
+        unknown = _unknown(people, apart, asked)
         counts: dict[tuple[str, str], list[int]] = {
             category: [0, 0] for category in product(SEXES if about[0] else ("",), RACES if about[1] else ("",))
         }
-        outside = [0, 0]
         for category, (s, n) in people.items():
-            known = all(label is not None for label, needed in zip(category, asked, strict=True) if needed)
-            place = (category[0] or "" if about[0] else "", category[1] or "" if about[1] else "")
-            into = counts[place] if known else outside
-            into[0] += s
-            into[1] += n
-        unknown = Unknown(apart.selected + outside[0], apart.unselected + outside[1] - outside[0], apart.undecided)
-        made.append(impact_table(name, {category: (s, n) for category, (s, n) in counts.items()}, unknown, exclude=exclude))
+            if _known(category, asked):
+                into = counts[category[0] or "" if about[0] else "", category[1] or "" if about[1] else ""]
+                into[0] += s
+                into[1] += n
+        if shown is None:
+            made.append(impact_table(name, {category: (s, n) for category, (s, n) in counts.items()}, unknown, exclude=exclude))
+        else:
+            made.append(_only(shown, name, {category: (s, n) for category, (s, n) in counts.items()}, unknown, linked=sex and race))
     return tuple(made)
+
+
+def _known(category: Place, asked: tuple[bool, bool]) -> bool:
+    return all(label is not None for label, needed in zip(category, asked, strict=True) if needed)
+
+
+def _unknown(people: People, apart: Unknown, asked: tuple[bool, bool]) -> Unknown:
+    """All people of whom something that is asked is unknown."""
+    outside = [count for category, count in people.items() if not _known(category, asked)]
+    selected = sum(s for s, _ in outside)
+    return Unknown(apart.selected + selected, apart.unselected + sum(n for _, n in outside) - selected, apart.undecided)
+
+
+def _only(shown: Shown, name: str, counts: Mapping[tuple[str, str], Count], unknown: Unknown, *, linked: bool) -> ImpactTable:
+    """A table of the categories that may be shown, with nothing in it that rests on others."""
+    withheld = tuple(category for category in counts if (category[0] or None, category[1] or None) not in shown.categories)
+    table = impact_table(name, {category: count for category, count in counts.items() if category not in withheld}, Unknown())
+    return ImpactTable(
+        name,
+        tuple(replace(line, share=None) for line in table.lines),
+        unknown if shown.unknown else None,
+        None,
+        None,
+        withheld,
+        why_withheld(shown.least, len(withheld), len(counts), linked=linked),
+    )
+
+
+def shown_of(classes: Sequence[tuple[People, Unknown]], least: int, *, sex: bool, race: bool, every: bool) -> Shown:
+    """Decide which categories are shown so that no small count can be computed; each is shown with all classes or with none.
+
+    Parameters
+    ----------
+    classes : sequence of (mapping, Unknown)
+        As for `three_tables`: once, or for each class that the tool sorts people into.
+    least : int
+        The least count that is not small.
+    sex, race : bool
+        Whether it is recorded.
+    every : bool
+        Whether everybody is in one of the classes.
+    """
+
+    def kinds(counts: Sequence[Count]) -> Parts:
+        """How many people are of each class, and of none of them where there can be such."""
+        taken = [s for s, _ in counts]
+        return tuple(taken) if len(classes) > 1 and every else (*taken, counts[0][1] - sum(taken))
+
+    cells = {
+        (one, other): kinds([people.get((one if sex else None, other if race else None), (0, 0)) for people, _ in classes])
+        for one, other in product(SEXES if sex else ("",), RACES if race else ("",))
+    }
+    if sex and race:
+        categories = chosen_of_two(cells, least, [frozenset({"sex"}), frozenset({"race"}), frozenset({"sex", "race"})], ("sex", "race"))
+    else:
+        categories = frozenset((one or None, other or None) for (one, other), parts in cells.items() if not is_small(parts, least))
+    outside = [_unknown(people, apart, (sex, race)) for people, apart in classes]
+    undecided = any(unknown.undecided for unknown in outside)
+    return Shown(least, categories, not undecided and not is_small(kinds([(each.selected, each.people) for each in outside]), least))

@@ -10,13 +10,15 @@ from typing import Any
 from fairaudit.errors import shown
 from fairaudit.exact.rationals import rational_text
 from fairaudit.publications.counts import Decisions
-from fairaudit.publications.display import NONE, rate_text, ratio_text
+from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
 from fairaudit.publications.ll144 import ImpactTable, Line
 from fairaudit.publications.ll144_people import Reading, Scores
 from fairaudit.publications.ll144_statement import Stated, findings, last_day
 from fairaudit.publications.publication import Publication, Row, Section, Table
+from fairaudit.publications.small import least_shown
+from fairaudit.publications.unknown_people import WorstCase
 
-__all__ = ["HEADER", "TITLES", "Part", "exact", "facts", "gaps", "publish", "reading_of", "words_of"]
+__all__ = ["Part", "publish"]
 
 
 HEADER = (
@@ -47,6 +49,17 @@ WORST = (
 RATIOS = (
     "Impact ratio: the rate of a category over the highest rate in the same table. Categories are those of EEO-1 component 1; of race or "
     "ethnicity, all but the first are of people who are not Hispanic or Latino."
+)
+
+LESS = (
+    "The rule asks for the figures of all categories. Where some are withheld this page gives less than it asks for; whether that may be "
+    "is for the reader to judge."
+)
+
+OF_SHOWN = (
+    "Impact ratios are to the highest rate of the categories shown: one that is withheld may have a higher rate, and then each of these "
+    "would be smaller. How many people are in a table, their shares, and what the unknown could change rest on all categories and are not "
+    "shown."
 )
 
 ROUNDED = (
@@ -92,6 +105,7 @@ def publish(
     *,
     available: bool = False,
     remarks: Sequence[str] = (),
+    least: int | None = None,
 ) -> Publication:
     """Write the tables of a certificate as the rule asks for.
 
@@ -111,21 +125,26 @@ def publish(
         Whether each table has all people whose category in it is known.
     remarks : sequence of str
         What else is remarkable.
+    least : int, optional
+        The least count that is shown, where the tables withhold some: then nothing is said that rests on others.
     """
-    words = words_of(scores, classes=parts[0].label is not None)
-    found = (*findings(stated), *gaps(decisions, reading, parts, scores), *reading.notes, *remarks)
+    words = _words(scores, classes=parts[0].label is not None)
+    found = (*findings(stated), *_gaps(decisions, reading, parts, scores), *(reading.notes if least is None else ()), *remarks)
     classed = parts[0].label is not None
     return Publication(
         rule="ll144",
         title=f"Results of a bias audit: {stated.tool}" if stated.tool else "Results of a bias audit",
         lead=_lead(parts, remarks=bool(found)),
         points=found,
-        facts=tuple(facts(stated, decisions, reading, parts, scores, available=available)),
+        facts=(
+            *_facts(stated, decisions, reading, parts, scores, available=available),
+            *([] if least is None else [least_shown(least)]),
+        ),
         sections=(
             *(_tables(part, words) for part in parts),
             *_exclusions(stated, parts),
-            _worst(parts),
-            reading_of(words, stated),
+            _worst(parts) if least is None else _less(parts),
+            _reading_of(words, stated),
         ),
         header=("class", *HEADER) if classed else HEADER,
         rows=tuple((part.label, *row) if part.label is not None else row for part in parts for row in _rows(part)),
@@ -133,7 +152,7 @@ def publish(
     )
 
 
-def words_of(scores: Scores | None, *, classes: bool) -> Words:
+def _words(scores: Scores | None, *, classes: bool) -> Words:
     """What rates are called: of scores, of classes, or of a selection."""
     if scores is not None:
         return Words("Scoring rate", "Above the median", "received a score above the median of all scores")
@@ -142,7 +161,7 @@ def words_of(scores: Scores | None, *, classes: bool) -> Words:
     return Words("Selection rate", "Selected", "were selected")
 
 
-def gaps(decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: Scores | None) -> Iterator[str]:
+def _gaps(decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: Scores | None) -> Iterator[str]:
     """What the rule asks for and the certificate does not have."""
     if reading.sex is None or reading.race is None:
         there, absent = ("race or ethnicity", "sex") if reading.sex is None else ("sex", "race or ethnicity")
@@ -161,7 +180,11 @@ def gaps(decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: 
 
 
 def _name(line: Line) -> str:
-    return ", ".join(filter(None, (line.sex, line.race)))
+    return _named(line.sex, line.race)
+
+
+def _named(sex: str, race: str) -> str:
+    return ", ".join(filter(None, (sex, race)))
 
 
 def _lead(parts: Sequence[Part], *, remarks: bool) -> str:
@@ -169,18 +192,21 @@ def _lead(parts: Sequence[Part], *, remarks: bool) -> str:
     candidates = [(line, table, part) for part in parts for table in part.tables if (line := table.least()) is not None]
     amiss = " What is missing or remarkable:" if remarks else ""
     if not candidates:
+        if parts[0].tables[0].why:
+            return f"Every category is withheld, so that nothing is compared.{amiss}"
         return f"Nobody in the certificate has a known category, so there is nothing to compare.{amiss}"
     line, table, part = min(candidates, key=lambda found: found[0].ratio or Fraction(0))
     top = table.top
     against = f", against {_name(top)}" if top is not None and line.ratio is not None and line.ratio < 1 else ""
     of = f" of the class {shown(part.label)}" if part.label is not None else ""
+    among = "Of the categories shown the" if table.why else "The"
     return (
-        f"The least impact ratio{of} is {ratio_text(line.ratio)}: {_name(line)}{against}. These are figures that the rule asks for; "
+        f"{among} least impact ratio{of} is {ratio_text(line.ratio)}: {_name(line)}{against}. These are figures that the rule asks for; "
         f"the page does not say what they are worth in law.{amiss}"
     )
 
 
-def facts(
+def _facts(
     stated: Stated, decisions: Decisions, reading: Reading, parts: Sequence[Part], scores: Scores | None, *, available: bool = False
 ) -> Iterator[tuple[str, str]]:
     """The tool, the dates, the data, the unknown: in this order."""
@@ -226,10 +252,10 @@ def _day(value: object) -> str:
 
 def _unknown_fact(tables: Sequence[ImpactTable], *, available: bool) -> str:
     if available and len(tables) > 1:
-        return (
-            "; ".join(f"{TITLES[table.name].lower()}: {table.unknown.people:,}" for table in tables)
-            + " (each table has all whose category is known)"
-        )
+        counted = "; ".join(f"{TITLES[table.name].lower()}: {table.unknown.people:,}" for table in tables if table.unknown)
+        return f"{counted} (each table has all whose category is known)"
+    if tables[0].unknown is None:
+        return WITHHELD
     people = tables[0].unknown.people
     both = " (the tables have the people of whom both sex and race or ethnicity are known)" if len(tables) > 1 else ""
     return f"{people:,}{both}"
@@ -242,6 +268,7 @@ def _tables(part: Part, words: Words) -> Section:
             head=("Category", "Applicants", words.selected, words.rate, "Impact ratio"),
             rows=(
                 *(_row(line, table) for line in table.lines),
+                *(Row((_named(*category), *[WITHHELD] * 4), WITHHELD) for category in table.withheld),
                 Row(("Unknown, not in the table", *_unknown_counts(table), NONE, NONE), "unknown"),
             ),
             notes=tuple(_notes(table, words)),
@@ -252,6 +279,8 @@ def _tables(part: Part, words: Words) -> Section:
 
 
 def _unknown_counts(table: ImpactTable) -> tuple[str, str]:
+    if table.unknown is None:
+        return WITHHELD, WITHHELD
     return f"{table.unknown.people:,}", NONE if table.unknown.undecided else f"{table.unknown.selected:,}"
 
 
@@ -266,6 +295,9 @@ def _row(line: Line, table: ImpactTable) -> Row:
 
 def _notes(table: ImpactTable, words: Words) -> Iterator[str]:
     top = table.top
+    if table.why:
+        yield table.why
+        return
     if top is None:
         yield "Nobody has a known category, so there is no rate."
         return
@@ -326,14 +358,15 @@ def _worst(parts: Sequence[Part]) -> Section:
             name = f"{of}{TITLES[table.name]}"
             pair = (NONE, NONE) if worst is None or worst.pair is None else tuple(_name(table.lines[i]) for i in worst.pair)
             figures = (ratio_text(least.ratio if least else None), ratio_text(worst.ratio if worst else None))
-            rows.append(Row((name, f"{table.unknown.people:,}", *figures, *pair)))
+            rows.append(Row((name, _unknown_counts(table)[0], *figures, *pair)))
             if every is not None and worst is not None and every.ratio < worst.ratio and every.pair is not None:
                 low, high = (_name(table.lines[i]) for i in every.pair)
                 notes.append(f"{name}, with the categories that are empty or left out: {ratio_text(every.ratio)} ({low} against {high}).")
-    if not any(table.unknown.people for part in parts for table in part.tables):
+    unknown = [table.unknown for part in parts for table in part.tables if table.unknown is not None]
+    if not any(each.people for each in unknown):
         text = ("Nobody is outside the tables because a category is unknown.",)
         return Section("What the unknown could change", text)
-    undecided = max(table.unknown.undecided for part in parts for table in part.tables)
+    undecided = max(each.undecided for each in unknown)
     also = (
         (f"Whether {undecided:,} of them were selected is unknown, too; the worst case is over whatever it could be.",) if undecided else ()
     )
@@ -351,7 +384,13 @@ def _worst(parts: Sequence[Part]) -> Section:
     )
 
 
-def reading_of(words: Words, stated: Stated) -> Section:
+def _less(parts: Sequence[Part]) -> Section:
+    """What is not said because it rests on categories that are withheld."""
+    hidden = any(table.withheld for table in parts[0].tables)
+    return Section("What is withheld", (*([LESS] if hidden else []), OF_SHOWN))
+
+
+def _reading_of(words: Words, stated: Stated) -> Section:
     """How the tables are to be read."""
     limit = None if stated.audit_date is None else last_day(stated.audit_date)
     until = (
@@ -386,8 +425,13 @@ def _rows(part: Part) -> Iterator[tuple[str, ...]]:
                 exact(line.share),
                 line.status,
             )
-        selected = "" if table.unknown.undecided else str(table.unknown.selected)
-        yield (table.name, "", "", str(table.unknown.people), selected, "", "", "", "", "", "unknown")
+        for category in table.withheld:
+            yield (table.name, *category, *[""] * 7, WITHHELD)
+        if table.unknown is None:
+            yield (table.name, *[""] * 9, WITHHELD)
+        else:
+            selected = "" if table.unknown.undecided else str(table.unknown.selected)
+            yield (table.name, "", "", str(table.unknown.people), selected, *[""] * 5, "unknown")
 
 
 def exact(value: Fraction | None) -> str:
@@ -435,26 +479,31 @@ def _iso(value: object) -> str | None:
 
 
 def _table_summary(table: ImpactTable) -> Mapping[str, Any]:
+    unknown = table.unknown
+    whole = not table.why
     return {
         "table": table.name,
-        "applicants": table.applicants,
-        "unknown": {
-            "people": table.unknown.people,
-            "selected": None if table.unknown.undecided else table.unknown.selected,
-        },
+        **({"applicants": table.applicants} if whole else {}),
+        "unknown": None if unknown is None else {"people": unknown.people, "selected": None if unknown.undecided else unknown.selected},
         "categories": [
-            {
-                "sex": line.sex or None,
-                "race_ethnicity": line.race or None,
-                "applicants": line.applicants,
-                "selected": line.selected,
-                "rate": exact(line.rate) or None,
-                "impact_ratio": exact(line.ratio) or None,
-                "share": exact(line.share) or None,
-                "status": line.status,
-            }
-            for line in table.lines
+            *(
+                {
+                    "sex": line.sex or None,
+                    "race_ethnicity": line.race or None,
+                    "applicants": line.applicants,
+                    "selected": line.selected,
+                    "rate": exact(line.rate) or None,
+                    "impact_ratio": exact(line.ratio) or None,
+                    **({"share": exact(line.share) or None} if whole else {}),
+                    "status": line.status,
+                }
+                for line in table.lines
+            ),
+            *({"sex": sex or None, "race_ethnicity": race or None, "status": WITHHELD} for sex, race in table.withheld),
         ],
-        "worst_case": None if table.worst is None else exact(table.worst.ratio),
-        "worst_case_of_all_categories": None if table.worst_of_all is None else exact(table.worst_of_all.ratio),
+        **({"worst_case": _worst_text(table.worst), "worst_case_of_all_categories": _worst_text(table.worst_of_all)} if whole else {}),
     }
+
+
+def _worst_text(worst: WorstCase | None) -> str | None:
+    return None if worst is None else exact(worst.ratio)

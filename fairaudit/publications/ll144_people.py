@@ -12,7 +12,8 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import decimal_text
 from fairaudit.publications.categories import RACES, SEXES, Attribute, attributes
 from fairaudit.publications.counts import Counts, Decisions
-from fairaudit.publications.ll144 import Category, People, Unknown
+from fairaudit.publications.ll144 import People, Unknown
+from fairaudit.publications.small import Place
 
 __all__ = ["Reading", "Scores", "left_out", "people_of", "read_labels", "scores_of"]
 
@@ -171,7 +172,7 @@ def people_of(reading: Reading, counts: Counts) -> tuple[People, Unknown]:
     InputError
         If a label means nothing that is known.
     """
-    found: dict[Category, tuple[int, int]] = {}
+    found: dict[Place, tuple[int, int]] = {}
     places = [(attribute, counts.columns.index(attribute.column) if attribute else 0) for attribute in (reading.sex, reading.race)]
     for group, n, s in zip(counts.groups, counts.applicants, counts.selected, strict=True):
         sex, race = (attribute.category(group[place]) if attribute else None for attribute, place in places)

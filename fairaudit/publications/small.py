@@ -23,6 +23,7 @@ __all__ = [
     "parts_of",
     "remark_on_small",
     "said_of",
+    "why_withheld",
     "withholding_of",
 ]
 
@@ -117,27 +118,27 @@ class Withholding:
     linked: bool = False
     done: str = "selected"
 
-    def why(self, hidden: int, groups: int) -> str:
-        """Say how many groups of a table are withheld, and why.
 
-        Examples
-        --------
-        >>> Withholding(10, {}).why(1, 7)
-        '1 of 7 groups is withheld: fewer than 10 in it were selected, or fewer than 10 were not.'
-        >>> Withholding(10, {}).why(0, 7)
-        'No group is withheld: in each at least 10 were selected, and at least 10 were not.'
-        """
-        least, done = self.least, self.done
-        if not hidden:
-            return f"No group is withheld: in each at least {least} were {done}, and at least {least} were not."
-        said = f"{hidden} of {groups} groups {'is' if hidden == 1 else 'are'} withheld: "
-        few = f"fewer than {least} in {'it' if hidden == 1 else 'each'} were {done}, or fewer than {least} were not"
-        if not self.linked:
-            return f"{said}{few}."
-        return (
-            f"{said}{few}, or the tables together would tell such a number of another group. Which of these it is is not said, since that "
-            "would tell, too."
-        )
+def why_withheld(least: int, hidden: int, groups: int, *, linked: bool = False, done: str = "selected") -> str:
+    """Say how many groups of a table are withheld, and why.
+
+    Examples
+    --------
+    >>> why_withheld(10, 1, 7)
+    '1 of 7 groups is withheld: fewer than 10 in it were selected, or fewer than 10 were not.'
+    >>> why_withheld(10, 0, 7)
+    'No group is withheld: in each at least 10 were selected, and at least 10 were not.'
+    """
+    if not hidden:
+        return f"No group is withheld: in each at least {least} were {done}, and at least {least} were not."
+    said = f"{hidden} of {groups} groups {'is' if hidden == 1 else 'are'} withheld: "
+    few = f"fewer than {least} in {'it' if hidden == 1 else 'each'} were {done}, or fewer than {least} were not"
+    if not linked:
+        return f"{said}{few}."
+    return (
+        f"{said}{few}, or the tables together would tell such a number of another group. Which of these it is is not said, since that "
+        "would tell, too."
+    )
 
 
 def least_shown(least: int) -> tuple[str, str]:
@@ -201,7 +202,7 @@ def withholding_of(counts: Counts, tables: Sequence[tuple[str, ...]], least: int
 
 
 Place = tuple[str | None, str | None]
-"""A group of a table by two columns, or by one of them: None for the other."""
+"""A group by two columns: None where its table is not about one of them, and where a label is unknown or not recorded."""
 
 
 def _place(by: Sequence[str], group: Label, columns: Sequence[str]) -> Place:
@@ -262,7 +263,7 @@ def _shown_only(counts: Counts, withholding: Withholding) -> Counts:
         tuple(counts.applicants[place] for place in places),
         tuple(counts.selected[place] for place in places),
         withheld=tuple(group for group in counts.groups if group in hidden),
-        why=withholding.why(len(hidden), len(counts.groups)),
+        why=why_withheld(withholding.least, len(hidden), len(counts.groups), linked=withholding.linked, done=withholding.done),
     )
 
 

@@ -18,9 +18,9 @@ import fairaudit as fa
 from fairaudit.cli import main
 from fairaudit.publications.categories import RACES, SEXES
 from fairaudit.publications.counts import Decisions
-from fairaudit.publications.ll144 import Unknown
+from fairaudit.publications.ll144 import People, Unknown, shown_of, three_tables
+from fairaudit.publications.ll144_page import Part, publish
 from fairaudit.publications.ll144_people import read_labels
-from fairaudit.publications.ll144_small import Class, chosen_of, publish_small
 from fairaudit.publications.ll144_statement import Stated
 from fairaudit.publications.publication import Publication
 
@@ -35,10 +35,12 @@ def people_of_rule() -> dict[Any, tuple[int, int]]:
     return {(sex, race): (s, n) for sex, row in zip(SEXES, (MALE, FEMALE), strict=True) for race, (n, s) in zip(RACES, row, strict=True)}
 
 
-def publication(classes: list[Class], least: int) -> Publication:
+def publication(classes: dict[str | None, tuple[People, Unknown]], least: int, *, every: bool = False) -> Publication:
     decisions = Decisions(("sex", "race"), tuple(product(SEXES, RACES)), ("yes", "no"), ((0, 0),) * 14, (0, 0))
     reading = read_labels({"subject": {}}, decisions, sex="sex", race="race")
-    return publish_small(Stated(), decisions, reading, classes, least, chosen_of(classes, least, sex=True, race=True))
+    shown = shown_of([*classes.values()], least, sex=True, race=True, every=every)
+    parts = [Part((label or "yes",), three_tables(people, apart, shown=shown), label) for label, (people, apart) in classes.items()]
+    return publish(Stated(), decisions, reading, parts, least=least)
 
 
 def rows_of(found: Publication, label: str = "") -> dict[tuple[str, str], tuple[int, int] | None]:
@@ -66,13 +68,13 @@ def possible(rows: dict[tuple[str, str], int | None], place: tuple[str, str], va
 
 def test_the_example_of_the_rule_keeps_its_margins() -> None:
     """Seven Native American women were selected: with another of their row and column four intersections are withheld."""
-    found = publication([Class(("yes",), people_of_rule(), Unknown(100, 150))], 10)
+    found = publication({None: (people_of_rule(), Unknown(100, 150))}, 10)
     rows = rows_of(found)
     native, pacific = "Native American or Alaska Native", "Native Hawaiian or Pacific Islander"
     assert {place for place, row in rows.items() if row is None} == {*product(SEXES, (native, pacific))}
     assert rows["Male", ""] == (667, 1390) and rows["Female", ""] == (555, 1181) and rows["", native] == (18, 41)
     by_name = {row.cells[0]: row.cells for table in found.sections[0].tables for row in table.rows}
-    assert by_name["Female"] == ("Female", "1181", "555", "47.0 %", "0.979")
+    assert by_name["Female"] == ("Female", "1,181", "555", "47.0 %", "0.979")
     assert by_name["Male, White"][3:] == ("52.2 %", "1.000")
     assert by_name[f"Female, {native}"][1:] == ("withheld",) * 4
     assert by_name["Unknown, not in the table"][1:3] == ("250", "100")
@@ -86,11 +88,10 @@ def test_every_small_count_is_open_with_classes_too() -> None:
         least = rng.choice((5, 10))
         counted = {cell: [rng.randint(0, rng.choice((4, 40, 200))) for _ in range(3)] for cell in product(SEXES, RACES)}
         names = ["a", "b", "c"][: rng.choice((2, 3))]
-        classes = [
-            Class((name,), {cell: (kinds[i], sum(kinds)) for cell, kinds in counted.items()}, Unknown(), name, last=len(names) == 3)
-            for i, name in enumerate(names)
-        ]
-        found = publication(classes, least)
+        classes: dict[str | None, tuple[People, Unknown]] = {
+            name: ({cell: (kinds[i], sum(kinds)) for cell, kinds in counted.items()}, Unknown()) for i, name in enumerate(names)
+        }
+        found = publication(classes, least, every=len(names) == 3)
         for i, name in enumerate(names):
             read = rows_of(found, name)
             shown = {at: None if row is None else row[0] for at, row in read.items()}
@@ -113,7 +114,7 @@ def test_every_small_count_is_open_with_classes_too() -> None:
     ],
 )
 def test_the_unknown_are_shown_or_withheld(unknown: Unknown, least: int, shown: tuple[str, str]) -> None:
-    found = publication([Class(("yes",), people_of_rule(), unknown)], least)
+    found = publication({None: (people_of_rule(), unknown)}, least)
     rows = [dict(zip(found.header, row, strict=True)) for row in found.rows]
     assert {(row["applicants"], row["selected"]) for row in rows if not row["sex"] and not row["race_ethnicity"]} == {shown}
 
@@ -151,8 +152,11 @@ def test_the_command_withholds(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "Results of a bias audit: Sorter" in page and "2571" not in page and "cannot recompute" in page
     summary = json.loads((out / "summary.json").read_text("ascii"))
     assert summary["small"] == 10
-    entries = [entry for table in summary["parts"][0]["tables"] for entry in table["categories"]]
+    tables = summary["parts"][0]["tables"]
+    entries = [entry for table in tables for entry in table["categories"]]
     assert [entry["status"] for entry in entries].count("withheld") == 4 and not any("share" in entry for entry in entries)
+    assert [{*table} for table in tables] == [{"table", "unknown", "categories"}] * 3 and not any(table["unknown"] for table in tables)
+    assert entries[1]["rate"] == "555/1181" and summary["stated"]["tool"] == "Sorter" and summary["unknown_in"] == "complete"
     capsys.readouterr()
     assert main([*given, "-o", str(tmp_path / "all")]) == 0
     assert "--small 10 withholds" in capsys.readouterr().err
