@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level, unknown_groups, words
+from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level, scored, unknown_groups, words
 from fairaudit.tables.tally import Tally, counted
 from fairaudit.tables.values import Label, Locate, column, combine, encode, exact_floats, in_order_of_appearance, locator, names, numbers
 
@@ -192,9 +192,12 @@ def read_labels(
     named: dict[str, NDArray[np.bool_]] = {}
     for name in group:
         coded[name], named[name] = _unknown_labels(*coded[name], unknown, empty=missing == "unknown")
+    prepared = getattr(table, "preparation", ())
+    dropped = labelled if missing == "drop" else [name for name in labelled if name in scored(prepared)]
+    keep = ~np.any([absent[name] for name in dropped], axis=0) if dropped else np.ones(len(counts), dtype=bool)
     for name in labelled:
-        coded[name] = _missing_labels(*coded[name], name, missing, where, counts)
-        if missing == "group" and (amount := weighed(absent[name])):
+        coded[name] = _missing_labels(*coded[name], name, "drop" if name in dropped else missing, where, counts)
+        if missing == "group" and name not in dropped and (amount := weighed(absent[name] & keep)):
             done.append(level(name, MISSING_LABEL, measured_in, amount))
     rows = len(lists[labelled[0]])
     units = label_codes(table, unit, where)
@@ -205,13 +208,12 @@ def read_labels(
             raise InputError(
                 f"column {shown(name)} has {len(codes)} values and column {shown(labelled[0])} {rows}; they must be equally long"
             )
-    keep = np.all([codes >= 0 for codes, _ in coded.values()], axis=0)
     if not keep.all():
         kept = np.flatnonzero(keep).tolist()
         if not kept:
             raise InputError("every row has a missing label; nothing is left to audit")
         if amount := weighed(~keep):
-            done.append(left_out(measured_in, amount, weighed(keep) + amount, {name: weighed(absent[name]) for name in labelled}))
+            done.append(left_out(measured_in, amount, weighed(keep) + amount, {name: weighed(absent[name]) for name in dropped}))
         counts = counts[keep]
         coded = {name: _recode(codes[keep], texts) for name, (codes, texts) in coded.items()}
         values = {name: [cells[i] for i in kept] for name, cells in values.items()}
@@ -229,7 +231,7 @@ def read_labels(
         coded |= {name: _among(known, *coded[name]) for name in group}
     notes = (*lost, *map(words, done))
     labels = {name: [*texts, *(unknown if name in group else ())] for name, (_, texts) in coded.items()}
-    preparation = in_order((*getattr(table, "preparation", ()), *done), labelled, labels)
+    preparation = in_order((*prepared, *done), labelled, labels)
     return LabelledRows(coded, counts, values, where, notes, tuple(units), preparation, known)
 
 

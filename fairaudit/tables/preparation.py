@@ -21,6 +21,7 @@ __all__ = [
     "level",
     "merged_labels",
     "said",
+    "scored",
     "unknown_groups",
     "unread",
     "words",
@@ -99,6 +100,17 @@ def above_median(column: str, median: Fraction, of: Fraction) -> Entry:
     "a number in column 'points' above 64.5, the median of 168, counts as 'above', any other as 'not above'"
     """
     return {"step": "above median", "column": column, "median": _text(median), "of": _text(of)}
+
+
+def scored(entries: Iterable[Entry]) -> set[str]:
+    """Columns of scores that were cut in two: of them a missing one can be no level.
+
+    Examples
+    --------
+    >>> scored([above("points", Fraction(64))])
+    {'points'}
+    """
+    return {entry["column"] for entry in entries if entry["step"] in ("above", "above median")}
 
 
 def in_order(entries: Iterable[Entry], columns: Sequence[str], labels: Mapping[str, Iterable[str]]) -> tuple[Entry, ...]:

@@ -235,12 +235,25 @@ def test_a_policy_of_scores_says_it_too() -> None:
     assert accepted(result)["subject"]["preparation"][0]["step"] == "above median" and not result.intervals
 
 
+@pytest.mark.parametrize("missing", ["group", "unknown"])
+def test_who_has_no_score_is_left_out_while_who_has_no_group_is_kept(missing: str) -> None:
+    """Beside 3, 5 and 9 stand a blank score, one of nobody known, and a score without a group: the median is that of four scores."""
+    log = {"points": [3, 5, None, 9, "", 7], "sex": ["f", "m", "f", "m", None, None]}
+    document = accepted(fa.audit(log, score="points", above="median", group="sex", missing=missing))
+    steps = {step["step"]: step for step in document["subject"]["preparation"]}
+    assert steps["above median"] | {"median": "6", "of": "4"} == steps["above median"]
+    assert steps["left out"] == {"step": "left out", "reason": "missing label", "decisions": "2", "of": "6", "columns": {"points": "2"}}
+    kept = steps["level"] if missing == "group" else steps["unknown"]
+    assert kept["decisions"] == "1"
+    rows = document["subject"]["table"]["rows"]
+    assert sum(int(n) for row in rows for n in row.get("weights", row.get("unknown"))) == 4
+
+
 BAD: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "no number": ({"points": [1, "two"]}, {}, "column 'points', row 2: 'two' is not a number such as 12, 0.25, 1e-3 or 1/3; scores are"),
     "a truth value": ({"points": [True, False]}, {}, "row 1: 'true' is not a number"),
     "infinite": ({"points": [1.0, float("inf")]}, {}, "row 2: 'inf' is not a number"),
-    "missing": ({"points": [1, None]}, {}, "row 2: the score is missing (1 in all); missing=drop (--missing drop) leaves it out"),
-    "missing, not a level": ({"points": [1, ""]}, {"missing": "group"}, "row 2: the score is missing"),
+    "missing": ({"points": [1, None]}, {}, "row 2: the score is missing (1 in all); missing=drop (--missing drop) leaves such rows"),
     "nothing left": ({"points": [None, None]}, {"missing": "drop"}, "every row has a missing label"),
     "nobody": ({"points": [1, 7]}, {"above": 7}, "no score is above the number 7; there is nothing to compare"),
     "half are the highest": ({"points": [7, 7.0]}, {}, "no score is above the median 7, because half of all or more have the highest one"),
