@@ -36,8 +36,8 @@ examples:
 
 OPTIONS = {
     "ll144": publish_ll144.OPTIONS,
-    "four-fifths": ("by",),
-    "air": ("by", "control"),
+    "four-fifths": ("by", "unknown"),
+    "air": ("by", "control", "unknown"),
 }
 """The options that belong to each rule, besides those of all."""
 
@@ -67,6 +67,12 @@ def add(commands: Any) -> None:
         metavar="LABEL[,LABEL]",
         action="append",
         help="the decisions that count as selected (those worth 1, where the utility is 0 or 1)",
+    )
+    parser.add_argument(
+        "--unknown",
+        metavar="LABEL[,LABEL]",
+        action="append",
+        help="labels that say that a group is unknown (the level of rows without a label, and an empty one, always say so)",
     )
     parser.add_argument(
         "--by",
@@ -152,10 +158,13 @@ def _publication(source: Source, arguments: argparse.Namespace) -> tuple[Publica
         check_hidden(source, arguments.small)
     if arguments.rule == "ll144":
         return publish_ll144.publication(source, arguments)
-    from fairaudit.publications.counts import decisions_of, favourable_of
+    from dataclasses import replace
+
+    from fairaudit.publications.counts import decisions_of, favourable_of, silent_of
     from fairaudit.publications.pairs import sheets_by
 
     decisions = decisions_of(source)
+    decisions = replace(decisions, silent=silent_of(source, decisions, column_list(arguments.unknown)))
     favourable = favourable_of(source, column_list(arguments.favourable))
     by = [column_list([text]) for text in arguments.by or []]
     counts = decisions.selected(favourable)

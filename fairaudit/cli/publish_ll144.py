@@ -48,7 +48,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="MAP.toml",
         help='what labels mean, where they are not those of EEO-1: a table for each column, and under it "own label" = "category"',
     )
-    group.add_argument("--unknown", metavar="LABEL[,LABEL]", action="append", help="labels that say that the category is unknown")
     group.add_argument(
         "--unknown-in",
         choices=("complete", "available"),

@@ -100,7 +100,8 @@ def adverse_impact(
 
 def _controls(counts: Counts, columns: dict[str, None], control: Sequence[str]) -> dict[str, str]:
     """The label of the control group in each column."""
-    known = {name: {group[counts.columns.index(name)]: None for group in counts.groups} for name in columns}
+    there = {name: {group[counts.columns.index(name)]: None for group in counts.groups} for name in columns}
+    known = {name: {label: None for label in labels if (name, label) not in counts.silent} for name, labels in there.items()}
     named: dict[str, str] = {}
     for text in control:
         column, _, rest = text.partition("=")

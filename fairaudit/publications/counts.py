@@ -7,7 +7,7 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from fairaudit.errors import FalseCertificate, InputError, TableNeeded, nearest,
 from fairaudit.tables.values import Label
 from fairaudit.verified.verification import checked, opened
 
-__all__ = ["Counts", "Decisions", "Source", "decisions_of", "facts_of", "favourable_of", "read_source"]
+__all__ = ["Counts", "Decisions", "Source", "decisions_of", "facts_of", "favourable_of", "read_source", "silent_of"]
 
 WHOLE = re.compile(r"[0-9]{1,18}")
 
@@ -131,6 +131,8 @@ class Decisions:
         The same for people whose group is unknown.
     contexts : tuple of str
         The columns that were summed over.
+    silent : frozenset of (str, str)
+        Columns, and labels of them that say that the group is unknown.
     """
 
     columns: tuple[str, ...]
@@ -139,13 +141,15 @@ class Decisions:
     counts: tuple[tuple[int, ...], ...]
     unknown: tuple[int, ...]
     contexts: tuple[str, ...] = ()
+    silent: frozenset[tuple[str, str]] = frozenset()
 
     def selected(self, favourable: Sequence[str]) -> Counts:
         """Count applicants, and those on whom one of these decisions fell."""
         places = [self.labels.index(label) for label in favourable]
         taken = tuple(sum(row[i] for i in places) for row in self.counts)
         unknown = sum(self.unknown), sum(self.unknown[i] for i in places)
-        return Counts(self.columns, self.groups, tuple(map(sum, self.counts)), taken, unknown)
+        silent_in = self.columns if unknown[0] else ()
+        return Counts(self.columns, self.groups, tuple(map(sum, self.counts)), taken, unknown, silent=self.silent, unknown_in=silent_in)
 
 
 @dataclass(frozen=True)
@@ -166,6 +170,10 @@ class Counts:
         Further groups of which nothing may be said.
     why : str
         How many these are, and why.
+    silent : frozenset of (str, str)
+        Columns, and labels of them that say that the group is unknown.
+    unknown_in : tuple of str
+        Columns of which at least one is unknown of everybody whose group is.
 
     Examples
     --------
@@ -181,6 +189,8 @@ class Counts:
     unknown: tuple[int, int] = (0, 0)
     withheld: tuple[Label, ...] = ()
     why: str = ""
+    silent: frozenset[tuple[str, str]] = field(default=frozenset(), repr=False)
+    unknown_in: tuple[str, ...] = field(default=(), repr=False)
 
     def by(self, *columns: str) -> Counts:
         """The same people by some of the columns."""
@@ -191,7 +201,30 @@ class Counts:
             entry[0] += applied
             entry[1] += taken
         applicants, selected = zip(*sums.values(), strict=True)
-        return Counts(columns, tuple(sums), applicants, selected, self.unknown)
+        return Counts(columns, tuple(sums), applicants, selected, self.unknown, silent=self.silent, unknown_in=self.unknown_in)
+
+    def known(self) -> Counts:
+        """The same without the groups of which a label says that it is unknown: their people are added to those of unknown group.
+
+        Examples
+        --------
+        >>> counts = Counts(("sex",), (("f",), ("(missing)",)), (40, 10), (4, 5), silent=frozenset({("sex", "(missing)")}))
+        >>> counts.known()
+        Counts(columns=('sex',), groups=(('f',),), applicants=(40,), selected=(4,), unknown=(10, 5), withheld=(), why='')
+        """
+        known = [self.silent.isdisjoint(zip(self.columns, group, strict=True)) for group in self.groups]
+        if all(known):
+            return self
+        applicants, selected = (tuple(n for n, keep in zip(of, known, strict=True) if keep) for of in (self.applicants, self.selected))
+        apart = sum(self.applicants) - sum(applicants), sum(self.selected) - sum(selected)
+        return replace(
+            self,
+            groups=tuple(group for group, keep in zip(self.groups, known, strict=True) if keep),
+            applicants=applicants,
+            selected=selected,
+            unknown=(self.unknown[0] + apart[0], self.unknown[1] + apart[1]),
+            unknown_in=self.unknown_in or self.columns,
+        )
 
 
 def decisions_of(source: Source) -> Decisions:
@@ -228,6 +261,24 @@ def decisions_of(source: Source) -> Decisions:
     )
 
 
+def silent_of(source: Source, decisions: Decisions, unknown: Sequence[str] = ()) -> frozenset[tuple[str, str]]:
+    """Columns, and labels of them that say that the group is unknown: the level of those without a label, an empty one, those given.
+
+    Raises
+    ------
+    InputError
+        If no group has a label that is given.
+    """
+    known = {(name, label) for group in decisions.groups for name, label in zip(decisions.columns, group, strict=True)}
+    labels = sorted({label for _, label in known})
+    for label in unknown:
+        if label not in labels:
+            raise InputError(f"--unknown: no group has the label {shown(label)}; {nearest(label, labels)}")
+    preparation = source.document["subject"].get("preparation", ())
+    levels = {(entry["column"], entry["label"]) for entry in preparation if entry["step"] == "level"}
+    return frozenset(pair for pair in known if pair in levels or pair[1] in {"", *unknown})
+
+
 def favourable_of(source: Source, given: Sequence[str] = ()) -> tuple[str, ...]:
     """Which decisions count as selected: those that are given, else those worth 1 where every decision is worth 0 or 1 to everybody.
 
@@ -257,15 +308,29 @@ def favourable_of(source: Source, given: Sequence[str] = ()) -> tuple[str, ...]:
 
 def facts_of(decisions: Decisions, counts: Counts, favourable: Sequence[str], *, totals: bool = True) -> tuple[tuple[str, str], ...]:
     """Who is counted, by what, and what counts as selected, for the head of a page: with how many people there are, or without."""
-    people, taken = sum(counts.applicants), sum(counts.selected)
-    unknown, unknown_taken = counts.unknown
+    known = counts.known()
+    people, taken = sum(known.applicants), sum(known.selected)
+    unknown, unknown_taken = known.unknown
+    what = "group" if len(counts.columns) == 1 else " and ".join(counts.columns)
     found = [
         ("Selected", f"{', '.join(map(shown, favourable))} (of the decisions {', '.join(map(shown, decisions.labels))})"),
-        *([("People", f"{people:,} of known group, {taken:,} of them selected")] if totals else []),
+        *([("People", f"{people:,} of known {what}, {taken:,} of them selected")] if totals else []),
         ("Groups by", ", ".join(counts.columns)),
     ]
     if unknown and totals:
-        found.append(("Group unknown", f"{unknown:,} more people, {unknown_taken:,} of them selected, who are in no group"))
+        some = f"{unknown:,} more people, {unknown_taken:,} of them selected"
+        if len(counts.columns) == 1:
+            some += ", who are in no group"
+        else:
+            some += f", of whom {' or '.join(counts.columns)} is unknown"
+            some += "; a table by some of these has all of whom those are known" if not counts.unknown[0] else ""
+            some += "; they are in no table" if unknown == counts.unknown[0] else ""
+        found.append(("Group unknown", some))
+    silent = sorted({label for _, label in counts.silent})
+    if silent:
+        found.append(("Labels that say that a group is unknown", ", ".join(map(shown, silent))))
+    if not totals:
+        found.append(("Group unknown", "whoever's group is unknown, if anybody's, is in no group here, and how many they are is not said"))
     if decisions.contexts:
         found.append(("Contexts", f"summed over {', '.join(decisions.contexts)}, whose differences these figures do not show"))
     return tuple(found)

@@ -85,6 +85,7 @@ class Sheet:
     unknown: tuple[int, int] = (0, 0)
     withheld: tuple[Label, ...] = ()
     why: str = ""
+    unknown_in: tuple[str, ...] = ()
 
     @property
     def people(self) -> int:
@@ -128,7 +129,8 @@ def _sheet(counts: Counts, choice: Choice) -> Sheet:
             lines.append(Line(group, n, s, "alone"))
         else:
             lines.append(Line(group, n, s, "compared", Pair(s, n, counts.selected[place], counts.applicants[place])))
-    return Sheet(counts.columns, tuple(lines), None if place is None else lines[place], counts.unknown, counts.withheld, counts.why)
+    reference = None if place is None else lines[place]
+    return Sheet(counts.columns, tuple(lines), reference, counts.unknown, counts.withheld, counts.why, counts.unknown_in)
 
 
 def count_of(found: Sequence[Sheet]) -> dict[str, int]:
@@ -244,8 +246,11 @@ def _said(sheet: Sheet, with_whom: str, about_small: str) -> list[str]:
     if len(there) < len(sheet.lines):
         said.append("A group without people has no rate.")
     if sheet.unknown[0]:
+        blurred = {*sheet.unknown_in} - {*sheet.columns}
+        also = f" (of some {' and '.join(sheet.columns)} may be known; the certificate does not say of whom)" if blurred else ""
         said.append(
-            f"The group of {sheet.unknown[0]:,} more people, {sheet.unknown[1]:,} of them selected, is unknown; they are in no row."
+            f"Of {sheet.unknown[0]:,} more people, {sheet.unknown[1]:,} of them selected, {' or '.join(sheet.unknown_in)} is unknown"
+            f"{also}; they are left out of this table."
         )
     if sheet.withheld:
         said.append("A group that is withheld is compared with none, and may have a higher or a lower rate than all that are shown.")

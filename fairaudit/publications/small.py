@@ -250,12 +250,12 @@ def _parts(counts: Counts) -> list[tuple[Label, tuple[int, int]]]:
 
 def parts_of(counts: Counts, tables: Sequence[tuple[str, ...]], withholding: Withholding | None) -> list[Counts]:
     """The groups of each table; where some are withheld nothing of these, nor of people of unknown group."""
-    whole = [counts.by(*by) for by in tables]
+    whole = [counts.by(*by).known() for by in tables]
     return whole if withholding is None else [_shown_only(part, withholding) for part in whole]
 
 
 def _shown_only(counts: Counts, withholding: Withholding) -> Counts:
-    hidden = withholding.kept[counts.columns]
+    hidden = withholding.kept[counts.columns] & {*counts.groups}
     places = [place for place, group in enumerate(counts.groups) if group not in hidden]
     return Counts(
         counts.columns,
