@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
+import stat
 import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -26,12 +28,15 @@ def write_atomically(path: Path, lines: Any) -> None:
 
 
 def write_together(files: Iterable[tuple[Path, Any]]) -> None:
-    """Write files so that each appears whole, and none of them where one cannot be written.
+    """Write files so that each appears whole, and none of them where one cannot be written: what was there before is put back then.
+
+    A file that is there keeps its rights. A process that is killed between two files leaves those before, and hidden files
+    ``.fairaudit-*.part``, which may be removed.
 
     Parameters
     ----------
     files : iterable of (path, iterable of bytes)
-        In the order in which they are to appear.
+        In the order in which they are to appear; so what makes no sense without the others comes last.
 
     Raises
     ------
@@ -39,6 +44,8 @@ def write_together(files: Iterable[tuple[Path, Any]]) -> None:
         If one cannot be written.
     """
     ready: list[tuple[str, Path, Path]] = []
+    beside: list[str] = []
+    replaced: list[tuple[Path, str]] = []
     try:
         for path, lines in files:
             with _naming(path):
@@ -46,23 +53,53 @@ def write_together(files: Iterable[tuple[Path, Any]]) -> None:
                 if target.is_dir():
                     raise InputError(f"{path} is a directory; name a file to write")
                 handle, temporary = tempfile.mkstemp(prefix=".fairaudit-", suffix=".part", dir=target.parent)
+                beside.append(temporary)
                 ready.append((temporary, target, path))
                 with os.fdopen(handle, "wb") as file:
                     file.writelines(lines)
                     file.flush()
                     os.fsync(file.fileno())
-                mask = os.umask(0)
-                os.umask(mask)
-                os.chmod(temporary, 0o666 & ~mask)
-        while ready:
-            temporary, target, path = ready[0]
+                os.chmod(temporary, _rights(target))
+        for temporary, target, path in ready:
             with _naming(path):
+                old = "" if temporary == ready[-1][0] else _kept(target, temporary)
+                beside.append(old)
                 os.replace(temporary, target)
-            del ready[0]
-    finally:
-        for temporary, _, _ in ready:
+                replaced.append((target, old))
+    except BaseException:
+        for target, old in reversed(replaced):
             with contextlib.suppress(OSError):
-                os.unlink(temporary)
+                if old:
+                    os.replace(old, target)
+                else:
+                    target.unlink()
+        raise
+    finally:
+        for name in filter(None, beside):
+            with contextlib.suppress(OSError):
+                os.unlink(name)
+
+
+def _rights(target: Path) -> int:
+    """The rights of a file that is there, or those of a new one."""
+    try:
+        return stat.S_IMODE(target.stat().st_mode) & 0o777
+    except FileNotFoundError:
+        mask = os.umask(0)
+        os.umask(mask)
+        return 0o666 & ~mask
+
+
+def _kept(target: Path, temporary: str) -> str:
+    """A second name for what a file holds until now, or, where there are none, a copy; empty if there is no such file."""
+    if not target.exists():
+        return ""
+    old = f"{temporary.removesuffix('.part')}-old.part"
+    try:
+        os.link(target, old)
+    except OSError:
+        shutil.copy2(target, old)
+    return old
 
 
 @contextlib.contextmanager

@@ -21,7 +21,7 @@ from certificate_kinds import (
 import fairaudit as fa
 from fairaudit import checker
 from fairaudit.certificates.certificate import Certificate
-from fairaudit.files import write_atomically
+from fairaudit.files import write_atomically, write_together
 
 # Files appear whole or not at all
 
@@ -114,3 +114,38 @@ def test_saved_files_have_ordinary_permissions(tmp_path: Path) -> None:
     for path in small_counts(embed_table=False).certificate.save(tmp_path / "c.json"):
         assert path.stat().st_mode == (tmp_path / "plain").stat().st_mode
         assert os.access(path, os.R_OK)
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_failure_between_two_files_puts_back_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool) -> None:
+    if not links:  # as on file systems where a file has one name
+        monkeypatch.setattr(os, "link", lambda *_: (tmp_path / "no link").stat())
+    old, new, last = tmp_path / "old", tmp_path / "new", tmp_path / "last"
+    old.write_bytes(b"before")
+    old.chmod(0o640)
+    before = old.stat()
+
+    def lines() -> Iterator[bytes]:
+        yield b"x"
+        (last / "full").mkdir(parents=True)
+
+    with pytest.raises(fa.InputError, match="last cannot be written: "):
+        write_together([(old, [b"after"]), (new, [b"after"]), (last, lines())])
+    assert old.read_bytes() == b"before" and old.stat().st_mode == before.st_mode and (old.stat().st_ino == before.st_ino or not links)
+    assert {path.name for path in tmp_path.iterdir()} == {"old", "last"}
+
+
+def test_what_was_there_is_not_kept_once_all_is_written(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).write_bytes(b"before")
+    write_together([(tmp_path / name, [b"after"]) for name in ("a", "b")])
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"a": b"after", "b": b"after"}
+
+
+@pytest.mark.parametrize("rights", [0o600, 0o640, 0o444])
+def test_a_file_keeps_its_rights(tmp_path: Path, rights: int) -> None:
+    path = tmp_path / "c.json"
+    path.write_bytes(b"before")
+    path.chmod(rights)
+    write_atomically(path, [b"after"])
+    assert path.read_bytes() == b"after" and path.stat().st_mode & 0o7777 == rights

@@ -242,5 +242,5 @@ def write_attested(
     taken = taken_of(files, **access)
     names = () if files is None else tuple(map(bare_name, (files.others[:1] or files.data) if options.get("audit") else files.data))
     made = statement_of(result, [os.fspath(path)], taken, options=options, command=("fairaudit.audit", *names), stated=stated)
-    write_together([*beside, (Path(attestation), [made.text.encode("ascii")])])
+    write_together([(Path(attestation), [made.text.encode("ascii")]), *beside])
     return [Path(path), Path(attestation)]

@@ -108,7 +108,7 @@ def write_outputs(*made: tuple[Certificate, Sequence[str]], attestation: tuple[s
     stated = None if attestation is None else attestation[1]
     files = [file for certificate, names in made for file in _files(certificate, names, stated)]
     beside = [] if attestation is None else [(Path(attestation[0]), [attestation[1]])]
-    write_together([*files, *beside])
+    write_together([*beside, *files])
     certificate, names = made[0]
     for name in names:
         if form_of(name) == "json":

@@ -286,6 +286,36 @@ def test_every_file_or_none(folder: Path) -> None:
     assert sorted(path.name for path in (folder / "out").iterdir()) == ["a.json", "c.json", "page.md"]
 
 
+KILLED = """
+import os, signal, sys
+from fairaudit.cli import main
+sys.addaudithook(lambda event, words: event == "os.rename" and str(words[1]).endswith("/c.json") and os.kill(os.getpid(), signal.SIGKILL))
+main(sys.argv[1:])
+"""
+
+
+def test_a_command_that_is_killed_leaves_no_certificate_without_its_attestation(folder: Path) -> None:
+    words = ["certify", "data/log.csv", *ROLES, "--missing", "drop", *WITH, "--no-table"]
+    done = subprocess.run([sys.executable, "-c", KILLED, *words], capture_output=True, check=False)
+    assert done.returncode == -9, done.stderr
+    assert {path.name for path in (folder / "out").iterdir() if not path.name.endswith(".part")} == {"a.json", "c.table.jsonl"}
+
+
+def test_neither_file_is_new_where_the_other_cannot_be_replaced(folder: Path) -> None:
+    words = ["certify", "data/log.csv", *ROLES, "--missing", "drop", *WITH]
+    assert main(words) == 0
+    before = {path.name: path.read_bytes() for path in (folder / "out").iterdir()}
+    for name in before:
+        target = folder / "out" / name
+        if subprocess.run(["mount", "--bind", str(target), str(target)], capture_output=True, check=False).returncode:
+            pytest.skip("nothing may be mounted here")
+        try:
+            assert main([*words, "--title", "x", "--max-local-ratio", "2"]) == 2
+        finally:
+            subprocess.run(["umount", str(target)], check=True)
+        assert {path.name: path.read_bytes() for path in (folder / "out").iterdir()} == before
+
+
 WITH = ["-o", "out/c.json", "--attest", "out/a.json"]
 
 
