@@ -68,11 +68,12 @@ class Verification:
     @property
     def false(self) -> tuple[Finding, ...]:
         """The statements that are false, those of an attestation included."""
-        return tuple(finding for finding in (*self.findings, *self._attested) if not finding.true)
+        attested = () if self.attestation is None else self.attestation.findings
+        return tuple(finding for finding in (*self.findings, *attested) if not finding.true)
 
     @property
-    def _attested(self) -> tuple[Finding, ...]:
-        return () if self.attestation is None else self.attestation.findings
+    def _report(self) -> checker.Report:
+        return checker.Report(self.findings, self.verdict, attested=self.attestation)
 
     @property
     def ok(self) -> bool:
@@ -86,18 +87,12 @@ class Verification:
     @property
     def exit_code(self) -> int:
         """What `fairaudit verify` exits with: 0 if it is `ok`; 3 if but for that a signature was not checked; else 1."""
-        if self.false or self.required not in (None, self.verdict):
-            return 1
-        return 3 if self.attestation is not None and self.attestation.signature == "unchecked" else 0
+        return checker.exit_code(self._report, self.required)
 
     @property
     def sentence(self) -> str:
         """How many statements are true, and the verdict, in words."""
-        missing = f", but {self.required!r} is required" if self.required not in (None, self.verdict) else ""
-        attested = "" if self.attestation is None else f"; of the attestation {_how_many(self._attested)}"
-        unchecked = ", its signature was not checked" if self.attestation is not None and self.attestation.signature == "unchecked" else ""
-        said = f"{_how_many(self.findings, ' of the table')}; the stated verdict is {self.verdict!r}"
-        return f"{said}{missing}{attested}{unchecked}"
+        return checker.summary_line(self._report, self.required)
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the sentence, and the statements that are false."""
@@ -116,11 +111,6 @@ class Verification:
         if not self.ok:
             raise FalseCertificate(self.sentence)
         return self
-
-
-def _how_many(findings: Sequence[Finding], of: str = "") -> str:
-    false, count = sum(not finding.true for finding in findings), len(findings)
-    return f"{false} of {count} statements are FALSE" if false else f"all {count} statements are true{of}"
 
 
 def verification_of(
