@@ -20,6 +20,7 @@ from fairaudit.publications.counts import Source
 from fairaudit.publications.publication import Publication
 from fairaudit.publications.small import CHECKED, Private
 from fairaudit.reports.page import UNBROKEN, digest, provenance_html, templates
+from fairaudit.reports.provenance import TITLE as PROVENANCE
 from fairaudit.reports.provenance import provenance_of
 from fairaudit.reports.words import clip
 from fairaudit.tables.preparation import said
@@ -164,6 +165,7 @@ def page(publication: Publication, source: Source, private: Private | None = Non
         private=private,
         again=again,
         provenance=None if private else _provenance(source),
+        whose=PROVENANCE,
         attestation=ATTESTATION if source.attestation is not None else "",
         prepared=[] if private else said(source.document["subject"]),
         said=CHECKED if private else source.said,

@@ -7,10 +7,10 @@ from fractions import Fraction
 from math import isinf
 from typing import Any
 
-from fairaudit.attestations.statement import Statement
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.reports.content import UNCHECKED, Content, Figure, describe, refusing_other_documents
 from fairaudit.reports.markdown import FIGURES, code, figure_row, groups, prose, table, target_line
+from fairaudit.reports.provenance import Provenance
 from fairaudit.reports.views import Views
 from fairaudit.words import approximate
 
@@ -41,7 +41,7 @@ MOST_DIGITS = 17  # of a float, as which numbers of YAML are read
 
 
 @refusing_other_documents
-def model_card(certificate: Certificate | Mapping[str, Any], *, checked: str = "", statement: Statement | None = None) -> str:
+def model_card(certificate: Certificate | Mapping[str, Any], *, checked: str = "", provenance: Provenance | None = None) -> str:
     """Write a certificate as the part of a model card that is about fairness: YAML in front, then markdown.
 
     Parameters
@@ -50,7 +50,7 @@ def model_card(certificate: Certificate | Mapping[str, Any], *, checked: str = "
         The certificate, or its JSON document.
     checked : str
         A sentence on who checked the certificate; without one, that of a certificate without its table says that nobody did.
-    statement : Statement, optional
+    provenance : Provenance, optional
         What is attested of it: names of the system and of the audit, and when decisions were made. Without it they are left to fill in.
 
     Returns
@@ -73,13 +73,13 @@ def model_card(certificate: Certificate | Mapping[str, Any], *, checked: str = "
     """
     page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
     views = Views(page)
-    head = "\n".join(("---", *_index(page, views, statement), "---"))
-    return "\n\n".join((head, *_limits(page, views), *_data(page, views, statement), *_results(page, views, checked))) + "\n"
+    head = "\n".join(("---", *_index(page, views, provenance), "---"))
+    return "\n\n".join((head, *_limits(page, views), *_data(page, views, provenance), *_results(page, views, checked))) + "\n"
 
 
-def _index(page: Content, views: Views, statement: Statement | None) -> Iterator[str]:
+def _index(page: Content, views: Views, provenance: Provenance | None) -> Iterator[str]:
     """The measures as the YAML that sites of models read."""
-    stated = None if statement is None else statement.stated
+    stated = None if provenance is None else provenance.statement.stated
     system = " ".join(filter(None, (stated.system, stated.system_version))) if stated else ""
     title = stated.title if stated else None
     yield "model-index:"
@@ -180,12 +180,12 @@ def _limits(page: Content, views: Views) -> Iterator[str]:
     )
 
 
-def _data(page: Content, views: Views, statement: Statement | None) -> Iterator[str]:
+def _data(page: Content, views: Views, provenance: Provenance | None) -> Iterator[str]:
     """What was measured, on what, and between whom."""
     yield "## Evaluation"
     yield "### Testing Data, Factors & Metrics"
     yield "#### Testing Data"
-    yield "\n".join(_stated(statement))
+    yield "\n".join(_stated(provenance))
     audited = "" if views.overview is None else f"* {prose(f'Audited: {views.overview.audited}.')}\n"
     yield f"{audited}* Digest of the table (SHA-256): {code(page.document['subject']['table']['sha256'])}."
     if views.left_out:
@@ -202,12 +202,12 @@ def _data(page: Content, views: Views, statement: Statement | None) -> Iterator[
     yield f"{FILL_IN}: why these groups, this {what.lower()} and these limits."
 
 
-def _stated(statement: Statement | None) -> Iterator[str]:
+def _stated(provenance: Provenance | None) -> Iterator[str]:
     """What is said of the decisions: by the issuer, or by nobody yet."""
-    if statement is None:
+    if provenance is None:
         yield f"* {FILL_IN}: which decisions these are, of which system, from when to when, and how they were collected."
         return
-    stated = statement.stated
+    statement, stated = provenance.statement, provenance.statement.stated
     said = {
         "Title": stated.title,
         "System": " ".join(filter(None, (stated.system, stated.system_version))),

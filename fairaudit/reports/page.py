@@ -123,6 +123,7 @@ def scriptless(
         ],
         unchecked=not checked,
         provenance=None if provenance is None else provenance_html(provenance),
+        whose=PROVENANCE,
         css=markup(css),
         embedded=markup(embedded(document)),
         format=document["format"],

@@ -155,10 +155,8 @@ class _Subject:
         if form == "json":
             return Certificate(self.found.document).text
         faces = OF_OTHERS.get(str(self.found.form), FORMATS)
-        if form == MODEL_CARD:
-            if MODEL_CARD not in faces:
-                raise InputError(f"{self.found.name}: a model card is made of a certificate of ratios, and this one is {self.found.form}")
-            return model_card(self.found.document, checked=self.said, statement=self.provenance and self.provenance.statement)
+        if form == MODEL_CARD and MODEL_CARD not in faces:
+            raise InputError(f"{self.found.name}: a model card is made of a certificate of ratios, and this one is {self.found.form}")
         return faces["html" if form == "pdf" else form](self.found.document, checked=self.said, provenance=self.provenance)
 
     def file(self, text: str, form: Form) -> bytes:

@@ -15,6 +15,7 @@ import fairaudit as fa
 from fairaudit.attestations.statement import Rows, Source, Stated, Statement, Subject
 from fairaudit.cli import main
 from fairaudit.reports.model_card import FILL_IN, model_card, quoted, yaml_number
+from fairaudit.reports.provenance import Provenance
 from fairaudit.tables.examples import example
 
 HOSTILE = [
@@ -153,23 +154,24 @@ def test_what_has_no_card_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "a model card is made of a certificate of ratios" in capsys.readouterr().err
 
 
-def statement(**stated: Any) -> Statement:
+def provenance(**stated: Any) -> Provenance:
     rows = Rows("decisions", Fraction(10), Fraction(7), {"missing | label": Fraction(3)})
     source = Source("log <b>.csv", "1" * 64, 99, 10)
     made = ({"decision": "u"}, ("certify", "log.csv"), {"fairaudit": "0.1.0"}, "2026-01-15T09:00:00Z")
-    return Statement((Subject("c.json", "0" * 64),), "2" * 64, (source,), rows, *made, Stated(**stated))
+    statement = Statement((Subject("c.json", "0" * 64),), "2" * 64, (source,), rows, *made, Stated(**stated))
+    return Provenance((), "", (), "", (), 0, "", statement)
 
 
 @pytest.mark.parametrize("name", ["Screener", *(text.replace("\n", " ") for text in HOSTILE)])
 def test_what_is_attested_fills_the_names_in(name: str) -> None:
-    stated = statement(system=name, system_version="2.1", title=name, issuer=name, period=("2025-01-01", "2025-12-31"))
-    index, text = parts(model_card(berkeley().certificate, statement=stated))
+    stated = provenance(system=name, system_version="2.1", title=name, issuer=name, period=("2025-01-01", "2025-12-31"))
+    index, text = parts(model_card(berkeley().certificate, provenance=stated))
     [entry] = index["model-index"]
     assert entry["name"] == f"{name} 2.1" and entry["results"][0]["dataset"]["name"] == name
     assert "* Period: <code>2025&#45;01&#45;01 to 2025&#45;12&#45;31</code>\n" in text and f"{FILL_IN}: which decisions" not in text
     assert "10 decisions read, 7 counted, 3 dropped (<code>missing &#124; label</code>)" in text and "<b>" not in text
     assert "no program can check it from here" in text and "\u202e" not in text
-    partly, _ = parts(model_card(berkeley().certificate, statement=statement(issuer="A")))
+    partly, _ = parts(model_card(berkeley().certificate, provenance=provenance(issuer="A")))
     assert partly["model-index"][0]["name"].startswith(FILL_IN)
 
 
