@@ -15,6 +15,7 @@ from fairaudit.attestations.options import options_of
 from fairaudit.attestations.sources import Taken, bare_name, taken_of
 from fairaudit.attestations.statement import Rows, Stated, Statement, Subject, check_period, check_text
 from fairaudit.audits.origin import state_of
+from fairaudit.audits.sections import ATTESTATION_KEYS
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, shown
 from fairaudit.files import write_together
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from fairaudit.audits.result import Result
 
 __all__ = ["Counted", "audit_options", "counted_rows", "stated_of", "statement_of", "write_attested"]
-
-OF_STATEMENTS = ("issuer", "contact", "title", "system", "system_version", "period")
 
 
 class Counted(Protocol):
@@ -61,8 +60,8 @@ def stated_of(given: Mapping[str, Any], spelled: Mapping[str, str] | None = None
     >>> stated_of({"issuer": "A. Auditor", "period": "2025-01-01/2025-12-31"}).period
     ('2025-01-01', '2025-12-31')
     """
-    names = {name: (spelled or {}).get(name, name) for name in OF_STATEMENTS}
-    texts: dict[str, Any] = {name: given[name] for name in OF_STATEMENTS if given.get(name) is not None}
+    names = {name: (spelled or {}).get(name, name) for name in ATTESTATION_KEYS}
+    texts: dict[str, Any] = {name: given[name] for name in ATTESTATION_KEYS if given.get(name) is not None}
     for name, text in texts.items():
         if not isinstance(text, str) or not text.strip():
             raise InputError(f"{names[name]} is {shown(text)}; a text is accepted")

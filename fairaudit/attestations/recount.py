@@ -16,12 +16,11 @@ import numpy as np
 
 from fairaudit.arguments import answered
 from fairaudit.attestations.cells import TableDifference, compare_tables
-from fairaudit.attestations.envelope import read_envelope
 from fairaudit.attestations.making import counted_rows, rows_of_source
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.sources import Taken, take
-from fairaudit.attestations.statement import Rows, Source, Statement, read_statement
-from fairaudit.attestations.verification import read_attestation, signed_by
+from fairaudit.attestations.statement import Rows, Source, Statement
+from fairaudit.attestations.verification import read_attestation, signed_by, stated_in
 from fairaudit.audits.audit_file import audit_of
 from fairaudit.audits.certify import laid_out
 from fairaudit.audits.in_parts import certify_in_parts
@@ -42,7 +41,7 @@ from fairaudit.tables.sources import is_database, source_name
 from fairaudit.verified.verification import CertificateLike, opened, verification_of
 from fairaudit.words import brief
 
-__all__ = ["Recount", "Recounted", "attested_document", "lines_of", "recount", "recounted", "stated_in"]
+__all__ = ["Recount", "Recounted", "attested_document", "lines_of", "recount", "recounted"]
 
 NOT_SHOWN = "No recount shows whether the log is what really happened, or whether what the attestation only states is true."
 
@@ -224,7 +223,7 @@ def recount(
     found = verification_of(certificate, table, None, raw if signed is None else signed)
     if found.false:
         raise FalseCertificate(f"{found.sentence}: {found.false[0].statement}")
-    statement = stated_in(raw if signed is None or signed.payload is None else signed.payload, name)
+    statement, _ = stated_in(raw if signed is None or signed.payload is None else signed.payload, name)
     made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", None)
     held = made.table.lines if isinstance(made, Certificate) and made.table is not None else None
     lines = held if table is None else lines_of(Path(table))
@@ -450,18 +449,6 @@ def lines_of(path: Path) -> Lines:
             raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
 
     return lines
-
-
-def stated_in(raw: bytes, name: str) -> Statement:
-    """Read the statement in an attestation, signed or not; a signature is not looked at.
-
-    Raises
-    ------
-    InputError
-        If it is no attestation.
-    """
-    envelope = read_envelope(raw, name)
-    return read_statement(raw if envelope is None else envelope.payload, name)
 
 
 def attested_document(certificate: CertificateLike, statement: Statement) -> dict[str, Any]:

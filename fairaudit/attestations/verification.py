@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Literal
 
 from fairaudit.arguments import answered
-from fairaudit.attestations.envelope import MAX_BYTES, read_envelope
+from fairaudit.attestations.envelope import MAX_BYTES, Envelope, read_envelope
 from fairaudit.attestations.keys import read_public_key
+from fairaudit.attestations.statement import Statement, read_statement
 from fairaudit.errors import InputError
 from fairaudit.verified.verification import CertificateLike, Signed, Verification, verification_of
 
-__all__ = ["read_attestation", "signed_by", "verify"]
+__all__ = ["read_attestation", "signed_by", "stated_in", "verify"]
 
 
 @answered
@@ -90,6 +91,18 @@ def read_attestation(path: str | os.PathLike[str]) -> bytes:
     if len(raw) > MAX_BYTES:
         raise InputError(f"{path} is longer than {MAX_BYTES} bytes, which no attestation is")
     return raw
+
+
+def stated_in(raw: bytes, name: str = "the attestation") -> tuple[Statement, Envelope | None]:
+    """Read the statement in an attestation, and the envelope around one that is signed; a signature is not looked at.
+
+    Raises
+    ------
+    InputError
+        If it is no attestation.
+    """
+    envelope = read_envelope(raw, name)
+    return read_statement(raw if envelope is None else envelope.payload, name), envelope
 
 
 def signed_by(raw: bytes, key: bytes | str | os.PathLike[str], name: str = "the attestation") -> Signed:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast, get_args
 
-from fairaudit.audits.sections import check_keys, check_targets, read_section, read_toml
+from fairaudit.audits.sections import ATTESTATION_KEYS, check_keys, check_targets, read_section, read_toml
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.comparisons import MissingUnits
@@ -39,7 +39,6 @@ SELECTIONS: tuple[Selection, ...] = get_args(Selection)
 MISSING_UNITS: tuple[MissingUnits, ...] = get_args(MissingUnits)
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 DECLARED = ("gamma", "m", "tau", "global_tau", "lipschitz")
-ATTESTATION_KEYS = ("issuer", "contact", "title", "system", "system_version", "period")
 UTILITY_KEYS = ("values", "column", "table", *DECLARED, "by_context", "burden", "difference")
 
 

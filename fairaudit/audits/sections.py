@@ -10,7 +10,10 @@ from typing import Any
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.measures.limits import DIFFERENCE_LIMITS, LIMITS, refuse_bare
 
-__all__ = ["check_keys", "check_targets", "read_section", "read_toml"]
+__all__ = ["ATTESTATION_KEYS", "check_keys", "check_targets", "read_section", "read_toml"]
+
+ATTESTATION_KEYS = ("issuer", "contact", "title", "system", "system_version", "period")
+"""What an issuer says: in the section ``[attestation]``, as options, and to Python."""
 
 
 def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:

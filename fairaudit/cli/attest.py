@@ -92,23 +92,21 @@ def _made(path: str, *, protected: bool) -> Answer:
 
 
 def _signed(name: str, key: str, output: str | None) -> Answer:
-    from fairaudit.attestations.envelope import MAX_BYTES, Envelope, read_envelope
+    from fairaudit.attestations.envelope import MAX_BYTES, Envelope
     from fairaudit.attestations.keys import public_key_of, read_private_key
-    from fairaudit.attestations.statement import read_statement
-    from fairaudit.attestations.verification import read_attestation
+    from fairaudit.attestations.verification import read_attestation, stated_in
     from fairaudit.cli.destinations import refuse_output
     from fairaudit.errors import InputError, naming
     from fairaudit.files import write_atomically
     from fairaudit.words import plain
 
     raw = read_attestation(name)
-    found = read_envelope(raw, name)
+    statement, found = stated_in(raw, name)
     # What is signed already is written again in its place, with all that it holds and one more signature.
     target = output or (_beside(name) if found is None else name)
     refuse_output(target, [name] if found is None else [], "the attestation")
     refuse_output(target, [key], "the key")
     envelope = found or Envelope(raw)
-    statement = read_statement(envelope.payload, name)
     private = read_private_key(key, lambda: _passphrase(key))
     with naming(name):
         signed = envelope.signed(private)

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Attesting", "add_attestation", "attesting", "refuse_attestation"]
 
-SAID = ("issuer", "contact", "title", "system", "system_version", "period")
-
 FILES = ("from_monitor", "group_probability", "map", "output", "placebo", "attest")
 """Options whose values are files."""
 
@@ -98,11 +96,12 @@ def attesting(arguments: argparse.Namespace, *, again: bool = True) -> Attesting
     InputError
         If the options do not go together, or a source or a text has no place in a statement.
     """
+    from fairaudit.audits.sections import ATTESTATION_KEYS
     from fairaudit.errors import InputError
     from fairaudit.reports.endings import form_of
 
     if arguments.attest is None:
-        for name in SAID:
+        for name in ATTESTATION_KEYS:
             if getattr(arguments, name) is not None:
                 raise InputError(f"{option(name)} goes with --attest FILE, which writes who made the certificate and of what")
         return None
@@ -110,9 +109,9 @@ def attesting(arguments: argparse.Namespace, *, again: bool = True) -> Attesting
         raise InputError("--attest needs -o FILE.json, the certificate that it is about")
     from fairaudit.attestations.making import audit_options, stated_of
 
-    audit, given = _audit(arguments), {name: getattr(arguments, name) for name in SAID}
+    audit, given = _audit(arguments), {name: getattr(arguments, name) for name in ATTESTATION_KEYS}
     said = {**audit.get("attestation", {}), **{name: text for name, text in given.items() if text is not None}}
-    spelled = {name: f"[attestation] {name}" if given[name] is None and name in said else option(name) for name in SAID}
+    spelled = {name: f"[attestation] {name}" if given[name] is None and name in said else option(name) for name in ATTESTATION_KEYS}
     stated = stated_of(said, spelled)
     command = _command(arguments)
     options = {} if not again else {"audit": audit_options(audit)} if audit else _options(arguments)
@@ -157,10 +156,11 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
 def _command(arguments: argparse.Namespace) -> tuple[str, ...]:
     """The command as it was understood: no folders, no servers, nothing that looks like a password, nor what is stated elsewhere."""
     from fairaudit.attestations.sources import bare_name, refuse_credentials
+    from fairaudit.audits.sections import ATTESTATION_KEYS
 
     words = ["certify", *map(bare_name, _listed(arguments.table) if arguments.example is None else [])]
     for name, value in vars(arguments).items():
-        if name in ("table", "run", *SAID) or value in (None, False, 0, "", []) or DEFAULTS.get(name) == value:
+        if name in ("table", "run", *ATTESTATION_KEYS) or value in (None, False, 0, "", []) or DEFAULTS.get(name) == value:
             continue
         spelled = SPELLED.get(name, option(name))
         if value is True:

@@ -187,7 +187,9 @@ def _refuse_beside(arguments: argparse.Namespace) -> None:
     other = "--from-monitor" if arguments.from_monitor else "--slots" if arguments.slots else ""
     for name in ("score", "above", "truth", "positive", "hidden_context", *DIFFERENCES) if other else ():
         if getattr(arguments, name):
-            what = {"score": "scores go", "above": "scores go"} | {
+            what = {
+                "score": "scores go",
+                "above": "scores go",
                 "truth": "true labels go",
                 "positive": "true labels go",
                 "hidden_context": "a hidden context goes",

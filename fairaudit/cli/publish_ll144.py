@@ -134,13 +134,10 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
 
 def _contradictions(source: Source, stated: Stated) -> tuple[str, ...]:
     """Where the attestation, if there is one, states something else."""
+    from fairaudit.attestations.verification import stated_in
     from fairaudit.publications.ll144_statement import contradictions
-    from fairaudit.reports.provenance import provenance_of
 
-    if source.attestation is None:
-        return ()
-    table = source.document["subject"]["table"]["sha256"]
-    return contradictions(stated, provenance_of(source.attestation, source.raw, table, compared=True).statement.stated)
+    return () if source.attestation is None else contradictions(stated, stated_in(source.attestation)[0].stated)
 
 
 def _stated(arguments: argparse.Namespace) -> Stated:

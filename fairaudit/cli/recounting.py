@@ -59,14 +59,15 @@ def recount_of(arguments: argparse.Namespace, certificate: str, attestation: byt
     """
     if arguments.recount is None:
         return None
-    from fairaudit.attestations.recount import attested_document, lines_of, recounted, stated_in
+    from fairaudit.attestations.recount import attested_document, lines_of, recounted
+    from fairaudit.attestations.verification import stated_in
     from fairaudit.errors import InputError
 
     source = arguments.recount if len(arguments.recount) > 1 else arguments.recount[0]
     lines = None if arguments.table is None else lines_of(Path(arguments.table))
     asked = {"query": arguments.query, "engine": arguments.engine or "auto", "memory": arguments.memory}
     try:
-        statement = stated_in(attestation, arguments.attestation)
+        statement, _ = stated_in(attestation, arguments.attestation)
         document = attested_document(certificate, statement)
         with progress() as report:
             return recounted(document, lines, statement, source, **asked, report=report, spelled=option)

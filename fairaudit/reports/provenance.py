@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from fairaudit import __version__
-from fairaudit.attestations.envelope import read_envelope
-from fairaudit.attestations.statement import Source, Statement, read_statement
+from fairaudit.attestations.statement import Source, Statement
+from fairaudit.attestations.verification import stated_in
 from fairaudit.errors import FalseCertificate
 from fairaudit.exact.rationals import rational_text
 from fairaudit.reports.words import clip
@@ -89,8 +89,8 @@ def provenance_of(attestation: bytes, certificate: bytes, table: str, *, compare
     FalseCertificate
         If it is about another certificate or table, or does not add up.
     """
-    envelope = read_envelope(attestation)
-    found, digest = read_statement(attestation if envelope is None else envelope.payload), hashlib.sha256(certificate).hexdigest()
+    found, envelope = stated_in(attestation)
+    digest = hashlib.sha256(certificate).hexdigest()
     named = next((subject.name for subject in found.subjects if subject.sha256 == digest), None)
     if named is None:
         raise FalseCertificate(f"the attestation is about another file: the SHA-256 of that of the certificate is {digest}")

@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit.attestations.making import stated_of, statement_of
-from fairaudit.attestations.recount import recounted, stated_in
+from fairaudit.attestations.recount import recounted
 from fairaudit.attestations.sources import take
+from fairaudit.attestations.verification import stated_in
 from fairaudit.cli import main
 
 Row = dict[str, Any]
@@ -569,7 +570,7 @@ def test_how_much_was_read_is_counted_again(folder: Path, change: dict[str, Any]
     else:
         statement["predicate"]["rows"] |= change
     (folder / "a.json").write_text(json.dumps(statement))
-    found = recounted(json.loads((folder / "c.json").read_text()), None, stated_in((folder / "a.json").read_bytes(), "a.json"), "log.csv")
+    found = recounted(json.loads((folder / "c.json").read_text()), None, stated_in((folder / "a.json").read_bytes())[0], "log.csv")
     assert [entry.what for entry in found.findings if entry.equal is False] == ["how much was read, counted and dropped"]
 
 
