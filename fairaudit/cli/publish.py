@@ -93,6 +93,12 @@ def add(commands: Any) -> None:
         help="withhold every group with a count below N, and what would tell it, and leave certificate and table out of the folder; "
         "needs a certificate that was made with --no-table, and --table",
     )
+    parser.add_argument(
+        "--with-table",
+        action="store_true",
+        default=None,
+        help="publish a table that --no-table set apart, with every count and its salt; needed without --small",
+    )
     publish_ll144.add_options(parser)
     add_format(parser)
 
@@ -116,10 +122,26 @@ def run(arguments: argparse.Namespace) -> Answer | int:
     except (FalseCertificate, TableNeeded) as error:
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return 1 if isinstance(error, FalseCertificate) else 3
+    _check_table(source, arguments)
     publication, remark = _publication(source, arguments)
     files = contents(publication, source, _again(arguments), _private(arguments))
     write_folder(arguments.output, files)
     return _answer(arguments.output, publication, files, [remark] if remark else [])
+
+
+def _check_table(source: Source, arguments: argparse.Namespace) -> None:
+    """Refuse to publish a table that was kept apart, unless that is asked for."""
+    from fairaudit.errors import InputError
+
+    if arguments.with_table and arguments.small is not None:
+        raise InputError("--with-table publishes every count, and --small withholds some; leave one of them away")
+    if arguments.with_table and source.table is None:
+        raise InputError("--with-table goes with --table FILE: the certificate holds its table, which is published with it")
+    if source.table is not None and "salt" in next(source.lines) and arguments.small is None and not arguments.with_table:
+        raise InputError(
+            "the table was kept out of the certificate (--no-table), and the folder would hold it, with every count and the salt; "
+            "--small 10 withholds small counts and leaves the table out, --with-table publishes it whole"
+        )
 
 
 def _private(arguments: argparse.Namespace) -> Private | None:
@@ -138,7 +160,7 @@ def _again(arguments: argparse.Namespace) -> str:
 
     words = ["fairaudit", "publish", "certificate.json", "--rule", arguments.rule]
     beside = {"table": "certificate.table.jsonl", "attestation": "attestation.json"}
-    for name in (*beside, "favourable", *OPTIONS[arguments.rule], "small"):
+    for name in (*beside, "with_table", "favourable", *OPTIONS[arguments.rule], "small"):
         value = getattr(arguments, name)
         option = f"--{name.replace('_', '-')}"
         if value is True:

@@ -68,7 +68,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "report 2": ("report no.json", "report certificate.json -o certificate.txt"),
     "publish 0": (
         "publish certificate.json --rule four-fifths -o published",
-        "publish apart.json --table apart.table.jsonl --rule four-fifths -o apart",
+        "publish apart.json --table apart.table.jsonl --with-table --rule four-fifths -o apart",
         "publish certificate.json --rule air --control m -o ratios",
     ),
     "publish 1": ("publish false.json --rule four-fifths -o of-false",),

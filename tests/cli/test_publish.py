@@ -118,3 +118,23 @@ def test_everybody_unknown_leaves_nothing_to_compare(tmp_path: Path) -> None:
     found, page = published(certificate, tmp_path / "out", "--rule", "four-fifths", "--by", "sex,race")
     assert found["comparisons"] == 0 and found["tables"][0]["groups"] == []
     assert "nothing is compared" in page
+
+
+def test_a_table_that_was_kept_apart_is_not_published_by_accident(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    certificate = certified(log, tmp_path / "c.json", "--missing", "group", "--no-table")
+    for more, said in (
+        (("--table", "c.table.jsonl"), "--small 10 withholds small counts and leaves the table out, --with-table publishes it whole"),
+        (("--table", "c.table.jsonl", "--with-table", "--small", "10"), "leave one of them away"),
+    ):
+        words = [str(tmp_path / word) if word.endswith("jsonl") else word for word in more]
+        assert main(["publish", str(certificate), "-o", str(tmp_path / "out"), "--rule", "four-fifths", *words]) == 2
+        assert said in capsys.readouterr().err
+        assert not (tmp_path / "out").exists()
+    table = str(tmp_path / "c.table.jsonl")
+    _, page = published(certificate, tmp_path / "out", "--rule", "four-fifths", "--table", table, "--with-table")
+    assert (tmp_path / "out" / "certificate.table.jsonl").read_bytes() == Path(table).read_bytes()
+    assert "--table certificate.table.jsonl --with-table -o again" in page
+    whole = str(certified(log, tmp_path / "whole.json", "--missing", "group"))
+    capsys.readouterr()
+    assert main(["publish", whole, "-o", str(tmp_path / "no"), "--rule", "four-fifths", "--with-table"]) == 2
+    assert "the certificate holds its table" in capsys.readouterr().err

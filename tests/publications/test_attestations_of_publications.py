@@ -118,5 +118,5 @@ def test_it_does_not_go_with_counts_that_are_withheld(tmp_path: Path, capsys: py
     assert main([*whole, "--small", "10", "--attestation", names["a.json"]]) == 2
     assert "--small does not go with --attestation" in capsys.readouterr().err
     assert not Path(names["out"]).exists()
-    assert main([*whole, "--attestation", names["a.json"]]) == 0
+    assert main([*whole, "--with-table", "--attestation", names["a.json"]]) == 0
     assert "--table certificate.table.jsonl --attestation attestation.json</pre>" in (tmp_path / "out" / "index.html").read_text("utf-8")

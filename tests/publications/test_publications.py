@@ -99,7 +99,7 @@ def test_the_command_on_the_page_makes_the_same_files(more: list[str], tmp_path:
     table = {**TABLE, "out": ["-y z", "it's"] * 4, "race": [{"a": "a b"}.get(label, label) for label in TABLE["race"]]}  # type: ignore[call-overload]
     law = fa.Law.from_counts(table, decision="out", group=["sex", "race"], count="n")
     fa.certify(law, {"-y z": 1}, confidence=None, embed_table=False).certificate.save("c.json")
-    assert main(["publish", "c.json", "--table", "c.table.jsonl", "--rule", "four-fifths", "-o", "out", *more]) == 0
+    assert main(["publish", "c.json", "--table", "c.table.jsonl", "--with-table", "--rule", "four-fifths", "-o", "out", *more]) == 0
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
     found = re.search(r"<pre>fairaudit (publish .*)</pre>", page)
     assert found

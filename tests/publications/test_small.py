@@ -170,7 +170,7 @@ def test_the_folder_holds_neither_certificate_nor_anything_that_tells_it(
     private: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    assert main(["publish", *private, "--rule", "four-fifths", "--by", "sex,race", "--small", "10", "-o", str(out)]) == 0
+    assert main(["publish", *private, "--with-table", "--rule", "four-fifths", "--by", "sex,race", "--small", "10", "-o", str(out)]) == 0
     assert "note" not in capsys.readouterr().err
     assert sorted(path.name for path in out.iterdir()) == ["index.html", "summary.json", "table.csv"]
     files = {path.name: path.read_text("utf-8") for path in out.iterdir()}
@@ -190,7 +190,7 @@ def test_the_folder_holds_neither_certificate_nor_anything_that_tells_it(
 def test_without_the_option_everything_is_published_and_small_counts_are_remarked(
     private: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["publish", *private, "--rule", "four-fifths", "-o", str(tmp_path / "out")]) == 0
+    assert main(["publish", *private, "--with-table", "--rule", "four-fifths", "-o", str(tmp_path / "out")]) == 0
     assert "--small 10 withholds such groups" in capsys.readouterr().err
     assert (tmp_path / "out" / "certificate.json").exists()
 

@@ -158,5 +158,5 @@ def test_the_command_withholds(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert [{*table} for table in tables] == [{"table", "unknown", "categories"}] * 3 and not any(table["unknown"] for table in tables)
     assert entries[1]["rate"] == "555/1181" and summary["stated"]["tool"] == "Sorter" and summary["unknown_in"] == "complete"
     capsys.readouterr()
-    assert main([*given, "-o", str(tmp_path / "all")]) == 0
+    assert main([*given, "--with-table", "-o", str(tmp_path / "all")]) == 0
     assert "--small 10 withholds" in capsys.readouterr().err
