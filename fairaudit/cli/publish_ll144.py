@@ -148,7 +148,7 @@ def _stated(arguments: argparse.Namespace) -> Stated:
         raise InputError(
             "--exclude-below-2-percent and --justification go together: the rule asks why categories are left out of the impact ratios"
         )
-    stated = Stated(
+    return Stated(
         tool=stated_text(arguments.tool, "--tool"),
         tool_version=stated_text(arguments.tool_version, "--tool-version"),
         auditor=stated_text(arguments.auditor, "--auditor"),
@@ -160,8 +160,6 @@ def _stated(arguments: argparse.Namespace) -> Stated:
         period=period(arguments.period),
         justification=stated_text(arguments.justification, "--justification"),
     )
-    stated.check()
-    return stated
 
 
 def _selections(

@@ -50,7 +50,7 @@ class Stated:
     period: tuple[date, date] | None = None
     justification: str | None = None
 
-    def check(self) -> None:
+    def __post_init__(self) -> None:
         """Refuse what cannot be."""
         if self.data_kind == "test" and self.test_data is None:
             raise InputError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import date
+from typing import Any
 
 import pytest
 
@@ -53,7 +54,6 @@ def test_a_year_ends_on_the_same_day() -> None:
 
 
 def test_nothing_is_amiss_where_all_is_stated() -> None:
-    FULL.check()
     assert findings(FULL) == ()
 
 
@@ -85,13 +85,13 @@ def test_data_of_more_than_a_year_is_a_finding(last: date, found: int) -> None:
 @pytest.mark.parametrize(
     ("stated", "said"),
     [
-        (Stated(data_kind="test"), "--test-data-explanation"),
-        (Stated(data_kind="historical", test_data="none yet"), "--data-kind test"),
-        (Stated(test_data="none yet"), "--data-kind test"),
-        (Stated(tool_version="2"), "--tool"),
-        (Stated(audit_date=date(2025, 6, 1), period=(date(2025, 1, 1), date(2025, 12, 31))), "last day"),
+        ({"data_kind": "test"}, "--test-data-explanation"),
+        ({"data_kind": "historical", "test_data": "none yet"}, "--data-kind test"),
+        ({"test_data": "none yet"}, "--data-kind test"),
+        ({"tool_version": "2"}, "--tool"),
+        ({"audit_date": date(2025, 6, 1), "period": (date(2025, 1, 1), date(2025, 12, 31))}, "last day"),
     ],
 )
-def test_what_contradicts_itself_is_refused(stated: Stated, said: str) -> None:
+def test_what_contradicts_itself_is_refused(stated: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
-        stated.check()
+        Stated(**stated)
