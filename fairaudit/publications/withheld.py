@@ -17,10 +17,10 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-__all__ = ["LEAST", "Arc", "Parts", "is_small", "published", "range_of"]
+__all__ = ["LEAST", "Arc", "Parts", "is_small", "published"]
 
 LEAST = 10
-"""The least count that is published where nothing else is said, and below which a table that is published whole is remarked on."""
+"""The count below which a table that is published whole is remarked on."""
 
 Parts = tuple[int, ...]
 """How many people of a group there are of each kind."""
@@ -87,12 +87,6 @@ def published(arcs: Mapping[Name, Arc], order: Sequence[Name], least: int) -> fr
     >>> columns = {"a": Arc("a", "all", (90, 70)), "b": Arc("b", "all", (80, 73))}
     >>> sorted(published(rows | columns | cells, ["f", "m", "a", "b", "mb", "ma", "fa", "fb"], 10))
     ['a', 'b', 'f', 'm']
-
-    Groups that are linked with no other, as they are where no sum is published, lead from a node to itself.
-
-    >>> alone = {name: Arc(name, name, arc.parts) for name, arc in cells.items()}
-    >>> sorted(published(alone, ["mb", "ma", "fa", "fb"], 10))
-    ['fa', 'ma', 'mb']
     """
     _check(arcs)
     kinds = range(max((len(arc.parts) for arc in arcs.values()), default=0))
@@ -129,26 +123,6 @@ def _is_open(arcs: Mapping[Name, Arc], known: frozenset[Name], kind: int, least:
     )
 
 
-def range_of(arcs: Mapping[Name, Arc], known: frozenset[Name], name: Name, kind: int, most: int) -> tuple[int, int]:
-    """The least that a count can be for whoever knows the published groups, and the greatest, or `most` if it can be that much.
-
-    It can be every whole number between them: moving one of a kind along a cycle of groups that are not published gives the next.
-
-    Parameters
-    ----------
-    arcs : mapping of name to Arc
-        All groups; as much flows into each node as out of it.
-    known : frozenset of names
-        Those that are published.
-    name, kind : name, int
-        The count.
-    most : int
-        Where to stop.
-    """
-    now = arcs[name].parts[kind]
-    return (now, now) if name in known else _range(_room(arcs, known, kind), arcs[name], now, most)
-
-
 Room = dict[Hashable, dict[Hashable, int]]
 """By how much the counts between two nodes can change together: forwards by as much as you like, backwards by what there is."""
 
@@ -166,9 +140,10 @@ def _room(arcs: Mapping[Name, Arc], known: frozenset[Name], kind: int) -> Room:
 
 
 def _range(room: Room, arc: Arc, now: int, most: int) -> tuple[int, int]:
-    """The range of the count of an arc that is not published; nothing is changed in the end."""
-    if arc.tail == arc.head:
-        return 0, max(now, most)
+    """What the count of an arc that is not published can be, up to `most`: every whole number between two; nothing is changed in the end.
+
+    Moving one of a kind along a cycle of groups that are not published gives the next number.
+    """
     room[arc.tail][arc.head] -= LIMITLESS
     room[arc.head][arc.tail] -= now
     low = now - _flow(room, arc.tail, arc.head, now)

@@ -8,9 +8,6 @@ import json
 import random
 import re
 import shlex
-import shutil
-import subprocess
-import zipfile
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -268,21 +265,6 @@ def test_each_class_has_all_three_tables(tmp_path: Path) -> None:
     assert "there are none here of" not in page
     assert published(tmp_path / "c.json", tmp_path / "one", *more, "--class", "A")
     assert "none here of &#39;=B&#39;, &#39;&lt;i&gt;C&lt;/i&gt;&#39;" in shown(tmp_path / "one")
-
-
-def test_a_spreadsheet_computes_nothing_of_it(tmp_path: Path) -> None:
-    office = shutil.which("soffice")
-    if office is None:
-        pytest.skip("soffice is not on the path (Debian: apt-get install --no-install-recommends libreoffice-calc)")
-    (tmp_path / "map.toml").write_text('[race]\n"W" = "White"\n')
-    more = ("--sex", "sex", "--race", "race", "--categories", str(tmp_path / "map.toml"), "--unknown", "?", "--class", "A,=B")
-    published(classes(tmp_path / "c.json"), tmp_path / "out", *more)
-    settings = f"-env:UserInstallation=file://{tmp_path}/office"
-    options = ["--headless", "--infilter=CSV:44,34,76,1", "--convert-to", "ods", "--outdir", str(tmp_path)]
-    subprocess.run([office, settings, *options, str(tmp_path / "out" / "table.csv")], check=True, capture_output=True, timeout=120)
-    content = zipfile.ZipFile(tmp_path / "table.ods").read("content.xml").decode("utf-8")
-    assert "table:formula" not in content
-    assert "impact_ratio_exact" in content
 
 
 def test_the_commands_of_the_guide_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,9 +10,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from scipy.optimize import Bounds, LinearConstraint, milp
+from attacker import agreeing, inside
 
 import fairaudit as fa
 from fairaudit.cli import main
@@ -54,16 +53,10 @@ def rows_of(found: Publication, label: str = "") -> dict[tuple[str, str], tuple[
 
 
 def possible(rows: dict[tuple[str, str], int | None], place: tuple[str, str], value: int) -> bool:
-    """Whether whole numbers of the fourteen intersections agree with every count that is shown, and have this one there."""
+    """Whether counts of the fourteen intersections agree with every count that is shown, and have this one there."""
     cells = [*product(SEXES, RACES)]
-    wanted = [(at, count) for at, count in rows.items() if count is not None] + [(place, value)]
-    matrix = np.array([[all(not a or a == b for a, b in zip(at, cell, strict=True)) for cell in cells] for at, _ in wanted], dtype=int)
-    sums = [count for _, count in wanted]
-    found = milp(np.zeros(14), integrality=np.ones(14), bounds=Bounds(0, np.inf), constraints=LinearConstraint(matrix, sums, sums))
-    if found.x is None:
-        return False
-    values = [round(x) for x in found.x]
-    return (matrix @ values).tolist() == sums and min(values) >= 0
+    known = [(inside(at, cells), count) for at, count in rows.items() if count is not None]
+    return agreeing(cells, [*known, (inside(place, cells), value)]) is not None
 
 
 def test_the_example_of_the_rule_keeps_its_margins() -> None:
@@ -96,7 +89,7 @@ def test_every_small_count_is_open_with_classes_too() -> None:
             read = rows_of(found, name)
             shown = {at: None if row is None else row[0] for at, row in read.items()}
             for place in read:
-                true = sum(kinds[i] for cell, kinds in counted.items() if all(not a or a == b for a, b in zip(place, cell, strict=True)))
+                true = sum(counted[cell][i] for cell in inside(place, counted))
                 assert shown[place] is None or shown[place] == true >= least
                 if true < least and rng.random() < 0.3:
                     attacked += 1
