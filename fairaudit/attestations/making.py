@@ -25,7 +25,10 @@ from fairaudit.model.policy import Deployment
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
 
-__all__ = ["Counted", "audit_options", "counted_rows", "stated_of", "statement_of", "write_attested"]
+__all__ = ["Counted", "audit_options", "counted_rows", "of_table", "rows_of_source", "stated_of", "statement_of", "write_attested"]
+
+VALUES = ("values", "column", "table")
+"""What a section [utility] says of what decisions are worth."""
 
 
 class Counted(Protocol):
@@ -135,13 +138,23 @@ def rows_of_source(result: Counted, rows: Rows, options: Mapping[str, Any]) -> i
 
 
 def audit_options(audit: Mapping[str, Any]) -> dict[str, Any]:
-    """The sections of an audit file as data: its files by their names, and without what is only stated."""
-    named = dict.fromkeys(("law", "policy", "utility", "population"), ("table", "map"))
-    return {
-        name: _filter(entry) if name == "filter" else _data(entry, named.get(name, ()))
-        for name, entry in audit.items()
-        if name != "attestation"
-    }
+    """What makes the table in the sections of an audit file, as data, with its files by their names."""
+    return {name: _filter(entry) if name == "filter" else _data(entry, ("table", "map")) for name, entry in of_table(audit).items()}
+
+
+def of_table(audit: Mapping[str, Any]) -> dict[str, Any]:
+    """The sections of an audit file without what makes no table: targets, confidence, what is declared or only stated."""
+    kept = {name: entry for name, entry in audit.items() if name in ("law", "policy", "filter", "population")}
+    for about in kept.keys() & {"law", "policy"}:
+        kept[about] = _without(kept[about], ("unknown_share", "hidden_context", "max_drift"))
+    if "utility" in audit:
+        values = audit["utility"]
+        kept["utility"] = {name: values[name] for name in VALUES if name in values} if isinstance(values, dict) else values
+    return kept
+
+
+def _without(section: Any, keys: Sequence[str]) -> Any:
+    return {name: entry for name, entry in section.items() if name not in keys} if isinstance(section, dict) else section
 
 
 def _filter(section: Any) -> Any:

@@ -8,7 +8,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,11 @@ import numpy as np
 
 from fairaudit.arguments import answered
 from fairaudit.attestations.cells import TableDifference, compare_tables
-from fairaudit.attestations.making import counted_rows, rows_of_source
+from fairaudit.attestations.making import counted_rows, of_table, rows_of_source
 from fairaudit.attestations.options import reading_of
-from fairaudit.attestations.sources import Taken, take
-from fairaudit.attestations.statement import Rows, Source, Statement
+from fairaudit.attestations.recounted_sources import Recounted, compare_sources, files_of_audit, pairs_of
+from fairaudit.attestations.sources import take
+from fairaudit.attestations.statement import Rows, Statement
 from fairaudit.attestations.verification import read_attestation, signed_by, stated_in
 from fairaudit.audits.audit_file import audit_of
 from fairaudit.audits.certify import laid_out
@@ -57,30 +57,6 @@ UNSAID = ("count", "probability", "weight", "wide", "total", "unit", "skip", "ta
 
 HOLDING = dict.fromkeys(("law", "policy", "utility", "population"), ("table", "map"))
 """Sections of an audit file that name files, and under which keys."""
-
-
-@dataclass(frozen=True)
-class Recounted:
-    """What was found of one thing that a statement or a certificate says of a log.
-
-    Attributes
-    ----------
-    what : str
-        What was looked at.
-    equal : bool or None
-        Whether the log says the same; None where that could not be told.
-    detail : str
-        What the log says instead, or why it could not be told.
-    """
-
-    what: str
-    equal: bool | None
-    detail: str = ""
-
-    @property
-    def line(self) -> str:
-        """What was looked at, and what the log says instead."""
-        return f"{self.what}: {self.detail}" if self.detail else self.what
 
 
 @brief
@@ -139,7 +115,7 @@ class Recount:
     def paragraph(self) -> str:
         """What was found, and what no recount shows."""
         unseen = [finding.what for finding in self.findings if finding.equal is None]
-        rest = [f"Without a digest to compare: {', '.join(unseen)}."] if unseen else []
+        rest = [f"What could not be told: {', '.join(unseen)}."] if unseen else []
         read = ", ".join(f"{name} {text}" for name, text in self.read_with.items())
         said = (
             [f"It was read with {read}, which the certificate does not say."]
@@ -282,21 +258,23 @@ def recounted(
         _check_query(options["query"], query, source, spelled)
     elif query is not None:
         raise InputError(f"the statement has no query; leave {spelled('query')} away")
-    said = None if "audit" in options else reading_of(options, spelled=spelled)
+    audit = _audit(options)
+    said = None if audit is not None else reading_of(options, spelled=spelled)
     header = _header(document, lines)
     if _is_database(source) and said is not None and not {"table", "query"} & {*options}:
         raise InputError("the attestation is of files, and says of no table or query of a database; write the log to a file, and give that")
     if absent := _absent(source):
         return Recount((), tuple(absent))
     taken = take(source, table=options.get("table"), query=options.get("query"))
-    pairs = _pairs(statement.sources, taken.sources, audit=said is None)
-    findings = [_of_source(statement.sources[place], given) for place, given in pairs.items()]
+    pairs = pairs_of(statement.sources, taken.sources, audit)
+    files = {} if audit is None else files_of_audit(statement.sources, pairs, taken)
+    findings = compare_sources(statement.sources, pairs, audit, files)
     if missing := [entry.name for place, entry in enumerate(statement.sources) if place not in pairs]:
         return Recount(tuple(findings), tuple(missing))
     try:
         with uncollected():
             if said is None:
-                counted = _count_audit(options, _files(statement.sources, pairs, taken))
+                counted = _count_audit(audit or {}, files)
             else:
                 reading, utility = said
                 access = replace(reading.access, engine=engine, memory=memory)
@@ -365,14 +343,29 @@ def _count(source: Any, reading: Reading, utility: Utility | None, report: Repor
     return _Counted(table.law, Table(table.law, table))
 
 
-def _count_audit(options: Mapping[str, Any], files: Mapping[str, str]) -> _Counted:
-    """Read what an audit file described, its files being those that were given."""
+def _audit(options: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The sections of an audit file that make a table; nothing, where the options are those of a table."""
+    if "audit" not in options:
+        return None
     for name in options:
         if name != "audit":
             raise InputError(f"the options have {shown(name)} beside an audit file, which says that itself")
-    if not isinstance(options["audit"], dict):
-        raise InputError(f"the options have audit {shown(options['audit'])}; the sections of an audit file are accepted")
-    found = audit_of(_with_files(options["audit"], files), signed=True)
+    audit = options["audit"]
+    if not isinstance(audit, dict):
+        raise InputError(f"the options have audit {shown(audit)}; the sections of an audit file are accepted")
+    making = of_table(audit)
+    for name, section in audit.items():
+        if name not in making:
+            raise InputError(f"the options have the section {shown(name)} of an audit file, which does not make a table")
+        for key in section if isinstance(section, dict) else ():
+            if key not in making[name]:
+                raise InputError(f"options have {shown(key)} in the section {shown(name)} of an audit file, which does not make a table")
+    return audit
+
+
+def _count_audit(audit: Mapping[str, Any], files: Mapping[str, str]) -> _Counted:
+    """Read what an audit file described, its files being those that were given."""
+    found = audit_of(_with_files(audit, files), signed=True)
     subject, table = laid_out(found.subject, found.utility)
     if isinstance(subject, Deployment):
         return _Counted(subject.law, Table(subject.policy.law, table, subject), subject)
@@ -490,53 +483,6 @@ def _is_there(file: str) -> bool:
         return Path(file).exists() or (glob.has_magic(file) and bool(glob.glob(file, recursive=True)))  # noqa: PTH207
     except (OSError, ValueError):
         return False
-
-
-def _pairs(said: Sequence[Source], given: Sequence[Source], *, audit: bool) -> dict[int, Source | None]:
-    """For each source of the statement what was given for it: what has the same name, then in order.
-
-    An audit file need not be given, because the statement has all that it says.
-    """
-    left, pairs = list(given), dict[int, Source | None]()
-    for place, entry in enumerate(said):
-        own = next((other for other in left if other.name == entry.name), None)
-        if own is not None:
-            pairs[place] = own
-            left.remove(own)
-        elif audit and entry.name.endswith(".toml"):
-            pairs[place] = None
-    for place, _ in enumerate(said):
-        if place not in pairs and left:
-            pairs[place] = left.pop(0)
-    if left:
-        raise InputError(f"{len(given)} logs were given, and the statement has {len(said)}; leave {shown(left[0].name)} away")
-    return {place: pairs[place] for place in sorted(pairs)}
-
-
-def _files(said: Sequence[Source], pairs: Mapping[int, Source | None], taken: Taken) -> dict[str, str]:
-    """The path of what was given for each file that an audit file names; names have to be different, because folders are not recorded."""
-    paths = list(chain.from_iterable(taken.files.listed.values() if taken.files else ()))
-    for names in ([entry.name for entry in said], [Path(path).name for path in paths]):
-        for name in names:
-            if names.count(name) > 1:
-                raise InputError(f"two files of the audit are called {shown(name)}, which cannot be told apart; nothing is recounted")
-    held = {Path(path).name: path for path in paths}
-    return {said[place].name: held[given.name] for place, given in pairs.items() if given is not None and given.name in held}
-
-
-def _of_source(said: Source, given: Source | None) -> Recounted:
-    """Compare the digest of a file with that of the statement."""
-    what = f"the source {shown(said.name)}"
-    if given is None:
-        return Recounted(what, None, "it was not given; the attestation has what it says")
-    if said.sha256 is None:
-        return Recounted(what, None, "no digest of it was recorded")
-    if given.sha256 is None:
-        return Recounted(what, None, f"{shown(given.name)} has no digest")
-    if given.sha256 == said.sha256:
-        return Recounted(what, True)
-    recorded = f"recorded are {said.bytes} and {said.sha256}"
-    return Recounted(what, False, f"{shown(given.name)} has {given.bytes} bytes and the digest {given.sha256}, {recorded}")
 
 
 def _rows(statement: Statement, counted: Any) -> Recounted:

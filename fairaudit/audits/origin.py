@@ -20,7 +20,7 @@ from fairaudit.tables.sources import is_database
 if TYPE_CHECKING:
     from fairaudit.audits.reading import Reading
 
-__all__ = ["Files", "Origin", "database_name", "files_of", "held_in", "origin_of", "state_of"]
+__all__ = ["Files", "Origin", "database_name", "files_of", "held_in", "named_in", "origin_of", "state_of"]
 
 State = tuple[int, ...]
 
@@ -180,15 +180,19 @@ def state_of(path: str) -> State:
 
 def held_in(audit: str, *, tables: bool) -> list[str]:
     """The files that an audit file names: that of its table, or all others."""
-    document, folder = read_toml(Path(audit))[0], Path(audit).parent
+    return [str(Path(audit).parent / name) for name in named_in(read_toml(Path(audit))[0], tables=tables)]
+
+
+def named_in(document: Mapping[str, Any], *, tables: bool) -> list[str]:
+    """The files that the sections of an audit file name, as they stand there: that of its table, or all others."""
     about = [document.get(name) for name in ("law", "policy")]
     if tables:
-        return [str(folder / name) for section in about if isinstance(name := _entry(section, "table"), str)]
+        return [name for section in about if isinstance(name := _entry(section, "table"), str)]
     named = [_entry(section, "map") for section in about]
     named += [_entry(document.get(name), "table") for name in ("utility", "population")]
     filters = _sections(document.get("filter"))
     named += [section["table"] for section in filters if section.get("kind") == "table" and isinstance(section.get("table"), str)]
-    return [str(folder / name) for name in named if isinstance(name, str)]
+    return [name for name in named if isinstance(name, str)]
 
 
 def _entry(section: Any, key: str) -> Any:
