@@ -212,12 +212,12 @@ def _answer(folder: str, publication: Publication, files: dict[str, bytes], note
     said = f"Written to {folder}: {', '.join(files)}"
     return Answer(
         "publish",
-        sentence=f"{publication.title}: {folder} was written.",
+        sentence=f"{publication.page.title}: {folder} was written.",
         notes=notes,
         result=lambda: {
             "folder": folder,
             "files": [{"name": name, "sha256": sha256(content).hexdigest()} for name, content in files.items()],
             "summary": json.loads(files["summary.json"]),
         },
-        text=lambda: "\n".join(map(plain, [publication.lead, *(f"  - {text}" for text in publication.points), said])),
+        text=lambda: "\n".join(map(plain, [publication.page.lead, *(f"  - {text}" for text in publication.page.points), said])),
     )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.publications.counts import Counts, Decisions, facts_of
 from fairaudit.publications.pairs import count_of, csv_rows, entries, header, lead, points, reading, section, sheets, sheets_by
-from fairaudit.publications.publication import Publication, Section
+from fairaudit.publications.publication import Page, Publication, Section
 from fairaudit.publications.small import Withholding, parts_of, said_of
 
 __all__ = ["adverse_impact"]
@@ -76,8 +76,7 @@ def adverse_impact(
     found = sheets(parts_of(counts, sets, withholding), choice)
     number = count_of(found)
     facts = [("Control group", ", ".join(f"{name} {shown(label)}" for name, label in named.items()))]
-    return Publication(
-        rule=RULE,
+    page = Page(
         title="Adverse impact ratios",
         lead=lead(number, CONTROL),
         points=points(number),
@@ -86,6 +85,10 @@ def adverse_impact(
             *(section(sheet, CONTROL, number["comparisons"]) for sheet in found),
             Section("How to read this", (*ABOUT, *reading(number["comparisons"], CONTROL))),
         ),
+    )
+    return Publication(
+        page,
+        rule=RULE,
         header=header(counts.columns),
         rows=csv_rows(found, counts.columns),
         summary={

@@ -17,8 +17,8 @@ from typing import Any
 
 from fairaudit.errors import InputError
 from fairaudit.publications.counts import Source
-from fairaudit.publications.publication import Publication
-from fairaudit.publications.small import CHECKED, Private
+from fairaudit.publications.publication import Page, Publication
+from fairaudit.publications.small import CHECKED, WHO, Private
 from fairaudit.reports.page import UNBROKEN, digest, provenance_html, templates
 from fairaudit.reports.provenance import TITLE as PROVENANCE
 from fairaudit.reports.provenance import provenance_of
@@ -73,14 +73,14 @@ def contents(publication: Publication, source: Source, again: str, private: Priv
     InputError
         If jinja2 is missing, or there is an attestation of a private certificate.
     """
-    if private is not None and source.attestation is not None:
-        raise InputError("--small does not go with --attestation, which tells counts that are withheld; give it with the certificate")
     found = {
-        "index.html": page(publication, source, private, again).encode("utf-8"),
+        "index.html": page(publication.page, source, private, again).encode("utf-8"),
         "table.csv": _table(publication).encode("utf-8"),
         "summary.json": (json.dumps(summary(publication, source, private), ensure_ascii=True, indent=1) + "\n").encode("ascii"),
     }
     if private is not None:
+        if source.attestation is not None:
+            raise InputError("--small does not go with --attestation, which tells counts that are withheld; give it with the certificate")
         return found
     found[CERTIFICATE] = source.raw
     if source.table is not None:
@@ -125,24 +125,24 @@ def write_folder(name: str | os.PathLike[str], found: Mapping[str, bytes]) -> No
 def summary(publication: Publication, source: Source, private: Private | None = None) -> dict[str, Any]:
     """What ``summary.json`` says; of a private certificate without its digest, from which counts could be guessed."""
     table = {"table_sha256": source.document["subject"]["table"]["sha256"]}
+    whole = {"certificate": {"sha256": source.sha256} | table}
     return {
         "format": FORMAT,
         "rule": publication.rule,
-        "title": publication.title,
-        "certificate": table if private else {"sha256": source.sha256} | table,
-        **({"small": private.least} if private else {}),
+        "title": publication.page.title,
+        **({"certificate": table, "small": private.least} if private else whole),
         **({} if source.attestation is None else {"attestation": {"sha256": sha256(source.attestation).hexdigest()}}),
         **publication.summary,
     }
 
 
-def page(publication: Publication, source: Source, private: Private | None = None, again: str = "") -> str:
-    """Write a publication as one page, which loads nothing and runs nothing.
+def page(shown: Page, source: Source, private: Private | None = None, again: str = "") -> str:
+    """Write one page, which loads nothing and runs nothing.
 
     Parameters
     ----------
-    publication : Publication
-        What the page says.
+    shown : Page
+        What it says.
     source : Source
         The certificate.
     private : Private, optional
@@ -157,23 +157,29 @@ def page(publication: Publication, source: Source, private: Private | None = Non
     """
     environment, markup = templates("fairaudit.publications")
     css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
+    subject = source.document["subject"]
+    says: dict[str, Any] = {"said": CHECKED, "who": WHO}
+    if private is None:
+        says = {
+            "said": source.said,
+            "provenance": _provenance(source),
+            "whose": PROVENANCE,
+            "prepared": said(subject),
+            "sha256": source.sha256,
+            "attestation": ATTESTATION if source.attestation is not None else "",
+            "apart": TABLE if source.table is not None else "",
+        }
     text: str = environment.get_template("publication.html.j2").render(
-        page=publication,
+        page=shown,
         cell=clip,
         plain=plain,
         unbroken=UNBROKEN,
         private=private,
         again=again,
-        provenance=None if private else _provenance(source),
-        whose=PROVENANCE,
-        attestation=ATTESTATION if source.attestation is not None else "",
-        prepared=[] if private else said(source.document["subject"]),
-        said=CHECKED if private else source.said,
-        sha256="" if private else source.sha256,
-        table_sha256=source.document["subject"]["table"]["sha256"],
-        apart=TABLE if source.table is not None else "",
+        table_sha256=subject["table"]["sha256"],
         css=markup(css),
         policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
+        **says,
     )
     return text
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from fairaudit.publications.counts import Counts, Decisions, facts_of
 from fairaudit.publications.pairs import count_of, csv_rows, entries, header, lead, points, reading, section, sheets, sheets_by
-from fairaudit.publications.publication import Publication, Section
+from fairaudit.publications.publication import Page, Publication, Section
 from fairaudit.publications.small import Withholding, parts_of, said_of
 
 __all__ = ["four_fifths", "highest"]
@@ -79,8 +79,7 @@ def four_fifths(
     counts = decisions.selected(favourable)
     found = sheets(parts_of(counts, sheets_by(counts.columns, by), withholding), highest)
     number = count_of(found)
-    return Publication(
-        rule=RULE,
+    page = Page(
         title="Selection rates beside the four-fifths rule",
         lead=lead(number, "the group of the highest rate"),
         points=points(number),
@@ -94,6 +93,10 @@ def four_fifths(
             Section("How to read this", (*reading(number["comparisons"], "the highest rate"), CHOSEN)),
             Section("What the rule says, both ways", quotes=QUOTES),
         ),
+    )
+    return Publication(
+        page,
+        rule=RULE,
         header=header(counts.columns),
         rows=csv_rows(found, counts.columns),
         summary={"selected": list(favourable), "summed_over": list(decisions.contexts), **number, "tables": entries(found)},

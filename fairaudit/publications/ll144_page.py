@@ -14,7 +14,7 @@ from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
 from fairaudit.publications.ll144 import ImpactTable, Line
 from fairaudit.publications.ll144_people import Reading, Scores
 from fairaudit.publications.ll144_statement import Stated, findings, last_day
-from fairaudit.publications.publication import Publication, Row, Section, Table
+from fairaudit.publications.publication import Page, Publication, Row, Section, Table
 from fairaudit.publications.small import least_shown
 from fairaudit.publications.unknown_people import WorstCase
 
@@ -131,8 +131,7 @@ def publish(
     words = _words(scores, classes=parts[0].label is not None)
     found = (*findings(stated), *_gaps(decisions, reading, parts, scores), *(reading.notes if least is None else ()), *remarks)
     classed = parts[0].label is not None
-    return Publication(
-        rule="ll144",
+    page = Page(
         title=f"Results of a bias audit: {stated.tool}" if stated.tool else "Results of a bias audit",
         lead=_lead(parts, remarks=bool(found)),
         points=found,
@@ -146,6 +145,10 @@ def publish(
             _worst(parts) if least is None else _less(parts),
             _reading_of(words, stated),
         ),
+    )
+    return Publication(
+        page,
+        rule="ll144",
         header=("class", *HEADER) if classed else HEADER,
         rows=tuple((part.label, *row) if part.label is not None else row for part in parts for row in _rows(part)),
         summary=_summary(stated, reading, parts, scores, found, available=available),

@@ -14,8 +14,8 @@ from fairaudit.publications.counts import Counts, Decisions, Source, decisions_o
 from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
 from fairaudit.publications.folder import page
 from fairaudit.publications.pairs import sheets_by
-from fairaudit.publications.publication import Publication, Row, Section, Table
-from fairaudit.publications.small import CHECKED, MOST_CELLS, Private, check_hidden, least_shown, parts_of, withholding_of
+from fairaudit.publications.publication import Page, Row, Section, Table
+from fairaudit.publications.small import CHECKED, MOST_CELLS, WHO, Private, check_hidden, least_shown, parts_of, withholding_of
 from fairaudit.publications.withheld import is_small
 from fairaudit.reports.endings import form_of
 from fairaudit.reports.markdown import code, prose, table
@@ -36,7 +36,7 @@ WORDS = {
 }
 
 
-def public_report(source: Source, least: int) -> Publication:
+def public_report(source: Source, least: int) -> Page:
     """What may be said of a certificate in public without telling a count below the least one.
 
     Of the groups that are shown it says everything, of the others nothing but that they are there.  No total is published, and a verdict
@@ -66,8 +66,7 @@ def public_report(source: Source, least: int) -> Publication:
     rates = dict(zip(visible.groups, map(Fraction, visible.selected, visible.applicants), strict=True))
     burden = bool(source.document["subject"]["utility"].get("burden"))
     limits = [*_limits(source, least, rates, complete=not visible.withheld)]
-    return Publication(
-        rule="report",
+    return Page(
         title=f"{source.document['subject']['columns']['decision']} by {', '.join(decisions.columns)}",
         lead=_lead(rates, len(counts.groups)),
         facts=(*_facts(source, decisions, counts, least, counted), *limits),
@@ -75,9 +74,7 @@ def public_report(source: Source, least: int) -> Publication:
             Section("What each group gets", (), tuple(_table(part, burden=burden) for part in parts)),
             Section("What is withheld, and what this page says nothing about", _limits_of_the_page(least)),
         ),
-        header=(),
-        rows=(),
-        summary={},
+        footer="These are figures of this table alone",
     )
 
 
@@ -229,11 +226,11 @@ def private(least: int) -> Private:
     return Private(least, (f"fairaudit verify {given}", f"fairaudit report {given} --small {least} -o page.html"))
 
 
-def public_markdown(publication: Publication, source: Source, least: int) -> str:
+def public_markdown(made: Page, source: Source, least: int) -> str:
     """The report for the public as markdown."""
-    lines = [f"## {prose(publication.title)}", prose(publication.lead), CHECKED]
-    lines.append("\n".join(f"* {prose(f'{name}: {text}')}" for name, text in publication.facts))
-    for section in publication.sections:
+    lines = [f"## {prose(made.title)}", prose(made.lead), CHECKED]
+    lines.append("\n".join(f"* {prose(f'{name}: {text}')}" for name, text in made.facts))
+    for section in made.sections:
         lines += [f"### {section.title}", *section.paragraphs]
         for found in section.tables:
             lines += [
@@ -241,8 +238,7 @@ def public_markdown(publication: Publication, source: Source, least: int) -> str
                 table(tuple(map(prose, found.head)), [(code(row.cells[0]), *row.cells[1:]) for row in found.rows]),
                 *found.notes,
             ]
-    who = private(least)
     digest = source.document["subject"]["table"]["sha256"]
-    commands = "\n".join(f"    {line}" for line in who.commands)
-    lines += ["### Who can check this", *who.paragraphs, commands, f"Salted digest of the table, SHA-256: `{digest}`"]
+    commands = "\n".join(f"    {line}" for line in private(least).commands)
+    lines += ["### Who can check this", *WHO, commands, f"Salted digest of the table, SHA-256: `{digest}`"]
     return "\n\n".join(lines) + "\n"

@@ -14,6 +14,7 @@ from fairaudit.tables.values import Label
 __all__ = [
     "CHECKED",
     "MOST_CELLS",
+    "WHO",
     "Place",
     "Private",
     "Withholding",
@@ -33,6 +34,19 @@ MOST_CELLS = 400
 """Of tables that are linked: the time grows with their square."""
 
 
+WHO = (
+    (
+        "The public cannot recompute these figures. The certificate and its table tell the counts that are withheld, so that neither "
+        "is published, nor the digest of the certificate, from which they could be guessed."
+    ),
+    (
+        "Whoever was given both, such as a regulator or the other party of a contract, checks that every statement is true of the "
+        "table, makes this page again and compares the two. The digest says which table it was: it is salted, and the salt stands "
+        "in the file of the table alone."
+    ),
+)
+"""Who can check a page that withholds counts."""
+
 CHECKED = "Checked when this was made: every statement of the certificate is true of its table (fairaudit verify)."
 
 
@@ -48,24 +62,11 @@ class Private:
         What whoever has the certificate and its table runs.
     beside : bool
         Whether a CSV and a summary stand beside the page.
-    paragraphs : tuple of str
-        Who can check the page, and how.
     """
 
     least: int
     commands: tuple[str, ...]
     beside: bool = False
-    paragraphs: tuple[str, ...] = (
-        (
-            "The public cannot recompute these figures. The certificate and its table tell the counts that are withheld, so that neither "
-            "is published, nor the digest of the certificate, from which they could be guessed."
-        ),
-        (
-            "Whoever was given both, such as a regulator or the other party of a contract, checks that every statement is true of the "
-            "table, makes this page again and compares the two. The digest says which table it was: it is salted, and the salt stands "
-            "in the file of the table alone."
-        ),
-    )
 
 
 def check_hidden(source: Source, least: int) -> None:

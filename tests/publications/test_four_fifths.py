@@ -70,17 +70,17 @@ def test_random_tables_are_as_plain_loops_have_them() -> None:
 def test_little_to_compare_has_one_meaning_each() -> None:
     nobody = four_fifths(decisions({"a": (0, 5), "b": (0, 9)}), ["yes"])
     assert [entry["ratio"] for entry in groups(nobody).values()] == ["1", "1"]
-    assert "Nobody of it was selected" in nobody.sections[0].tables[0].notes[1]
+    assert "Nobody of it was selected" in nobody.page.sections[0].tables[0].notes[1]
     alone = four_fifths(decisions({"a": (3, 5), "b": (0, 0)}), ["yes"])
-    assert alone.summary["comparisons"] == 0 and alone.points == ()
+    assert alone.summary["comparisons"] == 0 and alone.page.points == ()
     assert {g: (e["status"], e["rate"], e["ratio"]) for g, e in groups(alone).items()} == {
         "a": ("alone", "3/5", None),
         "b": ("empty", None, None),
     }
-    assert "nothing is compared" in alone.lead
+    assert "nothing is compared" in alone.page.lead
     empty = four_fifths(decisions({"a": (3, 5), "b": (0, 0), "c": (5, 5)}), ["yes"])
     assert empty.summary["comparisons"] == 1
-    assert [row.cells[3] for row in empty.sections[0].tables[0].rows] == ["60.0 %", "–", "100.0 %"]
+    assert [row.cells[3] for row in empty.page.sections[0].tables[0].rows] == ["60.0 %", "–", "100.0 %"]
     tie = groups(four_fifths(decisions({"a": (1, 2), "b": (4, 8), "c": (4, 8)}), ["yes"]))
     assert [tie[g]["status"] for g in "abc"] == ["compared", "reference", "compared"]
     assert [tie[g]["ratio"] for g in "abc"] == ["1", "1", "1"]
@@ -112,7 +112,7 @@ def test_columns_are_compared_by_themselves_and_together() -> None:
 def test_small_groups_are_named() -> None:
     def notes(n: int) -> str:
         found = four_fifths(decisions({"big": (50, 100 - n), "small": (n, n)}), ["yes"])
-        return " ".join(found.sections[0].tables[0].notes)
+        return " ".join(found.page.sections[0].tables[0].notes)
 
     assert "Less than 2 % of the people of this table each: small." in notes(1)
     assert "Less than" not in notes(2)  # exactly 2 %

@@ -238,5 +238,5 @@ def test_two_columns_are_withheld_as_in_the_default_tables_of_a_rule() -> None:
         hidden = [
             {row.cells[0] for row in table.rows if row.status == "withheld"} for table in public_report(source, 10).sections[0].tables
         ]
-        by_rule = [{row.cells[0] for row in section.tables[0].rows if row.status == "withheld"} for section in rule.sections[:3]]
+        by_rule = [{row.cells[0] for row in section.tables[0].rows if row.status == "withheld"} for section in rule.page.sections[:3]]
         assert hidden == by_rule

@@ -66,12 +66,12 @@ def test_the_example_of_the_rule_keeps_its_margins() -> None:
     native, pacific = "Native American or Alaska Native", "Native Hawaiian or Pacific Islander"
     assert {place for place, row in rows.items() if row is None} == {*product(SEXES, (native, pacific))}
     assert rows["Male", ""] == (667, 1390) and rows["Female", ""] == (555, 1181) and rows["", native] == (18, 41)
-    by_name = {row.cells[0]: row.cells for table in found.sections[0].tables for row in table.rows}
+    by_name = {row.cells[0]: row.cells for table in found.page.sections[0].tables for row in table.rows}
     assert by_name["Female"] == ("Female", "1,181", "555", "47.0 %", "0.979")
     assert by_name["Male, White"][3:] == ("52.2 %", "1.000")
     assert by_name[f"Female, {native}"][1:] == ("withheld",) * 4
     assert by_name["Unknown, not in the table"][1:3] == ("250", "100")
-    assert any("4 of 14 groups are withheld" in note for table in found.sections[0].tables for note in table.notes)
+    assert any("4 of 14 groups are withheld" in note for table in found.page.sections[0].tables for note in table.notes)
 
 
 def test_every_small_count_is_open_with_classes_too() -> None:
