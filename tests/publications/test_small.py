@@ -160,7 +160,7 @@ def test_the_folder_holds_neither_certificate_nor_anything_that_tells_it(
     private: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    assert main(["publish", *private, "--with-table", "--rule", "four-fifths", "--by", "sex,race", "--small", "10", "-o", str(out)]) == 0
+    assert main(["publish", *private, "--rule", "four-fifths", "--by", "sex,race", "--small", "10", "-o", str(out)]) == 0
     assert "note" not in capsys.readouterr().err
     assert sorted(path.name for path in out.iterdir()) == ["index.html", "summary.json", "table.csv"]
     files = {path.name: path.read_text("utf-8") for path in out.iterdir()}
