@@ -14,7 +14,6 @@ from fairaudit import __version__
 from fairaudit.attestations.options import options_of
 from fairaudit.attestations.sources import Taken, bare_name, taken_of
 from fairaudit.attestations.statement import Rows, Stated, Statement, Subject, check_period, check_text
-from fairaudit.audits.origin import state_of
 from fairaudit.audits.sections import ATTESTATION_KEYS
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, shown
@@ -236,15 +235,17 @@ def write_attested(
     origin = result.origin
     of_file = {} if origin is None or origin.audit is None else origin.audit.get("attestation", {})
     stated = stated_of({**of_file, **{name: text for name, text in given.items() if text is not None}})
+    for name, what in ((path, "a certificate"), (attestation, "an attestation")):
+        if Path(name).suffix.lower() != ".json":
+            raise InputError(f"{os.fspath(name)} does not end in .json, as {what} does; name a file to write")
     beside = result.certificate.files(path)
     written = [*(os.path.realpath(target) for target, _ in beside), os.path.realpath(attestation)]
     if len({*written}) < len(written):
         raise InputError(f"{os.fspath(attestation)} is a file of the certificate; name another file for the attestation")
     reading = None if origin is None else origin.reading
     files = None if origin is None else origin.files
-    for target in written:
-        if files is not None and state_of(target)[:2] in {state[:2] for state in files.states.values() if state}:
-            raise InputError(f"{target} is a file that was read; name another file to write")
+    if files is not None:
+        files.refuse(written)
     options: dict[str, Any] = {}
     if origin is not None and origin.audit is not None:
         options = {"audit": audit_options(origin.audit)}

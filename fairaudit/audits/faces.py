@@ -40,11 +40,14 @@ class Faces:
         Raises
         ------
         InputError
-            If the name ends as that of something else, or a file cannot be written.
+            If the name ends as that of something else, or a file cannot be written or was read.
         """
         ending = Path(path).suffix
         if ending.lower() not in ("", ".json"):
             raise InputError(f"{os.fspath(path)} ends in {ending!r}, and a certificate in '.json'; report() writes pages and markdown")
+        files = getattr(getattr(self, "origin", None), "files", None)
+        if files is not None:
+            files.refuse(target for target, _ in self.certificate.files(path))
         return self.certificate.save(path)
 
     @answered

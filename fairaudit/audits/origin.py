@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,12 +15,12 @@ from fairaudit.audits.sections import read_toml
 from fairaudit.errors import InputError
 from fairaudit.model.utility import Utility
 from fairaudit.tables.engines.paths import expand, form
-from fairaudit.tables.sources import is_database
+from fairaudit.tables.sources import database_file, is_database
 
 if TYPE_CHECKING:
     from fairaudit.audits.reading import Reading
 
-__all__ = ["Files", "Origin", "database_name", "files_of", "held_in", "named_in", "origin_of", "state_of"]
+__all__ = ["Files", "Origin", "database_name", "files_behind", "files_of", "held_in", "named_in", "origin_of", "state_of"]
 
 State = tuple[int, ...]
 
@@ -37,12 +37,27 @@ class Files:
         The files for which each of them stands; of databases none.
     states : mapping of str to tuple of int
         Where each of these is, how long, and when it was changed last; nothing of what can be read only once.
+    read : set of tuple of int
+        Where all that is read lies, databases among it.
     """
 
     data: tuple[str, ...]
     others: tuple[str, ...]
     listed: Mapping[str, tuple[str, ...]]
     states: Mapping[str, State]
+    read: Set[State] = frozenset()
+
+    def refuse(self, paths: Iterable[str | os.PathLike[str]]) -> None:
+        """Refuse to write files that were read.
+
+        Raises
+        ------
+        InputError
+            If one is.
+        """
+        for path in paths:
+            if state_of(os.fspath(path))[:2] in self.read:
+                raise InputError(f"{os.fspath(path)} is a file that was read; name another file to write")
 
 
 @dataclass(frozen=True)
@@ -121,7 +136,9 @@ def files_of(names: Sequence[str], beside: Sequence[str] = ()) -> Files:
     others = [*([*names, *held_in(names[0], tables=False)] if audit else []), *beside]
     listed = {_kept(name): tuple(paths_of(name)) for name in dict.fromkeys((*data, *others))}
     states = {path: state_of(path) for paths in listed.values() for path in paths}
-    return Files(tuple(dict.fromkeys(map(_kept, data))), tuple(dict.fromkeys(map(_kept, others))), listed, states)
+    behind = [file for name in (*data, *others) if _is_url(name) for file in files_behind(name)]
+    read = {state[:2] for state in (*states.values(), *map(state_of, behind)) if state}
+    return Files(tuple(dict.fromkeys(map(_kept, data))), tuple(dict.fromkeys(map(_kept, others))), listed, states, read)
 
 
 def database_name(url: str) -> str:
@@ -165,6 +182,12 @@ def paths_of(given: str) -> list[str]:
         else:
             listed.append(path)
     return listed
+
+
+def files_behind(given: str) -> list[str]:
+    """The files that are read for a name: those of `paths_of`, and of a database that is a file this one."""
+    file = database_file(given) if _is_url(given) else None
+    return paths_of(given) if file is None else [file]
 
 
 def state_of(path: str) -> State:

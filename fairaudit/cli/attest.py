@@ -104,6 +104,8 @@ def _signed(name: str, key: str, output: str | None) -> Answer:
     statement, found = stated_in(raw, name)
     # What is signed already is written again in its place, with all that it holds and one more signature.
     target = output or (_beside(name) if found is None else name)
+    if output is not None and not output.lower().endswith(".json"):
+        raise InputError(f"{output} does not end in .json, as what is signed does; name a file FILE.dsse.json")
     refuse_output(target, [name] if found is None else [], "the attestation")
     refuse_output(target, [key], "the key")
     envelope = found or Envelope(raw)
@@ -139,21 +141,20 @@ def _beside(name: str) -> str:
 
 
 def _refuse_loss(target: str, signed: Envelope, key: str) -> None:
-    """Refuse to write over signatures that what is to be written does not have."""
-    from fairaudit.attestations.envelope import read_envelope
+    """Refuse to write over anything but the same attestation, and over signatures that what is to be written does not have."""
+    from fairaudit.attestations.envelope import Envelope, read_envelope
     from fairaudit.attestations.verification import read_attestation
     from fairaudit.errors import InputError
 
     if not Path(target).exists():
         return
     try:
-        there = read_envelope(read_attestation(target))
-    except InputError:  # no attestation; it is written over as by any command
-        return
-    if there is None:
-        return
+        raw = read_attestation(target)
+        there = read_envelope(raw) or Envelope(raw)
+    except InputError:
+        there = Envelope(b"")
     if there.payload != signed.payload:
-        raise InputError(f"{target} is there already and holds another attestation, which is signed; name another file with -o FILE")
+        raise InputError(f"{target} is there already and holds something else than this attestation; name another file with -o FILE")
     values = {signature.value for signature in signed.signatures}
     lost = sum(signature.value not in values for signature in there.signatures)
     if lost:

@@ -46,8 +46,10 @@ def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> Non
     stated = [arguments.attest] if getattr(arguments, "attest", None) is not None else []
     inputs = list(_read(arguments)) if names else []
     tables = [str(table_beside(Path(name))) for name in names if Path(name).suffix.lower() == ".json"]
+    written, query = (*names, *stated, *tables), getattr(arguments, "query", None) or ""
+    inputs.append(([path for path in written if Path(path).name in query], "a file that the query names,"))
     for read, what in inputs:
-        for path in (*names, *stated, *tables):
+        for path in written:
             refuse_output(path, read, what)
     check_forms(names)
     if arguments.no_table and not any(form_of(name) == "json" for name in names):
@@ -55,6 +57,8 @@ def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> Non
     refuse_twice([*names, *stated])
     if stated:
         refuse_twice([*tables, *stated])
+        if not stated[0].lower().endswith(".json"):
+            raise InputError(f"--attest {stated[0]} does not end in .json, as an attestation does; name a file FILE.json")
 
 
 def check_forms(names: Sequence[str]) -> None:
@@ -152,15 +156,15 @@ def refuse_output(name: str, read: Sequence[str], what: str = "the table") -> No
 def _read(arguments: argparse.Namespace) -> Iterator[tuple[list[str], str]]:
     """Files that are read, and what they are."""
     given = arguments.table if isinstance(arguments.table, list) else [arguments.table]
-    yield [table for table in given if isinstance(table, str) and not is_database(table)], "the table"
+    yield [file for table in given if isinstance(table, str) for file in _behind(table)], "the table"
     for name, what in (
         ("from_monitor", "the state of the monitor"),
         ("map", "the file of --map"),
         ("group_probability", "the table of probabilities"),
         ("placebo", "the table of --placebo"),
     ):
-        if isinstance(path := getattr(arguments, name, None), str) and not is_database(path):
-            yield [path], what
+        if isinstance(path := getattr(arguments, name, None), str):
+            yield _behind(path), what
     yield [name for table in given if isinstance(table, str) for name in named_in(table)], "a file that the audit file names,"
 
 
@@ -178,8 +182,20 @@ def named_in(audit: str) -> list[str]:
     found = []
     for section in sections:
         sections += [value for value in section.values() if isinstance(value, dict)]
-        found += [str(Path(audit).parent / name) for key in ("table", "map") if isinstance(name := section.get(key), str)]
+        named = [str(Path(audit).parent / name) for key in ("table", "map") if isinstance(name := section.get(key), str)]
+        found += [file for name in named for file in _behind(name)]
     return found
+
+
+def _behind(name: str) -> list[str]:
+    """The files that are read for a name; of a name that stands for none the reader says what is wrong with it."""
+    from fairaudit.audits.origin import files_behind
+    from fairaudit.errors import InputError
+
+    try:
+        return files_behind(name)
+    except (InputError, OSError, ValueError):
+        return [] if is_database(name) else [name]
 
 
 def _fault(path: Path, read: Sequence[str], what: str) -> str:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-__all__ = ["Frame", "Source", "Table", "is_database", "source_name"]
+__all__ = ["Frame", "Source", "Table", "database_file", "is_database", "source_name"]
 
 PASSWORD = re.compile(r"(?<=://)([^/@:]*):[^/@]*(?=@)")
 
@@ -50,3 +50,15 @@ def source_name(source: object) -> str:
 def is_database(source: object) -> bool:
     """Whether a table is named by a URL."""
     return isinstance(source, str) and DATABASE.match(source) is not None
+
+
+def database_file(url: str) -> str | None:
+    """The file of a database that is one; None of any other name.
+
+    Examples
+    --------
+    >>> database_file("sqlite:logs/hiring.db"), database_file("duckdb:///data/log.db"), database_file("postgresql://host/hiring")
+    ('logs/hiring.db', '/data/log.db', None)
+    """
+    scheme, _, file = url.partition(":")
+    return re.sub("^//", "", file) if scheme in ("sqlite", "duckdb") else None

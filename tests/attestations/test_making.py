@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import sqlite3
+from contextlib import closing
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -71,3 +75,31 @@ def test_probabilities_that_nobody_read_are_refused() -> None:
 def test_what_cannot_be_stated_is_refused(given_: dict[str, object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         stated_of(given_)
+
+
+@pytest.mark.parametrize("source", ["sqlite:log.json", "sqlite:link.json", "l*.json"])
+def test_a_result_writes_over_nothing_that_was_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows = [("yes", "f"), ("no", "f"), ("yes", "m")]
+    if source.startswith("sqlite:"):
+        with closing(sqlite3.connect("log.json")) as connection, connection:
+            connection.execute("create table log (hired, sex)")
+            connection.executemany("insert into log values (?, ?)", rows)
+        Path("link.json").symlink_to("log.json")
+    else:
+        Path("log.json").write_text("".join(json.dumps({"hired": hired, "sex": sex}) + "\n" for hired, sex in rows))
+    before = Path("log.json").read_bytes()
+    table = {"table": "log"} if source.startswith("sqlite:") else {}
+    result = fa.audit(source, decision="hired", group="sex", utility="yes", **table)
+    for write in (
+        lambda: result.attest("c.json", "log.json"),
+        lambda: result.attest("log.json", "a.json"),
+        lambda: result.save("log.json"),
+    ):
+        with pytest.raises(InputError, match=r"log\.json is a file that was read"):
+            write()
+    for names in (("c.json", "key.pem"), ("c.html", "a.json")):
+        with pytest.raises(InputError, match=r"does not end in \.json"):
+            result.attest(*names)
+    assert Path("log.json").read_bytes() == before and {path.name for path in tmp_path.iterdir()} <= {"log.json", "link.json"}
+    result.attest("c.json", "a.json")

@@ -115,14 +115,14 @@ def test_no_signature_is_written_over(capsys: pytest.CaptureFixture[str]) -> Non
     document["predicate"]["title"] = "Another"
     Path("b.json").write_text(json.dumps(document))
     assert main(["attest", "b.json", "--sign-key", "three.pem", "-o", "a.dsse.json"]) == 2
-    assert "holds another attestation, which is signed" in capsys.readouterr().err
+    assert "holds something else than this attestation" in capsys.readouterr().err
     assert Path("a.dsse.json").read_bytes() == both
     assert not [path for path in Path().iterdir() if path.suffix == ".part"]
 
 
 def test_what_loses_no_signature_is_written_again() -> None:
     main(["attest", "--new-key", "one.pem"])
-    Path("s.json").write_text("no attestation")
+    Path("s.json").write_bytes(Path("a.json").read_bytes())
     for _ in range(2):
         assert main(["attest", "a.json", "--sign-key", "one.pem", "-o", "s.json"]) == 0
     found = read_envelope(Path("s.json").read_bytes())
@@ -162,6 +162,10 @@ def test_the_page_tells_how_two_sign() -> None:
         "a.json --sign-key key.pem -o a.json",
         "a.json --sign-key key.pem -o key.pem",
         "a.json --sign-key key.pem -o nowhere/s.json",
+        "a.json --sign-key key.pem -o other.pub.pem",
+        "a.json --sign-key key.pem -o signed.txt",
+        "a.json --sign-key key.pem -o certificate.json",
+        "a.json --sign-key key.pem -o log.json",
         "a.json --sign-key key.pem --passphrase",
         "certificate.json --sign-key key.pem",
         "key.pem --sign-key key.pem",
@@ -175,6 +179,8 @@ def test_the_page_tells_how_two_sign() -> None:
 )
 def test_what_cannot_be_done_is_refused_in_a_sentence_and_leaves_nothing(words: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(["attest", "--new-key", "key.pem"])
+    Path("other.pub.pem").write_text("somebody's key")
+    Path("log.json").write_text("[]")
     capsys.readouterr()
     before = {path.name: path.read_bytes() for path in Path().iterdir()}
     assert main(["attest", *words.split()]) == 2

@@ -301,6 +301,33 @@ def test_a_command_that_is_killed_leaves_no_certificate_without_its_attestation(
     assert {path.name for path in (folder / "out").iterdir() if not path.name.endswith(".part")} == {"a.json", "c.table.jsonl"}
 
 
+@pytest.mark.parametrize("option", ["-o", "--attest"])
+@pytest.mark.parametrize(
+    "source",
+    ["sqlite:data/log.json", "sqlite://data/log.json", "duckdb:data/log.json", "data/l*.json", "delta:data", "data", "of_database.toml"],
+)
+def test_what_is_read_is_not_written_over(folder: Path, source: str, option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    target = folder / "data" / "log.json"
+    target.write_text('{"answer": "yes", "sex": "f"}\n')
+    if source in ("delta:data", "data"):
+        (folder / "data" / "_delta_log").mkdir()
+    (folder / "of_database.toml").write_text(AUDIT.replace("data/log.csv", "sqlite:data/log.json"))
+    before = target.read_bytes()
+    written = {"-o": "out/c.json", "--attest": "out/a.json", option: "data/log.json"}
+    asked = () if source.endswith(".toml") else ROLES
+    assert main(["certify", source, *asked, *(word for pair in written.items() for word in pair)]) == 2
+    said = capsys.readouterr().err
+    assert "data/log.json is the table itself" in said or "data/log.json is a file that the audit file names, itself" in said
+    assert target.read_bytes() == before and not any((folder / "out").iterdir())
+
+
+def test_a_file_that_a_query_names_is_not_written_over(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "data" / "log.json").write_text('{"answer": "yes", "sex": "f"}\n')
+    query = ["--query", "select * from 'data/log.json'"]
+    assert main(["certify", "duckdb:data/x.db", *ROLES, *query, "-o", "data/log.json", "--attest", "out/a.json"]) == 2
+    assert "data/log.json is a file that the query names, itself" in capsys.readouterr().err
+
+
 def test_neither_file_is_new_where_the_other_cannot_be_replaced(folder: Path) -> None:
     words = ["certify", "data/log.csv", *ROLES, "--missing", "drop", *WITH]
     assert main(words) == 0
@@ -328,6 +355,7 @@ WITH = ["-o", "out/c.json", "--attest", "out/a.json"]
         (["data/log.csv", *ROLES, "-o", "out/c.json", "--attest", "out/c.table.jsonl"], "named twice"),
         (["data/log.csv", *ROLES, "-o", "out/c.json", "--attest", "data/log.csv"], "is the table itself"),
         (["audit.toml", "-o", "out/c.json", "--attest", "names.toml"], "is a file that the audit file names, itself"),
+        (["data/log.csv", *ROLES, "-o", "out/c.json", "--attest", "out/key.pem"], "--attest out/key.pem does not end in .json"),
         (["data/log.csv", *ROLES, "-o", "out/c.json", "--attest", "none/a.json"], "there is no directory none"),
         (["data/log.csv", *ROLES, "-o", "out/c.json", "--issuer", "Jane"], "--issuer goes with --attest FILE"),
         (["data/log.csv", *ROLES, "--period", "2025-01-01/2025-12-31"], "--period goes with --attest FILE"),
