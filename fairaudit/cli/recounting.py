@@ -90,7 +90,7 @@ def as_json(found: Recount | InputError) -> dict[str, Any]:
         return {"equal": None, "paragraph": said, "missing": [], "findings": [], "different_cells": 0, "first_cell": None}
     first = None if found.difference is None else found.difference.first
     return {
-        "equal": found.ok,
+        "equal": None if found.exit_code == 3 else found.ok,
         "paragraph": found.paragraph,
         "missing": list(found.missing),
         "findings": [{"what": entry.what, "equal": entry.equal, "detail": entry.detail} for entry in found.findings],

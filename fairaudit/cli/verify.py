@@ -120,14 +120,15 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
     if arguments.quiet:
         return code
     said, attested = summary_line(found, arguments.require), found.attested
+    true = exit_code(found) != 1 and counted != 1
     answer = Answer(
         "verify",
-        # What a false certificate states is no verdict.
-        verdict=found.verdict if found.ok else "none",
+        # What is stated is no verdict where something is false: of the certificate, of its attestation, or of its log.
+        verdict=found.verdict if true else "none",
         sentence=printable(f"{said[0].upper()}{said[1:]}.{again}"),
         notes=[FALSE_ALREADY] if arguments.recount is not None and recount is None else [],
         result=lambda: {
-            "true": found.ok,
+            "true": true,
             "stated_verdict": found.verdict,
             "required_verdict": arguments.require,
             "paragraph": paragraph(found, arguments.require),

@@ -136,3 +136,24 @@ def test_files_of_one_name_are_told_apart_by_their_digests(folder: Path, check: 
     assert check("renamed.csv", "one/log.csv")[0] == 0
     (folder / "renamed.csv").write_text(LOG)
     assert check("renamed.csv", "one/log.csv")[0] == 1
+
+
+def test_no_verdict_is_given_where_anything_is_false(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    attest("log.csv", *ROLES, "--max-local-ratio", "4")
+    for name in ("one", "two"):
+        assert main(["attest", "--new-key", f"{name}.pem"]) == 0
+    assert main(["attest", "a.json", "--sign-key", "one.pem", "-o", "signed.json"]) == 0
+    words = ["verify", "c.json", "--attestation", "signed.json", "--format", "json"]
+
+    def verdict(code: int, *more: str) -> tuple[bool, str, str]:
+        capsys.readouterr()
+        assert main([*words, *more]) == code
+        answer = envelope(capsys.readouterr().out)
+        return answer["result"]["true"], answer["verdict"], answer["result"]["stated_verdict"]
+
+    right, wrong = ("--key", "one.pub.pem"), ("--key", "two.pub.pem")
+    assert verdict(0, *right) == verdict(0, *right, "--recount", "log.csv") == (True, "within", "within")
+    assert verdict(3) == verdict(3, *right, "--recount", "away.csv") == (True, "within", "within")
+    assert verdict(1, *wrong) == (False, "none", "within")
+    (folder / "log.csv").write_text(LOG.replace("no", "yes", 1))
+    assert verdict(1, *right, "--recount", "log.csv") == (False, "none", "within")

@@ -69,7 +69,8 @@ def test_an_attestation_as_json(
     assert main(["verify", "within.json", "--attestation", "a.json", "--format", "json"]) == code
     answer = envelope(capsys.readouterr().out)
     found = answer["result"]["attestation"]
-    assert (answer["result"]["true"], found["true"], found["signature"]) == (True, true, "none")
+    assert (answer["result"]["true"], found["true"], found["signature"]) == (true, true, "none")
+    assert (answer["verdict"], answer["result"]["stated_verdict"]) == ("within" if true else "none", "within")
     assert {entry["statement"]: entry["true"] for entry in found["statements"]}["rows.read is 80, as many as were counted and dropped"]
     assert "; of the attestation " in answer["sentence"]
 
