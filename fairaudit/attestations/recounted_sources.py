@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -101,8 +102,8 @@ def files_of_audit(said: Sequence[Source], pairs: Pairs, taken: Taken) -> dict[s
     """
     paths = list(chain.from_iterable(taken.files.listed.values() if taken.files else ()))
     for names in ([entry.name for entry in said], [Path(path).name for path in paths]):
-        for name in names:
-            if names.count(name) > 1:
+        for name, count in Counter(names).items():
+            if count > 1:
                 raise InputError(f"two files of the audit are called {shown(name)}, which cannot be told apart; nothing is recounted")
     held = {Path(path).name: path for path in paths}
     return {said[place].name: held[given.name] for place, given in pairs.items() if given is not None and given.name in held}

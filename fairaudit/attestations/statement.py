@@ -332,10 +332,11 @@ def _decoded(raw: bytes) -> Any:
 
 
 def _members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        keys = [key for key, _ in pairs]
-        raise InputError(f"an object has the key {shown(next(key for key in keys if keys.count(key) > 1))} twice")
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise InputError(f"an object has the key {shown(key)} twice")
+        found[key] = value
     return found
 
 

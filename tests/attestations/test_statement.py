@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import time
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -184,3 +185,12 @@ def test_what_would_be_refused_is_not_written() -> None:
         _ = replace(SMALL, stated=Stated(title="a\nb")).text
     with pytest.raises(InputError, match=r"query holds the control character"):
         _ = replace(SMALL, sources=(Source("duckdb:x", query="SELECT\n1"),)).text
+
+
+def test_a_key_that_comes_twice_at_the_end_of_many_is_found_at_once() -> None:
+    keys = [f'"{place}": 0' for place in range(200_000)]
+    raw = ("{" + ", ".join([*keys, keys[-1]]) + "}").encode()
+    began = time.process_time()
+    with pytest.raises(InputError, match="has the key '199999' twice"):
+        read_statement(raw)
+    assert time.process_time() - began < 10  # quadratic time is minutes
