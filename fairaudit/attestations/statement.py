@@ -351,6 +351,8 @@ def _no_number(text: str) -> Any:
 
 
 def _statement(document: Any) -> Statement:
+    if isinstance(document, dict) and str(document.get("format", "")).startswith("fairaudit-certificate/"):
+        raise InputError("it is a certificate; give the file that `fairaudit certify --attest FILE` writes beside it")
     top = _object(document, "the document", ("_type", "subject", "predicateType", "predicate"))
     for key, wanted in (("_type", STATEMENT_TYPE), ("predicateType", PREDICATE_TYPE)):
         if top[key] != wanted:

@@ -125,7 +125,7 @@ def signed_by(raw: bytes, key: bytes | str | os.PathLike[str], name: str = "the 
     public = read_public_key(key)
     envelope = read_envelope(raw, name)
     if envelope is None:
-        return Signed(public.id, None, "it is not signed at all")
+        return Signed(public.id, None, "it is not signed at all", "The file is not signed; did you mean the envelope (.dsse.json)?")
     if not envelope.is_signed_by(public):
         return Signed(public.id, None, "no signature of the envelope is by this key, or what was signed was altered")
     return Signed(public.id, envelope.payload)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.errors import InputError
+from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import common_denominator
 from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.ratios import Ratio, Witness
@@ -90,13 +90,19 @@ def load(
             raise InputError(f"it is longer than {MAX_BYTES} bytes, which no certificate is")
         document = json.loads(unwrap(raw))
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
+        hint = ""
+        if Path(path).is_dir():
+            hint = f"; give {'certificate.json' if (Path(path) / 'certificate.json').is_file() else 'a file'} in it"
+        raise InputError(f"{path} cannot be read: {error.strerror or error}{hint}") from None
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise InputError(f"{path}: {error}") from None
         raise InputError(f"{path} is not JSON, as a certificate is") from None
     if not isinstance(document, dict) or document.get("format") not in formats:
-        raise InputError(f"{path} is not a certificate of the format {FORMAT}")
+        form = document.get("format") if isinstance(document, dict) else None
+        of = f", but of {shown(form)}" if isinstance(form, str) else ""
+        stated = isinstance(document, dict) and not document.keys().isdisjoint(("predicateType", "payloadType"))
+        raise InputError(f"{path} is not a certificate of the format {FORMAT}{', but an attestation of one' if stated else of}")
     return document, raw
 
 

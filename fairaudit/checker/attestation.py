@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 
-from .json_values import decoded, described_type, read_choice, read_digest, read_integer, read_list, read_object, read_string
+from .json_values import decoded, described_type, other_kind, read_choice, read_digest, read_integer, read_list, read_object, read_string
 from .rationals import ZERO, Rational, at_most, read_rational, sum_of
 from .text import Attested, Counted, Finding, FormatError, NotAnAttestation, Report, compared, finding_of, malformed, printable, shown
 
@@ -39,6 +39,7 @@ class Signed:
     key: str  # the SHA-256 of the public key as DER
     payload: bytes | None
     why: str = ""
+    perhaps: str = ""  # what was perhaps mixed up
 
 
 @dataclass(frozen=True)
@@ -77,19 +78,35 @@ def check_attestation(attestation: bytes | Signed, certificate: bytes, report: R
             if len(attestation) > LONGEST_FILE:
                 raise malformed("the file", f"is longer than {LONGEST_FILE} bytes")
             payload, enveloped = _payload(attestation)
-            return _attested(payload, certificate, counted, "unchecked" if enveloped else "none")
+            return _attested(payload, certificate, report, counted, "unchecked" if enveloped else "none")
         by_the_key = f"the attestation is signed by the key {attestation.key}"
         if attestation.payload is None:
-            return Attested((finding_of(by_the_key, False, attestation.why),), (), "checked", attestation.key)
-        found = _attested(attestation.payload, certificate, counted, "checked")
+            return Attested((finding_of(by_the_key, False, attestation.why),), (), "checked", attestation.key, attestation.perhaps)
+        found = _attested(attestation.payload, certificate, report, counted, "checked")
         return replace(found, findings=(finding_of(by_the_key, True), *found.findings), key=attestation.key)
     except FormatError as error:
         raise NotAnAttestation(str(error)) from None
 
 
-def _attested(payload: bytes, certificate: bytes, counted: Counted, signature: str) -> Attested:
-    stated = _read_statement(decoded(payload, "the statement"))
-    return Attested(tuple(_compared(stated, certificate, counted)), _said(stated, counted), signature)
+def _attested(payload: bytes, certificate: bytes, report: Report, counted: Counted, signature: str) -> Attested:
+    document = decoded(payload, "the statement")
+    if (kind := other_kind(document)) not in ("", "an attestation"):
+        raise malformed("the file", f"is {kind}; give the one that `certify --attest` or `attest` wrote")
+    stated = _read_statement(document)
+    digest = hashlib.sha256(certificate).hexdigest()
+    perhaps = "" if any(of == digest for _, of in stated.subjects) else printable(_mixed_up(stated, counted, of_page=report.of_page))
+    return Attested(tuple(_compared(stated, digest, counted)), _said(stated, counted), signature, perhaps=perhaps)
+
+
+def _mixed_up(stated: Statement, counted: Counted, *, of_page: bool) -> str:
+    """Say what an attestation is about, where that is not the file that was checked."""
+    names = [shown(name) for name, _ in stated.subjects]
+    about = f"The attestation is about {', '.join(names[:3])}{f' and {len(names) - 3:,} more' if len(names) > 3 else ''}"
+    if stated.table != counted.table:
+        return f"{about}, with another table: it belongs to another certificate, or one of the two was altered."
+    if of_page:
+        return f"{about}; what was given is a page that shows a certificate, which is another file: check the .json itself."
+    return f"{about}, another file of the same table: one that was written at another time, or one of the two was altered."
 
 
 def _payload(raw: bytes) -> tuple[bytes, bool]:
@@ -270,9 +287,8 @@ def _check_data(value: object, where: str, depth: int) -> None:
         raise malformed(where, f"must be a text or a whole number, not {described_type(value)}")
 
 
-def _compared(stated: Statement, certificate: bytes, counted: Counted) -> Iterator[Finding]:
-    """Compare file, table, sum, and what was counted and dropped."""
-    digest = hashlib.sha256(certificate).hexdigest()
+def _compared(stated: Statement, digest: str, counted: Counted) -> Iterator[Finding]:
+    """Compare file, by its digest, table, sum, and what was counted and dropped."""
     names = [name for name, of in stated.subjects if of == digest]
     about = f"subject {shown(names[0])} is the file that was checked" if names else "a subject is the file that was checked"
     yield finding_of(about, bool(names), "" if names else f"the SHA-256 of that file is {digest}")

@@ -52,7 +52,11 @@ class Refusal:
 def _unreadable(error: OSError | ValueError) -> str:
     """Why a file cannot be read or written, without the number that the system has for it."""
     if isinstance(error, OSError) and error.strerror:
-        return f"Cannot read or write{f' {shown(str(error.filename))}' if error.filename else ''}: {error.strerror}."
+        hint = ""
+        if isinstance(error.filename, str) and os.path.isdir(error.filename):
+            there = os.path.isfile(os.path.join(error.filename, "certificate.json"))
+            hint = f"; give {'certificate.json' if there else 'a file'} in it"
+        return f"Cannot read or write{f' {shown(str(error.filename))}' if error.filename else ''}: {error.strerror}{hint}."
     return f"Cannot read or write: {error}."
 
 

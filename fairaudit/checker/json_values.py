@@ -66,8 +66,26 @@ def without_page(raw: bytes) -> bytes:
     _, opening, rest = raw.partition(_OPENING)
     held, closing, after = rest.partition(_CLOSING)
     if not opening or not closing or _OPENING in after:
-        raise malformed("the page", "does not hold one certificate, as the page of a report does")
+        raise malformed(
+            "the page",
+            "does not hold one certificate, as the page of a report does; check the certificate itself, such as the certificate.json "
+            "beside a page of `fairaudit publish`",
+        )
     return held
+
+
+def other_kind(document: object) -> str:
+    """Say what a document is, where it is another one of those that fairaudit writes than the one that is due; nothing where it is none."""
+    if not isinstance(document, dict):
+        return ""
+    form = document.get("format")
+    if isinstance(form, str) and form.startswith("fairaudit-certificate/"):
+        return "a certificate"
+    if isinstance(form, str) and form.startswith("fairaudit-publication/"):
+        return "a summary of `fairaudit publish`"
+    if "predicateType" in document:
+        return "an attestation"
+    return "a signed attestation" if {"payload", "payloadType", "signatures"} <= document.keys() else ""
 
 
 _ENCODER = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", ":"))

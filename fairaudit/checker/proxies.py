@@ -90,7 +90,7 @@ def check_proxies(document: object, lines: Iterable[bytes] | None) -> Report:
     stated = _read(document)
     working_on("the table")
     if stated.embedded is None and lines is None:
-        raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
+        raise TableNeeded("The certificate does not embed its table; the file of the table has to be given: add --table FILE.")
     table = read_table(embedded_lines(stated.embedded) if stated.embedded is not None else lines_of_file(lines or ()))
     _check_table(stated, table)
     findings = [

@@ -50,7 +50,7 @@ def check_subgroups(document: object, lines: Iterable[bytes] | None) -> Report:
     stated = read_stated(document)
     working_on("the table")
     if stated.embedded is None and lines is None:
-        raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
+        raise TableNeeded("The certificate does not embed its table; the file of the table has to be given: add --table FILE.")
     table = read_subgroup_table(lines_of_subgroups(lines or ()) if stated.embedded is None else embedded_lines(stated.embedded))
     working_on("the subgroups")
     checked = _Checked(stated, table)

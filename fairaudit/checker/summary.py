@@ -262,7 +262,8 @@ def attested_paragraph(report: Report) -> str:
     wrong, count = sum(not finding.true for finding in attested.findings), len(attested.findings)
     if wrong:
         are = "statements of the attestation is" if wrong == 1 else "statements of the attestation are"
-        return f"{wrong} of {count} {are} FALSE. Do not rely on it, nor on whoever is said to have made this certificate."
+        said = [f"{wrong} of {count} {are} FALSE. Do not rely on it, nor on whoever is said to have made this certificate."]
+        return printable(" ".join([*said, *([attested.perhaps] if attested.perhaps else [])]))
     if not report.ok:
         return "The attestation fits a certificate that is FALSE. Do not rely on either."
     fits = "The attestation fits: it names this file and its table, and what was read adds up to what was counted and dropped"

@@ -115,6 +115,7 @@ class Attested:
     said: tuple[str, ...]  # sentences on what is only stated
     signature: str  # none, unchecked or checked
     key: str = ""  # by which it was checked: the SHA-256 of the public key
+    perhaps: str = ""  # where it does not belong to the certificate: what was perhaps mixed up
 
     @property
     def ok(self) -> bool:

@@ -13,7 +13,7 @@ from .drift import watches_of
 from .drifts import Watch
 from .interval_proofs import check_change, check_differences, check_intervals
 from .intervals import Proven
-from .json_values import decoded, without_page
+from .json_values import decoded, other_kind, without_page
 from .judgement import Facts, check_claims, faults_of_claims
 from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
 from .outline import outline_of
@@ -80,6 +80,9 @@ def _checked(certificate: bytes, lines: Iterable[bytes] | None) -> Report:
     document = decoded(held, "the certificate")
     other = document.get("format") if isinstance(document, dict) else None
     form = other if isinstance(other, str) and other in OTHER_FORMATS else None
+    if (kind := other_kind(document)) not in ("", "a certificate"):
+        beside = ", and this one with --attestation" if kind.endswith("attestation") else ", such as the certificate.json beside it"
+        raise malformed("the file", f"is {kind}; give the certificate{beside}")
     report = _checked_certificate(document, lines) if form is None else _checked_as(form, document, lines)
     return replace(report, of_page=held is not certificate)
 
@@ -138,7 +141,7 @@ def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list
         stated.utilities is not None or bool(stated.intervals) or any(step.step in ("level", MEDIAN) for step in stated.preparation)
     )
     if stated.embedded is None and lines is None:
-        raise TableNeeded("The certificate does not embed its table; the file of the table has to be given.")
+        raise TableNeeded("The certificate does not embed its table; the file of the table has to be given: add --table FILE.")
     if stated.embedded is None:
         return read_table(lines_of_file(lines or ()), keep, stated.positive, stated.of_differences, watches)
     table = read_table(embedded_lines(stated.embedded), keep, stated.positive, stated.of_differences, watches)

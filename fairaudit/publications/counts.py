@@ -82,9 +82,7 @@ def read_source(
     InputError
         If it is no certificate of counts, or a file cannot be read.
     """
-    found = opened(certificate)
-    if not found.raw.lstrip().startswith(b"{"):
-        raise InputError(f"{found.name} is a page that holds a certificate; give the certificate itself, a JSON file")
+    found = opened(certificate, pages=False)
     if found.form != FORMAT:
         raise InputError(f"{found.name} is of the format {shown(found.form)}; what is published is made from one of the format {FORMAT}")
     held = None if table is None else _bytes(Path(table))

@@ -171,8 +171,8 @@ class Opened:
         return self.document.get("format") if isinstance(self.document, dict) else None
 
 
-def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = None) -> Opened:
-    """Find the document of a certificate, and its table.
+def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = None, *, pages: bool = True) -> Opened:
+    """Find the document of a certificate, and its table; in a page, too, if those are accepted.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
             raise InputError("the text is a document and no file name; give json.loads(text), or the name of its file")
         if not os.fspath(certificate):
             raise InputError("'' is no file name; name the file of the certificate")
-        document, raw = load(certificate, (FORMAT, *OTHER_FORMATS), unwrap=_without_page)
+        document, raw = load(certificate, (FORMAT, *OTHER_FORMATS), unwrap=_without_page if pages else _json_alone)
         return Opened(document, raw, lines, os.fspath(certificate))
     name = "the certificate"
     if isinstance(certificate, bytes):
@@ -213,6 +213,14 @@ def _without_page(raw: bytes) -> bytes:
         return checker.without_page(raw)
     except checker.FormatError as error:
         raise InputError(str(error)) from None
+
+
+def _json_alone(raw: bytes) -> bytes:
+    if raw.lstrip().startswith(b"{"):
+        return raw
+    if raw.lstrip()[:9].lower() == b"<!doctype":
+        raise InputError("it is a page; give the certificate itself, the .json that fairaudit certify wrote with it")
+    raise InputError("it is no certificate; give the .json that fairaudit certify wrote, and of a log run that first")
 
 
 def _lines(path: Path) -> Iterable[bytes]:
@@ -256,7 +264,8 @@ def checked(found: Opened, attestation: bytes | None = None) -> str:
     findings = report.findings
     _refuse_false(found.name, findings)
     if attestation is not None:
-        _refuse_false(f"the attestation of {found.name}", _attested(attestation, found, report).findings)
+        attested = _attested(attestation, found, report)
+        _refuse_false(f"the attestation of {found.name}", attested.findings, attested.perhaps)
     return f"Checked when this was made: all {len(findings)} statements are true of the table (fairaudit verify, {__version__})."
 
 
@@ -267,8 +276,10 @@ def _attested(attestation: bytes | Signed, found: Opened, report: checker.Report
         raise InputError(f"the attestation is not one: {error}") from None
 
 
-def _refuse_false(name: str, findings: Sequence[Finding]) -> None:
+def _refuse_false(name: str, findings: Sequence[Finding], perhaps: str = "") -> None:
     false = [finding for finding in findings if not finding.true]
     if false:
         first = f"{false[0].statement}{f' ({false[0].detail})' if false[0].detail else ''}"
-        raise FalseCertificate(f"{name}: {len(false)} of {len(findings)} statements are FALSE, the first: {first}")
+        raise FalseCertificate(
+            f"{name}: {len(false)} of {len(findings)} statements are FALSE, the first: {first}{f'. {perhaps[:-1]}' if perhaps else ''}"
+        )

@@ -109,7 +109,9 @@ def test_one_that_is_not_signed_is_true_without_a_key_and_false_with_one(
 ) -> None:
     words = given(case, tmp_path, case.payload)
     assert main(words) == 0 and main([*words, "--key", str(case.key.public)]) == 1
-    assert f"FALSE  the attestation is signed by the key {case.key.id} (it is not signed at all)" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert f"FALSE  the attestation is signed by the key {case.key.id} (it is not signed at all)" in said
+    assert " ".join(said.split()).endswith("this certificate. The file is not signed; did you mean the envelope (.dsse.json)?")
     assert fa.verify(case.certificate, attestation=case.payload).ok
     found = fa.verify(case.certificate, attestation=case.payload, key=case.key.public)
     assert (found.ok, found.exit_code, len(found.false)) == (False, 1, 1)

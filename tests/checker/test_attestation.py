@@ -238,6 +238,51 @@ def test_a_page_is_another_file_than_its_certificate(certificate: Path, capsys: 
     assert "FALSE  a subject is the file that was checked" in capsys.readouterr().out
 
 
+def paragraph_of(capsys: pytest.CaptureFixture[str]) -> str:
+    """What is said of an attestation, without its false statements."""
+    return " ".join(capsys.readouterr().out.split("\n\n")[-1].split())
+
+
+def test_what_was_perhaps_mixed_up_is_said_and_false_all_the_same(
+    certificate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page, other, again = (tmp_path / name for name in ("page.html", "other.json", "again.json"))
+    fa.report(certificate, page)
+    fa.audit(TABLE | {"n": ["30", "10", "20", "20", "7"]}, **COLUMNS, missing="drop").save(other)
+    again.write_bytes(certificate.read_bytes() + b"\n")
+    said = written(tmp_path / "a.json", statement_of(certificate))
+    unreliable = (
+        'FALSE. Do not rely on it, nor on whoever is said to have made this certificate. The attestation is about "certificate.json"'
+    )
+    for given, perhaps in (
+        (page, "; what was given is a page that shows a certificate, which is another file: check the .json itself."),
+        (other, ", with another table: it belongs to another certificate, or one of the two was altered."),
+        (again, ", another file of the same table: one that was written at another time, or one of the two was altered."),
+    ):
+        assert checker.main([str(given), "--attestation", said]) == 1
+        assert paragraph_of(capsys).endswith(unreliable + perhaps)
+    many = statement_of(certificate)
+    many["subject"] = [{"name": f"{i}.json", "digest": {"sha256": f"{i:064}"}} for i in range(5)]
+    assert checker.main([str(certificate), "--attestation", written(tmp_path / "many.json", many)]) == 1
+    assert 'about "0.json", "1.json", "2.json" and 2 more, another file' in paragraph_of(capsys)
+    many["subject"] = [{"name": "c\u202e.json", "digest": {"sha256": "0" * 64}}]
+    assert checker.main([str(certificate), "--attestation", written(tmp_path / "many.json", many)]) == 1
+    assert 'about "c\\u202e.json", another file' in paragraph_of(capsys)
+    wrong = altered(statement_of(certificate), ("predicate", "rows", "counted"), lambda _: 80)
+    assert checker.main([str(certificate), "--attestation", written(tmp_path / "wrong.json", wrong)]) == 1
+    assert paragraph_of(capsys).endswith("said to have made this certificate.")
+
+
+def test_what_is_given_in_place_of_an_attestation_is_named(certificate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for value, kind in (
+        (certificate.read_bytes(), "a certificate"),
+        ({"format": "fairaudit-publication/1"}, "a summary of `fairaudit publish`"),
+        (enveloped(enveloped(statement_of(certificate))), "a signed attestation"),
+    ):
+        assert checker.main([str(certificate), "--attestation", written(tmp_path / "a.json", value)]) == 2
+        assert f"Not an attestation: the file is {kind}; give the one that" in capsys.readouterr().err
+
+
 def test_certificates_of_other_kinds(tmp_path: Path) -> None:
     """Of a table of probabilities the rows that were left out tell how many were counted."""
     path = tmp_path / "c.json"

@@ -144,6 +144,12 @@ def files(tmp_path: Path, good: dict[str, Any]) -> Path:
     (folder / "broken.json").write_bytes(raw(good)[:-3])
     (folder / "table.jsonl").write_bytes(b"".join(lines))
     (folder / "other.jsonl").write_bytes(b"".join(lines[:-1]))
+    (folder / "published").mkdir()
+    (folder / "published" / "certificate.json").write_bytes(raw(good))
+    (folder / "published" / "summary.json").write_bytes(b'{"format": "fairaudit-publication/1"}')
+    (folder / "published" / "index.html").write_bytes(b"<!DOCTYPE html><p>Rates</p>")
+    (folder / "stated.json").write_bytes(b'{"_type": "", "predicateType": "", "subject": [], "predicate": {}}')
+    (folder / "signed.json").write_bytes(b'{"payload": "", "payloadType": "", "signatures": []}')
     return folder
 
 
@@ -162,10 +168,15 @@ def test_every_way_says_the_same(way: str, tmp_path: Path, files: Path) -> None:
         (["incomplete.json"], 2, 'The certificate is incomplete: subject lacks the key "spellings"'),
         (["broken.json"], 2, "Not a certificate of the format fairaudit-certificate/1: the certificate is not JSON"),
         (["nowhere.json"], 2, 'Cannot read or write "nowhere.json": No such file or directory.'),
-        (["."], 2, 'Cannot read or write ".": Is a directory.'),
+        (["."], 2, 'Cannot read or write ".": Is a directory; give a file in it.'),
+        (["published"], 2, 'Cannot read or write "published": Is a directory; give certificate.json in it.'),
+        (["published/index.html"], 2, "check the certificate itself, such as the certificate.json beside a page of `fairaudit publish`."),
+        (["published/summary.json"], 2, "the file is a summary of `fairaudit publish`; give the certificate, such as the certificate.json"),
+        (["stated.json"], 2, "the file is an attestation; give the certificate, and this one with --attestation."),
+        (["signed.json"], 2, "the file is a signed attestation; give the certificate, and this one with --attestation."),
         (["note.md"], 2, "the file holds something else; give the .json that fairaudit wrote, or its page (.html)."),
         (["empty.json"], 2, "the file is empty; give the .json that fairaudit wrote, or its page (.html)."),
-        (["apart.json"], 3, "the file of the table has to be given"),
+        (["apart.json"], 3, "the file of the table has to be given: add --table FILE."),
     ):
         got, out, err = ran(command, *arguments, cwd=files)
         assert got == code, (arguments, out, err)

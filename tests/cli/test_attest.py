@@ -137,6 +137,12 @@ def test_a_public_key_does_not_sign(capsys: pytest.CaptureFixture[str]) -> None:
         assert "key.pub.pem is a public key, by which everybody checks; sign with the private one" in capsys.readouterr().err
 
 
+def test_a_certificate_is_not_signed(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["attest", "--new-key", "key.pem"])
+    assert main(["attest", "certificate.json", "--sign-key", "key.pem"]) == 2
+    assert "it is a certificate; give the file that `fairaudit certify --attest FILE` writes" in capsys.readouterr().err
+
+
 def test_the_page_tells_how_two_sign() -> None:
     page = (Path(__file__).parents[2] / "docs" / "attestation.md").read_text("utf-8")
     (script,) = [block for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) if "--sign-key officer.pem" in block]

@@ -91,6 +91,17 @@ def test_false_certificates_and_other_documents_are_refused(tmp_path: Path) -> N
     (tmp_path / "page.html").write_text(fa.report(path))
     with pytest.raises(InputError, match="give the certificate itself"):
         read_source(tmp_path / "page.html")
+    (tmp_path / "log.csv").write_text("out,sex\ny,f\n")
+    (tmp_path / "summary.json").write_text('{"format": "fairaudit-publication/1"}')
+    (tmp_path / "a.json").write_text('{"predicateType": "x"}')
+    for name, said in (
+        ("log.csv", "give the .json that fairaudit certify wrote, and of a log run that first"),
+        ("summary.json", "is not a certificate of the format fairaudit-certificate/1, but of 'fairaudit-publication/1'"),
+        ("a.json", "is not a certificate of the format fairaudit-certificate/1, but an attestation of one"),
+        ("", "Is a directory; give certificate.json in it"),
+    ):
+        with pytest.raises(InputError, match=said):
+            read_source(tmp_path / name)
     rates = {"out": ["y", "n"] * 2, "sex": ["f", "f", "m", "m"], "p": ["1/3", "2/3", "1/2", "1/2"]}
     fa.audit(rates, decision="out", group="sex", probability="p", utility="y").save(tmp_path / "rates.json")
     with pytest.raises(InputError, match="counts nobody"):
