@@ -41,8 +41,8 @@ OPTIONS = {
 }
 """The options that belong to each rule, besides those of all."""
 
-FILES = ("categories",)
-"""Those of them that name a file."""
+CATEGORIES = "categories.toml"
+"""What labels mean, as a file of the folder."""
 
 
 def add(commands: Any) -> None:
@@ -124,7 +124,8 @@ def run(arguments: argparse.Namespace) -> Answer | int:
         return 1 if isinstance(error, FalseCertificate) else 3
     _check_table(source, arguments)
     publication, remark = _publication(source, arguments)
-    files = contents(publication, source, _again(arguments), _private(arguments))
+    again = _again(arguments, source)
+    files = contents(publication, source, again, _private(arguments, again), _beside(arguments))
     write_folder(arguments.output, files)
     return _answer(arguments.output, publication, files, [remark] if remark else [])
 
@@ -144,29 +145,45 @@ def _check_table(source: Source, arguments: argparse.Namespace) -> None:
         )
 
 
-def _private(arguments: argparse.Namespace) -> Private | None:
+def _beside(arguments: argparse.Namespace) -> dict[str, bytes]:
+    """Further files that are needed to make it again."""
+    from pathlib import Path
+
+    from fairaudit.errors import InputError
+
+    if arguments.categories is None:
+        return {}
+    path = Path(arguments.categories)
+    if not path.is_file():
+        raise InputError(f"--categories {path} is a pipe or a device; name a file, which goes into the folder")
+    return {CATEGORIES: path.read_bytes()}
+
+
+def _private(arguments: argparse.Namespace, again: str) -> Private | None:
     """Who can check a publication that withholds small counts."""
     from fairaudit.publications.small import Private
 
     if arguments.small is None:
         return None
-    return Private(arguments.small, ("fairaudit verify certificate.json --table certificate.table.jsonl", _again(arguments)), beside=True)
+    return Private(arguments.small, ("fairaudit verify certificate.json --table certificate.table.jsonl", again), beside=True)
 
 
-def _again(arguments: argparse.Namespace) -> str:
+def _again(arguments: argparse.Namespace, source: Source) -> str:
     """The command that makes the same publication of the files beside it."""
     import shlex
-    from pathlib import Path
+
+    from fairaudit.publications.folder import attested
 
     words = ["fairaudit", "publish", "certificate.json", "--rule", arguments.rule]
-    beside = {"table": "certificate.table.jsonl", "attestation": "attestation.json"}
-    for name in (*beside, "with_table", "favourable", *OPTIONS[arguments.rule], "small"):
+    stated = attested(source)
+    beside = {"table": "certificate.table.jsonl", "attestation": stated and stated.file, "categories": CATEGORIES}
+    for name in ("table", "attestation", "with_table", "favourable", *OPTIONS[arguments.rule], "small"):
         value = getattr(arguments, name)
         option = f"--{name.replace('_', '-')}"
         if value is True:
             words.append(option)
         elif value is not None:
-            texts = value if isinstance(value, list) else [beside.get(name) or (Path(value).name if name in FILES else str(value))]
+            texts = value if isinstance(value, list) else [beside.get(name) or str(value)]
             words += [word for text in texts for word in ((f"{option}={text}",) if text.startswith("-") else (option, text))]
     return shlex.join([*words, "-o", "again"])
 

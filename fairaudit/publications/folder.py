@@ -9,7 +9,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
@@ -21,16 +21,16 @@ from fairaudit.publications.publication import Page, Publication
 from fairaudit.publications.small import CHECKED, WHO, Private
 from fairaudit.reports.page import UNBROKEN, digest, provenance_html, templates
 from fairaudit.reports.provenance import TITLE as PROVENANCE
-from fairaudit.reports.provenance import provenance_of
+from fairaudit.reports.provenance import Provenance, provenance_of
 from fairaudit.reports.words import clip
 from fairaudit.tables.preparation import said
 from fairaudit.words import plain
 
-__all__ = ["check_folder", "contents", "harmless", "page", "summary", "write_folder"]
+__all__ = ["attested", "check_folder", "contents", "harmless", "page", "summary", "write_folder"]
 
 FORMAT = "fairaudit-publication/1"
 
-CERTIFICATE, TABLE, ATTESTATION = "certificate.json", "certificate.table.jsonl", "attestation.json"
+CERTIFICATE, TABLE = "certificate.json", "certificate.table.jsonl"
 
 RUN = "=+-@\t\r\n＝＋－＠"
 """What begins a cell that a spreadsheet would compute."""
@@ -63,8 +63,10 @@ def check_folder(name: str | os.PathLike[str]) -> None:
         raise InputError(f"{str(path)!r} cannot be made: {getattr(error, 'strerror', None) or error}") from None
 
 
-def contents(publication: Publication, source: Source, again: str, private: Private | None = None) -> dict[str, bytes]:
-    """The files of a publication, by name; the page says by which command it is made again of the others.
+def contents(
+    publication: Publication, source: Source, again: str, private: Private | None = None, beside: Mapping[str, bytes] | None = None
+) -> dict[str, bytes]:
+    """The files of a publication, by name; the page says by which command it is made again of the others, those `beside` it included.
 
     Where the certificate is private neither it nor anything that rests on it is among them.
 
@@ -74,10 +76,11 @@ def contents(publication: Publication, source: Source, again: str, private: Priv
         If jinja2 is missing, or there is an attestation of a private certificate.
     """
     found = {
-        "index.html": page(publication.page, source, private, again).encode("utf-8"),
+        "index.html": page(publication.page, source, private, again, tuple(beside or ())).encode("utf-8"),
         "table.csv": _table(publication).encode("utf-8"),
         "summary.json": (json.dumps(summary(publication, source, private), ensure_ascii=True, indent=1) + "\n").encode("ascii"),
     }
+    found |= beside or {}
     if private is not None:
         if source.attestation is not None:
             raise InputError("--small does not go with --attestation, which tells counts that are withheld; give it with the certificate")
@@ -85,8 +88,9 @@ def contents(publication: Publication, source: Source, again: str, private: Priv
     found[CERTIFICATE] = source.raw
     if source.table is not None:
         found[TABLE] = source.table
-    if source.attestation is not None:
-        found[ATTESTATION] = source.attestation
+    stated = attested(source)
+    if source.attestation is not None and stated is not None:
+        found[stated.file] = source.attestation
     return found
 
 
@@ -136,7 +140,7 @@ def summary(publication: Publication, source: Source, private: Private | None = 
     }
 
 
-def page(shown: Page, source: Source, private: Private | None = None, again: str = "") -> str:
+def page(shown: Page, source: Source, private: Private | None = None, again: str = "", beside: Sequence[str] = ()) -> str:
     """Write one page, which loads nothing and runs nothing.
 
     Parameters
@@ -149,6 +153,8 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
         Who can check the page of a certificate that is not published: then it says nothing that only the certificate does.
     again : str
         The command that makes it again of the files beside it.
+    beside : sequence of str
+        Further files that it needs.
 
     Raises
     ------
@@ -156,17 +162,18 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
         If jinja2 is missing.
     """
     environment, markup = templates("fairaudit.publications")
+    stated = attested(source)
     css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
     subject = source.document["subject"]
     says: dict[str, Any] = {"said": CHECKED, "who": WHO}
     if private is None:
         says = {
             "said": source.said,
-            "provenance": _provenance(source),
+            "provenance": None if stated is None else provenance_html(stated, saved=False),
+            "stated": stated,
             "whose": PROVENANCE,
             "prepared": said(subject),
             "sha256": source.sha256,
-            "attestation": ATTESTATION if source.attestation is not None else "",
             "apart": TABLE if source.table is not None else "",
         }
     text: str = environment.get_template("publication.html.j2").render(
@@ -176,6 +183,7 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
         unbroken=UNBROKEN,
         private=private,
         again=again,
+        beside=beside,
         table_sha256=subject["table"]["sha256"],
         css=markup(css),
         policy=f"default-src 'none'; style-src '{digest(css)}'; base-uri 'none'; form-action 'none'",
@@ -184,12 +192,11 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
     return text
 
 
-def _provenance(source: Source) -> Any:
-    """What its attestation says, as a part of the page; None where there is none."""
+def attested(source: Source) -> Provenance | None:
+    """What the attestation of a certificate says; None where there is none."""
     if source.attestation is None:
         return None
-    table = source.document["subject"]["table"]["sha256"]
-    return provenance_html(provenance_of(source.attestation, source.raw, table, compared=True), saved=False)
+    return provenance_of(source.attestation, source.raw, source.document["subject"]["table"]["sha256"], compared=True)
 
 
 def _table(publication: Publication) -> str:

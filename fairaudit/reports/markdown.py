@@ -216,6 +216,7 @@ def provenance_lines(found: Provenance | None) -> list[str]:
         "**To be checked by whoever has the files, who can take their digests and count them again:**",
         table(("source", "rows", "bytes", "SHA-256"), rows),
         *more,
+        f"Whoever has certificate and attestation checks both: `fairaudit verify certificate.json {found.with_it}`",
     ]
 
 

@@ -74,7 +74,7 @@ def model_card(certificate: Certificate | Mapping[str, Any], *, checked: str = "
     page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
     views = Views(page)
     head = "\n".join(("---", *_index(page, views, provenance), "---"))
-    return "\n\n".join((head, *_limits(page, views), *_data(page, views, provenance), *_results(page, views, checked))) + "\n"
+    return "\n\n".join((head, *_limits(page, views), *_data(page, views, provenance), *_results(page, views, checked, provenance))) + "\n"
 
 
 def _index(page: Content, views: Views, provenance: Provenance | None) -> Iterator[str]:
@@ -223,7 +223,7 @@ def _stated(provenance: Provenance | None) -> Iterator[str]:
     yield "* This is what the issuer states; no program can check it from here."
 
 
-def _results(page: Content, views: Views, checked: str) -> Iterator[str]:
+def _results(page: Content, views: Views, checked: str, provenance: Provenance | None) -> Iterator[str]:
     """The figures, and how to check them."""
     yield "### Results"
     if page.targets:
@@ -237,6 +237,9 @@ def _results(page: Content, views: Views, checked: str) -> Iterator[str]:
     yield "#### Summary"
     yield f"{page.headline}. {prose(page.lead)}" if page.lead else f"{page.headline}."
     beside = "" if page.subject else " --table certificate.table.jsonl"
-    yield f"`fairaudit verify certificate.json{beside}` checks every figure and uses none of the code that made them."
+    with_it = "" if provenance is None else f" {provenance.with_it}"
+    yield f"`fairaudit verify certificate.json{beside}{with_it}` checks every figure and uses none of the code that made them."
+    if provenance is not None:
+        yield prose(provenance.signature)
     if checked := checked or ("" if page.subject else UNCHECKED):
         yield checked

@@ -56,7 +56,9 @@ def printed(page: str, document: Mapping[str, Any], beside: Mapping[str, bytes] 
         for name, content in held.items()
     ]
     before, _, after = page.rpartition("</main>")
-    return print_page(f"{before}{_further(document, attested='attestation.json' in held)}</main>{after}", attached)
+    return print_page(
+        f"{before}{_further(document, attested=next((name for name in held if name != 'certificate.json'), ''))}</main>{after}", attached
+    )
 
 
 def print_page(page: str, attachments: Sequence[Any] = ()) -> bytes:
@@ -76,7 +78,7 @@ def print_page(page: str, attachments: Sequence[Any] = ()) -> bytes:
     return pdf
 
 
-def _further(document: Mapping[str, Any], *, attested: bool) -> str:
+def _further(document: Mapping[str, Any], *, attested: str) -> str:
     """What stands in print alone: every row, and how to verify what is attached."""
     environment, _ = templates()
     table = document["subject"]["table"]

@@ -29,8 +29,8 @@ LONG_OPTIONS = 4_000
 UNSIGNED = "The attestation is not signed: whoever can change its file could have written it."
 
 UNCHECKED_SIGNATURE = (
-    "The attestation is in an envelope with a signature, which was not checked when this was made: that needs the public key of the signer "
-    "(fairaudit verify with --attestation and --key)."
+    "The attestation is in an envelope with a signature, which was not checked when this was made: that needs the signer's public key. Get "
+    "it from the signer, not from whoever gave you these files."
 )
 
 
@@ -56,6 +56,8 @@ class Provenance:
         How the table is said to have been made, as JSON.
     statement : Statement
         The attestation itself.
+    signed : bool
+        Whether it is in an envelope.
     """
 
     checked: tuple[str, ...]
@@ -66,6 +68,17 @@ class Provenance:
     more: int
     options: str
     statement: Statement
+    signed: bool = False
+
+    @property
+    def file(self) -> str:
+        """What its file is called beside the certificate."""
+        return "attestation.dsse.json" if self.signed else "attestation.json"
+
+    @property
+    def with_it(self) -> str:
+        """What the command that verifies the certificate needs to check it, too."""
+        return f"--attestation {self.file}{' --key SIGNER.pub.pem' if self.signed else ''}"
 
 
 def provenance_of(attestation: bytes, certificate: bytes, table: str, *, compared: bool) -> Provenance:
@@ -106,6 +119,7 @@ def provenance_of(attestation: bytes, certificate: bytes, table: str, *, compare
         sources=tuple(map(_source, found.sources[:LISTED])),
         more=max(0, len(found.sources) - LISTED),
         statement=found,
+        signed=envelope is not None,
         options=clip(json.dumps(dict(found.options), ensure_ascii=False, separators=(", ", ": ")), LONG_OPTIONS) if found.options else "",
     )
 

@@ -163,7 +163,9 @@ class _Subject:
         """The bytes of a file of the report."""
         if form != "pdf":
             return text.encode("utf-8")
-        beside = {} if self.attestation is None else {"certificate.json": self.found.raw, "attestation.json": self.attestation}
+        beside = {}
+        if self.attestation is not None and self.provenance is not None:
+            beside = {"certificate.json": self.found.raw, self.provenance.file: self.attestation}
         return printed(text, self.found.document, beside)
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
+import shlex
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -106,7 +109,7 @@ def test_a_signature_is_not_said_to_be_checked(certificate: Path) -> None:
     assert publish(certificate, signed) == 0
     page = (certificate.with_name("out") / "index.html").read_text("utf-8")
     assert "with a signature, which was not checked" in page
-    assert (certificate.with_name("out") / "attestation.json").read_bytes() == signed.read_bytes()
+    assert (certificate.with_name("out") / "attestation.dsse.json").read_bytes() == signed.read_bytes()
 
 
 def test_it_does_not_go_with_counts_that_are_withheld(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -120,3 +123,45 @@ def test_it_does_not_go_with_counts_that_are_withheld(tmp_path: Path, capsys: py
     assert not Path(names["out"]).exists()
     assert main([*whole, "--with-table", "--attestation", names["a.json"]]) == 0
     assert "--table certificate.table.jsonl --attestation attestation.json</pre>" in (tmp_path / "out" / "index.html").read_text("utf-8")
+
+
+def test_a_signed_one_keeps_its_name_and_the_page_asks_for_the_key(certificate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("cryptography", reason="cryptography is not installed (it is in the extra sign)")
+    key, signed, out = (certificate.with_name(name) for name in ("k.pem", "signed.json", "out"))
+    assert main(["attest", "--new-key", str(key)]) == 0
+    assert main(["attest", str(written(certificate)), "--sign-key", str(key), "-o", str(signed)]) == 0
+    assert publish(certificate, signed) == 0
+    assert (out / "attestation.dsse.json").read_bytes() == signed.read_bytes() and not (out / "attestation.json").exists()
+    page = (out / "index.html").read_text("utf-8")
+    (command,) = set(re.findall(r"fairaudit verify certificate.json[^<]*", page))
+    assert "Get it from the signer, not from this folder" in page
+    told = command.replace("SIGNER.pub.pem", str(key.with_name("k.pub.pem")))
+    words = [str(out / word) if (out / word).is_file() else word for word in told.split()[1:]]
+    capsys.readouterr()
+    assert main(words) == 0
+    assert main(["publish", *again(page, out)]) == 0
+    assert same(out, out / "again")
+
+
+def again(page: str, out: Path) -> list[str]:
+    """The words after `publish` of the command on the page, with the files of the folder."""
+    (found,) = re.findall(r"<pre>fairaudit publish (.*)</pre>", page)
+    return [str(out / word) if (out / word).is_file() or word == "again" else word for word in shlex.split(unescape(found))]
+
+
+def same(one: Path, other: Path) -> bool:
+    names = {path.name for path in one.iterdir() if path.is_file()}
+    return names == {path.name for path in other.iterdir()} and all((one / n).read_bytes() == (other / n).read_bytes() for n in names)
+
+
+def test_what_labels_mean_is_in_the_folder_that_is_made_again(certificate: Path) -> None:
+    table: dict[str, Any] = {"sex": ["m", "m", "Female", "Female"], "got": ["yes", "no"] * 2, "n": [3, 1, 2, 2]}
+    fa.audit(table, decision="got", group="sex", count="n", utility="yes", confidence=None).save(certificate)
+    given, out = certificate.with_name("my map.toml"), certificate.with_name("out")
+    given.write_bytes(b'# as told by the employer\r\n[sex]\r\n"m" = "Male"\r\n')
+    words = ("--rule", "ll144", "--sex", "sex", "--categories", str(given), "--attestation", str(written(certificate)))
+    assert main(["publish", str(certificate), *words, "-o", str(out)]) == 0
+    assert (out / "categories.toml").read_bytes() == given.read_bytes()
+    given.unlink()
+    assert main(["publish", *again((out / "index.html").read_text("utf-8"), out)]) == 0
+    assert same(out, out / "again")

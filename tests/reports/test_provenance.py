@@ -104,6 +104,11 @@ def test_a_signature_is_not_said_to_be_checked(certificate: Path) -> None:
     page = fa.report(certificate, attestation=json.dumps(envelope).encode())
     assert "in an envelope with a signature, which was not checked" in page
     assert "is not signed" not in page
+    command = "fairaudit verify certificate.json --attestation attestation.dsse.json --key SIGNER.pub.pem"
+    assert command in page
+    for form in ("markdown", "model-card"):
+        told = fa.report(certificate, attestation=json.dumps(envelope).encode(), format=form)  # type: ignore[call-overload]
+        assert command in told and "Get it from the signer" in told
 
 
 def test_texts_are_data(certificate: Path) -> None:
