@@ -109,8 +109,7 @@ def _public(arguments: argparse.Namespace, names: list[str]) -> Answer | int:
     from fairaudit.errors import TableNeeded
     from fairaudit.files import write_together
     from fairaudit.publications.counts import read_source
-    from fairaudit.publications.folder import page
-    from fairaudit.publications.public_report import private, public_files, public_markdown, public_report
+    from fairaudit.publications.public_report import public_files, text_of
     from fairaudit.words import plain
 
     try:
@@ -121,8 +120,5 @@ def _public(arguments: argparse.Namespace, names: list[str]) -> Answer | int:
     if names:
         write_together(public_files(source, arguments.small, names))
         return 0
-    made = public_report(source, arguments.small)
-    text = (
-        public_markdown(made, source, arguments.small) if arguments.format == "markdown" else page(made, source, private(arguments.small))
-    )
+    text = text_of(source, arguments.small, arguments.format or "html")
     return Answer("report", result=dict, text=lambda: text.rstrip("\n"))

@@ -18,7 +18,18 @@ from fairaudit.errors import FalseCertificate, InputError, TableNeeded, nearest,
 from fairaudit.tables.values import Label
 from fairaudit.verified.verification import checked, opened
 
-__all__ = ["Counts", "Decisions", "Source", "decisions_of", "facts_of", "favourable_of", "read_source", "silent_of"]
+__all__ = [
+    "Counts",
+    "Decisions",
+    "Source",
+    "decisions_of",
+    "facts_of",
+    "favourable_of",
+    "read_source",
+    "silent_of",
+    "summed_of",
+    "worth_one",
+]
 
 WHOLE = re.compile(r"[0-9]{1,18}")
 
@@ -294,14 +305,26 @@ def favourable_of(source: Source, given: Sequence[str] = ()) -> tuple[str, ...]:
             raise InputError(f"--favourable names {shown(label)} twice")
     if given:
         return tuple(given)
-    worth = header["utility"]
+    found = worth_one(header)
     if source.document["subject"]["utility"].get("burden"):
         why = "the utility of the certificate counts a burden"
-    elif worth is None or not {*worth} <= {"0", "1"} or "1" not in worth:
+    elif not found:
         why = "the utility of the certificate does not say it by 0 and 1"
     else:
-        return tuple(label for label, value in zip(labels, worth, strict=True) if value == "1")
+        return found
     raise InputError(f"which decisions count as selected? {why}; name them with --favourable ({nearest('', labels)})")
+
+
+def worth_one(header: Mapping[str, Any]) -> tuple[str, ...]:
+    """The decisions worth 1, by the header of a table; none where not every decision is worth 0 or 1 to everybody.
+
+    Examples
+    --------
+    >>> worth_one({"decisions": ["no", "yes"], "utility": ["0", "1"]}), worth_one({"decisions": ["no", "yes"], "utility": ["0", "2"]})
+    (('yes',), ())
+    """
+    worth = header["utility"] or ()
+    return tuple(label for label, value in zip(header["decisions"], worth, strict=False) if value == "1") if {*worth} <= {"0", "1"} else ()
 
 
 def facts_of(decisions: Decisions, counts: Counts, favourable: Sequence[str], *, totals: bool = True) -> tuple[tuple[str, str], ...]:
@@ -329,6 +352,10 @@ def facts_of(decisions: Decisions, counts: Counts, favourable: Sequence[str], *,
         found.append(("Labels that say that a group is unknown", ", ".join(map(shown, silent))))
     if not totals:
         found.append(("Group unknown", "whoever's group is unknown, if anybody's, is in no group here, and how many they are is not said"))
-    if decisions.contexts:
-        found.append(("Contexts", f"summed over {', '.join(decisions.contexts)}, whose differences these figures do not show"))
-    return tuple(found)
+    return (*found, *summed_of(decisions))
+
+
+def summed_of(decisions: Decisions) -> list[tuple[str, str]]:
+    """What the head of a page says of contexts; nothing where there are none."""
+    names = ", ".join(decisions.contexts)
+    return [("Contexts", f"summed over {names}, whose differences these figures do not show")] if names else []

@@ -10,20 +10,20 @@ from typing import Any
 from fairaudit.errors import InputError, shown
 from fairaudit.inference.verdicts import verdict
 from fairaudit.measures.limits import limit_text
-from fairaudit.publications.counts import Counts, Decisions, Source, decisions_of
+from fairaudit.publications.counts import Counts, Decisions, Source, decisions_of, summed_of, worth_one
 from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
 from fairaudit.publications.folder import page
 from fairaudit.publications.pairs import sheets_by
 from fairaudit.publications.publication import Page, Row, Section, Table
 from fairaudit.publications.small import CHECKED, MOST_CELLS, WHO, Private, check_hidden, least_shown, parts_of, withholding_of
 from fairaudit.publications.withheld import is_small
-from fairaudit.reports.endings import form_of
+from fairaudit.reports.endings import Form, form_of
 from fairaudit.reports.markdown import code, prose, table
 from fairaudit.reports.paper import print_page
 from fairaudit.reports.words import clip, scope
 from fairaudit.words import THIS_TABLE
 
-__all__ = ["public_files", "public_markdown", "public_report"]
+__all__ = ["public_files", "public_markdown", "public_report", "text_of"]
 
 NOT_SAID = "not said here: it depends on counts that this page does not show, and could tell them"
 
@@ -57,7 +57,12 @@ def public_report(source: Source, least: int) -> Page:
         If small counts could be guessed from the digest of the table, or the decisions are not worth 0 or 1.
     """
     check_hidden(source, least)
-    decisions, counted = decisions_of(source), _counted(source)
+    decisions, counted = decisions_of(source), worth_one(next(source.lines))
+    if not counted:
+        raise InputError(
+            "--small needs decisions of which each is worth 0 or 1 to everybody, so that a group's mean is how often they are taken; "
+            "the utility of this certificate is another"
+        )
     counts = decisions.selected(counted)
     linked = len(counts.columns) == 2 and len(counts.groups) <= MOST_CELLS
     tables = sheets_by(counts.columns, []) if linked else [counts.columns]
@@ -78,18 +83,6 @@ def public_report(source: Source, least: int) -> Page:
     )
 
 
-def _counted(source: Source) -> list[str]:
-    """The decisions worth 1."""
-    header = next(iter(source.lines))
-    worth = header["utility"]
-    if worth is None or {*worth} != {"0", "1"}:
-        raise InputError(
-            "--small needs decisions of which each is worth 0 or 1 to everybody, so that a group's mean is how often they are taken; "
-            "the utility of this certificate is another"
-        )
-    return [label for label, value in zip(header["decisions"], worth, strict=True) if value == "1"]
-
-
 def _lead(rates: Mapping[tuple[str, ...], Fraction], groups: int) -> str:
     said = f"Of {groups} groups {len(rates)} {'is' if len(rates) == 1 else 'are'} shown."
     if len(rates) < 2:
@@ -107,14 +100,12 @@ def _name(group: tuple[str, ...]) -> str:
     return clip(", ".join(group))
 
 
-def _facts(source: Source, decisions: Decisions, counts: Counts, least: int, counted: list[str]) -> Iterator[tuple[str, str]]:
-    columns = source.document["subject"]["columns"]
-    yield "Decision", columns["decision"]
+def _facts(source: Source, decisions: Decisions, counts: Counts, least: int, counted: Sequence[str]) -> Iterator[tuple[str, str]]:
+    yield "Decision", source.document["subject"]["columns"]["decision"]
     yield "Counted", f"{', '.join(map(shown, counted))} (of {', '.join(map(shown, decisions.labels))})"
     yield "Groups by", ", ".join(decisions.columns)
-    if decisions.contexts:
-        yield "Contexts", f"summed over {', '.join(decisions.contexts)}, whose differences these figures do not show"
-    if "unknown" in next(iter(source.lines)):
+    yield from summed_of(decisions)
+    if "unknown" in next(source.lines):
         people, taken = counts.unknown
         yield (
             "Group unknown",
@@ -139,7 +130,7 @@ def _limits(source: Source, least: int, rates: Mapping[tuple[str, ...], Fraction
 
 def _any_small(source: Source, least: int) -> bool:
     """Whether any count of the table is small, those of labels and contexts that nobody sees included."""
-    lines = iter(source.lines)
+    lines = source.lines
     header = next(lines)
     cells = 0
     for row in lines:
@@ -210,14 +201,17 @@ def public_files(source: Source, least: int, paths: Sequence[str]) -> list[tuple
             raise InputError(
                 f"{path} would be the certificate itself, which tells the counts that --small withholds; name .html, .pdf or .md"
             )
+    texts = {written: text_of(source, least, written) for written in dict.fromkeys("html" if form == "pdf" else form for form in forms)}
+    return [
+        (Path(path), [print_page(texts["html"]) if form == "pdf" else texts[form].encode("utf-8")])
+        for path, form in zip(paths, forms, strict=True)
+    ]
+
+
+def text_of(source: Source, least: int, form: Form) -> str:
+    """The report for the public as a page, or as markdown."""
     made = public_report(source, least)
-    text = page(made, source, private(least)) if {"html", "pdf"} & {*forms} else ""
-    contents = {
-        "html": lambda: text.encode("utf-8"),
-        "pdf": lambda: print_page(text),
-        "markdown": lambda: public_markdown(made, source, least).encode("utf-8"),
-    }
-    return [(Path(path), [contents[form]()]) for path, form in zip(paths, forms, strict=True)]
+    return public_markdown(made, source, least) if form == "markdown" else page(made, source, private(least))
 
 
 def private(least: int) -> Private:

@@ -88,7 +88,7 @@ def check_hidden(source: Source, least: int) -> None:
             )
     if "header" in source.document["subject"]["table"]:
         why = "the certificate holds its table, whose digest has no salt that only you know"
-    elif "salt" not in next(iter(source.lines)):
+    elif "salt" not in next(source.lines):
         why = "the digest of the table has no salt"
     else:
         return
