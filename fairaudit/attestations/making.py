@@ -14,7 +14,7 @@ from fairaudit import __version__
 from fairaudit.attestations.options import options_of
 from fairaudit.attestations.sources import Taken, bare_name, taken_of
 from fairaudit.attestations.statement import Rows, Stated, Statement, Subject, check_period, check_text
-from fairaudit.audits.sections import ATTESTATION_KEYS
+from fairaudit.audits.sections import ATTESTATION_KEYS, with_files
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, shown
 from fairaudit.files import write_together
@@ -138,7 +138,7 @@ def rows_of_source(result: Counted, rows: Rows, options: Mapping[str, Any]) -> i
 
 def audit_options(audit: Mapping[str, Any]) -> dict[str, Any]:
     """What makes the table in the sections of an audit file, as data, with its files by their names."""
-    return {name: _filter(entry) if name == "filter" else _data(entry, ("table", "map")) for name, entry in of_table(audit).items()}
+    return {name: _data(entry) for name, entry in with_files(of_table(audit), lambda name: Path(name).name).items()}
 
 
 def of_table(audit: Mapping[str, Any]) -> dict[str, Any]:
@@ -156,16 +156,9 @@ def _without(section: Any, keys: Sequence[str]) -> Any:
     return {name: entry for name, entry in section.items() if name not in keys} if isinstance(section, dict) else section
 
 
-def _filter(section: Any) -> Any:
-    """Filters within filters; the table of one is a file."""
-    if not isinstance(section, dict):
-        return _data(section)
-    return _data({name: _filter(entry) for name, entry in section.items()}, ("table",) if section.get("kind") == "table" else ())
-
-
-def _data(value: Any, files: Sequence[str] = ()) -> Any:
+def _data(value: Any) -> Any:
     if isinstance(value, dict):
-        return {name: Path(entry).name if name in files and isinstance(entry, str) else _data(entry) for name, entry in value.items()}
+        return {name: _data(entry) for name, entry in value.items()}
     if isinstance(value, list):
         return [_data(entry) for entry in value]
     return value if isinstance(value, (bool, str)) or (isinstance(value, int) and 0 <= value < 10**18) else str(value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
@@ -25,6 +25,7 @@ from fairaudit.audits.audit_file import audit_of
 from fairaudit.audits.certify import laid_out
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.audits.reading import MOST_ROWS, Reading, read_audited, uncollected, unfit_for_parts
+from fairaudit.audits.sections import with_files
 from fairaudit.certificates.certificate import FORMAT, Certificate
 from fairaudit.certificates.table import Table, WrittenTable, canonical
 from fairaudit.errors import FalseCertificate, InputError, ManyRowsError, TableNeeded, naming, shown
@@ -37,7 +38,7 @@ from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.engines.request import Report
 from fairaudit.tables.preparation import words
 from fairaudit.tables.sources import Source as Tables
-from fairaudit.tables.sources import is_database, source_name
+from fairaudit.tables.sources import in_database, is_database, source_name
 from fairaudit.verified.verification import CertificateLike, opened, verification_of
 from fairaudit.words import brief
 
@@ -54,9 +55,6 @@ READ_ONLY = ("sqlite", "duckdb", "postgres", "postgresql")
 
 UNSAID = ("count", "probability", "weight", "wide", "total", "unit", "skip", "table", "query")
 """Options that make another table of the same log, and of which its certificate says nothing."""
-
-HOLDING = dict.fromkeys(("law", "policy", "utility", "population"), ("table", "map"))
-"""Sections of an audit file that name files, and under which keys."""
 
 
 @brief
@@ -261,7 +259,7 @@ def recounted(
     audit = _audit(options)
     said = None if audit is not None else reading_of(options, spelled=spelled)
     header = _header(document, lines)
-    if _is_database(source) and said is not None and not {"table", "query"} & {*options}:
+    if in_database(source) and said is not None and not {"table", "query"} & {*options}:
         raise InputError("the attestation is of files, and says of no table or query of a database; write the log to a file, and give that")
     if absent := _absent(source):
         return Recount((), tuple(absent))
@@ -365,20 +363,6 @@ def _audit(options: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 def _count_audit(audit: Mapping[str, Any], files: Mapping[str, str]) -> _Counted:
     """Read what an audit file described, its files being those that were given."""
-    found = audit_of(_with_files(audit, files), signed=True)
-    subject, table = laid_out(found.subject, found.utility)
-    if isinstance(subject, Deployment):
-        return _Counted(subject.law, Table(subject.policy.law, table, subject), subject)
-    return _Counted(subject, Table(subject, table))
-
-
-def _with_files(audit: Mapping[str, Any], files: Mapping[str, str]) -> dict[str, Any]:
-    """Sections of an audit file with the paths of what was given in the place of names, so that nothing else is read."""
-
-    def placed(section: Any, keys: Sequence[str]) -> Any:
-        if not isinstance(section, dict):
-            return section
-        return {name: path_of(entry) if name in keys and isinstance(entry, str) else entry for name, entry in section.items()}
 
     def path_of(name: str) -> str:
         path = files.get(name)
@@ -386,13 +370,11 @@ def _with_files(audit: Mapping[str, Any], files: Mapping[str, str]) -> dict[str,
             raise InputError(f"the options name the file {shown(name)}, which is none of the logs")
         return os.path.abspath(path)  # noqa: PTH100
 
-    def filtered(section: Any) -> Any:
-        if not isinstance(section, dict):
-            return section
-        inner = {name: filtered(entry) for name, entry in section.items()}
-        return placed(inner, ("table",)) if section.get("kind") == "table" else inner
-
-    return {name: filtered(entry) if name == "filter" else placed(entry, HOLDING.get(name, ())) for name, entry in audit.items()}
+    found = audit_of(with_files(audit, path_of), signed=True)  # nothing is read but what was given
+    subject, table = laid_out(found.subject, found.utility)
+    if isinstance(subject, Deployment):
+        return _Counted(subject.law, Table(subject.policy.law, table, subject), subject)
+    return _Counted(subject, Table(subject, table))
 
 
 def _profiles(table: Table) -> list[Any]:
@@ -408,13 +390,9 @@ def _check_query(said: str, given: str | None, source: Any, spelled: Callable[[s
         )
     if given != said:
         raise InputError(f"{option} is not the query of the statement, which is {said!r}; give the same text")
-    scheme = source.partition(":")[0] if _is_database(source) else ""
+    scheme = source.partition(":")[0] if in_database(source) else ""
     if scheme and scheme not in READ_ONLY:
         raise InputError(f"a query is run again where nothing can be written: in PostgreSQL, SQLite and DuckDB; {scheme} is none of these")
-
-
-def _is_database(source: Any) -> bool:
-    return is_database(source) and not source.startswith("delta:") and not _is_there(source)
 
 
 def _header(document: Mapping[str, Any], lines: Lines | None) -> Mapping[str, Any]:

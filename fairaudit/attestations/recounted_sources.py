@@ -12,9 +12,9 @@ from typing import Any
 from fairaudit.attestations.making import audit_options
 from fairaudit.attestations.sources import Taken
 from fairaudit.attestations.statement import Source
-from fairaudit.audits.origin import named_in
-from fairaudit.audits.sections import read_toml
+from fairaudit.audits.sections import files_in, read_toml
 from fairaudit.errors import InputError, shown
+from fairaudit.tables.sources import is_audit_file
 
 __all__ = ["Recounted", "compare_sources", "files_of_audit", "pairs_of"]
 
@@ -84,12 +84,8 @@ def pairs_of(said: Sequence[Source], given: Sequence[Source], audit: Mapping[str
     return {place: pairs[place] for place in sorted(pairs)}
 
 
-def _named(audit: Mapping[str, Any]) -> set[str]:
-    return {*named_in(audit, tables=True), *named_in(audit, tables=False)}
-
-
 def _is_audit_file(source: Source, audit: Mapping[str, Any]) -> bool:
-    return source.name.endswith(".toml") and source.name not in _named(audit)
+    return is_audit_file(source.name) and source.name not in files_in(audit)
 
 
 def files_of_audit(said: Sequence[Source], pairs: Pairs, taken: Taken) -> dict[str, str]:
@@ -129,7 +125,7 @@ def compare_sources(said: Sequence[Source], pairs: Pairs, audit: Mapping[str, An
         finding = _compare(entry, given)
         if audit is not None and given is not None and _is_audit_file(entry, audit):
             found += [finding, _sections_in(paths.get(entry.name), entry, audit)]
-        elif audit is not None and given is not None and entry.name not in _named(audit) and finding.equal:
+        elif audit is not None and given is not None and entry.name not in files_in(audit) and finding.equal:
             found.append(Recounted(finding.what, None, "no section of the audit file names it, and nothing was read from it"))
         else:
             found.append(finding)

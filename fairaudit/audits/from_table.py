@@ -44,7 +44,7 @@ from fairaudit.tables.columns import Missing
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.labels import LabelMap, read_label_map
 from fairaudit.tables.scores import ABOVE, score_cut
-from fairaudit.tables.sources import Source, source_name
+from fairaudit.tables.sources import Source, is_audit_file, source_name
 from fairaudit.tables.values import Label, LabelLike, names
 from fairaudit.tables.wide import Columns, Totals, wide_of
 from fairaudit.theorems.t14 import HiddenContext
@@ -266,7 +266,7 @@ def audit(
             if value:
                 raise InputError(f"{name} goes with a table; a {type(source).__name__} has been read already")
         return asked.certify(_behind(source, **filters), _needed(given))
-    if isinstance(source, (str, os.PathLike)) and os.fspath(source).endswith(".toml"):
+    if isinstance(source, (str, os.PathLike)) and is_audit_file(source):
         refuse_beside(os.fspath(source), {**beside, **filters, "releases": releases != 1, "utility": utility, "positive": positive})
         origin = origin_of(source)
         return replace(_from_audit_file(read_audit(os.fspath(source), signed=signed), asked), origin=origin)

@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote, urlsplit
 
-from fairaudit.audits.sections import read_toml
+from fairaudit.audits.sections import files_in, read_toml
 from fairaudit.errors import InputError
 from fairaudit.model.utility import Utility
 from fairaudit.tables.engines.paths import expand, form
-from fairaudit.tables.sources import database_file, is_database
+from fairaudit.tables.sources import database_file, in_database, is_audit_file
 
 if TYPE_CHECKING:
     from fairaudit.audits.reading import Reading
 
-__all__ = ["Files", "Origin", "database_name", "files_behind", "files_of", "held_in", "named_in", "origin_of", "state_of"]
+__all__ = ["Files", "Origin", "database_name", "files_behind", "files_of", "origin_of", "state_of"]
 
 State = tuple[int, ...]
 
@@ -104,7 +104,7 @@ def origin_of(
         files = None if names is None else files_of(names)
     except InputError:
         return None
-    audit = read_toml(Path(names[0]))[0] if names is not None and is_audit_file(names) else None
+    audit = read_toml(Path(names[0]))[0] if names is not None and len(names) == 1 and is_audit_file(names[0]) else None
     kept = reading if again else None
     return Origin(files, audit, kept, utility if kept is not None else None, None if positive is None else str(positive))
 
@@ -118,11 +118,6 @@ def names_of(source: object) -> list[str] | None:
     return None
 
 
-def is_audit_file(names: Sequence[str]) -> bool:
-    """Whether this is the name of an audit file."""
-    return len(names) == 1 and names[0].endswith(".toml")
-
-
 def files_of(names: Sequence[str], beside: Sequence[str] = ()) -> Files:
     """Look at files: those with these names, those that an audit file names, and further ones.
 
@@ -131,12 +126,12 @@ def files_of(names: Sequence[str], beside: Sequence[str] = ()) -> Files:
     InputError
         If there is no such file.
     """
-    audit = is_audit_file(names)
-    data = held_in(names[0], tables=True) if audit else names
-    others = [*([*names, *held_in(names[0], tables=False)] if audit else []), *beside]
+    audit = len(names) == 1 and is_audit_file(names[0])
+    data = _held_in(names[0], tables=True) if audit else names
+    others = [*([*names, *_held_in(names[0], tables=False)] if audit else []), *beside]
     listed = {_kept(name): tuple(paths_of(name)) for name in dict.fromkeys((*data, *others))}
     states = {path: state_of(path) for paths in listed.values() for path in paths}
-    behind = [file for name in (*data, *others) if _is_url(name) for file in files_behind(name)]
+    behind = [file for name in (*data, *others) if in_database(name) for file in files_behind(name)]
     read = {state[:2] for state in (*states.values(), *map(state_of, behind)) if state}
     return Files(tuple(dict.fromkeys(map(_kept, data))), tuple(dict.fromkeys(map(_kept, others))), listed, states, read)
 
@@ -162,16 +157,12 @@ def database_name(url: str) -> str:
 
 def _kept(name: str) -> str:
     """A name that may be kept: of a database neither server nor user nor password."""
-    return database_name(name) if _is_url(name) else name
-
-
-def _is_url(name: str) -> bool:
-    return is_database(name) and not name.startswith("delta:") and not Path(name).exists()
+    return database_name(name) if in_database(name) else name
 
 
 def paths_of(given: str) -> list[str]:
     """The files for which a name stands: those of a pattern, those of the folder of a Delta table, or itself; of a database none."""
-    if _is_url(given):
+    if in_database(given):
         return []
     delta = given.startswith("delta:") and not Path(given).exists()
     listed: list[str] = []
@@ -186,7 +177,7 @@ def paths_of(given: str) -> list[str]:
 
 def files_behind(given: str) -> list[str]:
     """The files that are read for a name: those of `paths_of`, and of a database that is a file this one."""
-    file = database_file(given) if _is_url(given) else None
+    file = database_file(given) if in_database(given) else None
     return paths_of(given) if file is None else [file]
 
 
@@ -201,30 +192,12 @@ def state_of(path: str) -> State:
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
-def held_in(audit: str, *, tables: bool) -> list[str]:
+def _held_in(audit: str, *, tables: bool) -> list[str]:
     """The files that an audit file names: that of its table, or all others."""
-    return [str(Path(audit).parent / name) for name in named_in(read_toml(Path(audit))[0], tables=tables)]
-
-
-def named_in(document: Mapping[str, Any], *, tables: bool) -> list[str]:
-    """The files that the sections of an audit file name, as they stand there: that of its table, or all others."""
-    about = [document.get(name) for name in ("law", "policy")]
-    if tables:
-        return [name for section in about if isinstance(name := _entry(section, "table"), str)]
-    named = [_entry(section, "map") for section in about]
-    named += [_entry(document.get(name), "table") for name in ("utility", "population")]
-    filters = _sections(document.get("filter"))
-    named += [section["table"] for section in filters if section.get("kind") == "table" and isinstance(section.get("table"), str)]
-    return [name for name in named if isinstance(name, str)]
+    document, folder = read_toml(Path(audit))[0], Path(audit).parent
+    data = files_in({name: {"table": _entry(document.get(name), "table")} for name in ("law", "policy")})
+    return [str(folder / name) for name in (data if tables else files_in(document)) if tables or name not in data]
 
 
 def _entry(section: Any, key: str) -> Any:
     return section.get(key) if isinstance(section, dict) else None
-
-
-def _sections(value: Any) -> Iterable[dict[str, Any]]:
-    """A section and those within it."""
-    if isinstance(value, dict):
-        yield value
-        for inner in value.values():
-            yield from _sections(inner)

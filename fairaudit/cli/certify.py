@@ -15,7 +15,7 @@ from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
 from fairaudit.cli.source import add_label_options, add_score, add_source, add_table_form, add_wide, option, progress, reading_of
 from fairaudit.measures.limits import LIMITS
-from fairaudit.tables.sources import source_name
+from fairaudit.tables.sources import is_audit_file, source_name
 
 if TYPE_CHECKING:
     from fairaudit.audits.audit_file import Audit
@@ -226,7 +226,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         return counting_query(arguments)
     elif arguments.table is None:
         raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
-    if not (arguments.in_parts or _is_audit_file(arguments) or any(getattr(arguments, name) for name in COLUMNS)):
+    if not (arguments.in_parts or is_audit_file(arguments.table) or any(getattr(arguments, name) for name in COLUMNS)):
         from fairaudit.cli.asking import ask_for_columns
 
         ask_for_columns(arguments)
@@ -248,7 +248,7 @@ def _check_unknown(arguments: argparse.Namespace) -> None:
     from fairaudit.errors import InputError
 
     unknown = bool(arguments.unknown) or arguments.missing == "unknown"
-    possible = unknown or _is_audit_file(arguments)
+    possible = unknown or is_audit_file(arguments.table)
     if arguments.unknown_share and not possible:
         raise InputError("--unknown-share goes with --unknown LABEL, the labels that name no group, or --missing unknown")
     drifts = any(getattr(arguments, name) is not None for name in ("max_drift", "hidden_context", *LIMITS))
@@ -284,7 +284,7 @@ def _certify(arguments: argparse.Namespace) -> Answer:
         arguments.utility = ABOVE
     check_output(arguments)
     stated = attesting(arguments)
-    audit = _audit_file(arguments) if _is_audit_file(arguments) else None
+    audit = _audit_file(arguments) if is_audit_file(arguments.table) else None
     try:
         subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
     except ManyRowsError:
@@ -347,7 +347,7 @@ def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = 
     from fairaudit.errors import InputError, naming
     from fairaudit.model.utility import utility_values
 
-    if _is_audit_file(arguments):
+    if is_audit_file(arguments.table):
         raise InputError("--in-parts does not go with an audit file")
     if arguments.decision is None or arguments.utility is None or not arguments.group:
         raise InputError("contexts that are read in parts need --decision, --group and --utility")
@@ -434,10 +434,6 @@ def _take_example(arguments: argparse.Namespace) -> None:
         arguments.utility = entry.utility
     if not (arguments.count or arguments.probability):
         arguments.count, arguments.probability = entry.count or None, entry.probability or None
-
-
-def _is_audit_file(arguments: argparse.Namespace) -> bool:
-    return isinstance(arguments.table, str) and arguments.table.endswith(".toml")
 
 
 def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:

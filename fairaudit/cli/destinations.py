@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.tables.sources import is_database
+from fairaudit.tables.sources import is_audit_file, is_database
 
 if TYPE_CHECKING:
     from fairaudit.certificates.certificate import Certificate
@@ -170,21 +170,16 @@ def _read(arguments: argparse.Namespace) -> Iterator[tuple[list[str], str]]:
 
 def named_in(audit: str) -> list[str]:
     """The files that an audit file names; none of any other file."""
-    from fairaudit.audits.sections import read_toml
+    from fairaudit.audits.sections import files_in, read_toml
     from fairaudit.errors import InputError
 
-    if not audit.endswith(".toml"):
+    if not is_audit_file(audit):
         return []
     try:
-        sections = [read_toml(Path(audit))[0]]
+        document = read_toml(Path(audit))[0]
     except InputError:  # which the command says when it reads it
         return []
-    found = []
-    for section in sections:
-        sections += [value for value in section.values() if isinstance(value, dict)]
-        named = [str(Path(audit).parent / name) for key in ("table", "map") if isinstance(name := section.get(key), str)]
-        found += [file for name in named for file in _behind(name)]
-    return found
+    return [file for name in files_in(document) for file in _behind(str(Path(audit).parent / name))]
 
 
 def _behind(name: str) -> list[str]:

@@ -49,6 +49,7 @@ def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
     from fairaudit.model.utility import Utility, utility_values
     from fairaudit.reports.proxy_text import proxy_text
     from fairaudit.tables.group_probabilities import read_group_probabilities
+    from fairaudit.tables.sources import is_audit_file
 
     given: dict[str, Any] = vars(arguments)
     for name in ELSEWHERE:
@@ -56,7 +57,7 @@ def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
             raise InputError(f"{option(name)} does not go with --group-probability")
     if arguments.confidence not in (None, "none"):
         raise InputError("--confidence does not go with --group-probability, which judges the table; sampling error comes on top")
-    if isinstance(arguments.table, str) and arguments.table.endswith(".toml"):
+    if is_audit_file(arguments.table):
         raise InputError("--group-probability goes with a log or a table of counts, not with an audit file")
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError("no utility was given; use --utility, such as --utility Admitted, or --utility-column COL")

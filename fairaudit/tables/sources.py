@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-__all__ = ["Frame", "Source", "Table", "database_file", "is_database", "source_name"]
+__all__ = ["PASSWORD", "Frame", "Source", "Table", "database_file", "in_database", "is_audit_file", "is_database", "source_name"]
 
 PASSWORD = re.compile(r"(?<=://)([^/@:]*):[^/@]*(?=@)")
 
@@ -62,3 +62,25 @@ def database_file(url: str) -> str | None:
     """
     scheme, _, file = url.partition(":")
     return re.sub("^//", "", file) if scheme in ("sqlite", "duckdb") else None
+
+
+def in_database(source: object) -> bool:
+    """Whether a table is named by a URL and has no files: no file has that name, and it is no Delta table, which is a folder of files.
+
+    Examples
+    --------
+    >>> in_database("sqlite:log.db"), in_database("delta:log"), in_database("log.csv")
+    (True, False, False)
+    """
+    return isinstance(source, str) and is_database(source) and not source.startswith("delta:") and not os.path.exists(source)  # noqa: PTH110
+
+
+def is_audit_file(source: object) -> bool:
+    """Whether this is the name of an audit file.
+
+    Examples
+    --------
+    >>> is_audit_file("AUDIT.toml"), is_audit_file("log.csv"), is_audit_file({"hired": ["yes"]})
+    (True, False, False)
+    """
+    return isinstance(source, (str, os.PathLike)) and os.fspath(source).endswith(".toml")
