@@ -75,7 +75,7 @@ def write(page: Content, checked: str = "", provenance: Provenance | None = None
         lines += [f"* {title}: {prose('; '.join(given))}" for found in page.unknown for title, given in found.completions]
         blocks.append("### Decisions without a recorded group\n\n" + "\n".join(lines))
     if views.left_out:
-        blocks.append("### What was left out or merged\n\n" + "\n".join(f"* {prose(line)}" for line in views.left_out))
+        blocks.append("### How the table was read\n\n" + "\n".join(f"* {prose(line)}" for line in views.left_out))
     if page.not_compared:
         blocks.append("### What was not compared\n\n" + "\n".join(f"* {prose(line)}" for line in page.not_compared))
     judged = [f"* {prose(text)} (for statements about {prose(scopes)})" for text, scopes in page.assumptions]

@@ -50,7 +50,7 @@ def notebook(result: Result) -> str:
         *_verdict(found),
         _groups(found),
         _contexts(found),
-        _list("Left out", [*said({"spellings": result.spellings}), *found.left_out]),
+        _list("As read", [*said({"spellings": result.spellings}), *found.left_out]),
         _list("Also", found.beside),
         _folded("Assumed, for you to judge", _items(found.assumptions)) if found.assumptions else "",
         _folded("All figures", f"{_lines([result.sentence])}<table>{''.join(_figures(result))}</table>"),

@@ -214,7 +214,7 @@ def _titles(page: Content, views: Views, *, stated: bool) -> dict[str, str]:
         "contexts": ("Contexts, the most unequal first", views.ranking),
         "unknown": ("Decisions without a recorded group", page.unknown),
         "every": ("Look up a group" if not views.context_column else "Look up a group or context", views.cells > 1),
-        "left-out": ("What was left out", True),
+        "left-out": ("How the table was read", True),
         "judge": ("What you have to judge", True),
         "verify": ("What to do next: verify it", True),
         "provenance": (PROVENANCE, stated),

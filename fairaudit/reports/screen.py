@@ -244,11 +244,11 @@ def _next(then: str) -> list[str]:
 
 
 def _left_out(listed: Sequence[str]) -> Part:
-    """What was left out."""
+    """What was left out, merged or cut."""
     if not listed:
         return _text(["Left out: nothing"])
-    lines = [(i, line) for i, text in enumerate(listed) for line in wrapped(f"Left out: {text}", 10)]
-    return _text([line if i == 0 else line.replace("Left out:", "         ", 1) for i, line in lines], 2)
+    lines = [(i, line) for i, text in enumerate(listed) for line in wrapped(f"As read:  {text}", 10)]
+    return _text([line if i == 0 else line.replace("As read:", "        ", 1) for i, line in lines], 2)
 
 
 def _assumed(listed: Sequence[str]) -> Part:
