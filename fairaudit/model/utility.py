@@ -251,6 +251,12 @@ class Utility:
             meant = next((other for other in others if _alike(label, other)), None)
             if meant is None and len(further) < len(named):
                 continue
+            if label == law.columns.decision and meant is None:
+                such = ", such as 1 (--utility 1)" if "1" in law.decisions else ""
+                raise InputError(
+                    f"the utility names the decision {shown(label)}, which does not occur: that is the column; give one of its labels{such}"
+                    f"; {nearest('', law.decisions)}"
+                )
             beside = meant or (others or law.decisions)[0]
             raise InputError(
                 f"the utility names the decision {shown(label)}, which does not occur; {nearest(label, law.decisions)} "

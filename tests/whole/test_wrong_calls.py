@@ -85,6 +85,10 @@ PYTHON: dict[str, tuple[Callable[[], object], str]] = {
         lambda: audit(utility="yes"),
         "the utility names the decision 'yes', which does not occur; known: '0', '1'",
     ),
+    "the column in the place of its label": (
+        lambda: audit(utility="hired"),
+        "which does not occur: that is the column; give one of its labels, such as 1 (--utility 1); known: '0', '1'",
+    ),
     "a misspelt utility": (lambda: fa.certify(law(), {"yess": 1}), "which does not occur; known: 'yes', 'no'; did you mean 'yes'?"),
     "utility nan": (lambda: audit(utility={1: float("nan")}), "the utility of decision '1': nan is not a finite number"),
     "utility None": (lambda: audit(utility={1: None}), "utility[1] is None; a number such as 0.95 or '5/4' is accepted"),
