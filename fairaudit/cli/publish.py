@@ -106,6 +106,7 @@ def add(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> Answer | int:
     """Do the work."""
     from fairaudit.errors import FalseCertificate, InputError, TableNeeded
+    from fairaudit.publications.categories import UnmappedError
     from fairaudit.publications.counts import read_source
     from fairaudit.publications.folder import check_folder, contents, write_folder
     from fairaudit.reports.page import check_extra
@@ -123,7 +124,11 @@ def run(arguments: argparse.Namespace) -> Answer | int:
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
         return 1 if isinstance(error, FalseCertificate) else 3
     _check_table(source, arguments)
-    publication, remark = _publication(source, arguments)
+    try:
+        publication, remark = _publication(source, arguments)
+    except UnmappedError as error:
+        print(f"fairaudit: {plain(str(error))}\n\n{error.block}", file=sys.stderr)
+        return 2
     again = _again(arguments, source)
     files = contents(publication, source, again, _private(arguments, again), _beside(arguments))
     write_folder(arguments.output, files)

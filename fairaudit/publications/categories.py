@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.labels import read_label_map
 
-__all__ = ["RACES", "SEXES", "Attribute", "attributes"]
+__all__ = ["RACES", "SEXES", "Attribute", "UnmappedError", "attributes"]
 
 
 SEXES = ("Male", "Female")
@@ -24,6 +24,49 @@ RACES = (
     "Two or More Races",
 )
 """Everybody who is Hispanic or Latino is in the first, whatever the race; the others are not Hispanic or Latino."""
+
+
+class UnmappedError(InputError):
+    """Labels that mean nothing that is known; which category is meant nobody but the auditor can say, so that none is suggested.
+
+    Attributes
+    ----------
+    block : str
+        What is to be filled in and given as `--categories`, as TOML.
+
+    Examples
+    --------
+    >>> print(UnmappedError({"Sex / gender": ["w"]}, {"Sex / gender": SEXES}).block)
+    ["Sex / gender"]  # each one of: "Male", "Female"
+    "w" = ""
+    """
+
+    def __init__(self, labels: Mapping[str, Sequence[str]], categories: Mapping[str, Sequence[str]]) -> None:
+        said = "; ".join(f"{', '.join(map(shown, own))} in column {shown(column)}" for column, own in labels.items() if own)
+        one = sum(map(len, labels.values())) == 1
+        is_none = f"the label {said} is no category" if one else f"the labels {said} are no categories"
+        super().__init__(
+            f"{is_none} of the rule; write what is meant into a file for --categories, under the column's name, or name labels that say "
+            "nothing with --unknown"
+        )
+        lines = []
+        for column, own in labels.items():
+            if own:
+                lines += [f"[{quoted(column)}]  # each one of: {', '.join(map(quoted, categories[column]))}"]
+                lines += [f'{quoted(label)} = ""' for label in own]
+        self.block = "\n".join(lines)
+
+
+def quoted(text: str) -> str:
+    r"""A text as TOML has it, on one line and without what could steer a terminal.
+
+    Examples
+    --------
+    >>> print(quoted('a "b"\n'))
+    "a \"b\"\U0000000A"
+    """
+    marks = {'"': '\\"', "\\": "\\\\"}
+    return '"' + "".join(marks.get(c, c if c.isprintable() else f"\\U{ord(c):08X}") for c in text) + '"'
 
 
 @dataclass(frozen=True)
@@ -67,10 +110,17 @@ class Attribute:
             return self.own[label]
         if label in self.categories:
             return label
-        raise InputError(
-            f"the label {shown(label)} in column {shown(self.column)} is no category of the rule; write which one it means into a file for "
-            f"--categories, under the column's name, or name it in --unknown; {nearest(label, self.categories)}"
-        )
+        raise UnmappedError({self.column: [label]}, {self.column: self.categories})
+
+    def unmapped(self, labels: Iterable[str]) -> list[str]:
+        """Those of some labels that mean nothing that is known.
+
+        Examples
+        --------
+        >>> Attribute("sex", SEXES, {"w": "Female"}).unmapped(["w", "x", "Male"])
+        ['x']
+        """
+        return sorted({*labels} - {*self.unknown} - {*self.own} - {*self.categories})
 
     def renamed(self, labels: Iterable[str]) -> dict[str, list[str]]:
         """The categories that labels of another spelling mean, with all labels that mean them.

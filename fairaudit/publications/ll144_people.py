@@ -10,7 +10,7 @@ from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import decimal_text
-from fairaudit.publications.categories import RACES, SEXES, Attribute, attributes
+from fairaudit.publications.categories import RACES, SEXES, Attribute, UnmappedError, attributes
 from fairaudit.publications.counts import Counts, Decisions
 from fairaudit.publications.ll144 import People, Unknown
 from fairaudit.publications.small import Place
@@ -99,6 +99,10 @@ def read_labels(
     wanted = {name: known for name, known in ((sex, SEXES), (race, RACES)) if name is not None}
     silent = {name: {"", *unknown, *([levels[name]] if name in levels else [])} for name in wanted}
     made = {attribute.column: attribute for attribute in attributes(wanted, map_file, silent)}
+    places = {name: known.index(name) for name in made}
+    unmapped = {name: made[name].unmapped(group[place] for group in decisions.groups) for name, place in places.items()}
+    if any(unmapped.values()):
+        raise UnmappedError(unmapped, wanted)
     absent, notes = left_out(preparation, known)
     if available and len(known) > 1 and (absent or sum(decisions.unknown)):
         people = absent + sum(decisions.unknown)

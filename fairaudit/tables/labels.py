@@ -161,7 +161,10 @@ def read_label_map(path: str | Path) -> dict[str, dict[str, str]]:
         document = tomllib.loads(Path(path).read_bytes().decode("utf-8"))
     except (FileNotFoundError, IsADirectoryError):
         raise InputError(f"{path}: there is no such file") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+    except tomllib.TOMLDecodeError as error:
+        quote = 'quote the names of columns and the labels: ["Race / Ethnicity"] and under it "BLK" = "Black"'
+        raise InputError(f"{path}: this is not a TOML file: {error}; {quote}") from None
+    except (UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"{path}: this is not a TOML file: {error}") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None

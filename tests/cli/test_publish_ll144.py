@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -110,3 +111,30 @@ def test_a_class_named_as_a_formula_and_all_rates_zero(tmp_path: Path) -> None:
     lines = (tmp_path / "out" / "table.csv").read_text("utf-8").splitlines()
     assert lines[1] == "'=1+1,sex,Male,,4,0,0.0 %,1.000,0,1,1/2,compared"
     assert "each impact ratio is 1" in (tmp_path / "out" / "index.html").read_text("utf-8")
+
+
+def test_all_labels_without_a_category_are_named_with_a_block_to_fill_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    column, strange = "Race / Ethnicity", 'a"\\\u202e\n'
+    table = {
+        "sex": ["f", "f", "Male", "Male", "Male"],
+        column: ["aian", "asain", strange, "White", "?"],
+        "got": ["yes", "no", "yes", "no", "no"],
+    }
+    fa.audit(table, decision="got", group=["sex", column], utility="yes", confidence=None).save(tmp_path / "c.json")
+    words = ["publish", str(tmp_path / "c.json"), "--rule", "ll144", "--sex", "sex", "--race", column, "--unknown", "?"]
+    assert main([*words, "-o", str(tmp_path / "out")]) == 2
+    first, block = capsys.readouterr().err.split("\n\n")
+    assert first.count("\n") == 0 and "did you mean" not in first
+    assert all(repr(label) in first for label in ("f", "aian", "asain", strange))
+    assert f'["{column}"]' in block and "\u202e" not in block
+    assert tomllib.loads(block) == {"sex": {"f": ""}, column: {"aian": "", "asain": "", strange: ""}}
+    (tmp_path / "map.toml").write_text(block)
+    assert main([*words, "--categories", str(tmp_path / "map.toml"), "-o", str(tmp_path / "out")]) == 2
+    assert "no category of the rule" in capsys.readouterr().err
+    filled = block.replace('"f" = ""', '"f" = "Female"').replace('= ""', '= "Asian"')
+    (tmp_path / "map.toml").write_text(filled)
+    assert main([*words, "--categories", str(tmp_path / "map.toml"), "-o", str(tmp_path / "out")]) == 0
+    (tmp_path / "map.toml").write_text(filled.replace('["Race / Ethnicity"]', "[Race / Ethnicity]"))
+    capsys.readouterr()
+    assert main([*words, "--categories", str(tmp_path / "map.toml"), "-o", str(tmp_path / "no")]) == 2
+    assert 'quote the names of columns and the labels: ["Race / Ethnicity"]' in capsys.readouterr().err
