@@ -41,7 +41,7 @@ def public_report(source: Source, least: int) -> Page:
 
     Of the groups that are shown it says everything, of the others nothing but that they are there.  No total is published, and a verdict
     only where the groups shown determine it, or where no count of the whole table is small.  So what is published is a function of the
-    counts of the groups shown, and of which these are, and every small count could be any below the least one, whatever a reader computes.
+    counts of the groups shown, and of which these are, and for all that the figures say every small count could be any below the least one.
     Groups by two columns are shown with those by each of them, which a publication by a rule shows, too: both withhold the same.
 
     Parameters
@@ -176,8 +176,8 @@ def _limits_of_the_page(least: int) -> tuple[str, ...]:
     return (
         (
             f"Of a group with fewer than {least} decisions of one kind this page shows no figure, and neither a total nor any other number "
-            f"from which one could be computed: whatever a reader computes from it, each count below {least} could be any from 0 to "
-            f"{least - 1}."
+            f"from which one could be computed: for all that its figures say, each count below {least} could be any from 0 to "
+            f"{least - 1}. How it was chosen what else is withheld may say more to whoever retraces it."
         ),
         (
             "Contexts, intervals for the population, the pairs that differ most, and how many rows were left out are not shown at all: "

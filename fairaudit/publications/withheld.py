@@ -7,7 +7,9 @@ would say which of them is the small one.
 A table with its margins is a circulation: from a node ``all`` to the rows, from there through the cells to the columns, and back.  Every
 count is what one arc carries, and whoever knows the published ones knows that the others are whole numbers of at least 0 that make a
 circulation with them, and no more.  What an arc can carry then is an interval of whole numbers, both ends of which maximum flows
-find exactly.  So it is decided, not estimated, that each small count can be anything from 0 to one below the least one.
+find exactly.  So it is decided, not estimated, that of each count that is not published the figures say either that it is not small, or
+nothing below the least one.  This is asked of large counts, too: else whoever knows that small ones are open would know of a count which
+must be 4 or more that it is not small, and with that more of the others.
 """
 
 from __future__ import annotations
@@ -61,8 +63,8 @@ def is_small(parts: Iterable[int], least: int) -> bool:
 def published(arcs: Mapping[Name, Arc], order: Sequence[Name], least: int) -> frozenset[Name]:
     """Which groups may be published, those first that come first.
 
-    A group is published if none of its counts is small, and if with those before it every small count of every group could still be
-    anything from 0 to ``least - 1``.
+    All are if no count is small.  Otherwise a group is published if none of its counts is small, and if with those before it every count
+    that is not published is known not to be small, or could still be anything from 0 to ``least - 1``.
 
     Parameters
     ----------
@@ -89,14 +91,14 @@ def published(arcs: Mapping[Name, Arc], order: Sequence[Name], least: int) -> fr
     ['a', 'b', 'f', 'm']
     """
     _check(arcs)
+    if not any(is_small(arc.parts, least) for arc in arcs.values()):
+        return frozenset(order)
     kinds = range(max((len(arc.parts) for arc in arcs.values()), default=0))
     chosen: frozenset[Name] = frozenset()
+    ways: list[dict[Name, Ways]] = [{} for _ in kinds]
     for name in order:
-        if is_small(arcs[name].parts, least):
-            continue
-        further = chosen | {name}
-        if all(_is_open(arcs, further, kind, least) for kind in kinds):
-            chosen = further
+        if not is_small(arcs[name].parts, least) and all(_is_open(arcs, chosen, name, kind, least, ways[kind]) for kind in kinds):
+            chosen |= {name}
     return chosen
 
 
@@ -113,14 +115,27 @@ def _check(arcs: Mapping[Name, Arc]) -> None:
             raise ValueError(f"what flows into {node!r} does not flow out: {sums}")
 
 
-def _is_open(arcs: Mapping[Name, Arc], known: frozenset[Name], kind: int, least: int) -> bool:
-    """Whether every small count of a kind could be anything small."""
+Ways = frozenset[tuple[Hashable, Hashable]]
+"""The pairs of nodes between which something moves, to show how much a count can change."""
+
+
+def _is_open(arcs: Mapping[Name, Arc], known: frozenset[Name], new: Name, kind: int, least: int, ways: dict[Name, Ways]) -> bool:
+    """Whether, with a new one known, every other count of a kind is known not to be small, or could be anything small.
+
+    The ways that show the second are kept: they show it again as long as none of them leads over an arc that has become known since.
+    """
+    known |= {new}
     room = _room(arcs, known, kind)
-    return all(
-        _range(room, arc, arc.parts[kind], least - 1) == (0, least - 1)
-        for name, arc in arcs.items()
-        if name not in known and arc.parts[kind] < least
-    )
+    closed = {(arcs[new].tail, arcs[new].head), (arcs[new].head, arcs[new].tail)}
+    for name, arc in arcs.items():
+        if name in known or (name in ways and not closed & ways[name]):
+            continue
+        low, high, used = _range(room, arc, arc.parts[kind], least - 1)
+        if low < least and (low or high < least - 1):
+            return False
+        if not low:
+            ways[name] = used
+    return True
 
 
 Room = dict[Hashable, dict[Hashable, int]]
@@ -139,22 +154,22 @@ def _room(arcs: Mapping[Name, Arc], known: frozenset[Name], kind: int) -> Room:
     return room
 
 
-def _range(room: Room, arc: Arc, now: int, most: int) -> tuple[int, int]:
-    """What the count of an arc that is not published can be, up to `most`: every whole number between two; nothing is changed in the end.
+def _range(room: Room, arc: Arc, now: int, most: int) -> tuple[int, int, Ways]:
+    """What the count of an arc that is not published can be, up to `most`, and what moves to reach its ends; nothing is changed in the end.
 
-    Moving one of a kind along a cycle of groups that are not published gives the next number.
+    It can be every whole number between both: moving one of a kind along a cycle of groups that are not published gives the next.
     """
     room[arc.tail][arc.head] -= LIMITLESS
     room[arc.head][arc.tail] -= now
-    low = now - _flow(room, arc.tail, arc.head, now)
-    high = now + (_flow(room, arc.head, arc.tail, most - now) if most > now else 0)
+    less, down = _flow(room, arc.tail, arc.head, now)
+    more, up = _flow(room, arc.head, arc.tail, max(most - now, 0))
     room[arc.tail][arc.head] += LIMITLESS
     room[arc.head][arc.tail] += now
-    return low, high
+    return now - less, now + more, down | up
 
 
-def _flow(room: Room, source: Hashable, sink: Hashable, wanted: int) -> int:
-    """How much of what is wanted can flow, along shortest ways; nothing is changed in the end."""
+def _flow(room: Room, source: Hashable, sink: Hashable, wanted: int) -> tuple[int, Ways]:
+    """How much of what is wanted can flow, along shortest ways, and over what; nothing is changed in the end."""
     found, ways = 0, []
     while found < wanted:
         way = _way(room, source, sink)
@@ -166,7 +181,7 @@ def _flow(room: Room, source: Hashable, sink: Hashable, wanted: int) -> int:
         found += much
     for way, much in ways:
         _push(room, way, -much)
-    return found
+    return found, frozenset(pair for way, _ in ways for pair in way)
 
 
 def _push(room: Room, way: list[tuple[Hashable, Hashable]], much: int) -> None:
