@@ -56,7 +56,7 @@ def statement_about(document: Mapping[str, Any], raw: bytes, **changes: Any) -> 
             "counted": amount(total),
             "dropped": {reason: amount(left) for reason, left in dropped.items()},
         },
-        "options": {"decision": "answer", "group": ["sex"], "utility": {"yes": "1"}, "fold_labels": True, "skip": 2},
+        "options": {"decision": "answer", "group": ["sex"], "utility": {"yes": "1"}, "query": "SELECT 1", "skip": 2},
         "command": ["certify", "log.csv", "--decision", "answer"],
         "versions": {"fairaudit": "0.1.0", "python": "3.12"},
     }

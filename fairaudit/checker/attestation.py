@@ -6,7 +6,7 @@ import base64
 import binascii
 import hashlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
@@ -49,6 +49,7 @@ class Source:
     name: str
     digest: str | None
     rows: int | None
+    asked: tuple[tuple[str, str], ...] = ()  # of a database: its query or table
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ class Statement:
     counted: Rational
     dropped: tuple[tuple[str, Rational], ...]
     sources: tuple[Source, ...]
+    options: Mapping[str, object]
     said: tuple[tuple[str, str], ...]  # what is only stated, by what it is about
 
 
@@ -95,7 +97,7 @@ def _attested(payload: bytes, certificate: bytes, report: Report, counted: Count
     stated = _read_statement(document)
     digest = hashlib.sha256(certificate).hexdigest()
     perhaps = "" if any(of == digest for _, of in stated.subjects) else printable(_mixed_up(stated, counted, of_page=report.of_page))
-    return Attested(tuple(_compared(stated, digest, counted)), _said(stated, counted), signature, perhaps=perhaps)
+    return Attested(tuple(_compared(stated, digest, counted)), _said(stated, digest, counted), signature, perhaps=perhaps)
 
 
 def _mixed_up(stated: Statement, counted: Counted, *, of_page: bool) -> str:
@@ -151,7 +153,8 @@ def _read_statement(document: object) -> Statement:
     dropped = _members(rows["dropped"], "rows.dropped")
     if len(dropped) > MOST_REASONS:
         raise malformed("rows.dropped", f"has more than {MOST_REASONS} reasons")
-    _check_data(read_object(held["options"], "options", (), OPTIONS), "options", 0)
+    options = read_object(held["options"], "options", (), OPTIONS)
+    _check_data(options, "options", 0)
     return Statement(
         tuple(_read_subject(item, where) for item, where in _entries(top["subject"], "subject")),
         read_digest(read_object(held["table"], "table", ("sha256",))["sha256"], "table.sha256"),
@@ -160,6 +163,7 @@ def _read_statement(document: object) -> Statement:
         _read_amount(rows["counted"], "rows.counted"),
         tuple((reason, _read_amount(amount, f"rows.dropped[{shown(reason)}]")) for reason, amount in dropped.items()),
         tuple(_read_source(item, where) for item, where in _entries(held["sources"], "sources")),
+        options,
         tuple(_read_said(held)),
     )
 
@@ -216,8 +220,8 @@ def _read_source(value: object, where: str) -> Source:
     digest, size, rows = members["sha256"], members["bytes"], members["rows"]
     if (digest is None) != (size is None):
         raise malformed(where, "must have both sha256 and bytes, or null for both")
-    queried = [_read_text(members[key], f"{where}.{key}") for key in ("query", "table") if key in members]
-    if len(queried) > (digest is None):
+    asked = tuple((key, _read_text(members[key], f"{where}.{key}")) for key in ("query", "table") if key in members)
+    if len(asked) > (digest is None):
         raise malformed(where, "has a query or table, of which a database has one and a file none")
     if size is not None:
         read_integer(size, f"{where}.bytes")
@@ -225,6 +229,7 @@ def _read_source(value: object, where: str) -> Source:
         _read_name(members["name"], f"{where}.name"),
         None if digest is None else read_digest(digest, f"{where}.sha256"),
         None if rows is None else read_integer(rows, f"{where}.rows"),
+        asked,
     )
 
 
@@ -288,7 +293,7 @@ def _check_data(value: object, where: str, depth: int) -> None:
 
 
 def _compared(stated: Statement, digest: str, counted: Counted) -> Iterator[Finding]:
-    """Compare file, by its digest, table, sum, and what was counted and dropped."""
+    """Compare file, by its digest, table, sum, what was counted and dropped, and what databases were asked for."""
     names = [name for name, of in stated.subjects if of == digest]
     about = f"subject {shown(names[0])} is the file that was checked" if names else "a subject is the file that was checked"
     yield finding_of(about, bool(names), "" if names else f"the SHA-256 of that file is {digest}")
@@ -305,10 +310,24 @@ def _compared(stated: Statement, digest: str, counted: Counted) -> Iterator[Find
     if counted.dropped is not None:
         ours = {reason: amount for reason, amount in stated.dropped if amount != ZERO}
         yield compared("rows.dropped", ours, dict(counted.dropped))
+    if stated.options:
+        yield from _asked(stated.sources, stated.options)
 
 
-def _said(stated: Statement, counted: Counted) -> tuple[str, ...]:
+def _asked(sources: Sequence[Source], options: Mapping[str, object]) -> Iterator[Finding]:
+    """Compare what databases were asked for with the options, by which a log is read again."""
+    for i, source in enumerate(sources):
+        for key, text in source.asked:
+            fits = options.get(key) == text
+            other = f"that is {shown(options[key])}" if key in options else f"there is no options.{key}"
+            yield finding_of(f"sources[{i}].{key} is options.{key}", fits, "" if fits else other)
+    if "query" in options and not any(key == "query" for source in sources for key, _ in source.asked):
+        yield finding_of("options.query is that of a source", False, "no source has a query")
+
+
+def _said(stated: Statement, digest: str, counted: Counted) -> tuple[str, ...]:
     """Say in sentences what is only stated, and what is not checked."""
+    others = len({of for _, of in stated.subjects} - {digest})
     said = dict(stated.said)
     words = {"issuer": "issued by", "title": "titled", "system": "about the system", "period": "of decisions from"}
     parts = [f"{opening} {said[key]}" for key, opening in words.items() if key in said]
@@ -318,6 +337,7 @@ def _said(stated: Statement, counted: Counted) -> tuple[str, ...]:
     sentences = [
         f"What follows is only stated, and no check can see it: {', '.join([*parts, 'made at ' + said['time']])}; command and versions.",
         *([f"No {' or '.join(unstated)} is stated."] if unstated else []),
+        *([f"Files that it names besides, which were not checked: {others:,}."] if others else []),
         *(["What was dropped is only stated, too: the certificate does not say."] if counted.dropped is None else []),
         f"Whether the table was counted from {', '.join([*names, *more])}, only the log tells, counted again (fairaudit verify --recount).",
     ]

@@ -188,9 +188,9 @@ def test_what_would_be_refused_is_not_written() -> None:
 
 
 def test_a_key_that_comes_twice_at_the_end_of_many_is_found_at_once() -> None:
-    keys = [f'"{place}": 0' for place in range(200_000)]
+    keys = [f'"{place}": 0' for place in range(80_000)]
     raw = ("{" + ", ".join([*keys, keys[-1]]) + "}").encode()
     began = time.process_time()
-    with pytest.raises(InputError, match="has the key '199999' twice"):
+    with pytest.raises(InputError, match="has the key '79999' twice"):
         read_statement(raw)
-    assert time.process_time() - began < 10  # quadratic time is minutes
+    assert time.process_time() - began < 10  # quadratic time is a minute

@@ -90,7 +90,7 @@ def test_a_signed_attestation_is_true_by_the_key_of_its_signer(case: Case, tmp_p
     assert f"It is signed by the key {case.key.id}, and unaltered since." in said and "no signature shows" in said
     found = fa.verify(case.certificate, attestation=tmp_path / "attestation.json", key=case.key.public)
     assert found.ok and found.exit_code == 0 and found.attestation is not None and found.attestation.signature == "checked"
-    assert found.sentence.endswith("; of the attestation all 7 statements are true")
+    assert found.sentence.endswith("; of the attestation all 8 statements are true")
     assert fa.verify(case.certificate, attestation=raw, key=case.key.public) == found
 
 

@@ -119,7 +119,7 @@ def test_amounts_that_add_up_to_what_the_table_contradicts_are_false(certificate
     assert checker.main([str(certificate), "--attestation", said]) == 1
     out = capsys.readouterr().out
     assert "FALSE  rows.counted is 159/2 (the table gives 161/2)" in out
-    assert "2 of 6 statements of the attestation are FALSE" in out and "only stated" not in out
+    assert "2 of 7 statements of the attestation are FALSE" in out and "only stated" not in out
 
 
 def test_a_false_certificate_is_not_helped_by_a_true_attestation(certificate: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -218,10 +218,43 @@ def test_every_value_of_a_wrong_type_is_refused(certificate: Path) -> None:
     stated = {"subject.0.name", "predicate.issuer.name", "predicate.issuer.contact", "predicate.title", "predicate.system.name"}
     stated |= {"predicate.system.version", "predicate.command.0", "predicate.command.1", "predicate.command.2", "predicate.command.3"}
     stated |= {"predicate.versions.fairaudit", "predicate.versions.python", "predicate.options"}
-    stated |= {
-        f"predicate.sources.{i}.{key}" for i, key in ((0, "name"), (0, "bytes"), (0, "rows"), (1, "name"), (1, "rows"), (1, "query"))
-    }
+    stated |= {f"predicate.sources.{i}.{key}" for i, key in ((0, "name"), (0, "bytes"), (0, "rows"), (1, "name"), (1, "rows"))}
     assert {name for name in accepted if not name.startswith("predicate.options.")} == stated
+
+
+def test_what_a_database_was_asked_for_is_what_the_options_say(certificate: Path) -> None:
+    """Without a log, too: a file that is rewritten as the result of an invented query is one of which the options say nothing."""
+    whole = statement_of(certificate)
+    file, database = whole["predicate"]["sources"]
+    without = {key: value for key, value in database.items() if key != "query"}
+    for sources, options, code in (
+        ([file, database], {"query": "SELECT 1"}, 0),
+        ([file, database], {"query": "SELECT 2"}, 1),
+        ([file, database], {"table": "SELECT 1"}, 1),
+        ([file, database], {"group": ["sex"]}, 1),
+        ([file, database], {"audit": {"law": {"table": "log.csv"}}}, 1),
+        ([file], {"query": "SELECT 1"}, 1),
+        ([without], {"query": "SELECT 1"}, 1),
+        ([without | {"table": "log"}], {"table": "log"}, 0),
+        ([without | {"table": "log"}], {"table": "hr.log"}, 1),
+        ([file], {"table": "the first sheet"}, 0),
+        ([file, database], {}, 0),  # by which nothing is read again
+    ):
+        assert code_of(certificate, statement_of(certificate, sources=sources, options=options)) == code, (sources, options)
+
+
+def test_other_files_that_it_names_are_not_checked(certificate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    whole = statement_of(certificate)
+    for others, said in (
+        (0, ""),
+        (1, "It names 1 other file, which was not checked."),
+        (2, "It names 2 other files, which were not checked."),
+    ):
+        more = [{"name": f"{place}.json", "digest": {"sha256": str(place) * 64}} for place in range(others)]
+        name = written(certificate.with_name("a.json"), whole | {"subject": [*whole["subject"], *more]})
+        assert checker.main([str(certificate), "--attestation", name]) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        assert (f"Files that it names besides, which were not checked: {others}." in said) is (others > 0)
 
 
 def test_a_file_that_is_long_is_not_read_to_its_end(certificate: Path, tmp_path: Path) -> None:

@@ -115,7 +115,7 @@ def test_texts_are_data(certificate: Path) -> None:
     plain = Boxes(fa.report(certificate, attestation=written(certificate)))
     source = {"name": HOSTILE.replace("/", "∕"), "sha256": None, "bytes": None, "rows": None, "query": HOSTILE}
     said = {"title": HOSTILE, "issuer": {"name": HOSTILE}, "command": [HOSTILE], "sources": [source], "versions": {"fairaudit": HOSTILE}}
-    changed = written(certificate, **said, options={"unknown": [HOSTILE]})
+    changed = written(certificate, **said, options={"unknown": [HOSTILE], "query": HOSTILE})
     page = fa.report(certificate, attestation=changed)
     found = Boxes(page)
     assert set(found.tags) == set(plain.tags)
