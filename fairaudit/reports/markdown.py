@@ -56,6 +56,8 @@ __all__ = ["code", "figure_row", "groups", "markdown", "prose", "provenance_line
 
 SAFE_IN_PROSE = frozenset("()%'“”–-/·")
 
+CONTEXTS = 3  # whose groups are listed
+
 FIGURES = ("measure", "value", "log", "exactly", "in the population", "between")
 
 LINK = re.compile(r"www\.|://", re.IGNORECASE)
@@ -118,8 +120,11 @@ def groups(page: Content, views: Views) -> Iterator[str]:
     heads = (*named, "exactly", "in the population", "mean over units", views.apart_name.lower())
     if views.overall is not None:
         yield f"### What each group {gets}"
+        ends = views.overall.rows
         amount = f"{views.amount_name}, mean over units" if views.over_units else views.amount_name
-        yield table((*heads[:2], prose(amount), *heads[3:]), [_row(row, views) for row, _ in (*views.overall.rows, *views.overall.folded)])
+        yield table(
+            (*heads[:2], prose(amount), *heads[3:]), [_row(row, views) for row, _ in (*ends[:-1], *views.overall.folded, *ends[-1:])]
+        )
     if views.ranking:
         yield "### Contexts, the most unequal first"
         listed = [
@@ -129,9 +134,11 @@ def groups(page: Content, views: Views) -> Iterator[str]:
         yield table(("context", "difference" if page.signed else "ratio", "highest", "lowest"), listed)
         if more := len(views.others) + views.unranked:
             yield f"and {more:,} more contexts, none of them more unequal."
-    for one in views.contexts[:3]:
+    for one in views.contexts[:CONTEXTS]:
         yield f"### What each group {gets}: {code(one.title)}"
         yield table(heads, [_row(row, views) for row, _ in one.rows])
+    if (more := len(views.contexts) - CONTEXTS) > 0:
+        yield f"What groups get in {more:,} more {'context' if more == 1 else 'contexts'} stands on the page (.html)."
 
 
 def _row(row: Row, views: Views) -> tuple[str, ...]:

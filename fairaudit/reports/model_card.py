@@ -10,7 +10,7 @@ from typing import Any
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.reports.content import UNCHECKED, Content, Figure, describe, refusing_other_documents
 from fairaudit.reports.markdown import FIGURES, code, figure_row, groups, prose, table, target_line
-from fairaudit.reports.provenance import Provenance
+from fairaudit.reports.provenance import Provenance, amount_text
 from fairaudit.reports.views import Views
 from fairaudit.words import approximate
 
@@ -218,8 +218,8 @@ def _stated(provenance: Provenance | None) -> Iterator[str]:
     for source in statement.sources:
         yield f"* Source: {code(source.name)}" + (f", SHA-256 {code(source.sha256)}" if source.sha256 else "")
     rows, unit = statement.rows, statement.rows.unit
-    dropped = "".join(f", {amount} dropped ({prose(reason)})" for reason, amount in rows.dropped.items())
-    yield f"* {rows.read} {unit} read, {rows.counted} counted{dropped}."
+    dropped = "".join(f", {amount_text(amount)} dropped ({prose(reason)})" for reason, amount in rows.dropped.items())
+    yield f"* {amount_text(rows.read)} {unit} read, {amount_text(rows.counted)} counted{dropped}."
     yield "* This is what the issuer states; no program can check it from here."
 
 

@@ -16,7 +16,7 @@ from fairaudit.errors import FalseCertificate
 from fairaudit.exact.rationals import rational_text
 from fairaudit.reports.words import clip
 
-__all__ = ["TITLE", "Provenance", "intro", "provenance_of"]
+__all__ = ["TITLE", "Provenance", "amount_text", "intro", "provenance_of"]
 
 TITLE = "Who made this, of what"
 
@@ -126,11 +126,11 @@ def provenance_of(attestation: bytes, certificate: bytes, table: str, *, compare
 
 def _checked(found: Statement, named: str, *, compared: bool) -> Iterator[str]:
     rows = found.rows
-    dropped = [f"{_amount(amount)} left out ({clip(reason, LONG)})" for reason, amount in rows.dropped.items() if amount] or [
+    dropped = [f"{amount_text(amount)} left out ({clip(reason, LONG)})" for reason, amount in rows.dropped.items() if amount] or [
         "none left out"
     ]
     agrees = "nothing in the certificate contradicts it" if compared else "the table, which is not in the certificate, was not compared"
-    counts = f"{_amount(rows.read)} {rows.unit} were read, {_amount(rows.counted)} counted, {', '.join(dropped)}"
+    counts = f"{amount_text(rows.read)} {rows.unit} were read, {amount_text(rows.counted)} counted, {', '.join(dropped)}"
     yield f"It is about the file of this certificate, byte for byte, under the name {clip(named, LONG)}."
     yield f"It names the certificate's table by its digest, {found.table}."
     yield f"It states that {counts}: that adds up, and {agrees}."
@@ -167,7 +167,8 @@ def _source(source: Source) -> tuple[str, str, str, str]:
     return name, rows, "–" if source.bytes is None else f"{source.bytes:,}", source.sha256 or "none"
 
 
-def _amount(value: Fraction) -> str:
+def amount_text(value: Fraction) -> str:
+    """Write how many there were, as people read it."""
     return f"{value.numerator:,}" if value.denominator == 1 else rational_text((value.numerator, value.denominator))
 
 

@@ -194,7 +194,7 @@ return wide;"""
 @pytest.mark.parametrize("kind", KINDS)
 def test_nothing_stands_beside_a_screen(kind: str, shown: Callable[..., Browser]) -> None:
     """No part of a page, unfolded, is wider than a phone, a tablet or a desk, and nothing is to be scrolled sideways."""
-    for width in (360, 760, 1280):
+    for width in (360, 760, 1000, 1280):
         browser = shown(kind, width)
         if kind != "fifty by forty":
             browser.run("for (const e of document.querySelectorAll('details')) e.open = true;")

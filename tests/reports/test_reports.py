@@ -254,6 +254,16 @@ def test_labels_are_data_in_markdown(label: str) -> None:
 # The command
 
 
+def test_markdown_lists_groups_from_the_worst_to_the_best_and_says_what_it_leaves_to_the_page() -> None:
+    log = {"hired": ["yes", "no"] * 100, "race": [f"r{i // 2 % 25}" for i in range(200)], "dept": [f"d{i // 50}" for i in range(200)]}
+    log["hired"] = ["yes" if i % (2 + i // 2 % 25) else "no" for i in range(200)]
+    text = fa.report(fa.audit(log, decision="hired", group="race", context="dept", utility="yes"), format="markdown")
+    overall = text.split("### What each group gets\n\n")[1].split("\n\n")[0].splitlines()[2:]
+    rates = [Fraction(line.split("|")[4].strip()) for line in overall]
+    assert len(rates) == 25 and rates == sorted(rates) and rates[0] < rates[-1]
+    assert "What groups get in 1 more context stands on the page (.html)." in text
+
+
 def test_of_a_stream_no_group_gets_an_interval_of_a_single_look(tmp_path: Path) -> None:
     log = tmp_path / "log.jsonl"
     lines = [json.dumps({"u": "yes" if i % 3 or i % 2 else "no", "a": "fm"[i % 2]}) for i in range(120)]
