@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.attestations.keys import PublicKey, public_key_of
+from fairaudit.attestations.strict import LONGEST, decoded, object_of
 from fairaudit.errors import InputError, shown
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["PAYLOAD_TYPE", "Envelope", "Signature", "read_envelope", "signed_bytes"]
 
 PAYLOAD_TYPE = "application/vnd.in-toto+json"
-
-MAX_BYTES = 1 << 24
 
 MOST_SIGNATURES = 100
 
@@ -112,17 +111,10 @@ def read_envelope(raw: bytes, name: str = "the attestation") -> Envelope | None:
 
 
 def _envelope(raw: bytes) -> Envelope | None:
-    if len(raw) > MAX_BYTES:
-        raise InputError(f"it is longer than {MAX_BYTES} bytes, which no attestation is")
-    try:
-        document = json.loads(raw.decode("utf-8"), object_pairs_hook=_members, parse_int=float)
-    except InputError:
-        raise
-    except (ValueError, RecursionError):
-        raise InputError("it is not JSON, as an attestation is") from None
+    document = decoded(raw, numbers=False)
     if not isinstance(document, dict) or document.keys().isdisjoint(("payload", "payloadType", "signatures")):
         return None
-    _check_keys(document, "the envelope", ("payload", "payloadType", "signatures"))
+    object_of(document, "the envelope", ("payload", "payloadType", "signatures"))
     if document["payloadType"] != PAYLOAD_TYPE:
         raise InputError(f"payloadType is {shown(document['payloadType'])}; {PAYLOAD_TYPE!r} is accepted")
     listed = document["signatures"]
@@ -131,28 +123,10 @@ def _envelope(raw: bytes) -> Envelope | None:
     return Envelope(_bytes(document["payload"], "payload"), tuple(_signature(entry, f"signatures[{i}]") for i, entry in enumerate(listed)))
 
 
-def _members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise InputError("an object has a key twice")
-    return found
-
-
-def _check_keys(document: dict[str, Any], where: str, keys: tuple[str, ...], optional: tuple[str, ...] = ()) -> None:
-    for key in keys:
-        if key not in document:
-            raise InputError(f"{where} lacks the key {shown(key)}")
-    for key in document:
-        if key not in (*keys, *optional):
-            raise InputError(f"{where} has the unknown key {shown(key)}; known: {', '.join((*keys, *optional))}")
-
-
 def _signature(value: Any, where: str) -> Signature:
-    if not isinstance(value, dict):
-        raise InputError(f"{where} is {shown(value)}; an object is accepted")
-    _check_keys(value, where, ("sig",), ("keyid",))
+    object_of(value, where, ("sig",), ("keyid",))
     key_id, found = value.get("keyid", ""), _bytes(value["sig"], f"{where}.sig")
-    if not isinstance(key_id, str) or len(key_id) > 4096 or not key_id.isprintable():
+    if not isinstance(key_id, str) or len(key_id) > LONGEST or not key_id.isprintable():
         raise InputError(f"{where}.keyid is {shown(key_id)}; a text is accepted")
     if len(found) != 64:
         raise InputError(f"{where}.sig has {len(found)} bytes; a signature of Ed25519 has 64")

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 from fairaudit import __version__
 from fairaudit.attestations.options import options_of
 from fairaudit.attestations.sources import Taken, bare_name, taken_of
-from fairaudit.attestations.statement import Rows, Stated, Statement, Subject, check_period, check_text
+from fairaudit.attestations.statement import Rows, Stated, Statement, Subject, check_period
+from fairaudit.attestations.strict import check_text
 from fairaudit.audits.sections import ATTESTATION_KEYS, with_files
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, shown

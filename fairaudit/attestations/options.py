@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Callable, Mapping
 from typing import Any, get_args
 
+from fairaudit.attestations.statement import OPTIONS
+from fairaudit.attestations.strict import check_data
 from fairaudit.audits.reading import Access, Reading
 from fairaudit.errors import InputError, kind_of, nearest, shown
 from fairaudit.exact.rationals import rational_text
@@ -18,13 +19,12 @@ from fairaudit.tables.wide import Wide, wide_of, written_wide
 
 __all__ = ["options_of", "reading_of"]
 
-LONGEST = 4096
 TEXTS = ("decision", "truth", "positive", "count", "probability", "weight", "wide", "total", "utility_column", "missing", "table", "query")
 LISTS = ("group", "context", "unit", "unknown")
 FLAGS = ("fold_labels", "signed")
 MAPS = ("utility", "label_map", "bins")
 SCORE = ("column", "above")
-KEYS = (*TEXTS, *LISTS, *FLAGS, *MAPS, "skip", "score")
+KEYS = tuple(name for name in OPTIONS if name != "audit")
 
 
 def options_of(reading: Reading, utility: Utility | None, *, positive: str | None = None) -> dict[str, Any]:
@@ -198,17 +198,7 @@ def _is_map(value: Any) -> bool:
     return isinstance(value, dict) and bool(value) and all(isinstance(text, str) for text in value.values())
 
 
-def _check_texts(value: Any, name: str = "") -> None:
+def _check_texts(options: Mapping[str, Any]) -> None:
     """Refuse texts that a statement does not hold."""
-    if isinstance(value, Mapping):
-        for key, entry in value.items():
-            _check_texts(key, name)
-            _check_texts(entry, name or key)
-    elif isinstance(value, list):
-        for entry in value:
-            _check_texts(entry, name)
-    elif isinstance(value, str):
-        if len(value) > LONGEST:
-            raise InputError(f"the option {name} has a text of {len(value)} characters, {shown(value)}; at most {LONGEST} can be recorded")
-        if any(unicodedata.category(character) in ("Cc", "Cs") for character in value):
-            raise InputError(f"the option {name} has the text {shown(value)} with control characters, which cannot be recorded")
+    for name, value in options.items():
+        check_data(value, f"the option {name}")

@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fairaudit.attestations.statement import Source, check_text
+from fairaudit.attestations.statement import Source
+from fairaudit.attestations.strict import check_text
 from fairaudit.audits.origin import Files, database_name, files_of, names_of, paths_of, state_of
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.sources import is_database

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-import unicodedata
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import date, datetime
 from fractions import Fraction
 from typing import Any, Literal
 
-from fairaudit.audits.sections import check_keys
+from fairaudit.attestations.strict import DIGITS, check_data, check_text, decoded, object_of
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import parse_rational, rational_text
 from fairaudit.words import brief
@@ -26,21 +25,12 @@ __all__ = [
     "Stated",
     "Statement",
     "Subject",
-    "check_text",
     "read_statement",
 ]
 
 STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
 
 PREDICATE_TYPE = "urn:uuid:bd6d62ae-1fd3-4a67-b7b5-0c71c96f4a12"
-
-LONGEST = 4096  # characters of a text
-
-DIGITS = 18  # of a number in JSON; longer ones are texts
-
-DEEPEST = 12  # levels of options, of which a filter in an audit file has some
-
-MAX_BYTES = 1 << 24
 
 MOST_REASONS = 100
 
@@ -266,32 +256,6 @@ class Statement:
         return text
 
 
-def check_text(value: object, where: str) -> str:
-    r"""Give a text back that a statement may hold: up to 4,096 characters, on one line, nothing that steers a terminal.
-
-    Raises
-    ------
-    InputError
-        If it is no such text.
-
-    Examples
-    --------
-    >>> check_text("Jane", "the issuer")
-    'Jane'
-    >>> check_text("a\nb", "the title")
-    Traceback (most recent call last):
-    fairaudit.errors.InputError: the title holds the control character '\n'; a text on one line is accepted
-    """
-    if not isinstance(value, str):
-        raise InputError(f"{where} is {shown(value)}; a text is accepted")
-    if len(value) > LONGEST:
-        raise InputError(f"{where} has {len(value)} characters; at most {LONGEST} are accepted")
-    bad = next((c for c in value if unicodedata.category(c) in ("Cc", "Cs")), None) if not value.isprintable() else None
-    if bad is not None:
-        raise InputError(f"{where} holds the control character {shown(bad)}; a text on one line is accepted")
-    return value
-
-
 def read_statement(raw: bytes, name: str = "the attestation") -> Statement:
     """Read a statement; whatever is not of its form is refused, and nothing that it says is believed or checked here.
 
@@ -313,75 +277,33 @@ def read_statement(raw: bytes, name: str = "the attestation") -> Statement:
         If it is not of the form.
     """
     try:
-        return _statement(_decoded(raw))
+        return _statement(decoded(raw))
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
-
-
-def _decoded(raw: bytes) -> Any:
-    if len(raw) > MAX_BYTES:
-        raise InputError(f"it is longer than {MAX_BYTES} bytes, which no attestation is")
-    try:
-        return json.loads(
-            raw.decode("utf-8"), object_pairs_hook=_members, parse_int=_integer, parse_float=_no_number, parse_constant=_no_number
-        )
-    except InputError:
-        raise
-    except (ValueError, RecursionError):
-        raise InputError("it is not JSON, as an attestation is") from None
-
-
-def _members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in found:
-            raise InputError(f"an object has the key {shown(key)} twice")
-        found[key] = value
-    return found
-
-
-def _integer(text: str) -> int:
-    if len(text.lstrip("-")) > DIGITS or text == "-0":
-        raise InputError(f"the number {text[:30]} is not accepted; whole numbers of up to {DIGITS} digits are, and longer ones as texts")
-    return int(text)
-
-
-def _no_number(text: str) -> Any:
-    raise InputError(f'the number {text[:30]} is not whole; whole numbers are accepted, and fractions as texts such as "5/2"')
 
 
 def _statement(document: Any) -> Statement:
     if isinstance(document, dict) and str(document.get("format", "")).startswith("fairaudit-certificate/"):
         raise InputError("it is a certificate; give the file that `fairaudit certify --attest FILE` writes beside it")
-    top = _object(document, "the document", ("_type", "subject", "predicateType", "predicate"))
+    top = object_of(document, "the document", ("_type", "subject", "predicateType", "predicate"))
     for key, wanted in (("_type", STATEMENT_TYPE), ("predicateType", PREDICATE_TYPE)):
         if top[key] != wanted:
             raise InputError(f"{key} is {shown(top[key])}; {wanted!r} is accepted")
     subjects = tuple(_subject(entry, where) for where, entry in _entries(top["subject"], "subject"))
     always = ("issuedAt", "table", "sources", "rows", "options", "command", "versions")
-    held = _object(top["predicate"], "predicate", always, ("issuer", "title", "system", "period"))
-    table = _digest(_object(held["table"], "table", ("sha256",))["sha256"], "table.sha256")
+    held = object_of(top["predicate"], "predicate", always, ("issuer", "title", "system", "period"))
+    table = _digest(object_of(held["table"], "table", ("sha256",))["sha256"], "table.sha256")
     sources = tuple(_source(entry, where) for where, entry in _entries(held["sources"], "sources"))
     command = tuple(check_text(entry, where) for where, entry in _entries(held["command"], "command"))
     versions = _texts_by_key(held["versions"], "versions")
     if "fairaudit" not in versions:
         raise InputError("versions lacks the key 'fairaudit'")
-    options = _object(held["options"], "options", (), OPTIONS)
-    _check_data(options, "options")
+    options = object_of(held["options"], "options", (), OPTIONS)
+    check_data(options, "options")
     for name, entries in (("subject", subjects), ("sources", sources), ("command", command)):
         if not entries:
             raise InputError(f"{name} is empty; at least one entry is needed")
     return Statement(subjects, table, sources, _rows(held["rows"]), options, command, versions, _moment(held["issuedAt"]), _stated(held))
-
-
-def _object(value: Any, where: str, keys: Sequence[str], optional: Sequence[str] = ()) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise InputError(f"{where} is {shown(value)}; an object is accepted")
-    check_keys(value, (*keys, *optional), where)
-    for key in keys:
-        if key not in value:
-            raise InputError(f"{where} lacks the key {shown(key)}")
-    return value
 
 
 def _entries(value: Any, where: str) -> list[tuple[str, Any]]:
@@ -420,13 +342,13 @@ def _texts_by_key(value: Any, where: str) -> dict[str, str]:
 
 
 def _subject(value: Any, where: str) -> Subject:
-    held = _object(value, where, ("name", "digest"))
-    digest = _object(held["digest"], f"{where}.digest", ("sha256",))["sha256"]
+    held = object_of(value, where, ("name", "digest"))
+    digest = object_of(held["digest"], f"{where}.digest", ("sha256",))["sha256"]
     return Subject(_name(held["name"], f"{where}.name"), _digest(digest, f"{where}.digest.sha256"))
 
 
 def _source(value: Any, where: str) -> Source:
-    held = _object(value, where, ("name", "sha256", "bytes", "rows"), ("query", "table"))
+    held = object_of(value, where, ("name", "sha256", "bytes", "rows"), ("query", "table"))
     digest, size = _optional(_digest, held["sha256"], f"{where}.sha256"), _optional(_whole, held["bytes"], f"{where}.bytes")
     if (digest is None) != (size is None):
         raise InputError(f"{where} has one of sha256 and bytes; both are accepted, or null for both")
@@ -437,7 +359,7 @@ def _source(value: Any, where: str) -> Source:
 
 
 def _rows(value: Any) -> Rows:
-    held = _object(value, "rows", ("unit", "read", "counted", "dropped"))
+    held = object_of(value, "rows", ("unit", "read", "counted", "dropped"))
     unit: Any = held["unit"]
     if unit not in ("decisions", "rows"):
         raise InputError(f"rows.unit is {shown(unit)}; 'decisions' and 'rows' are accepted")
@@ -478,9 +400,9 @@ def _moment(value: Any) -> str:
 
 
 def _stated(held: Mapping[str, Any]) -> Stated:
-    issuer = _object(held["issuer"], "issuer", ("name",), ("contact",)) if "issuer" in held else {}
-    system = _object(held["system"], "system", ("name",), ("version",)) if "system" in held else {}
-    period = _object(held["period"], "period", ("start", "end")) if "period" in held else None
+    issuer = object_of(held["issuer"], "issuer", ("name",), ("contact",)) if "issuer" in held else {}
+    system = object_of(held["system"], "system", ("name",), ("version",)) if "system" in held else {}
+    period = object_of(held["period"], "period", ("start", "end")) if "period" in held else None
     return Stated(
         issuer=_said(issuer, "name", "issuer.name"),
         contact=_said(issuer, "contact", "issuer.contact"),
@@ -525,22 +447,6 @@ def _day(value: object) -> str:
         if date.fromisoformat(text).isoformat() == text:
             return text
     raise InputError(f"the period has the day {shown(text)}; a day such as 2025-01-01 is accepted")
-
-
-def _check_data(value: Any, where: str, depth: int = 0) -> None:
-    """Refuse texts in options that a statement may not hold, null, and what nothing here nests so deeply."""
-    if depth > DEEPEST:
-        raise InputError("the options are nested too deeply")
-    if isinstance(value, dict):
-        for key, entry in value.items():
-            _check_data(entry, f"{where}[{shown(check_text(key, f'a key of {where}'))}]", depth + 1)
-    elif isinstance(value, list):
-        for position, entry in enumerate(value):
-            _check_data(entry, f"{where}[{position}]", depth + 1)
-    elif isinstance(value, str):
-        check_text(value, where)
-    elif value is None:
-        raise InputError(f"{where} is null; leave it out")
 
 
 def _given(entries: Mapping[str, Any]) -> dict[str, Any]:

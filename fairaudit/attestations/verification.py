@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Literal
 
 from fairaudit.arguments import answered
-from fairaudit.attestations.envelope import MAX_BYTES, Envelope, read_envelope
+from fairaudit.attestations.envelope import Envelope, read_envelope
 from fairaudit.attestations.keys import read_public_key
 from fairaudit.attestations.statement import Statement, read_statement
+from fairaudit.attestations.strict import MAX_BYTES
 from fairaudit.errors import InputError
 from fairaudit.verified.verification import CertificateLike, Signed, Verification, verification_of
 

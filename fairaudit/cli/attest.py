@@ -92,8 +92,9 @@ def _made(path: str, *, protected: bool) -> Answer:
 
 
 def _signed(name: str, key: str, output: str | None) -> Answer:
-    from fairaudit.attestations.envelope import MAX_BYTES, Envelope
+    from fairaudit.attestations.envelope import Envelope
     from fairaudit.attestations.keys import public_key_of, read_private_key
+    from fairaudit.attestations.strict import MAX_BYTES
     from fairaudit.attestations.verification import read_attestation, stated_in
     from fairaudit.cli.destinations import refuse_output
     from fairaudit.errors import InputError, naming

@@ -8,7 +8,7 @@ from datetime import date
 from typing import Literal
 
 from fairaudit.attestations.statement import Stated as Attested
-from fairaudit.attestations.statement import check_text
+from fairaudit.attestations.strict import check_text
 from fairaudit.errors import InputError, shown
 
 __all__ = ["Stated", "contradictions", "day", "findings", "last_day", "period", "stated_text"]

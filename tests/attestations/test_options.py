@@ -119,7 +119,7 @@ def test_what_cannot_be_said_is_refused() -> None:
     varied = Utility.from_function(lambda u, x, a: 1 + len(a[0]) if a == law.groups[0] else 1, law)
     with pytest.raises(InputError, match="varies with context or group"):
         options_of(Reading("d", ("g",)), varied)
-    with pytest.raises(InputError, match="control characters"):
+    with pytest.raises(InputError, match="control character"):
         options_of(Reading("d", ("g",), unknown=("a\x1bb",)), None)
     with pytest.raises(InputError, match="4097 characters"):
         options_of(Reading("d" * 4097, ("g",)), None)
@@ -153,7 +153,7 @@ BASE = {"decision": "hired", "group": ["sex"], "utility": {"yes": "1"}}
         ({"missing": "forget"}, "missing 'forget'; known: 'error'"),
         ({"utility_column": "pay"}, "both utility and utility_column"),
         ({"total": "all"}, "total goes with wide"),
-        ({"truth": "a\nb"}, "control characters"),
+        ({"truth": "a\nb"}, "control character"),
     ],
 )
 def test_nothing_else_is_read(change: dict[str, Any], said: str) -> None:
