@@ -168,14 +168,15 @@ def _selections(
     """What counts as selected: once, or for each class."""
     from fairaudit.errors import InputError, nearest, shown
     from fairaudit.publications.counts import favourable_of
+    from fairaudit.publications.ll144_people import ABOVE
 
     classes = column_list(getattr(arguments, "class"))
     given = column_list(arguments.favourable)
     if classes and given:
         raise InputError("--class and --favourable do not go together: what counts in the tables of a class is that class")
-    if scores is not None and (classes or given not in ((), (scores.above,))):
+    if scores is not None and (classes or given not in ((), (ABOVE,))):
         raise InputError(
-            f"the certificate is of scores above their median, so what counts is {shown(scores.above)}; leave --class and --favourable away"
+            f"the certificate is of scores above their median, so what counts is {shown(ABOVE)}; leave --class and --favourable away"
         )
     for label in classes:
         if label not in decisions.labels:
@@ -185,5 +186,5 @@ def _selections(
     if classes:
         return [(label, (label,)) for label in classes]
     if scores is not None:
-        return [(None, (scores.above,))]
+        return [(None, (ABOVE,))]
     return [(None, favourable_of(source, given))]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.publications.counts import Counts, Decisions, facts_of
-from fairaudit.publications.pairs import count_of, csv_rows, entries, header, lead, points, reading, section, sheets, sheets_by
+from fairaudit.publications.pairs import count_of, lead, points, publication_of, reading, section, sheets, sheets_by
 from fairaudit.publications.publication import Page, Publication, Section
 from fairaudit.publications.small import Withholding, parts_of, said_of
 
@@ -86,19 +86,7 @@ def adverse_impact(
             Section("How to read this", (*ABOUT, *reading(number["comparisons"], CONTROL))),
         ),
     )
-    return Publication(
-        page,
-        rule=RULE,
-        header=header(counts.columns),
-        rows=csv_rows(found, counts.columns),
-        summary={
-            "selected": list(favourable),
-            "summed_over": list(decisions.contexts),
-            "control": named,
-            **number,
-            "tables": entries(found),
-        },
-    )
+    return publication_of(RULE, page, found, decisions, favourable, control=named)
 
 
 def _controls(counts: Counts, columns: dict[str, None], control: Sequence[str]) -> dict[str, str]:

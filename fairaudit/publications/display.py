@@ -5,7 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 from math import isqrt
 
-__all__ = ["NONE", "WITHHELD", "deviations_text", "half_up", "rate_text", "ratio_text"]
+from fairaudit.exact.rationals import rational_text
+
+__all__ = ["NONE", "WITHHELD", "deviations_text", "exact_text", "half_up", "rate_text", "ratio_text"]
 
 NONE = "–"
 """Stands where there is no figure."""
@@ -65,6 +67,17 @@ def ratio_text(ratio: Fraction | None) -> str:
     ('0.979', '0.9999', '1.000')
     """
     return NONE if ratio is None else half_up(ratio, 3, LIMITS)
+
+
+def exact_text(value: Fraction | None) -> str | None:
+    """A rational as every JSON has it; None where there is none.
+
+    Examples
+    --------
+    >>> exact_text(Fraction(2, 4)), exact_text(None)
+    ('1/2', None)
+    """
+    return None if value is None else rational_text((value.numerator, value.denominator))
 
 
 def deviations_text(square: Fraction | None) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from fairaudit.publications.counts import Counts, Decisions, facts_of
-from fairaudit.publications.pairs import count_of, csv_rows, entries, header, lead, points, reading, section, sheets, sheets_by
+from fairaudit.publications.pairs import count_of, lead, points, publication_of, reading, section, sheets, sheets_by
 from fairaudit.publications.publication import Page, Publication, Section
 from fairaudit.publications.small import Withholding, parts_of, said_of
 
@@ -14,7 +14,7 @@ __all__ = ["four_fifths", "highest"]
 
 RULE = "four-fifths"
 
-SMALL = "The rule is meant for groups of at least 2 % of the labour force, which no table of decisions shows."
+LABOUR_FORCE = "The rule is meant for groups of at least 2 % of the labour force, which no table of decisions shows."
 
 CHOSEN = (
     "The group that all are compared with was chosen because its rate is the highest. That makes differences look larger than those from a "
@@ -89,15 +89,9 @@ def four_fifths(
             *said_of(withholding),
         ),
         sections=(
-            *(section(sheet, "the highest rate", number["comparisons"], SMALL) for sheet in found),
+            *(section(sheet, "the highest rate", number["comparisons"], LABOUR_FORCE) for sheet in found),
             Section("How to read this", (*reading(number["comparisons"], "the highest rate"), CHOSEN)),
             Section("What the rule says, both ways", quotes=QUOTES),
         ),
     )
-    return Publication(
-        page,
-        rule=RULE,
-        header=header(counts.columns),
-        rows=csv_rows(found, counts.columns),
-        summary={"selected": list(favourable), "summed_over": list(decisions.contexts), **number, "tables": entries(found)},
-    )
+    return publication_of(RULE, page, found, decisions, favourable)

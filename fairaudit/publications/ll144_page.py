@@ -8,13 +8,12 @@ from fractions import Fraction
 from typing import Any
 
 from fairaudit.errors import shown
-from fairaudit.exact.rationals import rational_text
 from fairaudit.publications.counts import Decisions
-from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
+from fairaudit.publications.display import NONE, WITHHELD, exact_text, rate_text, ratio_text
 from fairaudit.publications.ll144 import ImpactTable, Line
 from fairaudit.publications.ll144_people import Reading, Scores
 from fairaudit.publications.ll144_statement import Stated, findings, last_day
-from fairaudit.publications.publication import Page, Publication, Row, Section, Table
+from fairaudit.publications.publication import Page, Publication, Section, Table
 from fairaudit.publications.small import least_shown
 from fairaudit.publications.unknown_people import WorstCase
 
@@ -270,9 +269,9 @@ def _tables(part: Part, words: Words) -> Section:
             title=TITLES[table.name],
             head=("Category", "Applicants", words.selected, words.rate, "Impact ratio"),
             rows=(
-                *(_row(line, table) for line in table.lines),
-                *(Row((_named(*category), *[WITHHELD] * 4), WITHHELD) for category in table.withheld),
-                Row(("Unknown, not in the table", *_unknown_counts(table), NONE, NONE), "unknown"),
+                *(_row(line) for line in table.lines),
+                *((_named(*category), *[WITHHELD] * 4) for category in table.withheld),
+                ("Unknown, not in the table", *_unknown_counts(table), NONE, NONE),
             ),
             notes=tuple(_notes(table, words)),
         )
@@ -287,13 +286,9 @@ def _unknown_counts(table: ImpactTable) -> tuple[str, str]:
     return f"{table.unknown.people:,}", NONE if table.unknown.undecided else f"{table.unknown.selected:,}"
 
 
-def _row(line: Line, table: ImpactTable) -> Row:
-    top = table.top
-    status: str = "" if line.status == "compared" else line.status
-    if top is not None and line.status == "compared" and line.rate == top.rate:
-        status = "highest"
+def _row(line: Line) -> tuple[str, ...]:
     ratio = "left out" if line.status == "excluded" else ratio_text(line.ratio)
-    return Row((_name(line), f"{line.applicants:,}", f"{line.selected:,}", rate_text(line.rate), ratio), status)
+    return _name(line), f"{line.applicants:,}", f"{line.selected:,}", rate_text(line.rate), ratio
 
 
 def _notes(table: ImpactTable, words: Words) -> Iterator[str]:
@@ -321,16 +316,13 @@ def _exclusions(stated: Stated, parts: Sequence[Part]) -> Iterator[Section]:
     if stated.justification is None:
         return
     rows = tuple(
-        Row(
-            (
-                f"{f'{part.label}: ' if part.label is not None else ''}{_name(line)}",
-                TITLES[table.name],
-                f"{line.applicants:,}",
-                f"{table.applicants:,}",
-                rate_text(line.share),
-                rate_text(line.rate),
-            ),
-            "excluded",
+        (
+            f"{f'{part.label}: ' if part.label is not None else ''}{_name(line)}",
+            TITLES[table.name],
+            f"{line.applicants:,}",
+            f"{table.applicants:,}",
+            rate_text(line.share),
+            rate_text(line.rate),
         )
         for part in parts
         for table in part.tables
@@ -352,7 +344,7 @@ def _exclusions(stated: Stated, parts: Sequence[Part]) -> Iterator[Section]:
 
 def _worst(parts: Sequence[Part]) -> Section:
     """What the unknown could change."""
-    rows: list[Row] = []
+    rows: list[tuple[str, ...]] = []
     notes: list[str] = []
     for part in parts:
         of = f"{part.label}: " if part.label is not None else ""
@@ -361,7 +353,7 @@ def _worst(parts: Sequence[Part]) -> Section:
             name = f"{of}{TITLES[table.name]}"
             pair = (NONE, NONE) if worst is None or worst.pair is None else tuple(_name(table.lines[i]) for i in worst.pair)
             figures = (ratio_text(least.ratio if least else None), ratio_text(worst.ratio if worst else None))
-            rows.append(Row((name, _unknown_counts(table)[0], *figures, *pair)))
+            rows.append((name, _unknown_counts(table)[0], *figures, *pair))
             if every is not None and worst is not None and every.ratio < worst.ratio and every.pair is not None:
                 low, high = (_name(table.lines[i]) for i in every.pair)
                 notes.append(f"{name}, with the categories that are empty or left out: {ratio_text(every.ratio)} ({low} against {high}).")
@@ -423,9 +415,9 @@ def _rows(part: Part) -> Iterator[tuple[str, ...]]:
                 str(line.selected),
                 rate_text(line.rate),
                 ratio_text(line.ratio),
-                exact(line.rate),
-                exact(line.ratio),
-                exact(line.share),
+                exact_text(line.rate) or "",
+                exact_text(line.ratio) or "",
+                exact_text(line.share) or "",
                 line.status,
             )
         for category in table.withheld:
@@ -435,11 +427,6 @@ def _rows(part: Part) -> Iterator[tuple[str, ...]]:
         else:
             selected = "" if table.unknown.undecided else str(table.unknown.selected)
             yield (table.name, "", "", str(table.unknown.people), selected, *[""] * 5, "unknown")
-
-
-def exact(value: Fraction | None) -> str:
-    """A rational as text; empty where there is none."""
-    return "" if value is None else rational_text((value.numerator, value.denominator))
 
 
 def _summary(
@@ -495,9 +482,9 @@ def _table_summary(table: ImpactTable) -> Mapping[str, Any]:
                     "race_ethnicity": line.race or None,
                     "applicants": line.applicants,
                     "selected": line.selected,
-                    "rate": exact(line.rate) or None,
-                    "impact_ratio": exact(line.ratio) or None,
-                    **({"share": exact(line.share) or None} if whole else {}),
+                    "rate": exact_text(line.rate),
+                    "impact_ratio": exact_text(line.ratio),
+                    **({"share": exact_text(line.share)} if whole else {}),
                     "status": line.status,
                 }
                 for line in table.lines
@@ -509,4 +496,4 @@ def _table_summary(table: ImpactTable) -> Mapping[str, Any]:
 
 
 def _worst_text(worst: WorstCase | None) -> str | None:
-    return None if worst is None else exact(worst.ratio)
+    return None if worst is None else exact_text(worst.ratio)

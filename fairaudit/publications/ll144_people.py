@@ -15,7 +15,7 @@ from fairaudit.publications.counts import Counts, Decisions
 from fairaudit.publications.ll144 import People, Unknown
 from fairaudit.publications.small import Place
 
-__all__ = ["Reading", "Scores", "left_out", "people_of", "read_labels", "scores_of"]
+__all__ = ["ABOVE", "Reading", "Scores", "left_out", "people_of", "read_labels", "scores_of"]
 
 
 AGAIN = (
@@ -44,6 +44,10 @@ class Reading:
     notes: tuple[str, ...] = ()
 
 
+ABOVE = "above"
+"""The decision on whoever's score is above the median."""
+
+
 @dataclass(frozen=True)
 class Scores:
     """A median that cut scores in two: that of so many, of a column."""
@@ -51,7 +55,6 @@ class Scores:
     column: str
     median: str
     of: str
-    above: str = "above"
 
 
 def read_labels(
@@ -192,7 +195,7 @@ def scores_of(document: Mapping[str, Any]) -> Scores | None:
     Examples
     --------
     >>> scores_of({"subject": {"preparation": [{"step": "above median", "column": "points", "median": "129/2", "of": "168"}]}})
-    Scores(column='points', median='64.5', of='168', above='above')
+    Scores(column='points', median='64.5', of='168')
     """
     for entry in document["subject"].get("preparation", ()):
         if entry["step"] == "above median":

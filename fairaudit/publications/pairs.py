@@ -8,9 +8,9 @@ from fractions import Fraction
 from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.publications.counts import Counts
-from fairaudit.publications.display import NONE, WITHHELD, deviations_text, half_up, rate_text, ratio_text
-from fairaudit.publications.publication import Row, Section, Table
+from fairaudit.publications.counts import Counts, Decisions
+from fairaudit.publications.display import NONE, WITHHELD, deviations_text, exact_text, half_up, rate_text, ratio_text
+from fairaudit.publications.publication import Page, Publication, Section, Table
 from fairaudit.publications.significance import LEVEL, Judged, Pair, Probability, judged
 from fairaudit.tables.values import Label
 from fairaudit.words import approximate
@@ -20,11 +20,9 @@ __all__ = [
     "Line",
     "Sheet",
     "count_of",
-    "csv_rows",
-    "entries",
-    "header",
     "lead",
     "points",
+    "publication_of",
     "reading",
     "section",
     "sheets",
@@ -33,7 +31,8 @@ __all__ = [
 
 FOUR_FIFTHS = Fraction(4, 5)
 
-SMALL = Fraction(1, 50)
+SMALL_PART = Fraction(1, 50)
+"""A group with less of the people of a table is named as small."""
 
 Choice = Callable[[Counts], int | None]
 """Which group the others are compared with, by its place."""
@@ -185,7 +184,7 @@ def section(sheet: Sheet, with_whom: str, comparisons: int, about_small: str = "
     rates = Table(
         f"Rates by {by}",
         ("Group", "Applicants", "Selected", "Rate", f"Ratio to {with_whom}", "Below 4/5 of it"),
-        (*map(_rates, sheet.lines), *(Row((name_of(group), *[WITHHELD] * 5), WITHHELD) for group in sheet.withheld)),
+        (*map(_rates, sheet.lines), *((name_of(group), *[WITHHELD] * 5) for group in sheet.withheld)),
         tuple(_said(sheet, with_whom, about_small)),
     )
     compared = [line for line in sheet.lines if line.pair]
@@ -210,26 +209,24 @@ def section(sheet: Sheet, with_whom: str, comparisons: int, about_small: str = "
     return Section(f"By {by}", (), (rates, findings))
 
 
-def _rates(line: Line) -> Row:
+def _rates(line: Line) -> tuple[str, ...]:
     figures = (rate_text(line.rate), ratio_text(line.ratio), _yes(line.pair.below(FOUR_FIFTHS)) if line.pair else NONE)
-    return Row((name_of(line.group), f"{line.applicants:,}", f"{line.selected:,}", *figures), line.status)
+    return name_of(line.group), f"{line.applicants:,}", f"{line.selected:,}", *figures
 
 
-def _findings(group: Label, pair: Pair, found: Judged, *, adjusted: bool) -> Row:
+def _findings(group: Label, pair: Pair, found: Judged, *, adjusted: bool) -> tuple[str, ...]:
     points = 100 * (Fraction(pair.selected, pair.applicants) - Fraction(pair.other_selected, pair.other_applicants))
-    return Row(
-        (
-            name_of(group),
-            half_up(points, 1, (Fraction(0),)),
-            _probability(found.p),
-            _yes(found.significant),
-            *((_probability(found.adjusted), _yes(found.significant_adjusted)) if adjusted else ()),
-            deviations_text(pair.squared_deviations),
-            _yes(far_apart(pair)),
-            half_up(pair.shortfall, 1, (Fraction(0),)),
-            f"{pair.further(FOUR_FIFTHS):,}",
-            _yes(pair.one_person),
-        )
+    return (
+        name_of(group),
+        half_up(points, 1, (Fraction(0),)),
+        _probability(found.p),
+        _yes(found.significant),
+        *((_probability(found.adjusted), _yes(found.significant_adjusted)) if adjusted else ()),
+        deviations_text(pair.squared_deviations),
+        _yes(far_apart(pair)),
+        half_up(pair.shortfall, 1, (Fraction(0),)),
+        f"{pair.further(FOUR_FIFTHS):,}",
+        _yes(pair.one_person),
     )
 
 
@@ -256,7 +253,7 @@ def _said(sheet: Sheet, with_whom: str, about_small: str) -> list[str]:
         said.append("A group that is withheld is compared with none, and may have a higher or a lower rate than all that are shown.")
     if sheet.why:
         return [*said, sheet.why]
-    small = [name_of(line.group) for line in there if line.applicants < SMALL * sheet.people]
+    small = [name_of(line.group) for line in there if line.applicants < SMALL_PART * sheet.people]
     if small:
         said.append(f"Less than 2 % of the people of this table each: {'; '.join(small)}. {about_small}".rstrip())
     return said
@@ -340,12 +337,32 @@ FIGURES = (
 )
 
 
-def header(columns: Sequence[str]) -> tuple[str, ...]:
-    """The columns of the CSV."""
-    return ("table", *(f"group: {name}" for name in columns), *FIGURES)
+def publication_of(
+    rule: str, page: Page, found: Sequence[Sheet], decisions: Decisions, favourable: Sequence[str], **more: Any
+) -> Publication:
+    """Put the CSV and the summary beside a page.
+
+    Parameters
+    ----------
+    rule : str
+        As the option names it.
+    page : Page
+        What is said of the groups.
+    found : sequence of Sheet
+        Their tables.
+    decisions : Decisions
+        What was decided.
+    favourable : sequence of str
+        Which decisions count as selected.
+    **more : texts, lists and mappings
+        What the summary says besides.
+    """
+    about = {"selected": list(favourable), "summed_over": list(decisions.contexts), **more, **count_of(found)}
+    header = ("table", *(f"group: {name}" for name in decisions.columns), *FIGURES)
+    return Publication(page, rule, header, _csv_rows(found, decisions.columns), about | {"tables": _entries(found)})
 
 
-def csv_rows(found: Sequence[Sheet], columns: Sequence[str]) -> tuple[tuple[str, ...], ...]:
+def _csv_rows(found: Sequence[Sheet], columns: Sequence[str]) -> tuple[tuple[str, ...], ...]:
     """The rows of the CSV: one for each group of each table, and one of people of unknown group."""
     rows = []
     for sheet in found:
@@ -368,8 +385,8 @@ def _csv_figures(line: Line, reference: Line | None) -> list[str]:
         "selected": str(line.selected),
         "rate": _without(rate_text(line.rate)),
         "ratio": _without(ratio_text(line.ratio)),
-        "rate_exact": _exact(line.rate),
-        "ratio_exact": _exact(line.ratio),
+        "rate_exact": exact_text(line.rate) or "",
+        "ratio_exact": exact_text(line.ratio) or "",
         "status": line.status,
     }
     if line.pair and line.judged and reference:
@@ -385,8 +402,8 @@ def _csv_figures(line: Line, reference: Line | None) -> list[str]:
             "shortfall": half_up(line.pair.shortfall, 1, (Fraction(0),)),
             "missing_to_four_fifths": str(line.pair.further(FOUR_FIFTHS)),
             "one_person": _yes(line.pair.one_person),
-            "squared_deviations_exact": _exact(line.pair.squared_deviations),
-            "shortfall_exact": _exact(line.pair.shortfall),
+            "squared_deviations_exact": exact_text(line.pair.squared_deviations) or "",
+            "shortfall_exact": exact_text(line.pair.shortfall) or "",
         }
     return [figures.get(name, "") for name in FIGURES]
 
@@ -401,11 +418,7 @@ def _without(text: str) -> str:
     return "" if text == NONE else text
 
 
-def _exact(value: Fraction | None) -> str:
-    return "" if value is None else str(value)
-
-
-def entries(found: Sequence[Sheet]) -> list[dict[str, Any]]:
+def _entries(found: Sequence[Sheet]) -> list[dict[str, Any]]:
     """The tables of the summary."""
     return [
         {
@@ -426,8 +439,8 @@ def _entry(sheet: Sheet, line: Line) -> dict[str, Any]:
         "group": dict(zip(sheet.columns, line.group, strict=True)),
         "applicants": line.applicants,
         "selected": line.selected,
-        "rate": _text(line.rate),
-        "ratio": _text(line.ratio),
+        "rate": exact_text(line.rate),
+        "ratio": exact_text(line.ratio),
         "status": line.status,
     }
     if line.pair and line.judged:
@@ -437,17 +450,13 @@ def _entry(sheet: Sheet, line: Line) -> dict[str, Any]:
             "fisher_p_at_most_1_20": line.judged.significant,
             "holm_p": _ends(line.judged.adjusted),
             "holm_p_at_most_1_20": line.judged.significant_adjusted,
-            "squared_deviations": _text(line.pair.squared_deviations),
+            "squared_deviations": exact_text(line.pair.squared_deviations),
             "more_than_two_standard_deviations": far_apart(line.pair),
-            "shortfall": _text(line.pair.shortfall),
+            "shortfall": exact_text(line.pair.shortfall),
             "missing_to_four_fifths": line.pair.further(FOUR_FIFTHS),
             "one_person": line.pair.one_person,
         }
     return entry
-
-
-def _text(value: Fraction | None) -> str | None:
-    return None if value is None else str(value)
 
 
 def _ends(p: Probability) -> list[str]:

@@ -14,7 +14,7 @@ from fairaudit.publications.counts import Counts, Decisions, Source, decisions_o
 from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
 from fairaudit.publications.folder import page
 from fairaudit.publications.pairs import sheets_by
-from fairaudit.publications.publication import Page, Row, Section, Table
+from fairaudit.publications.publication import Page, Section, Table
 from fairaudit.publications.small import CHECKED, MOST_CELLS, WHO, Private, check_hidden, least_shown, parts_of, withholding_of
 from fairaudit.publications.withheld import is_small
 from fairaudit.reports.endings import Form, form_of
@@ -156,11 +156,11 @@ def _determined(target: Mapping[str, Any], rates: Mapping[tuple[str, ...], Fract
 def _table(visible: Counts, *, burden: bool) -> Table:
     rates = [Fraction(s, n) for s, n in zip(visible.selected, visible.applicants, strict=True)]
     best, end = ("lowest", min(rates, default=None)) if burden else ("highest", max(rates, default=None))
-    rows = [
-        Row((_name(group), f"{n:,}", f"{s:,}", rate_text(rate), ratio_text(rate / end) if end else NONE))
+    rows: list[tuple[str, ...]] = [
+        (_name(group), f"{n:,}", f"{s:,}", rate_text(rate), ratio_text(rate / end) if end else NONE)
         for group, n, s, rate in zip(visible.groups, visible.applicants, visible.selected, rates, strict=True)
     ]
-    rows += [Row((_name(group), *[WITHHELD] * 4), WITHHELD) for group in visible.withheld]
+    rows += [(_name(group), *[WITHHELD] * 4) for group in visible.withheld]
     notes = [visible.why]
     if visible.withheld and rates:
         notes.append(f"The {best} rate is that of the groups shown; a group that is withheld may have another.")
@@ -229,7 +229,7 @@ def public_markdown(made: Page, source: Source, least: int) -> str:
         for found in section.tables:
             lines += [
                 f"#### {prose(found.title)}",
-                table(tuple(map(prose, found.head)), [(code(row.cells[0]), *row.cells[1:]) for row in found.rows]),
+                table(tuple(map(prose, found.head)), [(code(row[0]), *row[1:]) for row in found.rows]),
                 *found.notes,
             ]
     digest = source.document["subject"]["table"]["sha256"]

@@ -6,32 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Page", "Publication", "Row", "Section", "Table"]
-
-
-@dataclass(frozen=True)
-class Row:
-    """A row of a table on the page.
-
-    Attributes
-    ----------
-    cells : tuple of str
-        One for each column; the first names the row.
-    status : str
-        A word for it, as in the CSV: "compared", "excluded", "empty", "unknown" and the like.
-    """
-
-    cells: tuple[str, ...]
-    status: str = ""
+__all__ = ["Page", "Publication", "Section", "Table"]
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table on the page."""
+    """A table on the page; the first cell of a row names it."""
 
     title: str
     head: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...] = ()
 
 

@@ -33,7 +33,7 @@ def test_the_ratio_may_exceed_one() -> None:
     assert [entries[g]["status"] for g in ("white", "black", "asian")] == ["reference", "compared", "compared"]
     assert entries["asian"]["findings"]["shortfall"] == str(Fraction(50 * 93, 150) - 33)
     assert found.summary["control"] == {"race": "white"}
-    assert "1.100" in {cell for row in found.page.sections[0].tables[0].rows for cell in row.cells}
+    assert "1.100" in {cell for row in found.page.sections[0].tables[0].rows for cell in row}
     said = " ".join(text for section in found.page.sections for text in section.paragraphs)
     assert "standardized mean difference" in said and "No lending regulator" in said
 

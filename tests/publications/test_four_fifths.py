@@ -80,7 +80,7 @@ def test_little_to_compare_has_one_meaning_each() -> None:
     assert "nothing is compared" in alone.page.lead
     empty = four_fifths(decisions({"a": (3, 5), "b": (0, 0), "c": (5, 5)}), ["yes"])
     assert empty.summary["comparisons"] == 1
-    assert [row.cells[3] for row in empty.page.sections[0].tables[0].rows] == ["60.0 %", "–", "100.0 %"]
+    assert [row[3] for row in empty.page.sections[0].tables[0].rows] == ["60.0 %", "–", "100.0 %"]
     tie = groups(four_fifths(decisions({"a": (1, 2), "b": (4, 8), "c": (4, 8)}), ["yes"]))
     assert [tie[g]["status"] for g in "abc"] == ["compared", "reference", "compared"]
     assert [tie[g]["ratio"] for g in "abc"] == ["1", "1", "1"]

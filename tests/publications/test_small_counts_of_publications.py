@@ -66,7 +66,7 @@ def test_the_example_of_the_rule_keeps_its_margins() -> None:
     native = "Native American or Alaska Native"
     assert {place for place, row in rows.items() if row is None} == {*product(SEXES, (native, "Two or More Races"))}
     assert rows["Male", ""] == (667, 1390) and rows["Female", ""] == (555, 1181) and rows["", native] == (18, 41)
-    by_name = {row.cells[0]: row.cells for table in found.page.sections[0].tables for row in table.rows}
+    by_name = {row[0]: row for table in found.page.sections[0].tables for row in table.rows}
     assert by_name["Female"] == ("Female", "1,181", "555", "47.0 %", "0.979")
     assert by_name["Male, White"][3:] == ("52.2 %", "1.000")
     assert by_name[f"Female, {native}"][1:] == ("withheld",) * 4
