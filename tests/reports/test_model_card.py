@@ -182,7 +182,7 @@ def test_the_way_of_a_publisher(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert run("report", made, "--attestation", stated, "--format", "model-card", "-o", card) == 0
     index, text = parts(card.read_text())
     assert index["model-index"][0]["name"] == "Screener 2" and index["model-index"][0]["results"][0]["dataset"]["name"] == "Spring"
-    assert "* 4526 decisions read, 4526 counted." in text and text.count(FILL_IN) == 2
+    assert "* 4,526 decisions read, 4,526 counted." in text and text.count(FILL_IN) == 2
     other = tmp_path / "other.json"
     other.write_text(berkeley(confidence=None, max_global_ratio=2).certificate.text)
     assert run("report", other, "--attestation", stated, "--format", "model-card") == 1
