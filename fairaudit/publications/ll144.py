@@ -126,6 +126,10 @@ class ImpactTable:
         """Whether all rates that are compared are 0, so that each of them is the highest."""
         return self.top is not None and self.top.rate == 0
 
+    def below_2_percent(self, line: Line) -> bool:
+        """Whether a category has people, and less than 2 % of those in the table."""
+        return 0 < PART * line.applicants < self.applicants
+
     def least(self) -> Line | None:
         """The category with the least impact ratio, of equal ones the first."""
         return min((line for line in self.lines if line.ratio is not None), key=lambda line: line.ratio or Fraction(0), default=None)

@@ -129,6 +129,7 @@ def publish(
     """
     words = _words(scores, classes=parts[0].label is not None)
     found = (*findings(stated), *_gaps(decisions, reading, parts, scores), *(reading.notes if least is None else ()), *remarks)
+    found += (*_few(parts, excluded=stated.justification is not None),)
     classed = parts[0].label is not None
     page = Page(
         title=f"Results of a bias audit: {stated.tool}" if stated.tool else "Results of a bias audit",
@@ -189,6 +190,36 @@ def _named(sex: str, race: str) -> str:
     return ", ".join(filter(None, (sex, race)))
 
 
+def _counted(line: Line) -> str:
+    return f"{_name(line)} ({line.selected:,} of {line.applicants:,})"
+
+
+def _few(parts: Sequence[Part], *, excluded: bool) -> Iterator[str]:
+    """Which figures rest on few people, of tables that say how many people there are."""
+    for part in parts:
+        of = f" of the class {shown(part.label)}" if part.label is not None else ""
+        for table in part.tables:
+            alike = [line for line in table.lines if table.top is not None and line.status == "compared" and line.rate == table.top.rate]
+            if alike and not table.why and not table.nobody_selected and all(map(table.below_2_percent, alike)):
+                people = sum(line.applicants for line in alike)
+                share = rate_text(Fraction(people, table.applicants))
+                yield (
+                    f"The highest rate of the table {TITLES[table.name].lower()}{of} is that of {people:,} "
+                    f"{'person' if people == 1 else 'people'} ({share} of the table), {' and '.join(map(_name, alike))}; all its impact "
+                    "ratios rest on them."
+                )
+    small = [
+        f"{TITLES[table.name].lower()}: {'; '.join(_name(line) for line in table.lines if table.below_2_percent(line))}"
+        for table in parts[0].tables
+        if not table.why and any(map(table.below_2_percent, table.lines))
+    ]
+    if small and not excluded:
+        yield (
+            f"Categories below 2 % of the people in their table ({' | '.join(small)}) have impact ratios here. The rule lets an auditor "
+            "leave them out with a justification: --exclude-below-2-percent and --justification."
+        )
+
+
 def _lead(parts: Sequence[Part], *, remarks: bool) -> str:
     """The least impact ratio of all tables, and whether something is amiss."""
     candidates = [(line, table, part) for part in parts for table in part.tables if (line := table.least()) is not None]
@@ -199,11 +230,11 @@ def _lead(parts: Sequence[Part], *, remarks: bool) -> str:
         return f"Nobody in the certificate has a known category, so there is nothing to compare.{amiss}"
     line, table, part = min(candidates, key=lambda found: found[0].ratio or Fraction(0))
     top = table.top
-    against = f", against {_name(top)}" if top is not None and line.ratio is not None and line.ratio < 1 else ""
+    against = f" against {_counted(top)}" if top is not None and line.ratio is not None and line.ratio < 1 else ""
     of = f" of the class {shown(part.label)}" if part.label is not None else ""
     among = "Of the categories shown the" if table.why else "The"
     return (
-        f"{among} least impact ratio{of} is {ratio_text(line.ratio)}: {_name(line)}{against}. These are figures that the rule asks for; "
+        f"{among} least impact ratio{of} is {ratio_text(line.ratio)}: {_counted(line)}{against}. These are figures that the rule asks for; "
         f"the page does not say what they are worth in law.{amiss}"
     )
 

@@ -138,3 +138,25 @@ def test_all_labels_without_a_category_are_named_with_a_block_to_fill_in(tmp_pat
     capsys.readouterr()
     assert main([*words, "--categories", str(tmp_path / "map.toml"), "-o", str(tmp_path / "no")]) == 2
     assert 'quote the names of columns and the labels: ["Race / Ethnicity"]' in capsys.readouterr().err
+
+
+def test_the_headline_has_its_counts_and_few_people_are_remarked_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    people = {("Male", "White"): (1200, 3000), ("Female", "White"): (900, 3000), ("Male", "Asian"): (4, 5), ("Female", "Asian"): (0, 5)}
+    rows = [(*group, got, n) for group, (s, of) in people.items() for got, n in (("yes", s), ("no", of - s))]
+    table = dict(zip(("sex", "race", "got", "n"), map(list, zip(*rows, strict=True)), strict=True))
+    fa.audit(table, decision="got", group=["sex", "race"], count="n", utility="yes", confidence=None).save(tmp_path / "c.json")
+    assert run(tmp_path / "c.json", tmp_path / "out") == 0
+    found = json.loads((tmp_path / "out" / "summary.json").read_text("ascii"))["findings"]
+    printed = capsys.readouterr().out
+    assert "is 0.000: Female, Asian (0 of 5) against Male, Asian (4 of 5)." in printed
+    for said in (
+        "The highest rate of the table race or ethnicity is that of 10 people (0.2 % of the table), Asian; all its",
+        "The highest rate of the table sex and race or ethnicity is that of 5 people (0.1 % of the table), Male, Asian; all its",
+        "(race or ethnicity: Asian | sex and race or ethnicity: Male, Asian; Female, Asian) have impact ratios here",
+    ):
+        assert any(said in text for text in found) and said in printed
+    assert not any("the table sex is" in text for text in found)
+    assert run(tmp_path / "c.json", tmp_path / "without", "--exclude-below-2-percent", "--justification", "ten people of 6,010") == 0
+    printed = capsys.readouterr().out
+    assert "is 0.748: Female (900 of 3,005) against Male (1,204 of 3,005)." in printed
+    assert "below 2 %" not in printed and "highest rate" not in printed
