@@ -2,10 +2,36 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["FairauditError", "FalseCertificate", "Infeasible", "InputError", "ManyRowsError", "TableNeeded", "kind_of", "nearest", "shown"]
+__all__ = [
+    "FairauditError",
+    "FalseCertificate",
+    "Infeasible",
+    "InputError",
+    "ManyRowsError",
+    "TableNeeded",
+    "kind_of",
+    "nearest",
+    "shown",
+    "without_passwords",
+]
+
+IN_URL = re.compile(r"(?<![a-z0-9+.-])([a-z][a-z0-9+.-]{0,30}:/*|//+)([^/@:\s]{0,200}):(?:\S{0,300}@|[^/@\n]{0,300}@)", re.IGNORECASE)
+
+TOKEN_IN_URL = re.compile(r"(?<![a-z0-9])((?:http|ftp)s?:/+)[^/@:\s]{1,300}@", re.IGNORECASE)
+
+NAMES = (
+    r"password|passwd|passphrase|passwort|kennwort|pwd|secret|token|(?:access|account|api|private|shared)_?(?:access_?)?key|"
+    r"(?<=[?&;])(?:pass|sig)"
+)
+
+BESIDE_NAME = re.compile(
+    rf"((?:{NAMES})[\"'\]]?\s*(?:=>?|(?<=[\"']):|\s(?=['\"]))\s*)('[^']*'?|\"[^\"]*\"?|[^\s&;,'\"]+)",
+    re.IGNORECASE,
+)
 
 
 class FairauditError(Exception):
@@ -16,6 +42,9 @@ class FairauditError(Exception):
     >>> issubclass(InputError, FairauditError), issubclass(InputError, ValueError)
     (True, True)
     """
+
+    def __init__(self, *words: object) -> None:
+        super().__init__(*(without_passwords(word) if isinstance(word, str) else word for word in words))
 
 
 class InputError(FairauditError, ValueError):
@@ -81,7 +110,20 @@ def shown(value: object, width: int = 60) -> str:
         text = repr(value)
     except ValueError:
         text = f"a number of about {int(getattr(value, 'bit_length', lambda: 0)()) * 3 // 10} digits"
+    text = without_passwords(text)
     return text if len(text) <= width else text[: width - 1] + "…"
+
+
+def without_passwords(text: str) -> str:
+    """Leave out what looks like a password, for a message: in a URL, however it is written, and beside a name such as ``password=``.
+
+    Examples
+    --------
+    >>> print(without_passwords("Postgres:/me:hush@host/db, postgresql://host/db?user=me&password=hush"))
+    Postgres:/me:…@host/db, postgresql://host/db?user=me&password=…
+    """
+    text = TOKEN_IN_URL.sub(r"\1…@", IN_URL.sub(r"\1\2:…@", text))
+    return BESIDE_NAME.sub(r"\1…", text)
 
 
 def kind_of(value: object) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fairaudit.errors import InputError, naming, nearest, shown
+from fairaudit.errors import Infeasible, InputError, naming, nearest, shown, without_passwords
 from fairaudit.tables.sources import source_name
 
 
@@ -41,3 +41,53 @@ def test_messages_begin_with_the_name_of_the_file_where_there_is_one(name: str |
 
 def test_no_name_repeats_a_password() -> None:
     assert "secret" not in source_name(["postgresql://me:secret@host/db", "b.csv"]) + source_name("postgresql://me:secret@host/db")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "postgresql://me:hush@h/x",
+        "Postgresql://me:hush@h/x",
+        "postgres:/me:hush@h/x",
+        "postgres:me:hush@h/x",
+        "postgres:////me:hush@h/x",
+        "//me:hush@h/x",
+        "postgresql://me:hush/hush@h/x",
+        "postgresql://me:hush@hush@h/x",
+        "postgresql://me:hush hush@h/x",
+        "postgresql://me:it's hush@h/x",
+        "postgresql://:hush@h/x",
+        "postgresql://h/db?user=me&password=hush",
+        "postgresql:/h/db?password=hush&user=me",
+        "host=h PASSWORD = 'hush hush' user=me",
+        "mysql://h/db?user=me&pass=hush",
+        "az://c/x?sv=1&sig=hush",
+        "AccountName=me;AccountKey=hush==;x=y",
+        "{'password': 'hush'}",
+        "https://hush@h/x",
+    ],
+)
+def test_no_message_repeats_a_password(text: str) -> None:
+    for said in (str(InputError(f"{text}: there is no such file")), str(Infeasible(text)), shown(text, 300), without_passwords(text)):
+        assert "hush" not in said and "…" in said
+    assert "hush" not in source_name(text)
+
+
+@pytest.mark.parametrize("width", range(8, 60))
+def test_no_password_is_quoted_in_part(width: int) -> None:
+    assert "hush" not in shown("postgresql://somebody:hushhushhushhush@host.example.org/db", width)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "there is no column 'token'; known: 'pass', 'secret'",
+        "--utility pass=1,fail=0: no such label",
+        "https://example.org/a:b@c",
+        "log.csv: line 3: a@b.org",
+        "postgresql://h/db: no password was given",
+        "C:\\logs\\a.csv:3: x",
+    ],
+)
+def test_other_messages_stay_as_they_are(text: str) -> None:
+    assert str(InputError(text)) == text

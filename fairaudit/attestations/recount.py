@@ -451,7 +451,7 @@ def _absent(source: Any) -> list[str]:
     given = [source] if isinstance(source, (str, os.PathLike)) else source if isinstance(source, (list, tuple)) else []
     texts = [os.fspath(name) for name in given]
     files = [re.sub("^(sqlite|duckdb|delta):(//(?=/))?", "", name) if not Path(name).exists() else name for name in texts]
-    return [name for name, file in zip(texts, files, strict=True) if not is_database(file) and not _is_there(file)]
+    return [source_name(name) for name, file in zip(texts, files, strict=True) if not is_database(file) and not _is_there(file)]
 
 
 def _is_there(file: str) -> bool:

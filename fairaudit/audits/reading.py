@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fairaudit.errors import InputError, ManyRowsError, naming, shown
+from fairaudit.errors import InputError, naming, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
@@ -26,7 +26,7 @@ from fairaudit.tables.engines.request import Report
 from fairaudit.tables.frames import is_frame, is_lazy, tally_frame
 from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels, spelt_alike
 from fairaudit.tables.scores import Cut, cut_scores
-from fairaudit.tables.sources import PASSWORD, Source, is_database
+from fairaudit.tables.sources import Source, is_database
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 from fairaudit.tables.wide import LongTable, Wide, lengthened
@@ -399,21 +399,16 @@ def read_table(
     if isinstance(source, (list, tuple)) and len(source) == 1:
         source = source[0]
     asked: dict[str, Any] = {"report": report, "meanwhile": _warm, "most": most, "by": by}
-    try:
-        if isinstance(source, CsvTable):
-            found = source
-        elif isinstance(source, (Tally, PreparedTable)) or _in_memory(source, plain=plain):
-            return _held(source, bins, access, plain=plain, spelled=spelled)
-        elif not plain or not isinstance(source, (str, os.PathLike)) or access.skip or not _is_csv(os.fspath(source)):
-            access_options: dict[str, Any] = {name: getattr(access, name) for name in ("engine", "table", "query", "memory", "skip")}
-            return _with_numbers(read_log(source, columns, bins=bins, **access_options, **asked), numeric)
-        else:
-            found = read_csv(source)
-        _refuse_what_logs_have(bins, access, spelled)
-    except ManyRowsError:
-        raise
-    except InputError as error:
-        raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
+    if isinstance(source, CsvTable):
+        found = source
+    elif isinstance(source, (Tally, PreparedTable)) or _in_memory(source, plain=plain):
+        return _held(source, bins, access, plain=plain, spelled=spelled)
+    elif not plain or not isinstance(source, (str, os.PathLike)) or access.skip or not _is_csv(os.fspath(source)):
+        access_options: dict[str, Any] = {name: getattr(access, name) for name in ("engine", "table", "query", "memory", "skip")}
+        return _with_numbers(read_log(source, columns, bins=bins, **access_options, **asked), numeric)
+    else:
+        found = read_csv(source)
+    _refuse_what_logs_have(bins, access, spelled)
     try:
         for name in columns:
             column(found, name)

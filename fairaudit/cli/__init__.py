@@ -44,9 +44,10 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print the message and where help is, and exit with code 2."""
+        from fairaudit.errors import without_passwords
         from fairaudit.words import plain
 
-        self.exit(EXIT_BAD_INPUT, f"{self.prog}: {plain(' '.join(message.split()))}; see {self.prog} --help\n")
+        self.exit(EXIT_BAD_INPUT, f"{self.prog}: {plain(without_passwords(' '.join(message.split())))}; see {self.prog} --help\n")
 
 
 def _read(parser: argparse.ArgumentParser, commands: Mapping[str, argparse.ArgumentParser], given: Sequence[str]) -> argparse.Namespace:

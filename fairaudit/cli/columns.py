@@ -9,7 +9,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from fairaudit.cli.source import option, progress
-from fairaudit.tables.sources import PASSWORD
+from fairaudit.tables.sources import source_name
 
 if TYPE_CHECKING:
     from fairaudit.audits.roles import Roles
@@ -48,18 +48,15 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
             return survey_log(given if len(given) > 1 else given[0], **where, skip=skip, table=arguments.database_table, report=report)
 
     try:
-        try:
-            survey = survey_of(arguments.skip)
-        except InputError as error:
-            title = TITLE.search(str(error))
-            if title is None or arguments.skip:
-                raise
-            arguments.skip = int(title.group(2))
-            survey = survey_of(arguments.skip)
-            lines = "line looks" if arguments.skip == 1 else f"{arguments.skip} lines look"
-            said = f"the first {lines} like a title ({title.group(1)}) and {'is' if arguments.skip == 1 else 'are'} skipped"
+        survey = survey_of(arguments.skip)
     except InputError as error:
-        raise InputError(PASSWORD.sub(r"\1:…", str(error))) from None
+        title = TITLE.search(str(error))
+        if title is None or arguments.skip:
+            raise
+        arguments.skip = int(title.group(2))
+        survey = survey_of(arguments.skip)
+        lines = "line looks" if arguments.skip == 1 else f"{arguments.skip} lines look"
+        said = f"the first {lines} like a title ({title.group(1)}) and {'is' if arguments.skip == 1 else 'are'} skipped"
     comma = any("separated by" in note for note in survey.notes)
     roles = _wide(arguments, survey, decimal_comma=comma) or proposed(survey.columns, survey.rows, decimal_comma=comma)
     if said:
@@ -130,7 +127,7 @@ def warnings(column: Column) -> list[str]:
 
 def suggested(arguments: argparse.Namespace, roles: Roles) -> list[str]:
     """The words of a certify command for the table that the options name."""
-    paths = [PASSWORD.sub(r"\1", path) for path in _listed(arguments.table)]
+    paths = [source_name(path).replace(":…@", "@") for path in _listed(arguments.table)]
     words = ["fairaudit", "certify", *(f"./{path}" if path.startswith("-") else path for path in paths)]
     where = {
         "engine": "" if arguments.engine == "auto" else arguments.engine,

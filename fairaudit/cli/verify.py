@@ -86,15 +86,16 @@ def run(arguments: argparse.Namespace) -> Answer | int:
 def _check_one_of(arguments: argparse.Namespace, name: str) -> int:
     """Check one of several certificates and print what was found."""
     from fairaudit.cli.checking import printable
+    from fairaudit.errors import without_passwords
 
     if not arguments.quiet and arguments.format == "text":
-        print(f"{printable(name)}:")
+        print(f"{printable(without_passwords(name))}:")
     return tell(_check(arguments, name), arguments.format)
 
 
 def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
     from fairaudit.cli.checking import Refusal, attested_paragraph, examine, exit_code, lines, paragraph, printable, summary_line
-    from fairaudit.errors import InputError
+    from fairaudit.errors import InputError, without_passwords
 
     try:
         attestation = _attestation(arguments)
@@ -105,7 +106,7 @@ def _check(arguments: argparse.Namespace, name: str) -> Answer | int:
     found = examine(name, arguments.table, attestation)
     if isinstance(found, Refusal):
         if not arguments.quiet:
-            print(f"fairaudit: {printable(name)}: {printable(found.message)}", file=sys.stderr)
+            print(f"fairaudit: {printable(without_passwords(f'{name}: {found.message}'))}", file=sys.stderr)
         return found.code
     # What is recounted is byte for byte what was checked; nothing is, where that is false, or not the signer's.
     payload = attestation if attestation is None or isinstance(attestation, bytes) else attestation.payload

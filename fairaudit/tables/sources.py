@@ -7,9 +7,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-__all__ = ["PASSWORD", "Frame", "Source", "Table", "database_file", "in_database", "is_audit_file", "is_database", "source_name"]
+from fairaudit.errors import without_passwords
 
-PASSWORD = re.compile(r"(?<=://)([^/@:]*):[^/@]*(?=@)")
+__all__ = ["Frame", "Source", "Table", "database_file", "in_database", "is_audit_file", "is_database", "source_name"]
 
 DATABASE = re.compile(r"(sqlite|duckdb|delta):|[a-z][a-z0-9+.-]*://")
 
@@ -42,7 +42,7 @@ def source_name(source: object) -> str:
     if isinstance(source, (list, tuple)) and source:
         return source_name(source[0]) if len(source) == 1 else f"{source_name(source[0])} and {len(source) - 1} more"
     if isinstance(source, (str, os.PathLike)):
-        return PASSWORD.sub(r"\1:…", os.fspath(source))
+        return without_passwords(os.fspath(source))
     name = getattr(source, "name", None)  # a frame may have a column of that name
     return name if isinstance(name, str) else f"the {type(source).__name__}"
 

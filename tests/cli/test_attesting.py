@@ -301,6 +301,37 @@ def test_a_command_that_is_killed_leaves_no_certificate_without_its_attestation(
     assert {path.name for path in (folder / "out").iterdir() if not path.name.endswith(".part")} == {"a.json", "c.table.jsonl"}
 
 
+@pytest.mark.parametrize(
+    "url",
+    ["Postgresql://me:hush@h/x", "postgres:/me:hush@h/x", "postgresql://h/x?user=me&password=hush", "POSTGRESQL:me:hush@h/x"],
+)
+def test_no_screen_shows_a_password(folder: Path, capsys: pytest.CaptureFixture[str], url: str) -> None:
+    assert main(["certify", "data/log.csv", *ROLES, "--missing", "drop", *WITH]) == 0
+    (folder / "secret.toml").write_text(AUDIT.replace("data/log.csv", url))
+    capsys.readouterr()
+    for words in (
+        ["verify", "out/c.json", "--attestation", "out/a.json", "--recount", url],
+        ["verify", url],
+        ["verify", "out/c.json", "--attestation", url],
+        ["attest", url, "--sign-key", url],
+        ["attest", "--new-key", url],
+        ["report", url, "-o", "out/page.md"],
+        ["publish", url, "--rule", "four-fifths", "-o", "out/page"],
+        ["inspect", url],
+        ["certify", url, *ROLES],
+        ["certify", "secret.toml"],
+        ["certify", "secret.toml", "-o", "out/d.json", "--attest", "out/b.json"],
+        ["certify", "data/log.csv", *ROLES, "-o", url],
+        ["certify", "data/log.csv", *ROLES, "--tabel", url],
+    ):
+        try:
+            assert main(words) in (2, 3), words
+        except SystemExit as stop:
+            assert stop.code == 2
+        said = "".join(capsys.readouterr())
+        assert said and "hush" not in said, words
+
+
 @pytest.mark.parametrize("option", ["-o", "--attest"])
 @pytest.mark.parametrize(
     "source",
