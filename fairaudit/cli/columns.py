@@ -37,10 +37,16 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
     """Look at every column of the table that the options name, and guess what it is."""
     from fairaudit.audits.roles import proposed
     from fairaudit.errors import InputError
+    from fairaudit.tables.engines.databases import tables_of
     from fairaudit.tables.engines.logs import survey_log
 
     given = _listed(arguments.table)
     said = ""
+    if len(given) == 1 and arguments.database_table is None and arguments.query is None:
+        found = tables_of(given[0])
+        if len(found) == 1:
+            [arguments.database_table] = found
+            said = f"{found[0]} is the only table"
 
     def survey_of(skip: int) -> Survey:
         where = {name: getattr(arguments, name) for name in ("engine", "query", "memory")}

@@ -172,6 +172,17 @@ def table_name(text: str, dialect: str) -> str:
     return ".".join(identifier(p[1:-1].replace('""', '"') if p.startswith('"') else p, dialect) for p in parts)
 
 
+def written_name(*parts: str) -> str:
+    """Write the name of a table as `table_name` reads it.
+
+    Examples
+    --------
+    >>> print(written_name("logs", "a.b"))
+    logs."a.b"
+    """
+    return ".".join('"' + p.replace('"', '""') + '"' if p == "" or "." in p or '"' in p else p for p in parts)
+
+
 def count_statement(
     columns: Sequence[str],
     source: str,

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import shlex
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
+import duckdb
 import pytest
 
 from fairaudit.cli import main
@@ -145,7 +148,7 @@ def test_refusals(
 
 def test_refusals_of_databases(files: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     for words, expected in (
-        ([f"sqlite:{files['log.db']}"], "name one with table (--table), or give a query (--query)"),
+        (["sqlite:none.db"], "none.db: there is no such file"),
         ([f"sqlite:{files['log.db']}", "--table", "other"], "SQLite cannot read it: no such table: other"),
         ([f"duckdb:{files['log.duckdb']}", "--table", "other"], "DuckDB cannot read it"),
         ([f"sqlite:{files['log.db']}", "--query", "select * from decisions where age < 0"], "the table has no rows"),
@@ -155,6 +158,37 @@ def test_refusals_of_databases(files: dict[str, str], capsys: pytest.CaptureFixt
         assert main(["inspect", *words]) == 2
         out, err = capsys.readouterr()
         assert out == "" and err.count("\n") == 1 and expected in err and "secret" not in err
+
+
+def test_the_tables_of_a_database_are_listed_and_the_only_one_is_taken(
+    files: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    expected, _ = said(capsys, files["log.csv"])
+    for url, name in DATABASES:
+        kind, _, file = url.partition(":")
+        assert main(["inspect", f"{kind}:{files[file]}"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[: len(expected)] == expected and f"Note: {name} is the only table." in lines
+        assert shlex.split(lines[-1])[3:5] == ["--table", name]
+        assert main(shlex.split(lines[-1])[1:]) in (0, 3)
+        assert main(["certify", f"{kind}:{files[file]}", "--decision", "answer", "--group", "sex", "--utility", "yes"]) == 2
+        assert f"holds the table {name}; name one with table (--table)" in capsys.readouterr().err
+        assert main(["inspect", files[file]]) == 2
+        words = capsys.readouterr().err.partition("is a database; name it as ")[2]
+        assert main(["inspect", *shlex.split(words)]) == 0
+        assert capsys.readouterr().out.splitlines()[: len(expected)] == expected
+    names = ["b", "a.b", *(f"t{i:02}" for i in range(9))]
+    with closing(sqlite3.connect(tmp_path / "hr.db")) as database:
+        for name in names:
+            database.execute(f'create table "{name}" (x integer primary key autoincrement)')
+    for given in ("sqlite:hr.db", "hr.db"):
+        assert main(["inspect", str(tmp_path / given) if given == "hr.db" else f"sqlite:{tmp_path / 'hr.db'}"]) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and '"a.b", b, t00, t01, t02, t03, t04, t05, t06, t07 and 1 more' in err and "sqlite_sequence" not in err
+    with duckdb.connect(str(tmp_path / "hr.duckdb")) as connection:
+        connection.execute("create schema logs; create table logs.people (x int); create view v as select 1 as x")
+    assert main(["inspect", f"duckdb:{tmp_path / 'hr.duckdb'}"]) == 2
+    assert "holds the tables logs.people, v; name one" in capsys.readouterr().err
 
 
 WIDE = {

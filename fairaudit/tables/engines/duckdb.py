@@ -23,7 +23,7 @@ from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout,
 from fairaudit.tables.engines.paths import Form, read_text
 from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.label_text import Reader, json_number
-from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written
+from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written, written_name
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column, distinct
 
@@ -85,6 +85,16 @@ def read_database(path: str, request: Request) -> Tally:
         one_statement(connection, source)
         types = _types(connection, source, request.columns)
         return _count(connection, Path(path).name, source, types, request, quick=request.query is None)
+
+
+def tables(path: str) -> list[str]:
+    """Names of the tables and views of a DuckDB database file."""
+    if not Path(path).is_file():
+        raise InputError(f"{path}: there is no such file")
+    with connected(Request((), {}), path) as connection, told(Request((), {}), path):
+        listed = "select schema_name, {0}_name from duckdb_{0}s() where not internal"
+        found = connection.execute(f"{listed.format('table')} union all {listed.format('view')}").fetchall()
+    return sorted(written_name(*([] if schema == "main" else [schema]), name) for schema, name in found)
 
 
 def one_statement(connection: Any, source: str) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from fairaudit.errors import InputError
 from fairaudit.tables.engines.converted import converted
+from fairaudit.tables.engines.databases import listed, tables_of
 from fairaudit.tables.engines.paths import SMALL, Form, expand, form, read_text, regular
 from fairaudit.tables.engines.request import Request
 from fairaudit.tables.tally import Tally
@@ -45,6 +46,18 @@ def survey(sources: Sequence[str], request: Request, engine: str) -> Survey:
         return of.of_text(paths, request) if own else of.of_files(paths, kind, request)
 
 
+def _named(path: str, kind: Form) -> str:
+    """How a database file and its table are named in a command; where there are several, or none can be seen, with a word for it."""
+    import shlex
+
+    try:
+        found = tables_of(f"{kind}:{path}")
+    except InputError:
+        found = []
+    held = f" (it holds {listed(found)})" if len(found) > 1 else ""
+    return f"{shlex.join([f'{kind}:{path}', '--table', found[0] if len(found) == 1 else 'NAME'])}{held}"
+
+
 @contextmanager
 def _files(sources: Sequence[str], request: Request, engine: str) -> Iterator[tuple[list[str], Form, bool]]:
     """Find the files and what they hold, and say whether our own reader reads them."""
@@ -62,7 +75,7 @@ def _files(sources: Sequence[str], request: Request, engine: str) -> Iterator[tu
             yield paths, kind, False
             return
         if kind in ("sqlite", "duckdb"):
-            raise InputError(f"{paths[0]} is a database; name it as {kind}:{paths[0]}, with a table")
+            raise InputError(f"{paths[0]} is a database; name it as {_named(paths[0], kind)}")
         for name in ("table", "query"):
             if getattr(request, name) is not None and not (copied and name == "table"):
                 raise InputError(f"a {name} goes with a database, such as sqlite:decisions.db; {paths[0]} is {kind}")

@@ -13,6 +13,7 @@ from fairaudit.arguments import answered
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.tables.binning import Bins
+from fairaudit.tables.engines.databases import listed, tables_of
 from fairaudit.tables.engines.folders import table_format
 from fairaudit.tables.engines.request import Report, Request, database_source
 from fairaudit.tables.preparation import Entry, intervals
@@ -308,6 +309,9 @@ def _from_text(source: Any, request: Request, engine: Any, task: Task) -> Any:
 
 
 def _database(kind: str, url: str, request: Request, task: Task) -> Any:
+    if request.table is None and request.query is None and (found := tables_of(url)):
+        held = f"the table{'s' * (len(found) > 1)} {listed(found)}"
+        raise InputError(f"{source_name(url)} holds {held}; name one with table (--table), or give a query (--query)")
     if kind == "sqlite":
         from fairaudit.tables.engines import sqlite
 

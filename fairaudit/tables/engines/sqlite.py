@@ -12,11 +12,11 @@ from fairaudit.errors import InputError
 from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey
-from fairaudit.tables.sql import common_statement, count_statement, identifier
+from fairaudit.tables.sql import common_statement, count_statement, identifier, written_name
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 
-__all__ = ["read", "survey"]
+__all__ = ["read", "survey", "tables"]
 
 
 def read(path: str, request: Request) -> Tally:
@@ -47,16 +47,30 @@ def survey(path: str, request: Request) -> Survey:
         return attended(work, connection.interrupt, request)
 
 
+def tables(path: str) -> list[str]:
+    """Names of the tables and views of an SQLite file."""
+    path = path.removeprefix("//")
+    with _connected(path) as connection:
+        found = connection.execute("select name from sqlite_master where type in ('table', 'view') and substr(name, 1, 7) <> 'sqlite_'")
+        return sorted(written_name(name) for (name,) in found)
+
+
 @contextmanager
 def _opened(path: str, request: Request) -> Iterator[tuple[sqlite3.Connection, str, list[str]]]:
     """Open a file for reading, and say what is counted and which columns it has."""
-    path = path.removeprefix("//")
+    source = database_source(request, "sqlite")
+    with _connected(path.removeprefix("//")) as connection:
+        yield connection, source, [entry[0] for entry in connection.execute(f"select * from {source} limit 0").description]  # noqa: S608
+
+
+@contextmanager
+def _connected(path: str) -> Iterator[sqlite3.Connection]:
+    """Open a file for reading, and make one sentence of what SQLite complains about."""
     if not Path(path).is_file():
         raise InputError(f"{path}: there is no such file")
-    source = database_source(request, "sqlite")
     try:
         with closing(sqlite3.connect(f"file:{quote(path)}?mode=ro", uri=True, check_same_thread=False)) as connection:
-            yield connection, source, [entry[0] for entry in connection.execute(f"select * from {source} limit 0").description]  # noqa: S608
+            yield connection
     except sqlite3.Error as error:
         raise InputError(f"{path}: SQLite cannot read it: {error}") from None
     except UnicodeDecodeError:  # a damaged schema, of which SQLite's own message quotes bytes
