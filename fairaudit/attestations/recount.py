@@ -15,25 +15,18 @@ import numpy as np
 
 from fairaudit.arguments import answered
 from fairaudit.attestations.cells import TableDifference, compare_tables
-from fairaudit.attestations.making import counted_rows, of_table, rows_of_source
+from fairaudit.attestations.making import counted_rows, rows_of_source
 from fairaudit.attestations.options import reading_of
+from fairaudit.attestations.recounted_log import CountedLog, audit_in, check_query, count_audit, count_log
 from fairaudit.attestations.recounted_sources import Recounted, compare_sources, files_of_audit, pairs_of
 from fairaudit.attestations.sources import take
 from fairaudit.attestations.statement import Rows, Statement
 from fairaudit.attestations.verification import read_attestation, signed_by, stated_in
-from fairaudit.audits.audit_file import audit_of
-from fairaudit.audits.certify import laid_out
-from fairaudit.audits.in_parts import certify_in_parts
-from fairaudit.audits.reading import MOST_ROWS, Reading, read_audited, uncollected, unfit_for_parts
-from fairaudit.audits.sections import with_files
+from fairaudit.audits.reading import uncollected
 from fairaudit.certificates.certificate import FORMAT, Certificate
-from fairaudit.certificates.table import Table, WrittenTable, canonical
-from fairaudit.errors import FalseCertificate, InputError, ManyRowsError, TableNeeded, naming, shown
-from fairaudit.inference.draws import unit_profiles
-from fairaudit.inference.paired_region import listed_profiles
+from fairaudit.certificates.table import canonical
+from fairaudit.errors import FalseCertificate, InputError, TableNeeded, shown
 from fairaudit.model.law import Law
-from fairaudit.model.policy import Deployment
-from fairaudit.model.utility import Utility
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.engines.request import Report
 from fairaudit.tables.preparation import words
@@ -48,10 +41,6 @@ NOT_SHOWN = "No recount shows whether the log is what really happened, or whethe
 
 Lines = Callable[[], Iterable[bytes]]
 """Gives the lines of a table, each time that it is asked."""
-
-READ_ONLY = ("sqlite", "duckdb", "postgres", "postgresql")
-"""Databases that are opened so that nothing can be written."""
-
 
 UNSAID = ("count", "probability", "weight", "wide", "total", "unit", "skip", "table", "query")
 """Options that make another table of the same log, and of which its certificate says nothing."""
@@ -253,10 +242,10 @@ def recounted(
             "the statement does not say how its table was made, as of a monitor or of probabilities of groups; nothing can be recounted"
         )
     if "query" in options:
-        _check_query(options["query"], query, source, spelled)
+        check_query(options["query"], query, source, spelled)
     elif query is not None:
         raise InputError(f"the statement has no query; leave {spelled('query')} away")
-    audit = _audit(options)
+    audit = audit_in(options)
     said = None if audit is not None else reading_of(options, spelled=spelled)
     header = _header(document, lines)
     if in_database(source) and said is not None and not {"table", "query"} & {*options}:
@@ -272,16 +261,28 @@ def recounted(
     try:
         with uncollected():
             if said is None:
-                counted = _count_audit(audit or {}, files)
+                counted = count_audit(audit or {}, files)
             else:
                 reading, utility = said
                 access = replace(reading.access, engine=engine, memory=memory)
-                counted = _count(source, replace(reading, access=access), utility, report)
+                counted = count_log(source, replace(reading, access=access), utility, report)
     except InputError as error:
         if all(finding.equal is not False for finding in findings):
             raise
         return Recount((*findings, Recounted("the table", False, f"of this log there is none: {error}")))  # which is another log anyway
     taken.unchanged()
+    return _compared(document, lines, statement, counted, header, findings)
+
+
+def _compared(
+    document: Mapping[str, Any],
+    lines: Lines | None,
+    statement: Statement,
+    counted: CountedLog,
+    header: Mapping[str, Any],
+    findings: list[Recounted],
+) -> Recount:
+    """Compare what was counted with the certificate and the statement, after what was found of the sources."""
     table = counted.table(header)
     difference = None
     if table.sha256 != document["subject"]["table"]["sha256"]:
@@ -291,7 +292,7 @@ def recounted(
     else:
         findings.append(Recounted("the table", True))
     findings += [*_preparation(document, counted.law), *_units(document, counted), _rows(statement, counted)]
-    return Recount(tuple(findings), (), difference, _unsaid(options))
+    return Recount(tuple(findings), (), difference, _unsaid(statement.options))
 
 
 def _unsaid(options: Mapping[str, Any]) -> dict[str, str]:
@@ -300,99 +301,6 @@ def _unsaid(options: Mapping[str, Any]) -> dict[str, str]:
     of_audit = {**sections.get("law", {}), **sections.get("policy", {}), "table": None}
     said = of_audit if sections else options
     return {name: shown(said[name], 1000) for name in UNSAID if said.get(name)}
-
-
-@dataclass(frozen=True)
-class _Counted:
-    """A log that was read again; its table in a file, if its contexts passed by in parts."""
-
-    law: Law
-    made: Table | WrittenTable
-    deployment: Deployment | None = None
-
-    def table(self, header: Mapping[str, Any]) -> Table | WrittenTable:
-        """The table with what no log says: the salt; and the digests of what sampling units got, if the certificate has some."""
-        salt = header.get("salt")
-        if isinstance(self.made, WrittenTable):
-            return WrittenTable({**self.made.header, **({} if salt is None else {"salt": salt})}, self.made.file, self.made.cells)
-        own = sha256(canonical(_profiles(self.made))).hexdigest() if "profiles" in header else ""
-        return replace(self.made, salt=salt, profiles=dict.fromkeys(header.get("profiles", ()), own))
-
-
-def _count(source: Any, reading: Reading, utility: Utility | None, report: Report | None) -> _Counted:
-    """Read the log as it was read for the certificate."""
-    held = not isinstance(source, (str, os.PathLike, list, tuple))
-    most = None if held or unfit_for_parts(reading, {}) else MOST_ROWS
-    try:
-        law, worth = read_audited(source, reading, utility, report=report, most=most)
-    except ManyRowsError:
-        if utility is None:
-            raise
-        columns: dict[str, Any] = {"decision": reading.decision, "group": reading.group, "context": reading.context}
-        access = reading.access
-        with naming(_name(source)):
-            found = certify_in_parts(
-                source, utility, **columns, bins=reading.bins, table=access.table, memory=access.memory, report=report, embed_table=True
-            )
-        if found.partial is None:
-            raise
-        return _Counted(found.law, found.partial.table)
-    table = worth.on(law)
-    return _Counted(table.law, Table(table.law, table))
-
-
-def _audit(options: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """The sections of an audit file that make a table; nothing, where the options are those of a table."""
-    if "audit" not in options:
-        return None
-    for name in options:
-        if name != "audit":
-            raise InputError(f"the options have {shown(name)} beside an audit file, which says that itself")
-    audit = options["audit"]
-    if not isinstance(audit, dict):
-        raise InputError(f"the options have audit {shown(audit)}; the sections of an audit file are accepted")
-    making = of_table(audit)
-    for name, section in audit.items():
-        if name not in making:
-            raise InputError(f"the options have the section {shown(name)} of an audit file, which does not make a table")
-        for key in section if isinstance(section, dict) else ():
-            if key not in making[name]:
-                raise InputError(f"options have {shown(key)} in the section {shown(name)} of an audit file, which does not make a table")
-    return audit
-
-
-def _count_audit(audit: Mapping[str, Any], files: Mapping[str, str]) -> _Counted:
-    """Read what an audit file described, its files being those that were given."""
-
-    def path_of(name: str) -> str:
-        path = files.get(name)
-        if path is None:
-            raise InputError(f"the options name the file {shown(name)}, which is none of the logs")
-        return os.path.abspath(path)  # noqa: PTH100
-
-    found = audit_of(with_files(audit, path_of), signed=True)  # nothing is read but what was given
-    subject, table = laid_out(found.subject, found.utility)
-    if isinstance(subject, Deployment):
-        return _Counted(subject.law, Table(subject.policy.law, table, subject), subject)
-    return _Counted(subject, Table(subject, table))
-
-
-def _profiles(table: Table) -> list[Any]:
-    return [*map(listed_profiles, unit_profiles(table.utility))]
-
-
-def _check_query(said: str, given: str | None, source: Any, spelled: Callable[[str], str]) -> None:
-    """Refuse to run a query that is not the one that was given."""
-    option = spelled("query")
-    if given is None:
-        raise InputError(
-            f"the log is the result of the query {said!r}, which is run only if you give it yourself: read it, then give {option}"
-        )
-    if given != said:
-        raise InputError(f"{option} is not the query of the statement, which is {said!r}; give the same text")
-    scheme = source.partition(":")[0] if in_database(source) else ""
-    if scheme and scheme not in READ_ONLY:
-        raise InputError(f"a query is run again where nothing can be written: in PostgreSQL, SQLite and DuckDB; {scheme} is none of these")
 
 
 def _header(document: Mapping[str, Any], lines: Lines | None) -> Mapping[str, Any]:
@@ -493,7 +401,7 @@ def _preparation(document: Mapping[str, Any], law: Law) -> Iterator[Recounted]:
         yield Recounted("what was done to labels and rows", True)
 
 
-def _units(document: Mapping[str, Any], counted: _Counted) -> Iterator[Recounted]:
+def _units(document: Mapping[str, Any], counted: CountedLog) -> Iterator[Recounted]:
     """Compare what sampling units have in each cell, on which intervals rest and which the table does not show."""
     listed = [entry["units"] for entry in document.get("intervals", {}).values() if "units" in entry]
     if not listed:
@@ -504,7 +412,3 @@ def _units(document: Mapping[str, Any], counted: _Counted) -> Iterator[Recounted
         own = [[[n, list(rows)] for n, rows in law.units.profiles[cell]] for cell in np.flatnonzero(law.compared).tolist()]
     same = all(units == own for units in listed)
     yield Recounted("the sampling units", same, "" if same else "they have other numbers of rows in some cell")
-
-
-def _name(source: Any) -> str | None:
-    return source_name(source) if isinstance(source, (str, os.PathLike, list, tuple)) else None

@@ -219,11 +219,13 @@ def test_what_was_left_out_is_compared(folder: Path, check: Check) -> None:
 
 def test_more_rows_than_fit_are_recounted_in_parts(folder: Path, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
     attest(*CASES["parquet"])
-    monkeypatch.setattr("fairaudit.attestations.recount.MOST_ROWS", 5)
+    monkeypatch.setattr("fairaudit.attestations.recounted_log.MOST_ROWS", 5)
     made: list[object] = []
-    from fairaudit.attestations import recount
+    from fairaudit.attestations import recounted_log
 
-    monkeypatch.setattr(recount, "certify_in_parts", lambda *a, _own=recount.certify_in_parts, **k: made.append(0) or _own(*a, **k))
+    monkeypatch.setattr(
+        recounted_log, "certify_in_parts", lambda *a, _own=recounted_log.certify_in_parts, **k: made.append(0) or _own(*a, **k)
+    )
     assert check("log.parquet", "--memory", "500MB", "--engine", "duckdb")[0] == 0
     assert made
     rows = log()
@@ -624,15 +626,15 @@ def test_a_recount_is_equal_where_the_tables_are(rows: list[Any], others: list[A
 
 
 def test_a_log_that_changes_while_it_is_counted_is_no_finding(folder: Path, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fairaudit.attestations import recount
+    from fairaudit.attestations import recounted_log
 
-    def read_while_somebody_writes(*given: Any, _own: Any = recount.read_audited, **options: Any) -> Any:
+    def read_while_somebody_writes(*given: Any, _own: Any = recounted_log.read_audited, **options: Any) -> Any:
         found = _own(*given, **options)
         (folder / "log.csv").write_text(as_csv(log(301)))
         return found
 
     attest(*CASES["csv"])
-    monkeypatch.setattr(recount, "read_audited", read_while_somebody_writes)
+    monkeypatch.setattr(recounted_log, "read_audited", read_while_somebody_writes)
     code, found = check("log.csv")
     assert code == 2
     assert "was changed while it was read" in found["error"]
