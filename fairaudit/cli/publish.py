@@ -196,7 +196,7 @@ def _again(arguments: argparse.Namespace, source: Source) -> str:
 def _publication(source: Source, arguments: argparse.Namespace) -> tuple[Publication, str]:
     """What the rule asks for, and what to say of small counts in it."""
     from fairaudit.errors import InputError
-    from fairaudit.publications.small import check_hidden, remark_on_small, withholding_of
+    from fairaudit.publications.small import by_label, check_hidden, remark_on_small, withholding_of
 
     if arguments.small is not None:
         check_hidden(source, arguments.small)
@@ -210,6 +210,8 @@ def _publication(source: Source, arguments: argparse.Namespace) -> tuple[Publica
     decisions = decisions_of(source)
     decisions = replace(decisions, silent=silent_of(source, decisions, column_list(arguments.unknown)))
     favourable = favourable_of(source, column_list(arguments.favourable))
+    if arguments.small is not None:
+        decisions, favourable = by_label(decisions), tuple(sorted(favourable))
     by = [column_list([text]) for text in arguments.by or []]
     counts = decisions.selected(favourable)
     withholding = None if arguments.small is None else withholding_of(counts, sheets_by(counts.columns, by), arguments.small)

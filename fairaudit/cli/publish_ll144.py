@@ -93,10 +93,12 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
     from fairaudit.publications.ll144 import shown_of, three_tables
     from fairaudit.publications.ll144_page import Part, publish
     from fairaudit.publications.ll144_people import people_of, read_labels, scores_of
-    from fairaudit.publications.small import remark_on_small
+    from fairaudit.publications.small import by_label, remark_on_small
 
     stated = _stated(arguments)
     decisions, scores = decisions_of(source), scores_of(source.document)
+    if arguments.small is not None:
+        decisions = by_label(decisions)
     available = arguments.unknown_in == "available"
     if arguments.small is not None and available:
         raise InputError(
@@ -187,4 +189,5 @@ def _selections(
         return [(label, (label,)) for label in classes]
     if scores is not None:
         return [(None, (ABOVE,))]
-    return [(None, favourable_of(source, given))]
+    found = favourable_of(source, given)
+    return [(None, found if arguments.small is None else tuple(sorted(found)))]

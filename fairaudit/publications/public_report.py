@@ -15,7 +15,7 @@ from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
 from fairaudit.publications.folder import page
 from fairaudit.publications.pairs import sheets_by
 from fairaudit.publications.publication import Page, Section, Table
-from fairaudit.publications.small import CHECKED, MOST_CELLS, WHO, Private, check_hidden, least_shown, parts_of, withholding_of
+from fairaudit.publications.small import CHECKED, MOST_CELLS, WHO, Private, by_label, check_hidden, least_shown, parts_of, withholding_of
 from fairaudit.publications.withheld import is_small
 from fairaudit.reports.endings import Form, form_of
 from fairaudit.reports.markdown import code, prose, table
@@ -57,7 +57,7 @@ def public_report(source: Source, least: int) -> Page:
         If small counts could be guessed from the digest of the table, or the decisions are not worth 0 or 1.
     """
     check_hidden(source, least)
-    decisions, counted = decisions_of(source), worth_one(next(source.lines))
+    decisions, counted = by_label(decisions_of(source)), sorted(worth_one(next(source.lines)) or ())
     if not counted:
         raise InputError(
             "--small needs decisions of which each is worth 0 or 1 to everybody, so that a group's mean is how often they are taken; "

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 from fairaudit.errors import InputError
-from fairaudit.publications.counts import Counts, Source
+from fairaudit.publications.counts import Counts, Decisions, Source
 from fairaudit.publications.withheld import LEAST, Arc, Parts, is_small, published
 from fairaudit.tables.values import Label
 
@@ -18,6 +18,7 @@ __all__ = [
     "Place",
     "Private",
     "Withholding",
+    "by_label",
     "check_hidden",
     "chosen_of_two",
     "least_shown",
@@ -240,7 +241,7 @@ def chosen_of_two(
     arcs |= {(None, label): Arc((1, label), "all", parts) for label, parts in sums[1].items()}
     arcs |= {labels: Arc((0, labels[0]), (1, labels[1]), parts) for labels, parts in cells.items()}
     wanted = [name for name in arcs if frozenset(c for c, label in zip(columns, name, strict=True) if label is not None) in tables]
-    wanted.sort(key=lambda name: (len(name) - name.count(None), name[0] is None, -min(arcs[name].parts)))
+    wanted.sort(key=lambda name: (len(name) - name.count(None), name[0] is None, -min(arcs[name].parts), name[0] or "", name[1] or ""))
     return published(arcs, wanted, least)
 
 
@@ -257,14 +258,29 @@ def parts_of(counts: Counts, tables: Sequence[tuple[str, ...]], withholding: Wit
 
 def _shown_only(counts: Counts, withholding: Withholding) -> Counts:
     hidden = withholding.kept[counts.columns] & {*counts.groups}
-    places = [place for place, group in enumerate(counts.groups) if group not in hidden]
+    places = sorted((place for place, group in enumerate(counts.groups) if group not in hidden), key=counts.groups.__getitem__)
     return Counts(
         counts.columns,
         tuple(counts.groups[place] for place in places),
         tuple(counts.applicants[place] for place in places),
         tuple(counts.selected[place] for place in places),
-        withheld=tuple(group for group in counts.groups if group in hidden),
+        withheld=tuple(sorted(hidden)),
         why=why_withheld(withholding.least, len(hidden), len(counts.groups), linked=withholding.linked, done=withholding.done),
+    )
+
+
+def by_label(decisions: Decisions) -> Decisions:
+    """Decisions whose kinds are in the order of their labels: that of the log may tell which kind nobody of its first group got."""
+    places = sorted(range(len(decisions.labels)), key=decisions.labels.__getitem__)
+
+    def ordered(counts: Sequence[int]) -> tuple[int, ...]:
+        return tuple(counts[place] for place in places)
+
+    return replace(
+        decisions,
+        labels=tuple(decisions.labels[place] for place in places),
+        counts=tuple(map(ordered, decisions.counts)),
+        unknown=ordered(decisions.unknown),
     )
 
 

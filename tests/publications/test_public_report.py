@@ -22,7 +22,7 @@ from fairaudit.publications.counts import Source, decisions_of
 from fairaudit.publications.folder import page
 from fairaudit.publications.four_fifths import four_fifths
 from fairaudit.publications.public_report import private, public_files, public_markdown, public_report
-from fairaudit.publications.small import withholding_of
+from fairaudit.publications.small import by_label, withholding_of
 
 TABLES = 1_000 if os.environ.get("FAIRAUDIT_FULL") else 150
 
@@ -30,9 +30,12 @@ Cells = dict[tuple[str, str], tuple[int, int]]
 """By context and group, how often yes and no."""
 
 
-def source_of(cells: Cells, **limits: Any) -> Source:
-    """A certificate of these counts without its table, as `certify --no-table --confidence none` writes it, and the table."""
-    rows = [(x, g, word, n) for (x, g), pair in cells.items() for word, n in zip(("yes", "no"), pair, strict=True)]
+def source_of(cells: Cells, *, zeros: bool = True, **limits: Any) -> Source:
+    """A certificate of these counts without its table, as `certify --no-table --confidence none` writes it, and the table.
+
+    Without `zeros` the table that is counted has no rows for what never happened, as that of a query has not.
+    """
+    rows = [(x, g, word, n) for (x, g), pair in cells.items() for word, n in zip(("yes", "no"), pair, strict=True) if zeros or n]
     columns = dict(zip(("site", "group", "hired", "n"), map(list, zip(*rows, strict=True)), strict=True))
     chosen: dict[str, Any] = {"confidence": None, "embed_table": False, "utility": "yes"} | limits
     made = fa.audit(columns, decision="hired", group="group", context="site", count="n", **chosen).certificate
@@ -73,6 +76,21 @@ def test_whatever_the_withheld_counts_are_the_report_is_the_same() -> None:
                 assert said(source_of(altered, **limits), least) == before
                 changed += 1
     assert changed > TABLES
+
+
+@pytest.mark.parametrize("group", ["a", "z"])
+def test_the_order_of_a_table_without_zeros_tells_nothing(group: str) -> None:
+    """The first group of the table is withheld; which kind of decision comes first in it, and of which site, is not to be seen."""
+    others = {("s", "m"): (60, 20), ("t", "m"): (30, 45), ("s", "n"): (40, 60), ("t", "n"): (20, 30)}
+    rules, reports = set(), set()
+    for counts in (((3, 5), (2, 1)), ((0, 5), (3, 1)), ((0, 5), (0, 0)), ((7, 0), (0, 6)), ((0, 0), (9, 9))):
+        source = source_of({(site, group): pair for site, pair in zip("st", counts, strict=True)} | others, zeros=False)
+        reports.add(said(source, 10)[1])
+        decisions = by_label(decisions_of(source))
+        found = four_fifths(decisions, ["yes"], (), withholding_of(decisions.selected(["yes"]), [("group",)], 10))
+        rules.add(repr(found))
+        assert [row[1] for row in found.rows] == ["m", "n", group]
+    assert len(rules) == len(reports) == 1
 
 
 def test_counts_of_contexts_can_be_anything_below_the_least_one() -> None:
