@@ -13,7 +13,7 @@ from fairaudit.cli.output import Answer, add_format
 if TYPE_CHECKING:
     from fairaudit.publications.counts import Source
     from fairaudit.publications.publication import Publication
-    from fairaudit.publications.small import Private
+    from fairaudit.publications.withholding import Private
 
 DESCRIPTION = """\
 Write what a rule asks to be published about a certificate of counts: a page, a CSV, a summary as JSON, and the certificate, in one new
@@ -106,9 +106,9 @@ def add(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> Answer | int:
     """Do the work."""
     from fairaudit.errors import FalseCertificate, InputError, TableNeeded
-    from fairaudit.publications.categories import UnmappedError
     from fairaudit.publications.counts import read_source
     from fairaudit.publications.folder import check_folder, contents, write_folder
+    from fairaudit.publications.ll144.categories import UnmappedError
     from fairaudit.reports.page import check_extra
     from fairaudit.words import plain
 
@@ -166,7 +166,7 @@ def _beside(arguments: argparse.Namespace) -> dict[str, bytes]:
 
 def _private(arguments: argparse.Namespace, again: str) -> Private | None:
     """Who can check a publication that withholds small counts."""
-    from fairaudit.publications.small import Private
+    from fairaudit.publications.withholding import Private
 
     if arguments.small is None:
         return None
@@ -196,7 +196,7 @@ def _again(arguments: argparse.Namespace, source: Source) -> str:
 def _publication(source: Source, arguments: argparse.Namespace) -> tuple[Publication, str]:
     """What the rule asks for, and what to say of small counts in it."""
     from fairaudit.errors import InputError
-    from fairaudit.publications.small import by_label, check_hidden, remark_on_small, withholding_of
+    from fairaudit.publications.withholding import by_label, check_hidden, remark_on_small, withholding_of
 
     if arguments.small is not None:
         check_hidden(source, arguments.small)
@@ -204,8 +204,8 @@ def _publication(source: Source, arguments: argparse.Namespace) -> tuple[Publica
         return publish_ll144.publication(source, arguments)
     from dataclasses import replace
 
+    from fairaudit.publications.comparison import sheets_by
     from fairaudit.publications.counts import decisions_of, favourable_of, silent_of
-    from fairaudit.publications.pairs import sheets_by
 
     decisions = decisions_of(source)
     decisions = replace(decisions, silent=silent_of(source, decisions, column_list(arguments.unknown)))

@@ -9,8 +9,8 @@ from fairaudit.cli.options import column_list
 
 if TYPE_CHECKING:
     from fairaudit.publications.counts import Decisions, Source
-    from fairaudit.publications.ll144_people import Scores
-    from fairaudit.publications.ll144_statement import Stated
+    from fairaudit.publications.ll144.people import Scores
+    from fairaudit.publications.ll144.stated import Stated
     from fairaudit.publications.publication import Publication
 
 __all__ = ["OPTIONS", "add_options", "publication"]
@@ -90,10 +90,10 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
     """
     from fairaudit.errors import InputError
     from fairaudit.publications.counts import decisions_of
-    from fairaudit.publications.ll144 import shown_of, three_tables
-    from fairaudit.publications.ll144_page import Part, publish
-    from fairaudit.publications.ll144_people import people_of, read_labels, scores_of
-    from fairaudit.publications.small import by_label, remark_on_small
+    from fairaudit.publications.ll144.page import Part, publish
+    from fairaudit.publications.ll144.people import people_of, read_labels, scores_of
+    from fairaudit.publications.ll144.tables import shown_of, three_tables
+    from fairaudit.publications.withholding import by_label, remark_on_small
 
     stated = _stated(arguments)
     decisions, scores = decisions_of(source), scores_of(source.document)
@@ -137,14 +137,14 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
 def _contradictions(source: Source, stated: Stated) -> tuple[str, ...]:
     """Where the attestation, if there is one, states something else."""
     from fairaudit.attestations.verification import stated_in
-    from fairaudit.publications.ll144_statement import contradictions
+    from fairaudit.publications.ll144.stated import contradictions
 
     return () if source.attestation is None else contradictions(stated, stated_in(source.attestation)[0].stated)
 
 
 def _stated(arguments: argparse.Namespace) -> Stated:
     from fairaudit.errors import InputError
-    from fairaudit.publications.ll144_statement import Stated, day, period, stated_text
+    from fairaudit.publications.ll144.stated import Stated, day, period, stated_text
 
     if bool(arguments.exclude_below_2_percent) != (arguments.justification is not None):
         raise InputError(
@@ -170,7 +170,7 @@ def _selections(
     """What counts as selected: once, or for each class."""
     from fairaudit.errors import InputError, nearest, shown
     from fairaudit.publications.counts import favourable_of
-    from fairaudit.publications.ll144_people import ABOVE
+    from fairaudit.publications.ll144.people import ABOVE
 
     classes = column_list(getattr(arguments, "class"))
     given = column_list(arguments.favourable)

@@ -18,7 +18,7 @@ from typing import Any
 from fairaudit.errors import InputError
 from fairaudit.publications.counts import Source
 from fairaudit.publications.publication import Page, Publication
-from fairaudit.publications.small import CHECKED, WHO, Private
+from fairaudit.publications.withholding import CHECKED, WHO, Private
 from fairaudit.reports.page import UNBROKEN, digest, provenance_html, templates
 from fairaudit.reports.provenance import TITLE as PROVENANCE
 from fairaudit.reports.provenance import Provenance, provenance_of

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
+from fairaudit.publications.comparison import count_of, lead, points, publication_of, reading, section, sheets, sheets_by
 from fairaudit.publications.counts import Counts, Decisions, facts_of
-from fairaudit.publications.pairs import count_of, lead, points, publication_of, reading, section, sheets, sheets_by
 from fairaudit.publications.publication import Page, Publication, Section
-from fairaudit.publications.small import Withholding, parts_of, said_of
+from fairaudit.publications.withholding import Withholding, parts_of, said_of
 
 __all__ = ["four_fifths", "highest"]
 

@@ -10,13 +10,23 @@ from typing import Any
 from fairaudit.errors import InputError, shown
 from fairaudit.inference.verdicts import verdict
 from fairaudit.measures.limits import limit_text
+from fairaudit.publications.circulation import is_small
+from fairaudit.publications.comparison import sheets_by
 from fairaudit.publications.counts import Counts, Decisions, Source, decisions_of, summed_of, worth_one
 from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
 from fairaudit.publications.folder import page
-from fairaudit.publications.pairs import sheets_by
 from fairaudit.publications.publication import Page, Section, Table
-from fairaudit.publications.small import CHECKED, MOST_CELLS, WHO, Private, by_label, check_hidden, least_shown, parts_of, withholding_of
-from fairaudit.publications.withheld import is_small
+from fairaudit.publications.withholding import (
+    CHECKED,
+    MOST_CELLS,
+    WHO,
+    Private,
+    by_label,
+    check_hidden,
+    least_shown,
+    parts_of,
+    withholding_of,
+)
 from fairaudit.reports.endings import Form, form_of
 from fairaudit.reports.markdown import code, prose, table
 from fairaudit.reports.paper import print_page

@@ -22,7 +22,7 @@ from fairaudit.publications.counts import Source, decisions_of
 from fairaudit.publications.folder import page
 from fairaudit.publications.four_fifths import four_fifths
 from fairaudit.publications.public_report import private, public_files, public_markdown, public_report
-from fairaudit.publications.small import by_label, withholding_of
+from fairaudit.publications.withholding import by_label, withholding_of
 
 TABLES = 1_000 if os.environ.get("FAIRAUDIT_FULL") else 150
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from attacker import agreeing
 
-from fairaudit.publications.withheld import Arc, is_small, published
+from fairaudit.publications.circulation import Arc, is_small, published
 
 TABLES = 3_000 if os.environ.get("FAIRAUDIT_FULL") else 60
 

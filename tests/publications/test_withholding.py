@@ -22,7 +22,7 @@ from fairaudit.publications.adverse_impact import adverse_impact
 from fairaudit.publications.counts import Counts, Decisions
 from fairaudit.publications.four_fifths import four_fifths
 from fairaudit.publications.publication import Publication
-from fairaudit.publications.small import withholding_of
+from fairaudit.publications.withholding import withholding_of
 
 TABLES = 300 if os.environ.get("FAIRAUDIT_FULL") else 60
 

@@ -10,10 +10,10 @@ from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import decimal_text
-from fairaudit.publications.categories import RACES, SEXES, Attribute, UnmappedError, attributes
 from fairaudit.publications.counts import Counts, Decisions
-from fairaudit.publications.ll144 import People, Unknown
-from fairaudit.publications.small import Place
+from fairaudit.publications.ll144.categories import RACES, SEXES, Attribute, UnmappedError, attributes
+from fairaudit.publications.ll144.tables import People, Unknown
+from fairaudit.publications.withholding import Place
 
 __all__ = ["ABOVE", "Reading", "Scores", "left_out", "people_of", "read_labels", "scores_of"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fairaudit.errors import InputError
-from fairaudit.publications.categories import RACES, SEXES, Attribute, attributes
+from fairaudit.publications.ll144.categories import RACES, SEXES, Attribute, attributes
 
 COLUMNS = {"gender": SEXES, "race": RACES}
 

@@ -33,7 +33,7 @@ from ll144_examples import (
 import fairaudit as fa
 from fairaudit.cli import main
 
-GUIDE = Path(__file__).resolve().parents[2] / "docs" / "publish-ll144.md"
+GUIDE = Path(__file__).resolve().parents[3] / "docs" / "publish-ll144.md"
 
 LABELS = ("hisp", "white", "black", "nhpi", "asian", "aian", "two")
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from fairaudit.errors import InputError
-from fairaudit.publications.ll144_statement import Stated, day, findings, last_day, period, stated_text
+from fairaudit.publications.ll144.stated import Stated, day, findings, last_day, period, stated_text
 
 FULL = Stated(
     tool="Ranker",

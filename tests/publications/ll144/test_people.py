@@ -13,7 +13,7 @@ import pytest
 import fairaudit as fa
 from fairaudit.cli import main
 from fairaudit.errors import InputError
-from fairaudit.publications.ll144_people import left_out
+from fairaudit.publications.ll144.people import left_out
 
 LOG: dict[str, Any] = {
     "sex": ["Male", "Male", "Female", "Female", None, "Male", None, "declined", "Male"],

@@ -15,12 +15,12 @@ from attacker import agreeing, inside
 
 import fairaudit as fa
 from fairaudit.cli import main
-from fairaudit.publications.categories import RACES, SEXES
 from fairaudit.publications.counts import Decisions
-from fairaudit.publications.ll144 import People, Unknown, shown_of, three_tables
-from fairaudit.publications.ll144_page import Part, publish
-from fairaudit.publications.ll144_people import read_labels
-from fairaudit.publications.ll144_statement import Stated
+from fairaudit.publications.ll144.categories import RACES, SEXES
+from fairaudit.publications.ll144.page import Part, publish
+from fairaudit.publications.ll144.people import read_labels
+from fairaudit.publications.ll144.stated import Stated
+from fairaudit.publications.ll144.tables import People, Unknown, shown_of, three_tables
 from fairaudit.publications.publication import Publication
 
 TABLES = 25

@@ -10,12 +10,12 @@ from typing import Any
 from fairaudit.errors import shown
 from fairaudit.publications.counts import Decisions
 from fairaudit.publications.display import NONE, WITHHELD, exact_text, rate_text, ratio_text
-from fairaudit.publications.ll144 import ImpactTable, Line
-from fairaudit.publications.ll144_people import Reading, Scores
-from fairaudit.publications.ll144_statement import Stated, findings, last_day
+from fairaudit.publications.ll144.people import Reading, Scores
+from fairaudit.publications.ll144.stated import Stated, findings, last_day
+from fairaudit.publications.ll144.tables import ImpactTable, Line
+from fairaudit.publications.ll144.worst_case import WorstCase
 from fairaudit.publications.publication import Page, Publication, Section, Table
-from fairaudit.publications.small import least_shown
-from fairaudit.publications.unknown_people import WorstCase
+from fairaudit.publications.withholding import least_shown
 
 __all__ = ["Part", "publish"]
 

@@ -20,7 +20,7 @@ from ll144_examples import (
     rounded,
 )
 
-from fairaudit.publications.ll144 import ImpactTable, Unknown, impact_table, three_tables
+from fairaudit.publications.ll144.tables import ImpactTable, Unknown, impact_table, three_tables
 
 NOBODY = Unknown()
 

@@ -8,10 +8,10 @@ from fractions import Fraction
 from itertools import product
 from typing import Literal
 
-from fairaudit.publications.categories import RACES, SEXES
-from fairaudit.publications.small import Place, chosen_of_two, why_withheld
-from fairaudit.publications.unknown_people import WorstCase, worst_case
-from fairaudit.publications.withheld import Parts, is_small
+from fairaudit.publications.circulation import Parts, is_small
+from fairaudit.publications.ll144.categories import RACES, SEXES
+from fairaudit.publications.ll144.worst_case import WorstCase, worst_case
+from fairaudit.publications.withholding import Place, chosen_of_two, why_withheld
 
 __all__ = ["Count", "ImpactTable", "Line", "People", "Shown", "Unknown", "impact_table", "shown_of", "three_tables"]
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import fairaudit as fa
-from fairaudit.publications.unknown_people import WorstCase, worst_case
+from fairaudit.publications.ll144.worst_case import WorstCase, worst_case
 
 WORST = ("local_ratio", "<=")
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import chain
 
 from fairaudit.errors import InputError
+from fairaudit.publications.circulation import LEAST, Arc, Parts, is_small, published
 from fairaudit.publications.counts import Counts, Decisions, Source
-from fairaudit.publications.withheld import LEAST, Arc, Parts, is_small, published
 from fairaudit.tables.values import Label
 
 __all__ = [
