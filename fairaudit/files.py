@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, and such as are not long."""
 
 from __future__ import annotations
 
@@ -7,13 +7,50 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError
 
-__all__ = ["write_atomically", "write_together"]
+__all__ = ["read_bounded", "write_atomically", "write_together"]
+
+
+def read_bounded(
+    path: str | os.PathLike[str], most: int, what: str, accept: Callable[[os.stat_result, bytes], object] | None = None
+) -> bytes:
+    """Read a file that is not long.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    most : int
+        How many bytes it may have.
+    what : str
+        What it is, for messages.
+    accept : callable, optional
+        Is given the rights of the file that was opened and what was read, and refuses it by an `InputError`.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is longer.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            found, raw = os.fstat(file.fileno()), file.read(most + 1)
+            if accept is not None:
+                accept(found, raw)
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        raise InputError(f"{str(path)!r} is not a file name: {error}") from None
+    if len(raw) > most:
+        raise InputError(f"{path} is longer than {most} bytes, which no {what} is")
+    return raw
 
 
 def write_atomically(path: Path, lines: Any) -> None:

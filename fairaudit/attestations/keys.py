@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fairaudit.errors import InputError
+from fairaudit.files import read_bounded
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
@@ -264,23 +265,14 @@ def public_key_of(private: Ed25519PrivateKey) -> PublicKey:
 def _read(path: str | os.PathLike[str], *, private: bool) -> bytes:
     """Read the file of a key; that of a private one only where nobody else can."""
     _refuse_content(path)
-    try:
-        with Path(path).open("rb") as file:
-            found = os.fstat(file.fileno())
-            raw = file.read(MAX_BYTES + 1)
-            if private and re.match(rb"\s*-----BEGIN PUBLIC KEY-----", raw) and b"PRIVATE KEY" not in raw:
-                raise InputError(f"{path} is a public key, by which everybody checks; sign with the private one")
-            if private and _is_open_to_others(found):
-                raise InputError(f"{path} can be read by others, so that others may sign with it; `chmod 600` it, or make a new key")
-    except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{str(path)!r} is not a file name: {error}") from None
-    if len(raw) > MAX_BYTES:
-        raise InputError(f"{path} is longer than {MAX_BYTES} bytes, which no key is")
-    return raw
+
+    def accept(found: os.stat_result, raw: bytes) -> None:
+        if private and re.match(rb"\s*-----BEGIN PUBLIC KEY-----", raw) and b"PRIVATE KEY" not in raw:
+            raise InputError(f"{path} is a public key, by which everybody checks; sign with the private one")
+        if private and _is_open_to_others(found):
+            raise InputError(f"{path} can be read by others, so that others may sign with it; `chmod 600` it, or make a new key")
+
+    return read_bounded(path, MAX_BYTES, "key", accept)
 
 
 def _bytes(passphrase: str) -> bytes:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 from fairaudit import __version__
 from fairaudit.attestations.options import options_of
 from fairaudit.attestations.sources import Taken, bare_name, taken_of
-from fairaudit.attestations.statement import Rows, Stated, Statement, Subject, check_period
+from fairaudit.attestations.statement import Rows, Stated, Statement, Subject, split_period
 from fairaudit.attestations.strict import check_text
 from fairaudit.audits.sections import ATTESTATION_KEYS, with_files
 from fairaudit.certificates.certificate import Certificate
@@ -73,10 +73,7 @@ def stated_of(given: Mapping[str, Any], spelled: Mapping[str, str] | None = None
         if part in texts and whole not in texts:
             raise InputError(f"{names[part]} goes with {names[whole]}; give both")
     if "period" in texts:
-        start, slash, end = texts["period"].partition("/")
-        if not slash:
-            raise InputError(f"{names['period']} is {shown(texts['period'])}; START/END is accepted, such as 2025-01-01/2025-12-31")
-        texts["period"] = check_period(start, end)
+        texts["period"] = split_period(texts["period"], names["period"])
     return Stated(**texts)
 
 

@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -32,10 +33,10 @@ from fairaudit.tables.engines.request import Report
 from fairaudit.tables.preparation import words
 from fairaudit.tables.sources import Source as Tables
 from fairaudit.tables.sources import in_database, is_database, source_name
-from fairaudit.verified.verification import CertificateLike, opened, verification_of
+from fairaudit.verified.verification import CertificateLike, opened, table_lines, verification_of
 from fairaudit.words import brief
 
-__all__ = ["Recount", "Recounted", "attested_document", "lines_of", "recount", "recounted"]
+__all__ = ["Recount", "Recounted", "attested_document", "recount", "recounted"]
 
 NOT_SHOWN = "No recount shows whether the log is what really happened, or whether what the attestation only states is true."
 
@@ -189,7 +190,7 @@ def recount(
     statement, _ = stated_in(raw if signed is None or signed.payload is None else signed.payload, name)
     made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", None)
     held = made.table.lines if isinstance(made, Certificate) and made.table is not None else None
-    lines = held if table is None else lines_of(Path(table))
+    lines = held if table is None else partial(table_lines, Path(table))
     return recounted(attested_document(certificate, statement), lines, statement, source, query=query, engine=engine, memory=memory)
 
 
@@ -315,19 +316,6 @@ def _header(document: Mapping[str, Any], lines: Lines | None) -> Mapping[str, An
     if not isinstance(found, dict):
         raise InputError("this is no table of a certificate; fairaudit verify says what is wrong with it")
     return found
-
-
-def lines_of(path: Path) -> Lines:
-    """Read the file of a table line by line, each time that it is asked for."""
-
-    def lines() -> Iterator[bytes]:
-        try:
-            with path.open("rb") as file:
-                yield from file
-        except OSError as error:
-            raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
-
-    return lines
 
 
 def attested_document(certificate: CertificateLike, statement: Statement) -> dict[str, Any]:

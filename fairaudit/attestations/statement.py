@@ -26,6 +26,7 @@ __all__ = [
     "Statement",
     "Subject",
     "read_statement",
+    "split_period",
 ]
 
 STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
@@ -409,7 +410,7 @@ def _stated(held: Mapping[str, Any]) -> Stated:
         title=_said(held, "title", "title"),
         system=_said(system, "name", "system.name"),
         system_version=_said(system, "version", "system.version"),
-        period=None if period is None else check_period(period["start"], period["end"]),
+        period=None if period is None else _period(period["start"], period["end"]),
     )
 
 
@@ -422,19 +423,26 @@ def _said(held: Mapping[str, Any], key: str, where: str) -> str | None:
     return text
 
 
-def check_period(start: object, end: object) -> tuple[str, str]:
-    """Give the first and the last day of a period back.
+def split_period(text: str, name: str = "period") -> tuple[str, str]:
+    """Give the first and the last day of a period, such as ``2025-01-01/2025-12-31``.
 
     Raises
     ------
     InputError
-        If they are not such days.
+        If they are not such days; the message gives it this name.
 
     Examples
     --------
-    >>> check_period("2025-01-01", "2025-12-31")
+    >>> split_period("2025-01-01/2025-12-31")
     ('2025-01-01', '2025-12-31')
     """
+    start, slash, end = text.partition("/")
+    if not slash:
+        raise InputError(f"{name} is {shown(text)}; START/END is accepted, such as 2025-01-01/2025-12-31")
+    return _period(start, end)
+
+
+def _period(start: object, end: object) -> tuple[str, str]:
     first, last = _day(start), _day(end)
     if first > last:
         raise InputError(f"the period ends on {last}, before it begins on {first}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Literal
 
 from fairaudit.arguments import answered
@@ -12,6 +11,7 @@ from fairaudit.attestations.keys import read_public_key
 from fairaudit.attestations.statement import Statement, read_statement
 from fairaudit.attestations.strict import MAX_BYTES
 from fairaudit.errors import InputError
+from fairaudit.files import read_bounded
 from fairaudit.verified.verification import CertificateLike, Signed, Verification, verification_of
 
 __all__ = ["read_attestation", "signed_by", "stated_in", "verify"]
@@ -82,16 +82,7 @@ def read_attestation(path: str | os.PathLike[str]) -> bytes:
     InputError
         If it cannot be read.
     """
-    try:
-        with Path(path).open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
-        raise InputError(f"{str(path)!r} is not a file name: {error}") from None
-    if len(raw) > MAX_BYTES:
-        raise InputError(f"{path} is longer than {MAX_BYTES} bytes, which no attestation is")
-    return raw
+    return read_bounded(path, MAX_BYTES, "attestation")
 
 
 def stated_in(raw: bytes, name: str = "the attestation") -> tuple[Statement, Envelope | None]:

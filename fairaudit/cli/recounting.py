@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -59,12 +60,13 @@ def recount_of(arguments: argparse.Namespace, certificate: str, attestation: byt
     """
     if arguments.recount is None:
         return None
-    from fairaudit.attestations.recount import attested_document, lines_of, recounted
+    from fairaudit.attestations.recount import attested_document, recounted
     from fairaudit.attestations.verification import stated_in
     from fairaudit.errors import InputError
+    from fairaudit.verified.verification import table_lines
 
     source = arguments.recount if len(arguments.recount) > 1 else arguments.recount[0]
-    lines = None if arguments.table is None else lines_of(Path(arguments.table))
+    lines = None if arguments.table is None else partial(table_lines, Path(arguments.table))
     asked = {"query": arguments.query, "engine": arguments.engine or "auto", "memory": arguments.memory}
     try:
         statement, _ = stated_in(attestation, arguments.attestation)

@@ -19,7 +19,7 @@ from fairaudit.errors import FalseCertificate, InputError, TableNeeded, kind_of
 from fairaudit.inference.verdicts import Verdict
 from fairaudit.words import brief, plain
 
-__all__ = ["Certified", "Opened", "Signed", "Verification", "checked", "opened", "verification_of"]
+__all__ = ["Certified", "Opened", "Signed", "Verification", "checked", "opened", "table_lines", "verification_of"]
 
 
 class Certified(Protocol):
@@ -179,7 +179,7 @@ def opened(certificate: CertificateLike, table: str | os.PathLike[str] | None = 
     InputError
         If a file cannot be read, or this is no certificate.
     """
-    lines = None if table is None else _lines(Path(table))
+    lines = None if table is None else table_lines(Path(table))
     if isinstance(certificate, (str, os.PathLike)):
         if str(certificate).lstrip().startswith("{"):
             raise InputError("the text is a document and no file name; give json.loads(text), or the name of its file")
@@ -223,7 +223,14 @@ def _json_alone(raw: bytes) -> bytes:
     raise InputError("it is no certificate; give the .json that fairaudit certify wrote, and of a log run that first")
 
 
-def _lines(path: Path) -> Iterable[bytes]:
+def table_lines(path: Path) -> Iterable[bytes]:
+    """Read the file of a table line by line; one that no table has is cut.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
     try:
         with path.open("rb") as file:
             yield from iter(partial(file.readline, MAX_BYTES), b"")

@@ -8,6 +8,7 @@ from datetime import date
 from typing import Literal
 
 from fairaudit.attestations.statement import Stated as Attested
+from fairaudit.attestations.statement import split_period
 from fairaudit.attestations.strict import check_text
 from fairaudit.errors import InputError, shown
 
@@ -116,15 +117,8 @@ def period(text: str | None) -> tuple[date, date] | None:
     """
     if text is None:
         return None
-    start, slash, end = text.partition("/")
-    if not slash:
-        raise InputError(f"--period is {shown(text)}; START/END is accepted, such as 2025-01-01/2025-12-31")
-    first, last = day(start, "the start of --period"), day(end, "the end of --period")
-    if first is None or last is None:
-        return None
-    if first > last:
-        raise InputError(f"--period ends on {last}, before it begins on {first}")
-    return first, last
+    first, last = split_period(text, "--period")
+    return date.fromisoformat(first), date.fromisoformat(last)
 
 
 def last_day(audited: date) -> date | None:
