@@ -5,23 +5,34 @@ from __future__ import annotations
 import hashlib
 import re
 import stat
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from urllib.parse import unquote
 
 from fairaudit.attestations.statement import Source
 from fairaudit.attestations.strict import check_text
 from fairaudit.audits.origin import Files, database_name, files_of, names_of, paths_of, state_of
-from fairaudit.errors import InputError, shown
+from fairaudit.errors import IN_URL, InputError, shown
 from fairaudit.tables.sources import is_database
 
 __all__ = ["Taken", "bare_name", "database_name", "refuse_credentials", "take", "taken_of"]
 
-IN_URL = re.compile(r"://[^/@\s]*:[^/@\s]*@")
+SURE = re.compile(r"passw(?:or)?d|passphrase|passwort|kennwort|mot_?de_?passe|contrase\w{1,2}a|credential|identified\s+by", re.IGNORECASE)
 
-SECRET = re.compile(
-    r"(?<![a-z])(password|passwd|passphrase|pwd|secret|api_?key|access_?key|auth_?token|access_?token)\s*(=>?|:)", re.IGNORECASE
+BEFORE_VALUE = re.compile(
+    r"(pass|(?<![a-z])pw|pwd|secret|token|(?<![a-z])sig|signature|(?<![a-z])auth(?:orization)?|bearer(?=\s+\w)|"
+    r"(?:access|account|api|auth|encryption|master|private|sas|secret|shared|storage)[_-]?(?:access[_-]?)?key(?:_?id)?)"
+    r"(?:[\d_]*[\"'`\]]?\s*(?:=|:(?!:)|\s[\"'$])|(?<=[rR])\s+\w)",
+    re.IGNORECASE,
 )
+
+TOKEN = re.compile(
+    r"(?<![A-Za-z0-9])(gh[oprsu]_|github_pat_|glpat-|hf_|xox[abprs]-|sk-|AKIA|ASIA|AIza|dapi|eyJ)(?=[\w.-]{12})|(-----BEGIN)(?=[ \w]*KEY)"
+)
+
+USER_IN_URL = re.compile(r"://[^/@\s]+@")
 
 
 @dataclass(frozen=True)
@@ -111,6 +122,9 @@ def taken_of(files: Files | None, *, table: str | None = None, query: str | None
     InputError
         As `take`, and if a file was changed since it was looked at.
     """
+    if query is not None:
+        refuse_credentials(query, "the query", query=True)
+        check_text(query, "the query")
     if files is None:
         return Taken((Source("a table in memory"),), None, 0)
     found: list[Source] = []
@@ -124,7 +138,9 @@ def taken_of(files: Files | None, *, table: str | None = None, query: str | None
 
 
 def refuse_credentials(text: str, what: str, *, query: bool = False) -> None:
-    """Refuse a text that holds what looks like credentials: a user with a password in a URL and, in a query, a password in any form.
+    """Refuse a text that holds what looks like credentials: a user in a URL, a token, and in a query whatever could be a password.
+
+    Common forms are recognised, and more than these refused; nothing recognises all.
 
     Raises
     ------
@@ -136,16 +152,18 @@ def refuse_credentials(text: str, what: str, *, query: bool = False) -> None:
     >>> refuse_credentials("SELECT * FROM log", "the query", query=True)
     >>> refuse_credentials("SELECT * FROM dblink('password=hush', 'log')", "the query", query=True)
     Traceback (most recent call last):
-    fairaudit.errors.InputError: the query holds what looks like a password, which no attestation holds; leave it out
+    fairaudit.errors.InputError: the query holds what looks like a password (there is 'password'), which no attestation holds; leave it out
     """
-    if IN_URL.search(text) or (query and SECRET.search(text)):
-        raise InputError(f"{what} holds what looks like a password, which no attestation holds; leave it out")
+    forms = f"{text}\n{unicodedata.normalize('NFKC', text)}\n{unquote(text)}"
+    found = "a user before the @ of an address" if IN_URL.search(forms) or USER_IN_URL.search(forms) else ""
+    for pattern in (TOKEN, SURE, BEFORE_VALUE) if query else (TOKEN,):
+        if not found and (match := pattern.search(forms)):
+            found = shown(match[match.lastindex or 0])
+    if found:
+        raise InputError(f"{what} holds what looks like a password (there is {found}), which no attestation holds; leave it out")
 
 
 def _database(url: str, table: str | None, query: str | None) -> Source:
-    if query is not None:
-        refuse_credentials(query, "the query", query=True)
-        check_text(query, "the query")
     return Source(_name(database_name(url)), table=None if query is not None else table, query=query)
 
 

@@ -115,17 +115,77 @@ def test_what_could_be_a_secret_is_left_out_of_a_name(url: str) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["postgresql://me:hush@h/db", "x dblink('host=a password=hush')", "PWD: hush", "set api_key = 'hush'", "secret => 'hush'"],
+    [
+        "postgresql://me:hush@h/db",
+        "Postgres:/me:hush@h/db",
+        "postgres:me:hush@h/db",
+        "https://ghp_hush@host/x",
+        "x dblink('host=a password=hush')",
+        "select 1 /* PGPASSWORD=hush */",
+        "select 1 -- password hush",
+        "dbpassword=hush",
+        "alter user me PASSWORD 'hush'",
+        "identified  by hush",
+        '{"password": "hush"}',
+        '{"secret" : "hush"}',
+        "PWD: hush",
+        "pw=hush",
+        "db_pass=hush",
+        "pass = 'hush'",
+        "token=hush",
+        "secret => 'hush'",
+        "secret $$hush$$",
+        "read('az://c/x?sv=1&sig=hush')",
+        "AccountName=me;AccountKey=hush==",
+        "SharedAccessSignature=hush",
+        "set api_key = 'hush'",
+        "aws_secret_access_key:hush",
+        "Authorization: Bearer hush",
+        "bearer hushhush",
+        "ghp_hushhushhushhush",
+        "'eyJhushhushhush.hush'",
+        "AKIAhushhushhushhush",
+        "-----BEGIN EC PRIVATE KEY----- hush",
+        "ｐａｓｓｗｏｒｄ=hush",
+        "p%61ssword%3Dhush",
+        "postgresql%3A%2F%2Fme%3Ahush%40h",
+        "kennwort hush",
+    ],
 )
 def test_credentials_are_refused_and_not_repeated(text: str) -> None:
     with pytest.raises(InputError, match=r"^the query holds what looks like a password") as caught:
         refuse_credentials(text, "the query", query=True)
-    assert "hush" not in str(caught.value)
+    assert "hush" not in str(caught.value) and "(there is " in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["SELECT 1", "WHERE secretary = 'x'", "https://example.org/a:b@c", "WHERE forward = 1 -- backward: no"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "SELECT 1",
+        "WHERE secretary = 'x'",
+        "https://example.org/a:b@c",
+        "WHERE forward = 1 -- backward: no",
+        "SELECT pass, token::text, pwd FROM log WHERE passed = 1 AND passenger = 'x'",
+        "SELECT CASE WHEN score > 5 THEN 'pass' ELSE 'fail' END AS outcome",
+        "SELECT key, design, assign FROM log WHERE key = 3 AND design = 'x' AND author = 'y'",
+        "SELECT hired, sex FROM read_parquet('s3://bucket/log.parquet') WHERE day >= '2025-01-01 10:00:00'",
+        "SELECT count(*) FROM log WHERE mail LIKE '%@example.org' AND start::time > '10:00:00'::time",
+    ],
+)
 def test_other_texts_are_no_credentials(text: str) -> None:
     refuse_credentials(text, "the query", query=True)
+
+
+def test_what_looks_like_a_password_is_named() -> None:
+    with pytest.raises(InputError, match=r"there is 'pwd'"):
+        refuse_credentials("SELECT hired FROM log WHERE pwd = 'yes'", "the query", query=True)
+    for text in ("pass=1,fail=0", "password_reset", "token: yes"):  # labels and columns are none
+        refuse_credentials(text, "--utility")
+
+
+def test_a_query_over_a_table_in_memory_is_looked_at_too() -> None:
+    with pytest.raises(InputError, match="looks like a password"):
+        take({"a": [1]}, query="select 'password=hush'")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="names of files are texts there")
