@@ -19,15 +19,17 @@ from fairaudit.attestations.cells import TableDifference, compare_tables
 from fairaudit.attestations.making import counted_rows, rows_of_source
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.recounted_log import CountedLog, audit_in, check_query, count_audit, count_log
-from fairaudit.attestations.recounted_sources import Recounted, compare_sources, files_of_audit, pairs_of
+from fairaudit.attestations.recounted_sources import Recounted, compare_rows, compare_sources, files_of_audit, pairs_of
 from fairaudit.attestations.sources import take
 from fairaudit.attestations.statement import Rows, Statement
 from fairaudit.attestations.verification import read_attestation, signed_by, stated_in
 from fairaudit.audits.reading import uncollected
 from fairaudit.certificates.certificate import FORMAT, Certificate
-from fairaudit.certificates.table import canonical
+from fairaudit.certificates.table import Table, canonical
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded, shown
+from fairaudit.measures.rates import given_truth
 from fairaudit.model.law import Law
+from fairaudit.model.layout import Units
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.engines.request import Report
 from fairaudit.tables.preparation import words
@@ -292,7 +294,8 @@ def _compared(
         findings.append(Recounted("the table", False, detail))
     else:
         findings.append(Recounted("the table", True))
-    findings += [*_preparation(document, counted.law), *_units(document, counted), _rows(statement, counted)]
+    findings += [*_preparation(document, counted.law), *_positive(document, counted, statement.options)]
+    findings += [*_units(document, counted), *_rows(statement, counted)]
     return Recount(tuple(findings), (), difference, _unsaid(statement.options))
 
 
@@ -359,16 +362,18 @@ def _is_there(file: str) -> bool:
         return False
 
 
-def _rows(statement: Statement, counted: Any) -> Recounted:
-    """Compare how much was read, counted and dropped, and how many rows the only source had, where that was recorded."""
-    what, found = "how much was read, counted and dropped", counted_rows(counted)
+def _rows(statement: Statement, counted: Any) -> Iterator[Recounted]:
+    """Compare how much was read, counted and dropped, and how many rows each source had, where that was recorded."""
+    found = counted_rows(counted)
+    yield _amounts_of(statement, found)
+    yield from compare_rows(statement.sources, audit_in(statement.options), rows_of_source(counted, found, statement.options))
+
+
+def _amounts_of(statement: Statement, found: Rows) -> Recounted:
+    what = "how much was read, counted and dropped"
     if found != statement.rows:
         said = [f"{_amounts(rows)} in the {where}" for rows, where in ((statement.rows, "attestation"), (found, "log"))]
         return Recounted(what, False, "; ".join(said))
-    recorded = [source.rows for source in statement.sources if source.rows is not None]
-    own = rows_of_source(counted, found, statement.options)
-    if len(recorded) == 1 and own is not None and recorded[0] != own:
-        return Recounted(what, False, f"the attestation says that the source has {recorded[0]} rows; {own} were read")
     return Recounted(what, True)
 
 
@@ -389,14 +394,43 @@ def _preparation(document: Mapping[str, Any], law: Law) -> Iterator[Recounted]:
         yield Recounted("what was done to labels and rows", True)
 
 
+def _positive(document: Mapping[str, Any], counted: CountedLog, options: Mapping[str, Any]) -> Iterator[Recounted]:
+    """Compare which decisions and which true label are positive, of which the table says nothing."""
+    sections = options.get("audit", {"law": options})
+    said, theirs = sections.get("law", {}).get("positive"), document["subject"].get("positive")
+    if said is None and theirs is None:
+        return
+    what = "what is positive"
+    try:
+        found = given_truth(counted.law, counted.made.utility, said) if isinstance(counted.made, Table) else None
+    except InputError as error:
+        yield Recounted(what, False, str(error))
+        return
+    ours = None if found is None else {"decision": list(found.positive.decision), "truth": found.positive.truth}
+    detail = f"the certificate has {shown(theirs)}; by the attestation it is {shown(ours)}"
+    yield Recounted(what, True) if ours is not None and ours == theirs else Recounted(what, False, detail)
+
+
 def _units(document: Mapping[str, Any], counted: CountedLog) -> Iterator[Recounted]:
     """Compare what sampling units have in each cell, on which intervals rest and which the table does not show."""
-    listed = [entry["units"] for entry in document.get("intervals", {}).values() if "units" in entry]
-    if not listed:
-        return
-    law = counted.law
+    intervals, units, law = document.get("intervals", {}), counted.law.units, counted.law
+    listed = [entry["units"] for entry in intervals.values() if "units" in entry]
     own = None
-    if law.units is not None:
-        own = [[[n, list(rows)] for n, rows in law.units.profiles[cell]] for cell in np.flatnonzero(law.compared).tolist()]
-    same = all(units == own for units in listed)
-    yield Recounted("the sampling units", same, "" if same else "they have other numbers of rows in some cell")
+    if units is not None:
+        if wrong := [name for name, entry in intervals.items() if _counts_rows(name, entry, units)]:
+            detail = f"the certificate's interval of {shown(wrong[0])} takes rows as independent draws, and units of the log have several"
+            yield Recounted("the sampling units", False, detail)
+            return
+        own = [[[n, list(rows)] for n, rows in units.profiles[cell]] for cell in np.flatnonzero(law.compared).tolist()]
+    if listed:
+        same = all(entry == own for entry in listed)
+        yield Recounted("the sampling units", same, "" if same else "they have other numbers of rows in some cell")
+
+
+def _counts_rows(name: str, entry: Mapping[str, Any], units: Units) -> bool:
+    """Whether an interval takes rows as independent draws that are of one unit, which none does that was made of units."""
+    if entry.get("independent") and units.spanning:
+        return True
+    if name.startswith("local"):
+        return units.repeated and "units" not in entry and entry.get("region") != "paired"
+    return not units.once_per_group

@@ -16,7 +16,7 @@ from fairaudit.audits.sections import files_in, read_toml
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.sources import is_audit_file
 
-__all__ = ["Recounted", "compare_sources", "files_of_audit", "pairs_of"]
+__all__ = ["Recounted", "compare_rows", "compare_sources", "files_of_audit", "pairs_of"]
 
 Pairs = Mapping[int, Source | None]
 """For each source of a statement, by its place, what was given for it; None for an audit file, which need not be given."""
@@ -158,3 +158,27 @@ def _sections_in(path: str | None, said: Source, audit: Mapping[str, Any]) -> Re
         return Recounted(what, False, str(error))
     other = next((name for name in (*own, *audit) if own.get(name) != audit.get(name)), None)
     return Recounted(what, other is None, "" if other is None else f"the attestation has another section [{other}] than the file")
+
+
+def compare_rows(said: Sequence[Source], audit: Mapping[str, Any] | None, read: int | None) -> list[Recounted]:
+    """Compare how many rows sources are said to have with how many were read of all; what cannot be told of one is said.
+
+    Parameters
+    ----------
+    said : sequence of Source
+        The sources of the statement.
+    audit : mapping or None
+        The sections of an audit file, where the statement has some.
+    read : int or None
+        How many rows were read, where that is known.
+    """
+    sections = [(audit or {}).get(name) for name in ("law", "policy")]
+    tables = [section.get("table") for section in sections if isinstance(section, dict)]
+    recorded = [entry for entry in said if entry.rows is not None]
+    holding = [entry for entry in said if audit is None or entry.name in tables]
+    listed = [entry.rows for entry in holding if entry.rows is not None]
+    if read is not None and listed and (sum(listed) > read or (len(listed) == len(holding) and sum(listed) < read)):
+        return [Recounted("the rows of the sources", False, f"the attestation says that they have {sum(listed)}; {read} were read")]
+    if read is not None and listed and len(holding) == 1:
+        recorded = [entry for entry in recorded if entry is not holding[0]]
+    return [Recounted(f"the {entry.rows} rows of {shown(entry.name)}", None, "they are not counted by themselves") for entry in recorded]

@@ -157,3 +157,39 @@ def test_no_verdict_is_given_where_anything_is_false(folder: Path, capsys: pytes
     assert verdict(1, *wrong) == (False, "none", "within")
     (folder / "log.csv").write_text(LOG.replace("no", "yes", 1))
     assert verdict(1, *right, "--recount", "log.csv") == (False, "none", "within")
+
+
+@pytest.mark.parametrize(
+    ("rows", "equal"), [((10, None), None), ((39, 2), False), ((41, None), False), ((30, 9), False), ((30, 10), None), ((None, None), True)]
+)
+def test_rows_of_several_sources_are_no_more_than_were_read(
+    folder: Path, check: Callable[..., Found], rows: tuple[int | None, int | None], equal: bool | None
+) -> None:
+    head, *lines = LOG.splitlines(keepends=True)
+    for name, held in (("one.csv", lines[:10]), ("two.csv", lines[10:])):
+        (folder / name).write_text(head + "".join(held))
+    statement = attest("one.csv", "two.csv", *ROLES)
+    for source, count in zip(statement["predicate"]["sources"], rows, strict=True):
+        assert source["rows"] is None
+        source["rows"] = count
+    rewrite(statement)
+    code, found = check("one.csv", "two.csv")
+    own = {what: result for what, (result, _) in found.items() if " rows of " in what or "the rows" in what}
+    assert code == (1 if equal is False else 0)
+    if equal is None:
+        assert own == {f"the {count} rows of '{name}'": None for name, count in zip(("one.csv", "two.csv"), rows, strict=True) if count}
+    else:
+        assert own == ({} if equal else {"the rows of the sources": False})
+
+
+def test_rows_of_an_audit_file_are_not_counted(folder: Path, check: Callable[..., Found]) -> None:
+    (folder / "audit.toml").write_text(AUDIT)
+    statement = attest("audit.toml")
+    assert [source["rows"] for source in statement["predicate"]["sources"]] == [40, None]
+    statement["predicate"]["sources"][1]["rows"] = 7
+    rewrite(statement)
+    code, found = check("audit.toml")
+    assert (code, found["the 7 rows of 'audit.toml'"][0]) == (0, None)
+    statement["predicate"]["sources"][0]["rows"] = 41
+    rewrite(statement)
+    assert check("audit.toml")[0] == 1
