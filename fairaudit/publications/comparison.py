@@ -313,27 +313,24 @@ def reading(comparisons: int, with_whom: str) -> tuple[str, ...]:
     )
 
 
+FINDINGS: tuple[tuple[str, Callable[[Pair, Judged], Any]], ...] = (
+    ("below_four_fifths", lambda pair, _: pair.below(FOUR_FIFTHS)),
+    ("fisher_p", lambda _, found: found.p),
+    ("fisher_p_at_most_1_20", lambda _, found: found.significant),
+    ("holm_p", lambda _, found: found.adjusted),
+    ("holm_p_at_most_1_20", lambda _, found: found.significant_adjusted),
+    ("squared_deviations", lambda pair, _: pair.squared_deviations),
+    ("more_than_two_standard_deviations", lambda pair, _: far_apart(pair)),
+    ("shortfall", lambda pair, _: pair.shortfall),
+    ("missing_to_four_fifths", lambda pair, _: pair.further(FOUR_FIFTHS)),
+    ("one_person", lambda pair, _: pair.one_person),
+)
+"""What is found of a comparison: truth values, whole numbers, rationals and probabilities."""
+
 FIGURES = (
-    "applicants",
-    "selected",
-    "rate",
-    "ratio",
-    "compared_with",
-    "below_four_fifths",
-    "fisher_p",
-    "fisher_p_at_most_1_20",
-    "holm_p",
-    "holm_p_at_most_1_20",
-    "standard_deviations",
-    "more_than_two_standard_deviations",
-    "shortfall",
-    "missing_to_four_fifths",
-    "one_person",
-    "rate_exact",
-    "ratio_exact",
-    "squared_deviations_exact",
-    "shortfall_exact",
-    "status",
+    *("applicants", "selected", "rate", "ratio", "compared_with"),
+    *("standard_deviations" if name == "squared_deviations" else name for name, _ in FINDINGS),
+    *("rate_exact", "ratio_exact", "squared_deviations_exact", "shortfall_exact", "status"),
 )
 
 
@@ -390,22 +387,26 @@ def _csv_figures(line: Line, reference: Line | None) -> list[str]:
         "status": line.status,
     }
     if line.pair and line.judged and reference:
+        square, shortfall = line.pair.squared_deviations, line.pair.shortfall
+        figures |= {name: _cell(value(line.pair, line.judged)) for name, value in FINDINGS}
         figures |= {
             "compared_with": name_of(reference.group),
-            "below_four_fifths": _yes(line.pair.below(FOUR_FIFTHS)),
-            "fisher_p": _rounded(line.judged.p),
-            "fisher_p_at_most_1_20": _yes(line.judged.significant),
-            "holm_p": _rounded(line.judged.adjusted),
-            "holm_p_at_most_1_20": _yes(line.judged.significant_adjusted),
-            "standard_deviations": _without(deviations_text(line.pair.squared_deviations)),
-            "more_than_two_standard_deviations": _yes(far_apart(line.pair)),
-            "shortfall": half_up(line.pair.shortfall, 1, (Fraction(0),)),
-            "missing_to_four_fifths": str(line.pair.further(FOUR_FIFTHS)),
-            "one_person": _yes(line.pair.one_person),
-            "squared_deviations_exact": exact_text(line.pair.squared_deviations) or "",
-            "shortfall_exact": exact_text(line.pair.shortfall) or "",
+            "standard_deviations": _without(deviations_text(square)),
+            "shortfall": half_up(shortfall, 1, (Fraction(0),)),
+            "squared_deviations_exact": exact_text(square) or "",
+            "shortfall_exact": exact_text(shortfall) or "",
         }
     return [figures.get(name, "") for name in FIGURES]
+
+
+def _cell(value: Any) -> str:
+    """A finding for a spreadsheet."""
+    return _yes(value) if isinstance(value, bool) else _rounded(value) if isinstance(value, Probability) else str(value)
+
+
+def _json(value: Any) -> Any:
+    """A finding for programs."""
+    return _ends(value) if isinstance(value, Probability) else exact_text(value) if isinstance(value, Fraction) else value
 
 
 def _rounded(p: Probability) -> str:
@@ -444,18 +445,7 @@ def _entry(sheet: Sheet, line: Line) -> dict[str, Any]:
         "status": line.status,
     }
     if line.pair and line.judged:
-        entry["findings"] = {
-            "below_four_fifths": line.pair.below(FOUR_FIFTHS),
-            "fisher_p": _ends(line.judged.p),
-            "fisher_p_at_most_1_20": line.judged.significant,
-            "holm_p": _ends(line.judged.adjusted),
-            "holm_p_at_most_1_20": line.judged.significant_adjusted,
-            "squared_deviations": exact_text(line.pair.squared_deviations),
-            "more_than_two_standard_deviations": far_apart(line.pair),
-            "shortfall": exact_text(line.pair.shortfall),
-            "missing_to_four_fifths": line.pair.further(FOUR_FIFTHS),
-            "one_person": line.pair.one_person,
-        }
+        entry["findings"] = {name: _json(value(line.pair, line.judged)) for name, value in FINDINGS}
     return entry
 
 
