@@ -91,7 +91,7 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
     from fairaudit.errors import InputError
     from fairaudit.publications.counts import decisions_of
     from fairaudit.publications.ll144.page import Part, publish
-    from fairaudit.publications.ll144.people import people_of, read_labels, scores_of
+    from fairaudit.publications.ll144.people import cut_at, people_of, read_labels, scores_of
     from fairaudit.publications.ll144.tables import shown_of, three_tables
     from fairaudit.publications.withholding import by_label, remark_on_small
 
@@ -130,7 +130,7 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
         Part(favourable, three_tables(people, apart, available=available, exclude=exclude, shown=shown, **recorded), label)
         for (label, favourable), (people, apart) in zip(selections, counted, strict=True)
     ]
-    remarks = _contradictions(source, stated)
+    remarks = (*cut_at(source.document), *_contradictions(source, stated))
     return publish(stated, decisions, reading, parts, scores, available=available, remarks=remarks, least=arguments.small), remark
 
 

@@ -18,12 +18,12 @@ from typing import Any
 from fairaudit.errors import InputError
 from fairaudit.publications.counts import Source
 from fairaudit.publications.publication import Page, Publication
-from fairaudit.publications.withholding import CHECKED, WHO, Private
+from fairaudit.publications.withholding import BESIDES, CHECKED, WHO, Private
 from fairaudit.reports.page import UNBROKEN, digest, provenance_html, templates
 from fairaudit.reports.provenance import TITLE as PROVENANCE
 from fairaudit.reports.provenance import Provenance, provenance_of
 from fairaudit.reports.words import clip
-from fairaudit.tables.preparation import said
+from fairaudit.tables.preparation import said, uncounted
 from fairaudit.words import plain
 
 __all__ = ["attested", "check_folder", "contents", "harmless", "page", "summary", "write_folder"]
@@ -165,7 +165,7 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
     stated = attested(source)
     css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
     subject = source.document["subject"]
-    says: dict[str, Any] = {"said": CHECKED, "who": WHO}
+    says: dict[str, Any] = {"said": CHECKED, "who": WHO, "prepared": uncounted(subject), "besides": BESIDES}
     if private is None:
         says = {
             "said": source.said,

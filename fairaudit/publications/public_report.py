@@ -17,6 +17,7 @@ from fairaudit.publications.display import NONE, WITHHELD, rate_text, ratio_text
 from fairaudit.publications.folder import page
 from fairaudit.publications.publication import Page, Section, Table
 from fairaudit.publications.withholding import (
+    BESIDES,
     CHECKED,
     MOST_CELLS,
     WHO,
@@ -31,6 +32,7 @@ from fairaudit.reports.endings import Form, form_of
 from fairaudit.reports.markdown import code, prose, table
 from fairaudit.reports.paper import print_page
 from fairaudit.reports.words import clip, scope
+from fairaudit.tables.preparation import uncounted
 from fairaudit.words import THIS_TABLE
 
 __all__ = ["public_files", "public_markdown", "public_report", "text_of"]
@@ -242,6 +244,9 @@ def public_markdown(made: Page, source: Source, least: int) -> str:
                 table(tuple(map(prose, found.head)), [(code(row[0]), *row[1:]) for row in found.rows]),
                 *found.notes,
             ]
+    prepared = uncounted(source.document["subject"])
+    if prepared:
+        lines += ["### What was done before it was counted", "\n".join(f"* {prose(text)}" for text in prepared), BESIDES]
     digest = source.document["subject"]["table"]["sha256"]
     commands = "\n".join(f"    {line}" for line in private(least).commands)
     lines += ["### Who can check this", *WHO, commands, f"Salted digest of the table, SHA-256: `{digest}`"]

@@ -12,6 +12,7 @@ from fairaudit.publications.counts import Counts, Decisions, Source
 from fairaudit.tables.values import Label
 
 __all__ = [
+    "BESIDES",
     "CHECKED",
     "MOST_CELLS",
     "WHO",
@@ -47,6 +48,9 @@ WHO = (
     ),
 )
 """Who can check a page that withholds counts."""
+
+BESIDES = "How many decisions were left out, if any, is not said here."
+"""What a page that withholds counts says of what was done before they were counted."""
 
 CHECKED = "Checked when this was made: every statement of the certificate is true of its table (fairaudit verify)."
 

@@ -22,6 +22,7 @@ __all__ = [
     "merged_labels",
     "said",
     "scored",
+    "uncounted",
     "unknown_groups",
     "unread",
     "words",
@@ -179,6 +180,18 @@ def said(about: Mapping[str, Any]) -> tuple[str, ...]:
     ("column 'race': 'BLACK' and 'Black' count as different labels, and differ in spelling alone",)
     """
     return (*map(_spelt, about.get("spellings", ())), *map(words, about.get("preparation", ())))
+
+
+def uncounted(about: Mapping[str, Any]) -> tuple[str, ...]:
+    """What the subject of a certificate says was done, without what says how many decisions something was done to.
+
+    Examples
+    --------
+    >>> entries = [above("points", Fraction(70)), level("sex", "(missing)", "decisions", Fraction(3))]
+    >>> uncounted({"preparation": entries})
+    ("a number in column 'points' above 70 counts as 'above', any other as 'not above'",)
+    """
+    return tuple(words(entry) for entry in about.get("preparation", ()) if entry["step"] in ("above", "intervals", "mapped", "folded"))
 
 
 def _spelt(entry: Mapping[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import io
 import json
 import os
@@ -223,3 +224,30 @@ def test_an_attestation_is_refused_beside_withheld_counts(tmp_path: Path, capsys
     assert main([*given, "--small", "10", "--attestation", attestation]) == 2
     assert "tells counts that are withheld" in capsys.readouterr().err and not (tmp_path / "out").exists()
     assert main([*given, "--small", "10"]) == 0
+
+
+def test_what_was_done_to_decisions_is_said_where_it_tells_no_number(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, names, certificate, out = (tmp_path / name for name in ("scores.csv", "map.toml", "c.json", "out"))
+    rows = [f"{points},{sex}\n" for points in (60, 70, 80, 90) for sex in ("w", "Female", "m")] * 15 + ["81,\n"] * 17
+    log.write_text("points,sex\n" + "".join(rows))
+    names.write_text('[sex]\nw = "Female"\nm = "Male"\n')
+    made = ["certify", str(log), "--score", "points", "--above", "70", "--group", "sex", "--map", str(names), "--missing", "drop"]
+    assert main([*made, "--confidence", "none", "--no-table", "-o", str(certificate)]) == 0
+    given = [str(certificate), "--table", str(tmp_path / "c.table.jsonl"), "--small", "10"]
+    out.mkdir()
+    pages = []
+    for rule in (["four-fifths"], ["ll144", "--sex", "sex"]):
+        assert main(["publish", *given, "--rule", *rule, "-o", str(out / rule[0])]) == 0
+        pages.append((out / rule[0] / "index.html").read_text("utf-8"))
+    capsys.readouterr()
+    for form in ("html", "markdown"):
+        assert main(["report", *given, "--format", form]) == 0
+        pages.append(capsys.readouterr().out)
+    assert "Scores were cut at 70." in pages[1]
+    for page in pages:
+        assert "'points' above 70 counts as 'above', any other as 'not above'" in html.unescape(page)
+        assert "'w' counts as 'Female'" in html.unescape(page)
+        assert (
+            "How many decisions were left out, if any, is not said" in page
+            and "17" not in page.rpartition("</style>")[2].split("SHA-256")[0]
+        )

@@ -15,7 +15,7 @@ from fairaudit.publications.ll144.categories import RACES, SEXES, Attribute, Unm
 from fairaudit.publications.ll144.tables import People, Unknown
 from fairaudit.publications.withholding import Place
 
-__all__ = ["ABOVE", "Reading", "Scores", "left_out", "people_of", "read_labels", "scores_of"]
+__all__ = ["ABOVE", "Reading", "Scores", "cut_at", "left_out", "people_of", "read_labels", "scores_of"]
 
 
 AGAIN = (
@@ -118,9 +118,6 @@ def _remarks(preparation: Sequence[Mapping[str, Any]], decisions: Decisions) -> 
     for entry in preparation:
         if entry["step"] == "level" and entry["column"] not in (*decisions.columns, *decisions.contexts):
             yield f"Of {entry['decisions']} people no decision is recorded; they count as people with the decision {shown(entry['label'])}."
-        if entry["step"] == "above":
-            limit = decimal_text(Fraction(entry["limit"]))
-            yield f"Scores were cut at {limit}. The rule's scoring rate is of scores above the median of all who were scored."
 
 
 def left_out(preparation: Sequence[Mapping[str, Any]], groups: Collection[str]) -> tuple[int, tuple[str, ...]]:
@@ -187,6 +184,20 @@ def people_of(reading: Reading, counts: Counts) -> tuple[People, Unknown]:
         found[sex, race] = before[0] + s, before[1] + n
     apart, selected = counts.unknown
     return found, Unknown(selected, apart - selected, reading.left_out)
+
+
+def cut_at(document: Mapping[str, Any]) -> Iterator[str]:
+    """Say that scores were cut at a number, where they were.
+
+    Examples
+    --------
+    >>> next(cut_at({"subject": {"preparation": [{"step": "above", "column": "points", "limit": "129/2"}]}}))
+    "Scores were cut at 64.5. The rule's scoring rate is of scores above the median of all who were scored."
+    """
+    for entry in document["subject"].get("preparation", ()):
+        if entry["step"] == "above":
+            limit = decimal_text(Fraction(entry["limit"]))
+            yield f"Scores were cut at {limit}. The rule's scoring rate is of scores above the median of all who were scored."
 
 
 def scores_of(document: Mapping[str, Any]) -> Scores | None:
