@@ -20,7 +20,7 @@ from fairaudit.files import read_bounded
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-__all__ = ["NewKey", "PublicKey", "check_extra", "new_key", "new_passphrase", "public_key_of", "read_private_key", "read_public_key"]
+__all__ = ["NewKey", "PublicKey", "new_key", "new_passphrase", "public_key_of", "read_private_key", "read_public_key"]
 
 MAX_BYTES = 1 << 16  # of a file that holds a key
 

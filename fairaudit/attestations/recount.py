@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 
 from fairaudit.arguments import answered
-from fairaudit.attestations.cells import TableDifference, compare_tables
 from fairaudit.attestations.making import counted_rows, rows_of_source
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.recounted_log import CountedLog, audit_in, check_query, count_audit, count_log
 from fairaudit.attestations.recounted_sources import Recounted, compare_rows, compare_sources, files_of_audit, pairs_of
 from fairaudit.attestations.sources import take
 from fairaudit.attestations.statement import Rows, Statement
+from fairaudit.attestations.table_difference import TableDifference, compare_tables
 from fairaudit.attestations.verification import read_attestation, signed_by, stated_in
 from fairaudit.audits.reading import uncollected
 from fairaudit.certificates.certificate import FORMAT, Certificate
@@ -38,7 +38,7 @@ from fairaudit.tables.sources import in_database, is_database, source_name
 from fairaudit.verified.verification import CertificateLike, opened, table_lines, verification_of
 from fairaudit.words import brief
 
-__all__ = ["Recount", "Recounted", "attested_document", "recount", "recounted"]
+__all__ = ["Recount", "attested_document", "recount", "recounted"]
 
 NOT_SHOWN = "No recount shows whether the log is what really happened, or whether what the attestation only states is true."
 

@@ -17,7 +17,7 @@ from fairaudit.audits.origin import Files, database_name, files_of, names_of, pa
 from fairaudit.errors import IN_URL, InputError, shown
 from fairaudit.tables.sources import is_database
 
-__all__ = ["Taken", "bare_name", "database_name", "refuse_credentials", "take", "taken_of"]
+__all__ = ["Taken", "bare_name", "refuse_credentials", "take", "taken_of"]
 
 SURE = re.compile(r"passw(?:or)?d|passphrase|passwort|kennwort|mot_?de_?passe|contrase\w{1,2}a|credential|identified\s+by", re.IGNORECASE)
 

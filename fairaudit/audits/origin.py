@@ -20,7 +20,7 @@ from fairaudit.tables.sources import database_file, in_database, is_audit_file
 if TYPE_CHECKING:
     from fairaudit.audits.reading import Reading
 
-__all__ = ["Files", "Origin", "database_name", "files_behind", "files_of", "origin_of", "state_of"]
+__all__ = ["Files", "Origin", "database_name", "files_behind", "files_of", "names_of", "origin_of", "paths_of", "state_of"]
 
 State = tuple[int, ...]
 

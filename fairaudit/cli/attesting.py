@@ -74,7 +74,13 @@ class Attesting:
 
 
 def refuse_attestation(arguments: argparse.Namespace, why: str) -> None:
-    """Refuse a statement where there is none."""
+    """Refuse a statement where there is none.
+
+    Raises
+    ------
+    InputError
+        If one is asked for.
+    """
     from fairaudit.errors import InputError
 
     if arguments.attest is not None:

@@ -37,7 +37,13 @@ def documents(arguments: argparse.Namespace) -> list[str]:
 
 
 def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> None:
-    """Refuse outputs that cannot be written, or must not be, before the work is done; more are written than those that were named."""
+    """Refuse outputs that cannot be written, or must not be, before the work is done; more are written than those that were named.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
     from fairaudit.certificates.certificate import table_beside
     from fairaudit.errors import InputError
     from fairaudit.reports.endings import form_of
@@ -77,7 +83,13 @@ def check_forms(names: Sequence[str]) -> None:
 
 
 def refuse_twice(names: Sequence[str]) -> None:
-    """Refuse a file that is named twice."""
+    """Refuse a file that is named twice.
+
+    Raises
+    ------
+    InputError
+        If one is.
+    """
     from fairaudit.errors import InputError
 
     for i, name in enumerate(names):

@@ -19,7 +19,7 @@ from fairaudit.errors import FalseCertificate, InputError, TableNeeded, kind_of
 from fairaudit.inference.verdicts import Verdict
 from fairaudit.words import brief, plain
 
-__all__ = ["Certified", "Opened", "Signed", "Verification", "checked", "opened", "table_lines", "verification_of"]
+__all__ = ["CertificateLike", "Certified", "Opened", "Signed", "Verification", "checked", "opened", "table_lines", "verification_of"]
 
 
 class Certified(Protocol):

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fairaudit.attestations.sources import database_name, refuse_credentials, take
+from fairaudit.attestations.sources import refuse_credentials, take
+from fairaudit.audits.origin import database_name
 from fairaudit.errors import InputError
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fairaudit import InputError, Law
-from fairaudit.attestations.cells import TableDifference, compare_tables
+from fairaudit.attestations.table_difference import TableDifference, compare_tables
 from fairaudit.certificates.table import Table
 from fairaudit.model.utility import Utility
 
