@@ -36,7 +36,7 @@ class Files:
     listed : mapping of str to tuple of str
         The files for which each of them stands; of databases none.
     states : mapping of str to tuple of int
-        Where each of these is, how long, and when it was changed last; nothing of what can be read only once.
+        Where each of these is, how long, when it was changed last, and by which links it is named; nothing of what can be read only once.
     read : set of tuple of int
         Where all that is read lies, databases among it.
     """
@@ -182,14 +182,16 @@ def files_behind(given: str) -> list[str]:
 
 
 def state_of(path: str) -> State:
-    """Where a file is, how long, and when it was changed last; empty for what is not there, or is no file."""
+    """Where a file is, how long, when it was changed last, and the links by which it is named; empty for what is not there, or no file."""
     try:
         found = Path(path).stat()
+        links = [link.lstat() for link in (Path(path), *Path(path).parents) if link.is_symlink()]
     except (OSError, ValueError):
         return ()
     if not stat.S_ISREG(found.st_mode):
         return ()
-    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+    by = [number for link in links for number in (link.st_ino, link.st_ctime_ns)]
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns, *by
 
 
 def _held_in(audit: str, *, tables: bool) -> list[str]:

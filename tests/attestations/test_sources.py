@@ -50,6 +50,23 @@ def test_a_change_is_seen(tmp_path: Path, change: str) -> None:
         taken.unchanged()
 
 
+@pytest.mark.parametrize("inner", ["log.csv", "folder/log.csv"])
+def test_a_link_that_led_elsewhere_meanwhile_is_seen(tmp_path: Path, inner: str) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name / "folder").mkdir(parents=True)
+        (tmp_path / name / inner).write_text(f"{name}\n")
+    link = tmp_path / Path(inner).parts[0]
+    link.symlink_to(tmp_path / "one" / Path(inner).parts[0])
+    taken = take(tmp_path / inner)
+    taken.unchanged()
+    for name in ("two", "one"):
+        (tmp_path / "new").symlink_to(tmp_path / name / Path(inner).parts[0])
+        (tmp_path / "new").replace(link)
+    assert (tmp_path / inner).read_text() == "one\n"
+    with pytest.raises(InputError, match=r"log\.csv was changed while it was read"):
+        taken.unchanged()
+
+
 def test_a_pattern_that_comes_to_stand_for_more_is_seen(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("a\n")
     taken = take(str(tmp_path / "*.csv"))
