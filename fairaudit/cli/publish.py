@@ -231,12 +231,13 @@ def _answer(folder: str, publication: Publication, files: dict[str, bytes], note
     import json
     from hashlib import sha256
 
+    from fairaudit.publications.publication import AMISS
     from fairaudit.words import plain
 
     said = f"Written to {folder}: {', '.join(files)}"
     return Answer(
         "publish",
-        sentence=f"{publication.page.title}: {folder} was written.",
+        sentence=publication.page.lead.removesuffix(AMISS),
         notes=notes,
         result=lambda: {
             "folder": folder,

@@ -199,9 +199,9 @@ def section(sheet: Sheet, with_whom: str, comparisons: int, about_small: str = "
             "p ≤ 0.05",
             *(("Holm-adjusted p", "Adjusted p ≤ 0.05") if comparisons > 1 else ()),
             "Standard deviations",
-            "More than two",
+            "More than two standard deviations",
             "Shortfall",
-            "Missing to 4/5",
+            "Further selected for 4/5",
             "Hangs on one person",
         ),
         tuple(_findings(line.group, line.pair, line.judged, adjusted=comparisons > 1) for line in compared if line.pair and line.judged),
@@ -288,7 +288,7 @@ def reading(comparisons: int, with_whom: str) -> tuple[str, ...]:
     said = (
         (
             "Below 4/5: the rate is less than four fifths of the other, decided on the counts, so that exactly four fifths is not below. "
-            "Missing to 4/5: the least number of people of the group who would have to be selected besides, and it would not be below."
+            "Further selected for 4/5: the least number of people of the group who, selected besides, would raise it to that."
         ),
         (
             "Fisher p: if the people selected had been drawn by lot from both groups together, how probable it were to see what is no more "

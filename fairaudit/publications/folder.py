@@ -17,13 +17,14 @@ from typing import Any
 
 from fairaudit.errors import InputError
 from fairaudit.publications.counts import Source
-from fairaudit.publications.publication import Page, Publication
+from fairaudit.publications.display import NONE, WITHHELD
+from fairaudit.publications.publication import Page, Publication, Table
 from fairaudit.publications.withholding import BESIDES, CHECKED, WHO, Private
 from fairaudit.reports.page import UNBROKEN, digest, provenance_html, templates
 from fairaudit.reports.provenance import TITLE as PROVENANCE
 from fairaudit.reports.provenance import Provenance, provenance_of
 from fairaudit.reports.words import clip
-from fairaudit.tables.preparation import said, uncounted
+from fairaudit.tables.preparation import parted, said, uncounted
 from fairaudit.words import plain
 
 __all__ = ["attested", "check_folder", "contents", "harmless", "page", "summary", "write_folder"]
@@ -34,6 +35,13 @@ CERTIFICATE, TABLE = "certificate.json", "certificate.table.jsonl"
 
 RUN = "=+-@\t\r\n＝＋－＠"
 """What begins a cell that a spreadsheet would compute."""
+
+OPTION = re.compile(r"(?<![\w-])--[a-z0-9-]*[a-z0-9]")
+"""The name of an option, which is not broken where a line ends."""
+
+FIGURE = re.compile(r"(<\N{NO-BREAK SPACE})?-?[0-9][0-9.,]*( %)?$")
+
+NO_FIGURES = {NONE, WITHHELD, "left out", "none"}
 
 NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+|/[0-9]+)?")
 
@@ -172,7 +180,7 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
             "provenance": None if stated is None else provenance_html(stated, saved=False),
             "stated": stated,
             "whose": PROVENANCE,
-            "prepared": said(subject),
+            "prepared": said({**subject, "preparation": map(parted, subject.get("preparation", ()))}),
             "sha256": source.sha256,
             "apart": TABLE if source.table is not None else "",
         }
@@ -181,6 +189,8 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
         cell=clip,
         plain=plain,
         unbroken=UNBROKEN,
+        right=_is_of_figures,
+        whole=lambda text: markup(OPTION.sub(r'<span class="nb">\g<0></span>', str(markup.escape(plain(text))))),
         private=private,
         again=again,
         beside=beside,
@@ -190,6 +200,12 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
         **says,
     )
     return text
+
+
+def _is_of_figures(table: Table, column: int) -> bool:
+    """Whether a column of a table holds figures, which stand below each other by their last digits."""
+    cells = [row[column] for row in table.rows]
+    return column > 0 and any(FIGURE.match(cell) for cell in cells) and all(FIGURE.match(cell) or cell in NO_FIGURES for cell in cells)
 
 
 def attested(source: Source) -> Provenance | None:

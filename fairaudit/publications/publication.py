@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Page", "Publication", "Section", "Table"]
+__all__ = ["AMISS", "Page", "Publication", "Section", "Table"]
+
+AMISS = " What is missing or remarkable:"
+"""Ends a lead below which that stands."""
 
 
 @dataclass(frozen=True)

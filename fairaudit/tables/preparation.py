@@ -20,6 +20,7 @@ __all__ = [
     "left_out",
     "level",
     "merged_labels",
+    "parted",
     "said",
     "scored",
     "uncounted",
@@ -40,6 +41,8 @@ MISSING = "missing label"
 UNIT_OF_LINES = "lines"
 
 LEFT_OUT = " and were left out"
+
+AMOUNTS = ("decisions", "rows", UNIT_OF_LINES, "of")
 
 
 def intervals(column: str, edges: Sequence[Fraction]) -> Entry:
@@ -192,6 +195,22 @@ def uncounted(about: Mapping[str, Any]) -> tuple[str, ...]:
     ("a number in column 'points' above 70 counts as 'above', any other as 'not above'",)
     """
     return tuple(words(entry) for entry in about.get("preparation", ()) if entry["step"] in ("above", "intervals", "mapped", "folded"))
+
+
+def parted(entry: Mapping[str, Any]) -> Entry:
+    """An entry whose whole numbers have their thousands apart, to be said in words.
+
+    Examples
+    --------
+    >>> words(parted(unread("unreadable", 12000)))
+    '12,000 lines of the log could not be counted and were left out (unreadable)'
+    """
+
+    def apart(amount: str) -> str:
+        return f"{int(amount):,}" if amount.isdecimal() else amount
+
+    columns = {"columns": {column: apart(amount) for column, amount in entry["columns"].items()}} if "columns" in entry else {}
+    return {key: apart(value) if key in AMOUNTS else value for key, value in entry.items()} | columns
 
 
 def _spelt(entry: Mapping[str, Any]) -> str:

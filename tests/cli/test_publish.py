@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ def certified(log: Path, to: Path, *more: str) -> Path:
 def published(certificate: Path, to: Path, *more: str) -> tuple[dict[str, Any], str]:
     assert main(["publish", str(certificate), "-o", str(to), *more]) == 0
     page = (to / "index.html").read_text("utf-8").replace("<bdi>", "").replace("</bdi>", "")
+    page = re.sub(r"</?span[^>]*>", "", page)
     return json.loads((to / "summary.json").read_text()), page
 
 
@@ -138,3 +140,29 @@ def test_a_table_that_was_kept_apart_is_not_published_by_accident(log: Path, tmp
     capsys.readouterr()
     assert main(["publish", whole, "-o", str(tmp_path / "no"), "--rule", "four-fifths", "--with-table"]) == 2
     assert "the certificate holds its table" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("rule", [*RULES, ("ll144", "--sex", "sex")], ids=lambda rule: rule[0])
+def test_the_sentence_of_json_is_how_the_text_begins(rule: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [("Female", "a", "hired", 300), ("Female", "b", "no", 700), ("Male", "a", "hired", 600), ("Male", "b", "no", 1400)]
+    lines = [",".join(row) for *row, n in rows for _ in range(int(n))]
+    (tmp_path / "log.csv").write_text("\n".join(["sex,race,got", *map(str, lines), *["Male,a,"] * 1200]) + "\n")
+    certificate = str(certified(tmp_path / "log.csv", tmp_path / "c.json", "--missing", "drop"))
+    capsys.readouterr()
+    words = ["publish", certificate, "--rule", *(word if word != "m" else "Male" for word in rule)]
+    assert main([*words, "-o", str(tmp_path / "one")]) == 0
+    text = capsys.readouterr().out
+    assert main([*words, "-o", str(tmp_path / "two"), "--format", "json"]) == 0
+    sentence = json.loads(capsys.readouterr().out)["sentence"]
+    assert sentence and text.startswith(sentence) and "remarkable" not in sentence
+    page = (tmp_path / "one" / "index.html").read_text("utf-8")
+    assert "1,200 of 4,200 decisions have a missing label" in page and "1,000" in page and "2,000" in page
+
+
+def test_figures_stand_below_each_other_and_words_do_not(log: Path, tmp_path: Path) -> None:
+    _, page = published(certified(log, tmp_path / "c.json", "--missing", "group"), tmp_path / "out", "--rule", "four-fifths", "--by", "sex")
+    heads = dict(re.findall(r'<th scope="col"( class="right")?>([^<]*)</th>', page)[i][::-1] for i in range(6))
+    right = [name for name, found in heads.items() if found]
+    raw = (tmp_path / "out" / "index.html").read_text("utf-8")
+    assert '<pre>fairaudit publish certificate.json <span class="nb">--rule</span> four-fifths' in raw
+    assert right == ["Applicants", "Selected", "Rate", "Ratio to the highest rate"]

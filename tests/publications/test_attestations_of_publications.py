@@ -145,7 +145,7 @@ def test_a_signed_one_keeps_its_name_and_the_page_asks_for_the_key(certificate: 
 
 def again(page: str, out: Path) -> list[str]:
     """The words after `publish` of the command on the page, with the files of the folder."""
-    (found,) = re.findall(r"<pre>fairaudit publish (.*)</pre>", page)
+    (found,) = re.findall(r"<pre>fairaudit publish (.*)</pre>", re.sub(r"</?span[^>]*>", "", page))
     return [str(out / word) if (out / word).is_file() or word == "again" else word for word in shlex.split(unescape(found))]
 
 

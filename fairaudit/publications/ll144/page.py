@@ -14,7 +14,7 @@ from fairaudit.publications.ll144.people import Reading, Scores
 from fairaudit.publications.ll144.stated import Stated, findings, last_day
 from fairaudit.publications.ll144.tables import ImpactTable, Line
 from fairaudit.publications.ll144.worst_case import WorstCase
-from fairaudit.publications.publication import Page, Publication, Section, Table
+from fairaudit.publications.publication import AMISS, Page, Publication, Section, Table
 from fairaudit.publications.withholding import least_shown
 
 __all__ = ["Part", "publish"]
@@ -177,8 +177,8 @@ def _gaps(decisions: Decisions, reading: Reading, parts: Sequence[Part], scores:
         yield f"The rule asks for the tables of each class; there are none here of {', '.join(map(shown, without))}."
     if scores is not None and reading.left_out:
         yield (
-            f"The rule's median is that of all who were scored. This one is of {scores.of} scores, without those of the {reading.left_out} "
-            "people of whom a category is missing."
+            f"The rule's median is that of all who were scored. This one is of {int(scores.of):,} scores, without those of the "
+            f"{reading.left_out:,} people of whom a category is missing."
         )
 
 
@@ -223,7 +223,7 @@ def _few(parts: Sequence[Part], *, excluded: bool) -> Iterator[str]:
 def _lead(parts: Sequence[Part], *, remarks: bool) -> str:
     """The least impact ratio of all tables, and whether something is amiss."""
     candidates = [(line, table, part) for part in parts for table in part.tables if (line := table.least()) is not None]
-    amiss = " What is missing or remarkable:" if remarks else ""
+    amiss = AMISS if remarks else ""
     if not candidates:
         if parts[0].tables[0].why:
             return f"Every category is withheld, so that nothing is compared.{amiss}"
@@ -256,10 +256,8 @@ def _facts(
         yield "Period of the data", f"{stated.period[0]} to {stated.period[1]}"
     yield "People of unknown category", _unknown_fact(parts[0].tables, available=available)
     if scores is not None:
-        yield (
-            "Scores",
-            f"column {shown(scores.column)}; the median of all {scores.of} is {scores.median}, and above it is what is strictly greater",
-        )
+        said = f"the median of all {int(scores.of):,} is {scores.median}, and above it is what is strictly greater"
+        yield "Scores", f"column {shown(scores.column)}; {said}"
     elif parts[0].label is None:
         yield "Selected are people with the decision", " or ".join(map(shown, parts[0].favourable))
     else:

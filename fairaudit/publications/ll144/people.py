@@ -109,7 +109,7 @@ def read_labels(
     absent, notes = left_out(preparation, known)
     if available and len(known) > 1 and (absent or sum(decisions.unknown)):
         people = absent + sum(decisions.unknown)
-        raise InputError(f"--unknown-in available: the certificate does not say which category of {people} people is unknown; {AGAIN}")
+        raise InputError(f"--unknown-in available: the certificate does not say which category of {people:,} people is unknown; {AGAIN}")
     return Reading(made.get(sex or ""), made.get(race or ""), absent, (*notes, *_remarks(preparation, decisions)))
 
 
@@ -117,7 +117,8 @@ def _remarks(preparation: Sequence[Mapping[str, Any]], decisions: Decisions) -> 
     """What was done to the decisions before they were counted, and is not what the rule has in mind."""
     for entry in preparation:
         if entry["step"] == "level" and entry["column"] not in (*decisions.columns, *decisions.contexts):
-            yield f"Of {entry['decisions']} people no decision is recorded; they count as people with the decision {shown(entry['label'])}."
+            people = f"{int(entry['decisions']):,} people"
+            yield f"Of {people} no decision is recorded; they count as people with the decision {shown(entry['label'])}."
 
 
 def left_out(preparation: Sequence[Mapping[str, Any]], groups: Collection[str]) -> tuple[int, tuple[str, ...]]:
@@ -138,14 +139,15 @@ def left_out(preparation: Sequence[Mapping[str, Any]], groups: Collection[str]) 
         if entry["step"] != "left out":
             continue
         if "decisions" not in entry:
-            notes.append(f"{entry['lines']} lines of the log were left out before anything was counted ({entry['reason']}).")
+            notes.append(f"{int(entry['lines']):,} lines of the log were left out before anything was counted ({entry['reason']}).")
             continue
         without = _without_category(entry, groups)
         others = Fraction(entry["decisions"]) - without
         if others:
             names = ", ".join(shown(name) for name in entry["columns"] if name not in groups)
+            amount = f"{others.numerator:,}" if others.denominator == 1 else others
             notes.append(
-                f"{others} decisions without a label in {names} were left out before anything was counted; nothing here is about them."
+                f"{amount} decisions without a label in {names} were left out before anything was counted; nothing here is about them."
             )
         people += without
     return people, tuple(notes)
