@@ -7,13 +7,13 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError
 
-__all__ = ["read_bounded", "write_atomically", "write_together"]
+__all__ = ["read_bounded", "write_atomically", "write_folder", "write_together"]
 
 
 def read_bounded(
@@ -117,14 +117,47 @@ def write_together(files: Iterable[tuple[Path, Any]]) -> None:
                 os.unlink(name)
 
 
+def write_folder(path: Path, files: Mapping[str, bytes]) -> None:
+    """Write files into a folder that is not there, or empty, so that it appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    target = Path(os.path.realpath(path))
+    made = ""
+    try:
+        with _naming(path):
+            made = tempfile.mkdtemp(prefix=".fairaudit-", suffix=".part", dir=target.parent)
+            for name, content in files.items():
+                with (Path(made) / name).open("wb") as file:
+                    file.write(content)
+                    file.flush()
+                    os.fsync(file.fileno())
+            os.chmod(made, _new(0o777))
+            if target.is_dir():
+                target.rmdir()
+            Path(made).rename(target)
+            made = ""
+    finally:
+        if made:
+            shutil.rmtree(made, ignore_errors=True)
+
+
+def _new(rights: int) -> int:
+    """The rights of something new."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return rights & ~mask
+
+
 def _rights(target: Path) -> int:
     """The rights of a file that is there, or those of a new one."""
     try:
         return stat.S_IMODE(target.stat().st_mode) & 0o777
     except FileNotFoundError:
-        mask = os.umask(0)
-        os.umask(mask)
-        return 0o666 & ~mask
+        return _new(0o666)
 
 
 def _kept(target: Path, temporary: str) -> str:

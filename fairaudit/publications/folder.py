@@ -7,8 +7,6 @@ import io
 import json
 import os
 import re
-import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from importlib.resources import files
@@ -16,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError
+from fairaudit.files import write_folder as write_whole
 from fairaudit.publications.counts import Source
 from fairaudit.publications.display import NONE, WITHHELD
 from fairaudit.publications.publication import Page, Publication, Table
@@ -111,27 +110,7 @@ def write_folder(name: str | os.PathLike[str], found: Mapping[str, bytes]) -> No
         If it cannot be written, or is not empty.
     """
     check_folder(name)
-    target = Path(os.path.realpath(name))
-    made = ""
-    try:
-        made = tempfile.mkdtemp(prefix=".fairaudit-", suffix=".part", dir=target.parent)
-        for file, content in found.items():
-            with (Path(made) / file).open("wb") as opened:
-                opened.write(content)
-                opened.flush()
-                os.fsync(opened.fileno())
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(made, 0o777 & ~mask)
-        if target.is_dir():
-            target.rmdir()
-        Path(made).rename(target)
-        made = ""
-    except OSError as error:
-        raise InputError(f"{name} cannot be written: {error.strerror or error}") from None
-    finally:
-        if made:
-            shutil.rmtree(made, ignore_errors=True)
+    write_whole(Path(name), found)
 
 
 def summary(publication: Publication, source: Source, private: Private | None = None) -> dict[str, Any]:
