@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.publications.comparison import count_of, lead, points, publication_of, reading, section, sheets, sheets_by
+from fairaudit.publications.comparison import (
+    count_of,
+    lead,
+    points,
+    publication_of,
+    reading,
+    said_of_same,
+    same_groups,
+    section,
+    sheets,
+    sheets_by,
+)
 from fairaudit.publications.counts import Counts, Decisions, facts_of
 from fairaudit.publications.publication import Page, Publication, Section
 from fairaudit.publications.withholding import Withholding, parts_of, said_of
@@ -73,14 +84,15 @@ def adverse_impact(
             )
         return part.groups.index(label)
 
-    found = sheets(parts_of(counts, sets, withholding), choice)
+    same = same_groups(counts, sets)
+    found = sheets([part for part in parts_of(counts, sets, withholding) if part.columns not in same], choice)
     number = count_of(found)
     facts = [("Control group", ", ".join(f"{name} {shown(label)}" for name, label in named.items()))]
     page = Page(
         title="Adverse impact ratios",
         lead=lead(number, CONTROL),
         points=points(number),
-        facts=(*facts, *facts_of(decisions, counts, favourable, totals=withholding is None), *said_of(withholding)),
+        facts=(*facts, *facts_of(decisions, counts, favourable, totals=withholding is None), *said_of_same(same), *said_of(withholding)),
         sections=(
             *(section(sheet, CONTROL, number["comparisons"]) for sheet in found),
             Section("How to read this", (*ABOUT, *reading(number["comparisons"], CONTROL))),

@@ -24,6 +24,8 @@ __all__ = [
     "points",
     "publication_of",
     "reading",
+    "said_of_same",
+    "same_groups",
     "section",
     "sheets",
     "sheets_by",
@@ -107,6 +109,36 @@ def sheets_by(columns: Sequence[str], given: Sequence[Sequence[str]]) -> list[tu
         if len({*by}) < len(by) or not by:
             raise InputError(f"--by {','.join(by)} does not name different columns; name each once")
     return list(dict.fromkeys(map(tuple, given))) or list(dict.fromkeys([*((name,) for name in columns), tuple(columns)]))
+
+
+def same_groups(counts: Counts, tables: Sequence[tuple[str, ...]]) -> dict[tuple[str, ...], tuple[str, ...]]:
+    """Tables whose groups are those of one before them, whatever they are called: their comparisons are the same, and count once.
+
+    Examples
+    --------
+    >>> counts = Counts(("sex", "race"), (("f", "a"), ("f", "b"), ("f", "c")), (50, 50, 50), (20, 33, 25))
+    >>> same_groups(counts, [("sex",), ("race",), ("sex", "race")])
+    {('sex', 'race'): ('race',)}
+    """
+    first: dict[frozenset[frozenset[Label]], tuple[str, ...]] = {}
+    found = {}
+    for by in tables:
+        places = [counts.columns.index(name) for name in by]
+        made: dict[Label, set[Label]] = {}
+        for group in counts.groups:
+            label = tuple(group[place] for place in places)
+            if counts.silent.isdisjoint(zip(by, label, strict=True)):
+                made.setdefault(label, set()).add(group)
+        before = first.setdefault(frozenset(map(frozenset, made.values())), by)
+        if before != by:
+            found[by] = before
+    return found
+
+
+def said_of_same(same: Mapping[tuple[str, ...], tuple[str, ...]]) -> list[tuple[str, str]]:
+    """For the head of a page: which tables are not shown, since their groups are those of another."""
+    told = "; ".join(f"those by {' and '.join(by)} are those by {' and '.join(before)}" for by, before in same.items())
+    return [("Groups that are the same", f"{told}: they are shown once, and count once")] if told else []
 
 
 def sheets(parts: Sequence[Counts], choice: Choice) -> list[Sheet]:

@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from fairaudit.publications.comparison import count_of, lead, points, publication_of, reading, section, sheets, sheets_by
+from fairaudit.publications.comparison import (
+    count_of,
+    lead,
+    points,
+    publication_of,
+    reading,
+    said_of_same,
+    same_groups,
+    section,
+    sheets,
+    sheets_by,
+)
 from fairaudit.publications.counts import Counts, Decisions, facts_of
 from fairaudit.publications.publication import Page, Publication, Section
 from fairaudit.publications.withholding import Withholding, parts_of, said_of
@@ -77,7 +88,9 @@ def four_fifths(
         If a column is none of the certificate.
     """
     counts = decisions.selected(favourable)
-    found = sheets(parts_of(counts, sheets_by(counts.columns, by), withholding), highest)
+    tables = sheets_by(counts.columns, by)
+    same = same_groups(counts, tables)
+    found = sheets([part for part in parts_of(counts, tables, withholding) if part.columns not in same], highest)
     number = count_of(found)
     page = Page(
         title="Selection rates beside the four-fifths rule",
@@ -86,6 +99,7 @@ def four_fifths(
         facts=(
             ("Rule", "29 CFR 1607.4 D, Uniform Guidelines on Employee Selection Procedures"),
             *facts_of(decisions, counts, favourable, totals=withholding is None),
+            *said_of_same(same),
             *said_of(withholding),
         ),
         sections=(
