@@ -19,9 +19,12 @@ __all__ = [
     "without_passwords",
 ]
 
-IN_URL = re.compile(r"(?<![a-z0-9+.-])([a-z][a-z0-9+.-]{0,30}:/*|//+)([^/@:\s]{0,200}):(?:\S{0,300}@|[^/@\n]{0,300}@)", re.IGNORECASE)
+IN_URL = re.compile(r"(?<![a-z0-9+.-])([a-z][a-z0-9+.-]{0,30}:/*|(?<!/)//+)([^/@:\s]{0,200}):(?:\S{0,300}@|[^/@\n]{0,300}@)", re.IGNORECASE)
 
 TOKEN_IN_URL = re.compile(r"(?<![a-z0-9])((?:http|ftp)s?:/+)[^/@:\s]{1,300}@", re.IGNORECASE)
+
+LONGEST = 1000
+"""How many characters beyond those that are shown are looked at, since a password is known by what follows it."""
 
 NAMES = (
     r"password|passwd|passphrase|passwort|kennwort|pwd|secret|token|(?:access|account|api|private|shared)_?(?:access_?)?key|"
@@ -110,7 +113,7 @@ def shown(value: object, width: int = 60) -> str:
         text = repr(value)
     except ValueError:
         text = f"a number of about {int(getattr(value, 'bit_length', lambda: 0)()) * 3 // 10} digits"
-    text = without_passwords(text)
+    text = without_passwords(text[: width + LONGEST])
     return text if len(text) <= width else text[: width - 1] + "…"
 
 

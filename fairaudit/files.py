@@ -97,19 +97,24 @@ def write_together(files: Iterable[tuple[Path, Any]]) -> None:
                     file.flush()
                     os.fsync(file.fileno())
                 os.chmod(temporary, _rights(target))
-        for temporary, target, path in ready:
+        for temporary, target, path in ready[:-1]:
             with _naming(path):
-                old = "" if temporary == ready[-1][0] else _kept(target, temporary)
-                beside.append(old)
+                beside.append(old := _kept(target, temporary))
                 os.replace(temporary, target)
                 replaced.append((target, old))
+        for temporary, target, path in ready[-1:]:  # after which there is nothing to put back
+            with _naming(path):
+                os.replace(temporary, target)
+                replaced.clear()
     except BaseException:
         for target, old in reversed(replaced):
-            with contextlib.suppress(OSError):
+            try:
                 if old:
                     os.replace(old, target)
                 else:
-                    target.unlink()
+                    target.unlink(missing_ok=True)
+            except OSError:
+                beside.remove(old)  # what was there stays beside it
         raise
     finally:
         for name in filter(None, beside):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from fairaudit.errors import Infeasible, InputError, naming, nearest, shown, without_passwords
@@ -91,3 +93,11 @@ def test_no_password_is_quoted_in_part(width: int) -> None:
 )
 def test_other_messages_stay_as_they_are(text: str) -> None:
     assert str(InputError(text)) == text
+
+
+@pytest.mark.parametrize("part", ["/", ":/", "a:", "a:b:", "password", "password ", "token='", "http:", "x=:@"])
+def test_a_long_text_is_shown_at_once(part: str) -> None:
+    began = time.process_time()
+    shown(part * 10**6 + "@", 60)
+    InputError(part * 10**4 + "@")
+    assert time.process_time() - began < 2

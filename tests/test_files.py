@@ -135,6 +135,23 @@ def test_a_failure_between_two_files_puts_back_what_was_there(tmp_path: Path, mo
     assert {path.name for path in tmp_path.iterdir()} == {"old", "last"}
 
 
+def test_what_cannot_be_put_back_stays_beside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a").write_bytes(b"before")
+    replace, calls = os.replace, []
+
+    def once(*names: Path) -> None:
+        calls.append(names)
+        if len(calls) > 1:
+            raise OSError(5, "the disc is gone")
+        replace(*names)
+
+    monkeypatch.setattr(os, "replace", once)
+    with pytest.raises(fa.InputError, match="the disc is gone"):
+        write_together([(tmp_path / "a", [b"after"]), (tmp_path / "b", [b"after"])])
+    [kept] = tmp_path.glob(".fairaudit-*.part")
+    assert kept.read_bytes() == b"before"
+
+
 def test_what_was_there_is_not_kept_once_all_is_written(tmp_path: Path) -> None:
     for name in ("a", "b"):
         (tmp_path / name).write_bytes(b"before")

@@ -152,7 +152,7 @@ def refuse_credentials(text: str, what: str, *, query: bool = False) -> None:
     >>> refuse_credentials("SELECT * FROM log", "the query", query=True)
     >>> refuse_credentials("SELECT * FROM dblink('password=hush', 'log')", "the query", query=True)
     Traceback (most recent call last):
-    fairaudit.errors.InputError: the query holds what looks like a password (there is 'password'), which no attestation holds; leave it out
+    fairaudit.errors.InputError: the query holds what looks like a password ('password'), which no attestation holds; omit or rename it
     """
     forms = f"{text}\n{unicodedata.normalize('NFKC', text)}\n{unquote(text)}"
     found = "a user before the @ of an address" if IN_URL.search(forms) or USER_IN_URL.search(forms) else ""
@@ -160,7 +160,7 @@ def refuse_credentials(text: str, what: str, *, query: bool = False) -> None:
         if not found and (match := pattern.search(forms)):
             found = shown(match[match.lastindex or 0])
     if found:
-        raise InputError(f"{what} holds what looks like a password (there is {found}), which no attestation holds; leave it out")
+        raise InputError(f"{what} holds what looks like a password ({found}), which no attestation holds; omit or rename it")
 
 
 def _database(url: str, table: str | None, query: str | None) -> Source:
