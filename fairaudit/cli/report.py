@@ -17,7 +17,7 @@ stated. The page loads nothing, embeds the certificate, and recomputes its figur
 
 
 EPILOG = """\
-exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input
+exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input; 3 the table is needed, with --small
 
 examples:
   fairaudit report certificate.json -o page.html -o page.pdf
@@ -116,7 +116,7 @@ def _public(arguments: argparse.Namespace, names: list[str]) -> Answer | int:
         source = read_source(arguments.certificate, arguments.table)
     except TableNeeded as error:
         print(f"fairaudit: {plain(str(error))}", file=sys.stderr)
-        return 2
+        return 3
     if names:
         write_together(public_files(source, arguments.small, names))
         return 0

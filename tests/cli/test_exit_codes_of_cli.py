@@ -65,6 +65,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "attest 2": ("attest", "attest --new-key key.pem", "attest no.json --sign-key key.pem"),
     "report 0": ("report certificate.json --format markdown", "report apart.json -o apart.md"),
     "report 1": ("report false.json -o false.md",),
+    "report 3": ("report apart.json --small 10 -o apart.md",),
     "report 2": ("report no.json", "report certificate.json -o certificate.txt"),
     "publish 0": (
         "publish certificate.json --rule four-fifths -o published",
