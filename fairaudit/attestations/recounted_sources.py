@@ -137,6 +137,8 @@ def _compare(said: Source, given: Source | None) -> Recounted:
     what = f"the source {shown(said.name)}"
     if given is None:
         return Recounted(what, None, "it was not given; the attestation has what it says")
+    if given.sha256 is not None and (said.query is not None or said.table is not None):
+        return Recounted(what, False, f"it is said to be of a database, and {shown(given.name)} is a file")
     if said.sha256 is None:
         return Recounted(what, None, "no digest of it was recorded")
     if given.sha256 is None:

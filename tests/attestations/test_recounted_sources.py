@@ -193,3 +193,16 @@ def test_rows_of_an_audit_file_are_not_counted(folder: Path, check: Callable[...
     statement["predicate"]["sources"][0]["rows"] = 41
     rewrite(statement)
     assert check("audit.toml")[0] == 1
+
+
+def test_a_file_is_not_what_a_database_gave(folder: Path, check: Callable[..., Found]) -> None:
+    import pandas as pd
+
+    with (folder / "log.csv").open() as file:
+        pd.read_csv(file).to_excel(folder / "log.xlsx", sheet_name="first", index=False)
+    statement = attest("log.xlsx", *ROLES, "--table", "first")
+    assert check("log.xlsx")[0] == 0
+    statement["predicate"]["sources"][0] |= {"sha256": None, "bytes": None, "table": "first"}
+    rewrite(statement)
+    code, found = check("log.xlsx")
+    assert (code, found["the source 'log.xlsx'"]) == (1, (False, "it is said to be of a database, and 'log.xlsx' is a file"))
