@@ -123,7 +123,7 @@ def write_together(files: Iterable[tuple[Path, Any]]) -> None:
 
 
 def write_folder(path: Path, files: Mapping[str, bytes]) -> None:
-    """Write files into a folder that is not there, or empty, so that it appears whole or not at all.
+    """Write files into a folder that is not there, or empty, so that it appears whole or not at all; one that is there keeps its rights.
 
     Raises
     ------
@@ -140,9 +140,11 @@ def write_folder(path: Path, files: Mapping[str, bytes]) -> None:
                     file.write(content)
                     file.flush()
                     os.fsync(file.fileno())
-            os.chmod(made, _new(0o777))
             if target.is_dir():
+                os.chmod(made, stat.S_IMODE(target.stat().st_mode))
                 target.rmdir()
+            else:
+                os.chmod(made, _new(0o777))
             Path(made).rename(target)
             made = ""
     finally:

@@ -59,6 +59,8 @@ def check_folder(name: str | os.PathLike[str]) -> None:
             raise InputError(f"{path} is a file; name a folder to make")
         if path.is_dir() and any(path.iterdir()):
             raise InputError(f"{path} is not empty; name a folder that is not there yet, or an empty one")
+        if path.is_dir() and path.samefile(Path.cwd()):
+            raise InputError(f"{path} is the current directory, which cannot be replaced; name a folder in it, or go elsewhere")
         parent = Path(os.path.realpath(path)).parent
         if not parent.is_dir():
             raise InputError(f"{path} cannot be made: there is no directory {path.parent}")
@@ -205,10 +207,12 @@ def _table(publication: Publication) -> str:
 def harmless(cell: str) -> str:
     r"""A cell that no spreadsheet runs: what would begin a formula stands behind an apostrophe, unless it is a number.
 
+    An apostrophe at the beginning is doubled, so that two labels are two cells.
+
     Examples
     --------
-    >>> harmless('=HYPERLINK("x")'), harmless("-0.5"), harmless("women")
-    ('\'=HYPERLINK("x")', '-0.5', 'women')
+    >>> harmless('=HYPERLINK("x")'), harmless("-0.5"), harmless("'=1"), harmless("women")
+    ('\'=HYPERLINK("x")', '-0.5', "''=1", 'women')
     """
-    risky = cell.lstrip(" \N{NO-BREAK SPACE}")[:1] in {*RUN} or cell[:1] in {*RUN}
+    risky = cell[:1] == "'" or cell.lstrip(" \N{NO-BREAK SPACE}")[:1] in {*RUN} or cell[:1] in {*RUN}
     return f"'{plain(cell)}" if risky and not NUMBER.fullmatch(cell) else plain(cell)

@@ -132,6 +132,27 @@ def test_the_folder_holds_what_was_given_and_is_the_same_again(tmp_path: Path) -
     assert (tmp_path / "first").stat().st_mode & 0o777 == 0o777 & ~mask
 
 
+def test_a_folder_that_is_there_keeps_its_rights_and_the_current_one_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = certificate(tmp_path / "c.json", ("f", "m"))
+    (tmp_path / "private").mkdir(mode=0o700)
+    assert publish(path, tmp_path / "private") == 0
+    assert (tmp_path / "private").stat().st_mode & 0o777 == 0o700 and (tmp_path / "private" / "index.html").exists()
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    capsys.readouterr()
+    for name in (Path(), tmp_path / "here"):
+        assert publish(path, name) == 2
+        assert "is the current directory" in capsys.readouterr().err
+    assert Path.cwd() == tmp_path / "here" and not list(Path().iterdir())
+
+
+def test_two_labels_are_two_cells() -> None:
+    labels = ("=1", "'=1", "''=1", "'women", "women")
+    assert len({harmless(label) for label in labels}) == len(labels)
+
+
 def test_what_is_there_is_never_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = certificate(tmp_path / "c.json", ("f", "m"))
     (tmp_path / "full").mkdir()
