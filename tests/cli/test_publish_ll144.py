@@ -160,3 +160,14 @@ def test_the_headline_has_its_counts_and_few_people_are_remarked_on(tmp_path: Pa
     printed = capsys.readouterr().out
     assert "is 0.748: Female (900 of 3,005) against Male (1,204 of 3,005)." in printed
     assert "below 2 %" not in printed and "highest rate" not in printed
+
+
+def test_a_level_of_nobody_is_no_category(tmp_path: Path) -> None:
+    """A row without a label that counts 0: there is the level, and no step that says how many are in it."""
+    log, made, out = (tmp_path / name for name in ("n.csv", "c.json", "out"))
+    log.write_text("sex,hired,n\nMale,yes,50\nMale,no,50\nFemale,yes,44\nFemale,no,56\n,yes,0\n")
+    options = ["--count", "n", "--decision", "hired", "--group", "sex", "--utility", "yes", "--missing", "group"]
+    assert main(["certify", str(log), *options, "-o", str(made)]) == 0
+    assert main(["publish", str(made), "--rule", "ll144", "--sex", "sex", "-o", str(out)]) == 0
+    (table,) = json.loads((out / "summary.json").read_text("ascii"))["parts"][0]["tables"]
+    assert {each["sex"]: each["impact_ratio"] for each in table["categories"]} == {"Female": "22/25", "Male": "1"}
