@@ -189,7 +189,7 @@ def _limits_of_the_page(least: int) -> tuple[str, ...]:
         (
             f"Of a group with fewer than {least} decisions of one kind this page shows no figure, and neither a total nor any other number "
             f"from which one could be computed: for all that its figures say, each count below {least} could be any from 0 to "
-            f"{least - 1}. How it was chosen what else is withheld may say more to whoever retraces it."
+            f"{least - 1}. Which others are withheld besides may say more to whoever retraces how they were chosen."
         ),
         (
             "Contexts, intervals for the population, the pairs that differ most, and how many rows were left out are not shown at all: "
