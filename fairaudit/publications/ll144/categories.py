@@ -27,7 +27,7 @@ RACES = (
 
 
 class UnmappedError(InputError):
-    """Labels that mean nothing that is known; which category is meant nobody but the auditor can say, so that none is suggested.
+    """Labels that mean nothing that is known; which category is meant nobody but the auditor can say: none is suggested but by upper case.
 
     Attributes
     ----------
@@ -36,8 +36,9 @@ class UnmappedError(InputError):
 
     Examples
     --------
-    >>> print(UnmappedError({"Sex / gender": ["w"]}, {"Sex / gender": SEXES}).block)
+    >>> print(UnmappedError({"Sex / gender": ["male", "w"]}, {"Sex / gender": SEXES}).block)
     ["Sex / gender"]  # each one of: "Male", "Female"
+    "male" = "Male"
     "w" = ""
     """
 
@@ -53,7 +54,8 @@ class UnmappedError(InputError):
         for column, own in labels.items():
             if own:
                 lines += [f"[{quoted(column)}]  # each one of: {', '.join(map(quoted, categories[column]))}"]
-                lines += [f'{quoted(label)} = ""' for label in own]
+                same = {category.casefold(): category for category in categories[column]}
+                lines += [f"{quoted(label)} = {quoted(same.get(label.strip().casefold(), ''))}" for label in own]
         self.block = "\n".join(lines)
 
 
