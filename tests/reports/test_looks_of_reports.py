@@ -135,7 +135,7 @@ def page(kind: str) -> str:
     said: dict[str, Any] = {
         "title": "Long " * 60,
         "issuer": {"name": "Ex\u202eample " + "x" * 300},
-        "options": {"unknown": ["label " * 40]},
+        "options": {"unknown": ["label " * 40], "query": "SELECT 1"},
     }
     said["rows"] = {"unit": "decisions", "read": 4526, "counted": 4526, "dropped": {}}
     return fa.report(made, attestation=json.dumps(statement_of(made.document, made.text.encode(), **said)).encode())
