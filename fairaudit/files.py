@@ -175,7 +175,12 @@ def _kept(target: Path, temporary: str) -> str:
     try:
         os.link(target, old)
     except OSError:
-        shutil.copy2(target, old)
+        try:
+            shutil.copy2(target, old)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(old)
+            raise
     return old
 
 

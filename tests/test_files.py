@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -133,6 +134,21 @@ def test_a_failure_between_two_files_puts_back_what_was_there(tmp_path: Path, mo
         write_together([(old, [b"after"]), (new, [b"after"]), (last, lines())])
     assert old.read_bytes() == b"before" and old.stat().st_mode == before.st_mode and (old.stat().st_ino == before.st_ino or not links)
     assert {path.name for path in tmp_path.iterdir()} == {"old", "last"}
+
+
+def test_half_a_copy_does_not_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a full disc whose files have one name."""
+
+    def full(_: Path, old: str) -> None:
+        Path(old).write_bytes(b"bef")
+        raise OSError(28, "No space left on device")
+
+    (tmp_path / "a").write_bytes(b"before")
+    monkeypatch.setattr(os, "link", lambda *_: (tmp_path / "no link").stat())
+    monkeypatch.setattr(shutil, "copy2", full)
+    with pytest.raises(fa.InputError, match="a cannot be written: No space left"):
+        write_together([(tmp_path / "a", [b"after"]), (tmp_path / "b", [b"after"])])
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"a": b"before"}
 
 
 def test_what_cannot_be_put_back_stays_beside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

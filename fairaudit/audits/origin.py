@@ -127,8 +127,8 @@ def files_of(names: Sequence[str], beside: Sequence[str] = ()) -> Files:
         If there is no such file.
     """
     audit = len(names) == 1 and is_audit_file(names[0])
-    data = _held_in(names[0], tables=True) if audit else names
-    others = [*([*names, *_held_in(names[0], tables=False)] if audit else []), *beside]
+    data, further = _held_in(names[0]) if audit else (names, [])
+    others = [*(names if audit else []), *further, *beside]
     listed = {_kept(name): tuple(paths_of(name)) for name in dict.fromkeys((*data, *others))}
     states = {path: state_of(path) for paths in listed.values() for path in paths}
     behind = [file for name in (*data, *others) if in_database(name) for file in files_behind(name)]
@@ -164,10 +164,10 @@ def paths_of(given: str) -> list[str]:
     """The files for which a name stands: those of a pattern, those of the folder of a Delta table, or itself; of a database none."""
     if in_database(given):
         return []
-    delta = given.startswith("delta:") and not Path(given).exists()
+    delta = given.startswith("delta:") and not os.path.exists(given)  # noqa: PTH110
     listed: list[str] = []
     for path in expand([given.removeprefix("delta:") if delta else given]):
-        if Path(path).is_dir():
+        if os.path.isdir(path):  # noqa: PTH112
             form(path)  # which refuses all folders but those of Delta tables
             listed += sorted(str(inner) for inner in Path(path).rglob("*") if inner.is_file())
         else:
@@ -194,11 +194,11 @@ def state_of(path: str) -> State:
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns, *by
 
 
-def _held_in(audit: str, *, tables: bool) -> list[str]:
-    """The files that an audit file names: that of its table, or all others."""
+def _held_in(audit: str) -> tuple[list[str], list[str]]:
+    """The files that an audit file names: that of its table, and all others."""
     document, folder = read_toml(Path(audit))[0], Path(audit).parent
     data = files_in({name: {"table": _entry(document.get(name), "table")} for name in ("law", "policy")})
-    return [str(folder / name) for name in (data if tables else files_in(document)) if tables or name not in data]
+    return [str(folder / name) for name in data], [str(folder / name) for name in files_in(document) if name not in data]
 
 
 def _entry(section: Any, key: str) -> Any:

@@ -115,13 +115,14 @@ def attesting(arguments: argparse.Namespace, *, again: bool = True) -> Attesting
         raise InputError("--attest needs -o FILE.json, the certificate that it is about")
     from fairaudit.attestations.making import audit_options, stated_of
 
+    taken = _taken(arguments)  # before anything is read, so that whatever is changed since is noticed
     audit, given = _audit(arguments), {name: getattr(arguments, name) for name in ATTESTATION_KEYS}
     said = {**audit.get("attestation", {}), **{name: text for name, text in given.items() if text is not None}}
     spelled = {name: f"[attestation] {name}" if given[name] is None and name in said else option(name) for name in ATTESTATION_KEYS}
     stated = stated_of(said, spelled)
     command = _command(arguments)
     options = {} if not again else {"audit": audit_options(audit)} if audit else _options(arguments)
-    return Attesting(arguments.attest, _taken(arguments), options, command, stated)
+    return Attesting(arguments.attest, taken, options, command, stated)
 
 
 def _taken(arguments: argparse.Namespace) -> Taken:

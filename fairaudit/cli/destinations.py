@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,7 +54,8 @@ def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> Non
     inputs = list(_read(arguments)) if names else []
     tables = [str(table_beside(Path(name))) for name in names if Path(name).suffix.lower() == ".json"]
     written, query = (*names, *stated, *tables), getattr(arguments, "query", None) or ""
-    inputs.append(([path for path in written if Path(path).name in query], "a file that the query names,"))
+    named = [path for path in written if re.search(rf"(?<![\w.-]){re.escape(Path(path).name)}(?![\w-])", query)]
+    inputs.append((named, "a file that the query names,"))
     for read, what in inputs:
         for path in written:
             refuse_output(path, read, what)

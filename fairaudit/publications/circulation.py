@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TypeVar
 
 __all__ = ["LEAST", "Arc", "Parts", "is_small", "published"]
@@ -49,7 +50,7 @@ class Arc:
     parts: Parts
 
 
-def is_small(parts: Iterable[int], least: int) -> bool:
+def is_small(parts: Iterable[int | Fraction], least: int) -> bool:
     """Whether some count of a group is below the least one: those selected, those not, or all.
 
     Examples

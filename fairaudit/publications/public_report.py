@@ -148,7 +148,7 @@ def _any_small(source: Source, least: int) -> bool:
     for row in lines:
         cells += "unknown" not in row
         entries = [row["unknown"]] if "unknown" in row else [row["weights"], *row.get("truth", [])]
-        if any(is_small(map(int, entry), least) for entry in entries):
+        if any(is_small(map(Fraction, entry), least) for entry in entries):
             return True
     return cells < len(header["groups"]) * len(header["contexts"])
 
@@ -213,7 +213,8 @@ def public_files(source: Source, least: int, paths: Sequence[str]) -> list[tuple
             raise InputError(
                 f"{path} would be the certificate itself, which tells the counts that --small withholds; name .html, .pdf or .md"
             )
-    texts = {written: text_of(source, least, written) for written in dict.fromkeys("html" if form == "pdf" else form for form in forms)}
+    made = public_report(source, least)
+    texts = {written: _text(made, source, least, written) for written in dict.fromkeys("html" if form == "pdf" else form for form in forms)}
     return [
         (Path(path), [print_page(texts["html"]) if form == "pdf" else texts[form].encode("utf-8")])
         for path, form in zip(paths, forms, strict=True)
@@ -222,7 +223,10 @@ def public_files(source: Source, least: int, paths: Sequence[str]) -> list[tuple
 
 def text_of(source: Source, least: int, form: Form) -> str:
     """The report for the public as a page, or as markdown."""
-    made = public_report(source, least)
+    return _text(public_report(source, least), source, least, form)
+
+
+def _text(made: Page, source: Source, least: int, form: Form) -> str:
     return public_markdown(made, source, least) if form == "markdown" else page(made, source, private(least))
 
 

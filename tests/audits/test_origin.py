@@ -155,3 +155,13 @@ def test_what_is_missing_is_told_by_the_reader(folder: Path) -> None:
     with pytest.raises(InputError, match=r"none\.csv: there is no such file"):
         fa.audit("none.csv", **ROLES)
     assert json.loads(fa.audit("log.csv", **ROLES).certificate.text)["verdict"] == "none"
+
+
+def test_a_name_that_is_too_long_is_told_by_the_reader(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = "x" * 5_000 + ".csv"
+    with pytest.raises(InputError, match="the file cannot be read: File name too long"):
+        fa.audit(name, **ROLES)
+    words = ["--decision", ROLES["decision"], "--group", ROLES["group"], "--utility", ROLES["utility"]]
+    for more in ([], ["-o", "c.json", "--attest", "a.json"]):
+        assert main(["certify", name, *words, *more]) == 2
+        assert "the file cannot be read: File name too long" in capsys.readouterr().err

@@ -19,7 +19,7 @@ import pytest
 from fairaudit import __version__
 from fairaudit.attestations.options import reading_of
 from fairaudit.attestations.statement import Statement, read_statement
-from fairaudit.cli import main
+from fairaudit.cli import attesting, main
 from fairaudit.tables.examples import example
 
 ROLES = ["--decision", "answer", "--group", "sex", "--utility", "yes"]
@@ -525,3 +525,18 @@ def test_two_names_for_one_certificate_are_both_subjects(folder: Path) -> None:
     assert [(subject.name, subject.sha256) for subject in made.subjects] == [(n, digest(folder / "out" / n)) for n in ("c.json", "d.json")]
     for name in ("c.json", "d.json"):
         assert main(["verify", f"out/{name}", "--attestation", "out/a.json"]) == 0
+
+
+def test_an_audit_file_that_is_changed_once_it_was_read_is_refused(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    audit = attesting._audit
+
+    def read_and_changed(arguments: Any) -> dict[str, Any]:
+        found = audit(arguments)
+        Path("audit.toml").write_text(AUDIT.replace("yes = 1", "yes = 2"))
+        return found
+
+    monkeypatch.setattr(attesting, "_audit", read_and_changed)
+    assert main(["certify", "audit.toml", "-o", "out/c.json", "--attest", "out/a.json"]) == 2
+    assert "was changed while it was read" in capsys.readouterr().err and not list((folder / "out").iterdir())

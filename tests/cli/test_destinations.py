@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sqlite3
 import subprocess
 import sys
 import time
@@ -187,3 +188,21 @@ def test_two_certificates_are_not_written_into_one_file(tmp_path: Path, monkeypa
     assert main([*command, "-o", "c.position.json"]) == 2
     assert set(files(tmp_path)) == {"choices.csv"}
     assert main(command) == 0 and {"c.json", "c.position.json"} <= set(files(tmp_path))
+
+
+def test_a_part_of_a_name_in_a_query_names_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with sqlite3.connect("log.db") as database:
+        database.execute("create table log (u, g)")
+        database.executemany("insert into log values (?, ?)", [("yes", "f"), ("no", "f"), ("yes", "m"), ("no", "m")])
+    database.close()
+    query = "select u, g from log where u <> 'config.json' and u <> 'folder/kept.json'"
+    words = ["certify", "sqlite:log.db", "--query", query, "--decision", "u", "--group", "g", "--utility", "yes", "-o"]
+    for _ in range(2):
+        assert main([*words, "fig.json"]) == 0
+    for name in ("config.json", "kept.json"):
+        Path(name).write_text("{}")
+        assert main([*words, name]) == 2 and Path(name).read_text() == "{}"
+        assert "is a file that the query names, itself" in capsys.readouterr().err

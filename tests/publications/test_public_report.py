@@ -256,3 +256,14 @@ def test_two_columns_are_withheld_as_in_the_default_tables_of_a_rule() -> None:
         hidden = [{row[0] for row in table.rows if row[-1] == "withheld"} for table in public_report(source, 10).sections[0].tables]
         by_rule = [{row[0] for row in section.tables[0].rows if row[-1] == "withheld"} for section in rule.page.sections[:3]]
         assert hidden == by_rule
+
+
+def test_fractions_given_the_true_label_are_small_like_whole_counts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cells = [("yes", "f", "yes", 30), ("yes", "f", "no", 30), ("no", "f", "yes", 30), ("no", "f", "no", 30)]
+    cells += [("yes", "m", "yes", "40.5"), ("yes", "m", "no", "20.5"), ("no", "m", "yes", 30), ("no", "m", "no", 30)]
+    (tmp_path / "t.csv").write_text("u,g,t,n\n" + "".join(",".join(map(str, cell)) + "\n" for cell in cells))
+    words = ["--decision", "u", "--group", "g", "--truth", "t", "--count", "n", "--utility", "yes", "--no-table", "--confidence", "none"]
+    assert main(["certify", str(tmp_path / "t.csv"), *words, "-o", str(tmp_path / "c.json")]) == 0
+    capsys.readouterr()
+    given = ["report", str(tmp_path / "c.json"), "--table", str(tmp_path / "c.table.jsonl"), "--format", "markdown"]
+    assert main([*given, "--small", "3"]) == 0 and "61" in capsys.readouterr().out
