@@ -36,6 +36,13 @@ def statement_of(path: Path, **changes: Any) -> dict[str, Any]:
     return statement_about(json.loads(raw), raw, **changes)
 
 
+def written(certificate: Path, **changes: Any) -> Path:
+    """The file a.json beside a certificate, which holds its statement."""
+    path = certificate.with_name("a.json")
+    path.write_text(json.dumps(statement_of(certificate, **changes)))
+    return path
+
+
 def statement_about(document: Mapping[str, Any], raw: bytes, **changes: Any) -> dict[str, Any]:
     """The same of a document and the bytes of its file."""
     total, dropped = counted(document)

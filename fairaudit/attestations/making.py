@@ -21,6 +21,7 @@ from fairaudit.errors import InputError, shown
 from fairaudit.files import write_together
 from fairaudit.model.law import Law
 from fairaudit.model.policy import Deployment
+from fairaudit.tables.preparation import amount_of
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -108,8 +109,7 @@ def counted_rows(result: Counted) -> Rows:
     dropped: dict[str, Fraction] = {}
     for entry in law.preparation:
         if entry["step"] == "left out":
-            amount = next(Fraction(entry[name]) for name in ("decisions", "rows", "lines") if name in entry)
-            dropped[entry["reason"]] = dropped.get(entry["reason"], Fraction(0)) + amount
+            dropped[entry["reason"]] = dropped.get(entry["reason"], Fraction(0)) + Fraction(amount_of(entry)[0])
     if unit == "rows":
         if law.rows_read is None:
             raise InputError("nobody counted the rows of the table, so that no attestation can say how many there were")

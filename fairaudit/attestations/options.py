@@ -22,7 +22,6 @@ __all__ = ["options_of", "reading_of"]
 TEXTS = ("decision", "truth", "positive", "count", "probability", "weight", "wide", "total", "utility_column", "missing", "table", "query")
 LISTS = ("group", "context", "unit", "unknown")
 FLAGS = ("fold_labels", "signed")
-MAPS = ("utility", "label_map", "bins")
 SCORE = ("column", "above")
 KEYS = tuple(name for name in OPTIONS if name != "audit")
 

@@ -186,14 +186,15 @@ def recount(
     signed = None if key is None else signed_by(raw, key, name)
     if signed is not None and signed.payload is None:
         raise InputError(f"{name}: {signed.why}")
-    found = verification_of(certificate, table, None, raw if signed is None else signed)
+    own = opened(certificate, table)
+    found = verification_of(own, attestation=raw if signed is None else signed)
     if found.false:
         raise FalseCertificate(f"{found.sentence}: {found.false[0].statement}")
     statement, _ = stated_in(raw if signed is None or signed.payload is None else signed.payload, name)
     made = certificate if isinstance(certificate, Certificate) else getattr(certificate, "certificate", None)
     held = made.table.lines if isinstance(made, Certificate) and made.table is not None else None
     lines = held if table is None else partial(table_lines, Path(table))
-    return recounted(attested_document(certificate, statement), lines, statement, source, query=query, engine=engine, memory=memory)
+    return recounted(own.document, lines, statement, source, query=query, engine=engine, memory=memory)
 
 
 def recounted(

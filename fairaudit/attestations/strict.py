@@ -50,7 +50,7 @@ def decoded(raw: bytes, *, numbers: bool = True) -> Any:
     if len(raw) > MAX_BYTES:
         raise InputError(f"it is longer than {MAX_BYTES} bytes, which no attestation is")
     try:
-        return json.loads(raw.decode("utf-8"), object_pairs_hook=_members, **(strictly if numbers else {"parse_int": float}))
+        return json.loads(raw.decode("utf-8"), object_pairs_hook=_members, **strictly)
     except InputError:
         raise
     except (ValueError, RecursionError):

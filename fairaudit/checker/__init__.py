@@ -43,7 +43,7 @@ command         ``attestation``: who made a certificate, of which files; ``comma
 ==============  ================================================================================================================
 """
 
-from .attestation import LONGEST_FILE, Signed, check_attestation
+from .attestation import Signed, check_attestation
 from .certificate import CERTIFICATE_FORMAT
 from .command import Refusal, examine, main
 from .json_values import without_page
@@ -53,7 +53,6 @@ from .verification import check
 
 __all__ = [
     "CERTIFICATE_FORMAT",
-    "LONGEST_FILE",
     "Attested",
     "Finding",
     "FormatError",

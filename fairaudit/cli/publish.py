@@ -177,10 +177,8 @@ def _again(arguments: argparse.Namespace, source: Source) -> str:
     """The command that makes the same publication of the files beside it."""
     import shlex
 
-    from fairaudit.publications.folder import attested
-
     words = ["fairaudit", "publish", "certificate.json", "--rule", arguments.rule]
-    stated = attested(source)
+    stated = source.provenance
     beside = {"table": "certificate.table.jsonl", "attestation": stated and stated.file, "categories": CATEGORIES}
     for name in ("table", "attestation", "with_table", "favourable", *OPTIONS[arguments.rule], "small"):
         value = getattr(arguments, name)

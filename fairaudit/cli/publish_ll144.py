@@ -136,10 +136,9 @@ def publication(source: Source, arguments: argparse.Namespace) -> tuple[Publicat
 
 def _contradictions(source: Source, stated: Stated) -> tuple[str, ...]:
     """Where the attestation, if there is one, states something else."""
-    from fairaudit.attestations.verification import stated_in
     from fairaudit.publications.ll144.stated import contradictions
 
-    return () if source.attestation is None else contradictions(stated, stated_in(source.attestation)[0].stated)
+    return () if source.provenance is None else contradictions(stated, source.provenance.statement.stated)
 
 
 def _stated(arguments: argparse.Namespace) -> Stated:
@@ -170,7 +169,7 @@ def _selections(
     """What counts as selected: once, or for each class."""
     from fairaudit.errors import InputError, nearest, shown
     from fairaudit.publications.counts import favourable_of
-    from fairaudit.publications.ll144.people import ABOVE
+    from fairaudit.tables.scores import ABOVE
 
     classes = column_list(getattr(arguments, "class"))
     given = column_list(arguments.favourable)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from functools import partial
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.source import option, progress
@@ -81,6 +80,8 @@ def as_text(found: Recount | InputError) -> list[str]:
     """What the recount showed, in lines for a person; nothing where it could not be done, of which the message says why."""
     if isinstance(found, Exception):
         return []
+    from textwrap import wrap
+
     listed = [f"{'differs' if entry.equal is False else 'equal  ' if entry.equal else 'unknown'}  {entry.line}" for entry in found.findings]
     return ["", *listed, *([""] if listed else []), *wrap(found.paragraph, WIDTH, break_long_words=False, break_on_hyphens=False)]
 

@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from typing import Any
 from fairaudit.attestations.verification import read_attestation
 from fairaudit.certificates.reader import FORMAT
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded, nearest, shown
+from fairaudit.reports.provenance import Provenance, provenance_of
 from fairaudit.tables.values import Label
 from fairaudit.verified.verification import checked, opened
 
@@ -60,6 +62,13 @@ class Source:
     table: bytes | None
     said: str
     attestation: bytes | None = None
+
+    @cached_property
+    def provenance(self) -> Provenance | None:
+        """What the attestation says; None where there is none."""
+        if self.attestation is None:
+            return None
+        return provenance_of(self.attestation, self.raw, self.document["subject"]["table"]["sha256"], compared=True)
 
     @property
     def sha256(self) -> str:

@@ -21,12 +21,11 @@ from fairaudit.publications.publication import Page, Publication, Table
 from fairaudit.publications.withholding import BESIDES, CHECKED, WHO, Private
 from fairaudit.reports.page import UNBROKEN, digest, provenance_html, templates
 from fairaudit.reports.provenance import TITLE as PROVENANCE
-from fairaudit.reports.provenance import Provenance, provenance_of
 from fairaudit.reports.words import clip
 from fairaudit.tables.preparation import parted, said, uncounted
 from fairaudit.words import plain
 
-__all__ = ["attested", "check_folder", "contents", "harmless", "page", "summary", "write_folder"]
+__all__ = ["check_folder", "contents", "harmless", "page", "summary", "write_folder"]
 
 FORMAT = "fairaudit-publication/1"
 
@@ -97,7 +96,7 @@ def contents(
     found[CERTIFICATE] = source.raw
     if source.table is not None:
         found[TABLE] = source.table
-    stated = attested(source)
+    stated = source.provenance
     if source.attestation is not None and stated is not None:
         found[stated.file] = source.attestation
     return found
@@ -151,7 +150,7 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
         If jinja2 is missing.
     """
     environment, markup = templates("fairaudit.publications")
-    stated = attested(source)
+    stated = source.provenance
     css = files("fairaudit.reports").joinpath("page.css").read_text("utf-8")
     subject = source.document["subject"]
     says: dict[str, Any] = {"said": CHECKED, "who": WHO, "prepared": uncounted(subject), "besides": BESIDES}
@@ -187,13 +186,6 @@ def _is_of_figures(table: Table, column: int) -> bool:
     """Whether a column of a table holds figures, which stand below each other by their last digits."""
     cells = [row[column] for row in table.rows]
     return column > 0 and any(FIGURE.match(cell) for cell in cells) and all(FIGURE.match(cell) or cell in NO_FIGURES for cell in cells)
-
-
-def attested(source: Source) -> Provenance | None:
-    """What the attestation of a certificate says; None where there is none."""
-    if source.attestation is None:
-        return None
-    return provenance_of(source.attestation, source.raw, source.document["subject"]["table"]["sha256"], compared=True)
 
 
 def _table(publication: Publication) -> str:

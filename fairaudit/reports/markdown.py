@@ -11,6 +11,7 @@ from fairaudit.reports import markdown as _markdown
 from fairaudit.reports.content import UNCHECKED, Content, Figure, describe, refusing_other_documents
 from fairaudit.reports.hidden_context import Strength
 from fairaudit.reports.ladder import Rung
+from fairaudit.reports.overview import Overview
 from fairaudit.reports.provenance import TITLE as PROVENANCE
 from fairaudit.reports.provenance import Provenance, intro
 from fairaudit.reports.rows import Row
@@ -51,7 +52,7 @@ def markdown(certificate: Certificate | Mapping[str, Any], *, checked: str = "",
     return _markdown.write(describe(certificate.document if isinstance(certificate, Certificate) else certificate), checked, provenance)
 
 
-__all__ = ["code", "figure_row", "groups", "markdown", "prose", "provenance_lines", "table", "target_line", "write"]
+__all__ = ["code", "figure_row", "groups", "lead", "markdown", "prose", "provenance_lines", "table", "target_line", "write"]
 
 
 SAFE_IN_PROSE = frozenset("()%'“”–-/·")
@@ -95,6 +96,11 @@ def write(page: Content, checked: str = "", provenance: Provenance | None = None
     return "\n\n".join(blocks) + "\n"
 
 
+def lead(page: Content, found: Overview | None) -> str:
+    """The sentences with which a report begins."""
+    return prose(page.lead) if found is None else "\n\n".join(prose(line) for line in (*found.cautions, *found.sentences))
+
+
 def _first(page: Content, views: Views) -> Iterator[str]:
     """What was audited, the verdict from the pair that decided it, and whether it is more than chance."""
     yield prose(page.title)
@@ -103,10 +109,7 @@ def _first(page: Content, views: Views) -> Iterator[str]:
         yield prose(f"Audited: {found.audited}.")
     elif page.spelt:
         yield "\n".join(f"* **Spellings**: {prose(line)}" for line in page.spelt)
-    if found is not None:
-        yield "\n\n".join(prose(line) for line in (*found.cautions, *found.sentences))
-    else:
-        yield prose(page.lead)
+    yield lead(page, found)
     if page.targets:
         yield "\n".join(target_line(t) for t in page.targets)
     if found is not None:

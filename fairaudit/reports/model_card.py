@@ -9,7 +9,7 @@ from typing import Any
 
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.reports.content import UNCHECKED, Content, Figure, describe, refusing_other_documents
-from fairaudit.reports.markdown import FIGURES, code, figure_row, groups, prose, table, target_line
+from fairaudit.reports.markdown import FIGURES, code, figure_row, groups, lead, prose, table, target_line
 from fairaudit.reports.provenance import Provenance, amount_text
 from fairaudit.reports.views import Views
 from fairaudit.words import approximate
@@ -170,7 +170,7 @@ def _limits(page: Content, views: Views) -> Iterator[str]:
     """What was found, and what it does not say."""
     found = views.overview
     yield "## Bias, Risks, and Limitations"
-    yield prose(page.lead) if found is None else "\n\n".join(prose(line) for line in (*found.cautions, *found.sentences))
+    yield lead(page, found)
     if found is not None:
         yield "\n".join(f"* Established beyond chance: {word}. {prose(f'{why[0].upper()}{why[1:]}.')}" for word, why in found.chance)
     judged = [f"* {prose(text)} (for statements about {prose(scopes)})" for text, scopes in page.assumptions]

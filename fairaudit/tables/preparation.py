@@ -14,6 +14,7 @@ __all__ = [
     "Unit",
     "above",
     "above_median",
+    "amount_of",
     "assumption",
     "in_order",
     "intervals",
@@ -161,7 +162,7 @@ def words(entry: Entry) -> str:
     if entry["step"] == "intervals":
         return f"{column} was cut into intervals at {', '.join(entry['edges'])}"
     if entry["step"] == "level":
-        amount, unit = _amount(entry)
+        amount, unit = amount_of(entry)
         return f"{amount} {unit} without a label in {column} form the level {shown(entry['label'])}"
     if entry["step"] in ("above", "above median"):
         limit = decimal_text(Fraction(entry["limit" if entry["step"] == "above" else "median"]))
@@ -219,7 +220,7 @@ def _spelt(entry: Mapping[str, Any]) -> str:
 
 
 def _counted(entry: Entry) -> str:
-    amount, unit = _amount(entry)
+    amount, unit = amount_of(entry)
     if unit == UNIT_OF_LINES:
         return f"{amount} lines of the log could not be counted and were left out ({entry['reason']})"
     if entry["step"] == "unknown":
@@ -227,7 +228,8 @@ def _counted(entry: Entry) -> str:
     return f"{amount} of {entry['of']} {unit} have a missing label and were left out"
 
 
-def _amount(entry: Entry) -> tuple[str, str]:
+def amount_of(entry: Entry) -> tuple[str, str]:
+    """How much an entry is about, and of what: decisions, rows, or lines."""
     return next((entry[unit], unit) for unit in ("decisions", "rows", UNIT_OF_LINES) if unit in entry)
 
 

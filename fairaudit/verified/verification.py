@@ -114,7 +114,7 @@ class Verification:
 
 
 def verification_of(
-    certificate: CertificateLike,
+    certificate: CertificateLike | Opened,
     table: str | os.PathLike[str] | None = None,
     require: Literal["within"] | None = None,
     attestation: bytes | Signed | None = None,
@@ -124,7 +124,7 @@ def verification_of(
     Parameters
     ----------
     certificate, table, require
-        As `fairaudit.verify` has them.
+        As `fairaudit.verify` has them; or a certificate that is at hand, with its table.
     attestation : bytes or Signed, optional
         The bytes of its file, or what was found of its signature.
 
@@ -137,7 +137,7 @@ def verification_of(
     """
     if require not in (None, "within"):
         raise InputError(f"require={require!r} is not accepted; 'within' is")
-    found = opened(certificate, table)
+    found = certificate if isinstance(certificate, Opened) else opened(certificate, table)
     report = _report(found)
     attested = None if attestation is None else _attested(attestation, found, report)
     verdict: Any = report.verdict

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from attested import statement_of
+from attested import written
 
 import fairaudit as fa
 from fairaudit.cli import main
@@ -24,12 +24,6 @@ def certificate(tmp_path: Path) -> Path:
     table: dict[str, Any] = {"sex": ["Male", "Male", "Female", "Female"], "got": ["yes", "no"] * 2, "n": [3, 1, 2, 2]}
     fa.audit(table, decision="got", group="sex", count="n", utility="yes", confidence=None).save(tmp_path / "c.json")
     return tmp_path / "c.json"
-
-
-def written(certificate: Path, **changes: Any) -> Path:
-    path = certificate.with_name("a.json")
-    path.write_text(json.dumps(statement_of(certificate, **changes)))
-    return path
 
 
 def publish(certificate: Path, attestation: Path, rule: str = "ll144") -> int:

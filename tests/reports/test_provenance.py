@@ -6,10 +6,9 @@ import base64
 import json
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 
 import pytest
-from attested import statement_about, statement_of
+from attested import statement_about, statement_of, written
 
 import fairaudit as fa
 from fairaudit.cli import main
@@ -25,12 +24,6 @@ HOSTILE = "<script>alert(1)</script>\u202e{{ 7 * 7 }} =cmd() [x](http://example.
 def certificate(tmp_path: Path) -> Path:
     fa.audit(LOG, decision="hired", group="sex", utility="yes", missing="drop", confidence=None).certificate.save(tmp_path / "c.json")
     return tmp_path / "c.json"
-
-
-def written(path: Path, **changes: Any) -> Path:
-    beside = path.with_name("a.json")
-    beside.write_text(json.dumps(statement_of(path, **changes)))
-    return beside
 
 
 class Boxes(HTMLParser):

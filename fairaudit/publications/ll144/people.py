@@ -16,7 +16,7 @@ from fairaudit.publications.ll144.tables import People, Unknown
 from fairaudit.publications.withholding import Place
 from fairaudit.tables.columns import MISSING_LABEL
 
-__all__ = ["ABOVE", "Reading", "Scores", "cut_at", "left_out", "people_of", "read_labels", "scores_of"]
+__all__ = ["Reading", "Scores", "cut_at", "left_out", "people_of", "read_labels", "scores_of"]
 
 
 AGAIN = (
@@ -43,10 +43,6 @@ class Reading:
     race: Attribute | None
     left_out: int = 0
     notes: tuple[str, ...] = ()
-
-
-ABOVE = "above"
-"""The decision on whoever's score is above the median."""
 
 
 @dataclass(frozen=True)

@@ -252,18 +252,15 @@ def three_tables(
             continue
         asked = about if available else (sex, race)
         unknown = _unknown(people, apart, asked)
-        counts: dict[tuple[str, str], list[int]] = {
-            category: [0, 0] for category in product(SEXES if about[0] else ("",), RACES if about[1] else ("",))
-        }
+        counts: dict[tuple[str, str], Count] = dict.fromkeys(product(SEXES if about[0] else ("",), RACES if about[1] else ("",)), (0, 0))
         for category, (s, n) in people.items():
             if _known(category, asked):
-                into = counts[category[0] or "" if about[0] else "", category[1] or "" if about[1] else ""]
-                into[0] += s
-                into[1] += n
+                own = category[0] or "" if about[0] else "", category[1] or "" if about[1] else ""
+                counts[own] = counts[own][0] + s, counts[own][1] + n
         if shown is None:
-            made.append(impact_table(name, {category: (s, n) for category, (s, n) in counts.items()}, unknown, exclude=exclude))
+            made.append(impact_table(name, counts, unknown, exclude=exclude))
         else:
-            made.append(_only(shown, name, {category: (s, n) for category, (s, n) in counts.items()}, unknown, linked=sex and race))
+            made.append(_only(shown, name, counts, unknown, linked=sex and race))
     return tuple(made)
 
 
