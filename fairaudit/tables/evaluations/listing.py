@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fairaudit.errors import InputError
+from fairaudit.tables.evaluations.columns import SAID, file_names
 from fairaudit.tables.evaluations.paths import LAST, Step, written_path
-from fairaudit.tables.evaluations.reading import SAID, file_names
 from fairaudit.tables.evaluations.samples import Format, Run
 from fairaudit.tables.label_text import label_text
 

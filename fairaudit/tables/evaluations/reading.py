@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
-from decimal import Decimal
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path as File
 from typing import Any
 
 from fairaudit.errors import InputError, naming, nearest, shown
+from fairaudit.tables.evaluations.columns import SAID, Column, clean, file_names, known_paths, meant, plain
 from fairaudit.tables.evaluations.expressions import Expression
 from fairaudit.tables.evaluations.extraction import Wanted
 from fairaudit.tables.evaluations.joining import Joined, joined_rows
-from fairaudit.tables.evaluations.paths import ABSENT, EACH, Path, is_path, read_path, value_at, written_path
+from fairaudit.tables.evaluations.paths import ABSENT, EACH, is_path, read_path, value_at, written_path
 from fairaudit.tables.evaluations.recipes.known import answer_path, recipe_of
 from fairaudit.tables.evaluations.recipes.recipe import Recipe
 from fairaudit.tables.evaluations.repetition import Questions, drawn_of
@@ -25,53 +25,9 @@ from fairaudit.tables.label_text import label_text
 from fairaudit.tables.preparation import unread
 from fairaudit.tables.tally import Tally
 
-__all__ = ["SAID", "file_names", "read"]
+__all__ = ["read"]
 
 EVERY = 4096  # samples between two words on how far the work is
-
-TRUTH = {True: ("true",), False: ("false",)}  # stand for truth values, which to Python are equal to 1 and 0
-
-SAID = ("file", "model", "eval.model", "eval.task")
-"""Columns that a file has as a whole, where its samples do not say otherwise."""
-
-
-@dataclass
-class _Column:
-    """A column, and where its values were found: one that comes from two places is refused."""
-
-    name: str
-    path: Path | None
-    inner: tuple[Any, ...] | None
-    found: set[str] = field(default_factory=set)
-
-    @staticmethod
-    def named(name: str) -> _Column:
-        try:
-            path = read_path(name)
-        except InputError:  # a column may have any name, and where there is none `_check_found` says what is wrong
-            return _Column(name, None, None)
-        if path.each is not None:
-            return _Column(name, path, path.steps[path.each + 1 :])
-        return _Column(name, path if path.argmax or path.steps != (name,) else None, None)
-
-    def of(self, row: Mapping[str, Any], beside: Mapping[str, Any], said: Mapping[str, Any]) -> Any:
-        """The value in a row, or in what was joined to it, or in what the file says of all its rows."""
-        value = row.get(self.name, ABSENT)
-        if value is not ABSENT:
-            self.found.add("column")
-            return value
-        if self.inner is None and self.path is not None:
-            value = self.path.of(row)
-            if value is not ABSENT:
-                self.found.add("path")
-                return value
-        if self.name in beside:
-            self.found.add("join")
-            return beside[self.name]
-        if self.name in said:
-            self.found.add("file")
-            return said[self.name]
-        return ABSENT
 
 
 class _Reader:
@@ -81,7 +37,7 @@ class _Reader:
         asked = wanted.extraction
         _check_roles(wanted)
         self.log, self.wanted = log, wanted
-        self.columns = tuple(map(_Column.named, wanted.columns))
+        self.columns = tuple(map(Column.named, wanted.columns))
         self.decision = None if wanted.decision is None else wanted.columns.index(wanted.decision)
         self.units = tuple(place for place, name in enumerate(wanted.columns) if name in wanted.unit)
         self.groups = tuple(place for place, name in enumerate(wanted.columns) if name in wanted.group)
@@ -90,20 +46,20 @@ class _Reader:
         asked_of, asked_about = (tuple(wanted.columns[place] for place in at) for at in (self.models, self.units))
         self.together = Together(asked_of, asked_about) if together else None
         self.each = _each(self.columns, wanted)
-        self.where = tuple((_Column.named(path), text) for path, text in asked.where)
-        self.key = tuple(map(_Column.named, log.key))
+        self.where = tuple((Column.named(path), text) for path, text in asked.where)
+        self.key = tuple(map(Column.named, log.key))
         told = {*wanted.columns, *(path for path, _ in asked.where)}
-        self.single = tuple(_Column.named(path) for path in log.single if path not in told)
-        self.apart = tuple(_Column.named(path) for path in log.apart if path not in told) if self.units else ()
+        self.single = tuple(Column.named(path) for path in log.single if path not in told)
+        self.apart = tuple(Column.named(path) for path in log.apart if path not in told) if self.units else ()
         self.parts: dict[tuple[Any, ...], tuple[str | None, ...]] = {}
         self.questions = Questions()
         self.asked = tuple(log.key.index(path) if path else -1 for path in (log.task, log.question, log.repetition))
         self.expression = None if asked.extract is None else Expression(asked.extract)
         self.joined: Joined | None = None if asked.join is None else joined_rows(*asked.join)
-        self.join = None if self.joined is None else _Column.named(self.joined.column)
+        self.join = None if self.joined is None else Column.named(self.joined.column)
         self.known = bool(log.name) or asked.extract is not None
         self.recipe = None if asked.recipe is None else recipe_of(asked.recipe)
-        self.answer = None if asked.recipe is None else _Column.named(answer_path(asked.recipe, log.name))
+        self.answer = None if asked.recipe is None else Column.named(answer_path(asked.recipe, log.name))
         self.unmade: Counter[str] = Counter()
         self.rows: Counter[tuple[Any, ...]] = Counter()
         self.read = self.counted = self.answered = 0
@@ -201,16 +157,16 @@ class _Reader:
         labels = tuple(value for place, value in enumerate(values) if place != self.decision)
         if (known := self.parts.setdefault(labels, parts)) != parts:
             (path, first, second) = next((column.name, a, b) for column, a, b in zip(self.apart, known, parts, strict=True) if a != b)
-            unit = ", ".join(f"{self.columns[place].name} {shown(_plain(values[place]))}" for place in self.units)
+            unit = ", ".join(f"{self.columns[place].name} {shown(plain(values[place]))}" for place in self.units)
             raise InputError(
                 f"{unit} has the same labels in {path} {first} and {second}, which are other prompts or providers; name {path} with "
                 f"--context (context) or choose one with --where {path}={first} (where)"
             )
 
-    def _value(self, column: _Column, row: Mapping[str, Any], beside: Mapping[str, Any], said: Mapping[str, Any]) -> Any:
-        return _plain(_clean(column.of(row, beside, said), column.name))
+    def _value(self, column: Column, row: Mapping[str, Any], beside: Mapping[str, Any], said: Mapping[str, Any]) -> Any:
+        return plain(clean(column.of(row, beside, said), column.name))
 
-    def _text(self, column: _Column, row: Mapping[str, Any], beside: Mapping[str, Any], said: Mapping[str, Any]) -> str | None:
+    def _text(self, column: Column, row: Mapping[str, Any], beside: Mapping[str, Any], said: Mapping[str, Any]) -> str | None:
         return label_text(self._value(column, row, beside, said))
 
     def _values(self, row: Mapping[str, Any], beside: Mapping[str, Any], said: Mapping[str, Any]) -> list[list[Any]]:
@@ -230,7 +186,7 @@ class _Reader:
                 ]
         for values in rows:
             for place, column in enumerate(self.columns):
-                values[place] = _clean(values[place], column.name)
+                values[place] = clean(values[place], column.name)
         return rows
 
     def _made(
@@ -238,7 +194,7 @@ class _Reader:
     ) -> Iterator[list[Any]]:
         """The values of the columns in the rows that a recipe makes of a sample."""
         assert self.answer is not None  # noqa: S101
-        answer = _plain(_clean(self.answer.of(row, beside, said), self.answer.name))
+        answer = plain(clean(self.answer.of(row, beside, said), self.answer.name))
         rows = recipe.rows({**beside, **row}, label_text(self._decision(answer, outcome)) or "")
         if isinstance(rows, str):
             self.unmade[rows] += 1
@@ -246,7 +202,7 @@ class _Reader:
         for made in rows:
             yield from self._values({**row, **made}, beside, said)
 
-    def _inner(self, column: _Column, value: Any, element: Any) -> Any:
+    def _inner(self, column: Column, value: Any, element: Any) -> Any:
         if column.inner is None or value is not ABSENT:
             return value
         column.found.add("path")
@@ -258,7 +214,7 @@ class _Reader:
             return outcome
         self.answered += 1
         if self.expression is not None and value is not None:
-            answer = label_text(_plain(value)) or ""
+            answer = label_text(plain(value)) or ""
             value = self.expression.of(answer)
             if value is None:
                 self.unfit = self.unfit or answer
@@ -314,7 +270,7 @@ class _Reader:
         for place in self.units:
             values = {row[place] for row in self.rows}
             texts = {value for value in values if isinstance(value, str)}
-            both = texts & {label_text(_plain(value)) for value in values if not isinstance(value, str)}
+            both = texts & {label_text(plain(value)) for value in values if not isinstance(value, str)}
             if both:
                 raise InputError(
                     f"{name}: {shown(self.columns[place].name, 200)} is {min(both)} in some samples, and the text {shown(min(both))} in "
@@ -333,7 +289,7 @@ class _Reader:
         if self.errors and self.wanted.extraction.errors == "refuse":
             names = [self.columns[place].name for place in self.groups]
             most = sorted(self.of_groups, key=lambda group: (-self.errors[group], repr(group)))[:10]
-            of = {group: ", ".join(f"{name}={_plain(label)}" for name, label in zip(names, group, strict=True)) for group in most}
+            of = {group: ", ".join(f"{name}={plain(label)}" for name, label in zip(names, group, strict=True)) for group in most}
             parts = [f"{of[group]} {self.errors[group]} of {self.of_groups[group]}" for group in most]
             by = f" ({'; '.join(parts)})" if names else ""
             raise InputError(
@@ -348,7 +304,7 @@ class _Reader:
                 "and the expression has to fit in it ((?i) at its beginning ignores case)"
             )
 
-    def _check_found(self, column: _Column, paths: Sequence[str]) -> None:
+    def _check_found(self, column: Column, paths: Sequence[str]) -> None:
         name = ", ".join(paths[:3])
         if column.name == self.wanted.decision and not self.answered:
             return
@@ -364,7 +320,7 @@ class _Reader:
                     read_path(column.name)
             known = [*([] if self.joined is None else self.joined.columns), *self._known(paths[0])]
             what = "path" if is_path(column.name) else "column"
-            raise InputError(f"{name}: there is no {what} {shown(column.name, 200)}; {_meant(column, known)}")
+            raise InputError(f"{name}: there is no {what} {shown(column.name, 200)}; {meant(column, known)}")
 
     def _known(self, path: str) -> list[str]:
         """Paths of a whole sample, those first that are worth a look."""
@@ -426,7 +382,7 @@ def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
     reader.check(paths)
     with naming(", ".join(paths[:3])):
         drawn = drawn_of(log, wanted, [run for _, run in runs], reader.questions)
-    cells = ((*map(_plain, row), number) for row, number in reader.rows.items())
+    cells = ((*map(plain, row), number) for row, number in reader.rows.items())
     tally = Tally.of(File(paths[0]).name, list(wanted.columns), cells)
     if not log.name and reader.each is None and not asked.given:
         return tally
@@ -458,53 +414,6 @@ def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
     )
 
 
-def file_names(paths: Sequence[str]) -> dict[str, str]:
-    """What files are called in the column ``file``: the last part of the path, where that tells them apart.
-
-    Examples
-    --------
-    >>> file_names(["logs/a.eval", "logs/b.eval"]), file_names(["a/log.json", "b/log.json"])
-    ({'logs/a.eval': 'a.eval', 'logs/b.eval': 'b.eval'}, {'a/log.json': 'a/log.json', 'b/log.json': 'b/log.json'})
-    """
-    last = [File(path).name for path in paths]
-    return dict(zip(paths, last if len({*last}) == len(last) else paths, strict=True))
-
-
-def known_paths(row: Mapping[str, Any]) -> list[str]:
-    """Paths to the values of a row, through objects only.
-
-    Examples
-    --------
-    >>> known_paths({"id": 1, "metadata": {"race": "b", "tags": ["x"]}})
-    ['id', 'metadata.race', 'metadata.tags']
-    """
-    found: list[str] = []
-    left: list[tuple[tuple[str, ...], Any]] = [((), row)]
-    while left:
-        steps, value = left.pop()
-        if isinstance(value, Mapping) and len(steps) < 20:
-            left += reversed([((*steps, str(name)), held) for name, held in value.items()])
-        else:
-            found.append(written_path(steps))
-    return found
-
-
-def _meant(column: _Column, known: Sequence[str]) -> str:
-    """Name known paths, first those at whose end the name stands that was looked for, in whatever case."""
-
-    def last(path: Path) -> str:
-        return next((step.casefold() for step in reversed(path.steps) if isinstance(step, str)), "")
-
-    try:
-        meant = read_path(column.name)
-    except InputError:
-        return nearest(column.name, known)
-    ends = [path for path in known if is_path(path) and last(read_path(path)) == last(meant)]
-    beside = [path for path in known if is_path(path) and read_path(path).top == meant.top]
-    listed = [*dict.fromkeys((*ends, *beside, *known))]
-    return f"{nearest('', listed)}; did you mean {shown(ends[0], 200)}?" if ends else nearest(column.name, listed)
-
-
 def _check_roles(wanted: Wanted) -> None:
     """Refuse a decision that is not among the columns, and what is asked of a decision where none is named."""
     decision, asked = wanted.decision, wanted.extraction
@@ -515,7 +424,7 @@ def _check_roles(wanted: Wanted) -> None:
             raise InputError(f"--{name} ({name}) goes with a decision; name its column")
 
 
-def _each(columns: Sequence[_Column], wanted: Wanted) -> tuple[Any, ...] | None:
+def _each(columns: Sequence[Column], wanted: Wanted) -> tuple[Any, ...] | None:
     """The steps to the one list that is taken apart."""
     lists = {
         column.path.steps[: column.path.each]: column.name for column in columns if column.path is not None and column.inner is not None
@@ -532,35 +441,6 @@ def _each(columns: Sequence[_Column], wanted: Wanted) -> tuple[Any, ...] | None:
             "id: elements of one list are no separate draws unless you say so"
         )
     return next(iter(lists), None)
-
-
-def _clean(value: Any, name: str) -> Any:
-    """A value as it is counted: nothing, a text, a number, or what stands for a truth value."""
-    kind = type(value)
-    if kind is str or kind is int or value is None:
-        return value
-    if value is ABSENT:
-        return None
-    if kind is bool:
-        return TRUTH[value]
-    if kind is float:
-        value = Decimal(repr(value))
-    if isinstance(value, Decimal):
-        if not value.is_finite():
-            raise InputError(f"{shown(name, 200)} is {value}, which is not a JSON value")
-        return value
-    if isinstance(value, list):
-        raise InputError(f"{shown(name, 200)} is a list of {len(value)}; name an element, such as {name}[0], {name}[last] or {name}[*]")
-    if isinstance(value, Mapping):
-        names = ", ".join(written_path((str(key),)) for key in list(value)[:10])
-        raise InputError(
-            f"{shown(name, 200)} is an object; name what is in it by {name}. and one of {names or 'no names, for it is empty'}"
-        )
-    return value
-
-
-def _plain(value: Any) -> Any:
-    return value == TRUTH[True] if type(value) is tuple else value
 
 
 def _check_number(path: str, run: Run, read: int, *, accept: bool) -> None:
