@@ -144,11 +144,12 @@ def _prove_by_bets(interval: Interval, evidence: ContrastEvidence | UnitEvidence
 
 def _spanned(supports: Sequence[Sequence[int]]) -> int:
     """The greatest number of samples that two forms rest on together."""
-    spend(len(supports) * sum(4 + len(support) for support in supports))
+    spend(sum(4 + len(support) for support in supports))
     different = {frozenset(support) for support in supports}
     longest = max(map(len, different))
     if longest <= 1 or len(different) == 1:
         return min(2, len(different - {frozenset()})) * longest
+    spend(len(different) * sum(4 + len(support) for support in different))
     return max(len(one | other) for one, other in combinations(different, 2))
 
 

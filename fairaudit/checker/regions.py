@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from heapq import nlargest, nsmallest
 from itertools import chain, pairwise, permutations, product, repeat
 from math import prod
 from typing import TypeVar
@@ -163,13 +164,23 @@ def _at_most_times(one: Affine, other: Affine, ratio: Fraction, box: Sequence[tu
     return greatest <= 0
 
 
+def _too_far_apart(ends: Mapping[int, tuple[int, int]], ratio: Fraction) -> tuple[int, int] | None:
+    """Find two different means of which one can be more than ``ratio`` times the other one, if there are any, by their ends."""
+    tops, bottoms = nlargest(2, ends, key=lambda i: ends[i][1]), nsmallest(2, ends, key=lambda i: ends[i][0])
+    outer = [(tops[0], bottoms[0])] if tops[0] != bottoms[0] else [(tops[0], *bottoms[1:]), (*tops[1:], bottoms[0])]
+    apart = (pair for pair in outer if len(pair) == 2 and ends[pair[0]][1] * ratio.denominator > ends[pair[1]][0] * ratio.numerator)
+    return next(apart, None)
+
+
 def _check_block(block: Sequence[Affine], number: int, ratio: Fraction, box: Sequence[tuple[int, int]]) -> None:
     """Make sure that no form of a block can be more than ``ratio`` times another one."""
-    cells = [box[i] for form, unit in block if len(form) == 1 for i in form if form[i] == unit]
-    if len(cells) == len(block):  # then the greatest and the least end decide of most
-        spend(len(block))
-        if max(hi for _, hi in cells) * ratio.denominator <= min(lo for lo, _ in cells) * ratio.numerator:
+    single = [i for form, unit in block if len(form) == 1 for i in form if form[i] == unit]
+    if len(single) == len(block):  # then the greatest and the least end decide, of different cells
+        spend(4 * len(block))
+        if (pair := _too_far_apart({i: box[i] for i in single}, ratio)) is None:
             return
+        i, j = map(single.index, pair)
+        raise Unproven(f"forms {i} and {j} of block {number} can have a greater quotient than the upper end")
     ends = [(sum(c * box[i][side] for i, c in form.items()), unit) for side in (0, 1) for form, unit in block]
     values, unit = over_common_denominator(ends)
     spend(4 * len(values) + len(block) ** 2, max(map(int.bit_length, values)) + unit.bit_length(), 256 + bits_of(ratio))

@@ -5,6 +5,7 @@ All 1,000 of them: FAIRAUDIT_FULL=1 pytest -n0 tests/checker/test_work.py
 
 from __future__ import annotations
 
+import json
 import os
 import resource
 import sys
@@ -103,3 +104,16 @@ def test_the_writer_leaves_out_what_the_checker_would_refuse() -> None:
 def test_a_refusal_names_the_limit_and_the_part() -> None:
     said, _, _ = measured(hostile(next(i for i, family in enumerate(FAMILIES) if family.__name__ == "streams")))
     assert said == "too much: intervals.local takes more than the steps of a document of 1 MB"
+
+
+def test_thousands_of_groups_in_one_context_are_within_the_work() -> None:
+    """Of means of single cells the outermost ends decide; nobody compares all pairs."""
+    yes = np.random.default_rng(3).binomial(200, 0.5, 5_000)
+    law = fa.Law.from_array(np.stack([200 - yes, yes], axis=-1)[None], kind="counts", decisions=["no", "yes"])
+    certificate = fa.certify(law, {"yes": 1}).certificate
+    document = json.loads(certificate.text)
+    assert document["intervals"]["local"]["ratio"][1] != "inf"
+    assert checker.check(certificate.text.encode()).ok
+    numerator, _, denominator = document["intervals"]["local"]["ratio"][1].partition("/")
+    document["intervals"]["local"]["ratio"][1] = str(F(int(numerator) * 999, int(denominator or 1) * 1000))
+    assert not checker.check(json.dumps(document).encode()).ok
