@@ -45,7 +45,7 @@ class Column:
         if value is not ABSENT:
             self.found.add("column")
             return value
-        if self.inner is None and self.path is not None:
+        if self.path is not None and self.inner is None:
             value = self.path.of(row)
             if value is not ABSENT:
                 self.found.add("path")

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from decimal import Decimal, InvalidOperation
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import IO, Any
@@ -72,6 +73,18 @@ def _reason(error: Exception) -> str:
 
 
 DECODER = json.JSONDecoder(parse_float=Decimal, object_pairs_hook=_object)
+
+
+SCAN: Callable[[str, int], tuple[Any, int]] = DECODER.scan_once  # type: ignore[attr-defined]  # of which no stub knows
+
+
+def _whole(text: str) -> Any:
+    """The value that a text without blanks around it is."""
+    try:
+        value, end = SCAN(text, 0)
+    except StopIteration:
+        end = -1
+    return value if end == len(text) else DECODER.decode(text)  # which says what is wrong
 
 
 class Document:
@@ -283,28 +296,28 @@ def json_lines(path: str) -> Iterator[tuple[int, dict[str, Any]]]:
     [(1, {'a': 1}), (3, {'a': 2})]
     """
     with opened(path) as file:
-        number = 0
-        while line := file.readline(LARGEST):
-            number += 1
-            place = f"{path}, line {number}"
+        lines = iter(partial(file.readline, LARGEST), b"")
+        for number, line in enumerate(lines, 1):
             if len(line) == LARGEST:
-                raise InputError(f"{place}: the line has more than {LARGEST:,} bytes")
+                raise InputError(f"{path}, line {number}: the line has more than {LARGEST:,} bytes")
             try:
                 text = line.decode("utf-8-sig" if number == 1 else "utf-8").strip(" \t\r\n")
-                if not text:
-                    continue
-                value = DECODER.decode(text)
+                if text:
+                    value = _whole(text)
             except UnicodeDecodeError:
-                raise InputError(f"{place}: the text is not UTF-8") from None
+                raise InputError(f"{path}, line {number}: the text is not UTF-8") from None
             except RecursionError:
-                raise InputError(f"{place}: the value is nested too deeply") from None
+                raise InputError(f"{path}, line {number}: the value is nested too deeply") from None
             except json.JSONDecodeError as error:
                 cut = "" if line.endswith(b"\n") else "; the file ends without a line break and may have been cut"
-                raise InputError(f"{place}, character {error.pos + 1}: no JSON: {error.msg[0].lower()}{error.msg[1:]}{cut}") from None
+                place = f"{path}, line {number}, character {error.pos + 1}"
+                raise InputError(f"{place}: no JSON: {error.msg[0].lower()}{error.msg[1:]}{cut}") from None
             except (ValueError, InvalidOperation) as error:
-                raise InputError(f"{place}: {_reason(error)}") from None
-            if not isinstance(value, dict):
-                raise InputError(f"{place}: an object was expected, not {kind_of(value)}")
+                raise InputError(f"{path}, line {number}: {_reason(error)}") from None
+            if not text:
+                continue
+            if type(value) is not dict:
+                raise InputError(f"{path}, line {number}: an object was expected, not {kind_of(value)}")
             yield number, value
 
 

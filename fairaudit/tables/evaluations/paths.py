@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Any, Final
@@ -35,6 +34,8 @@ TOKEN = re.compile(r'"((?:[^"]|"")*)"|([^."\[\]]+)|\[([0-9]{1,9}|last|\*)\]')
 
 NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf(?:inity)?)", re.IGNORECASE)
 """A number as programs write it in a text."""
+
+NAN = Decimal("NaN")
 
 ARGMAX = re.compile(r"\s*argmax\((.*)\)\s*", re.DOTALL)
 
@@ -94,7 +95,8 @@ class Path:
             return ABSENT
         if not isinstance(held, list):
             raise InputError(f"{shown(self.text, 200)} takes the greatest of a list, and there is {shown(held)}")
-        numbers = [_number(value_at(element, self.steps[at + 1 :], self.text), self.text) for element in held]
+        steps, text = self.steps[at + 1 :], self.text
+        numbers = [_number(value_at(element, steps, text), text) for element in held]
         greatest = max(numbers)
         if numbers.count(greatest) > 1:
             places = ", ".join(str(place) for place, number in enumerate(numbers) if number == greatest)
@@ -190,7 +192,7 @@ def value_at(row: Any, steps: tuple[Step, ...], text: str) -> Any:
     value = row
     for step in steps:
         if type(value) is dict or isinstance(value, Mapping):  # the first is asked in no time
-            if not isinstance(step, str):
+            if type(step) is not str:
                 return ABSENT
             value = value.get(step, ABSENT)
         elif isinstance(value, list):
@@ -211,9 +213,11 @@ def _number(value: Any, text: str) -> Decimal:
     if isinstance(value, (str, int, float, Decimal)) and not isinstance(value, bool):
         digits = repr(value) if isinstance(value, float) else value
         if not isinstance(digits, str) or NUMBER.fullmatch(digits):
-            with suppress(InvalidOperation):
+            try:
                 number = Decimal(digits)
-                if not number.is_nan():
-                    return number
+            except InvalidOperation:  # of too great an exponent
+                number = NAN
+            if not number.is_nan():
+                return number
     said = "nothing" if value is ABSENT else shown(value)
     raise InputError(f"{shown(text, 200)} takes the greatest of numbers, and one of them is {said}")

@@ -29,6 +29,11 @@ __all__ = ["read"]
 
 EVERY = 4096  # samples between two words on how far the work is
 
+NOTHING: Mapping[str, Any] = {}
+
+Asked = tuple[str, str, str | None]
+"""The task, the question and its repetition."""
+
 
 class _Reader:
     """Takes samples of logs of one format, and keeps what is counted of them."""
@@ -49,10 +54,11 @@ class _Reader:
         self.where = tuple((Column.named(path), text) for path, text in asked.where)
         self.key = tuple(map(Column.named, log.key))
         told = {*wanted.columns, *(path for path, _ in asked.where)}
-        self.single = tuple(Column.named(path) for path in log.single if path not in told)
+        self.single: tuple[tuple[Column, dict[str, None]], ...] = tuple((Column.named(path), {}) for path in log.single if path not in told)
         self.apart = tuple(Column.named(path) for path in log.apart if path not in told) if self.units else ()
         self.parts: dict[tuple[Any, ...], tuple[str | None, ...]] = {}
         self.questions = Questions()
+        self.by_file = "file" in wanted.columns
         self.asked = tuple(log.key.index(path) if path else -1 for path in (log.task, log.question, log.repetition))
         self.expression = None if asked.extract is None else Expression(asked.extract)
         self.joined: Joined | None = None if asked.join is None else joined_rows(*asked.join)
@@ -61,13 +67,11 @@ class _Reader:
         self.recipe = None if asked.recipe is None else recipe_of(asked.recipe)
         self.answer = None if asked.recipe is None else Column.named(answer_path(asked.recipe, log.name))
         self.unmade: Counter[str] = Counter()
-        self.rows: Counter[tuple[Any, ...]] = Counter()
+        self.rows: dict[tuple[Any, ...], int] = {}
         self.read = self.counted = self.answered = 0
         self.taken, self.unfit = False, ""
         self.errors: Counter[tuple[Any, ...]] = Counter()
-        self.of_groups: Counter[tuple[Any, ...]] = Counter()
         self.keys: set[int] = set()
-        self.values: dict[str, dict[str, None]] = {column.name: {} for column in self.single}
         self.passed: dict[str, dict[str, None]] = {column.name: {} for column, _ in self.where}
         self.ordinary: set[str] = set()
         self.outcomes: Counter[str] = Counter()
@@ -80,7 +84,7 @@ class _Reader:
             *self.columns,
             *(column for column, _ in self.where),
             *self.key,
-            *self.single,
+            *(column for column, _ in self.single),
             *([] if self.join is None else [self.join]),
             *([] if self.answer is None else [self.answer]),
         ]
@@ -89,69 +93,63 @@ class _Reader:
 
     def take(self, sample: Sample, run: Run, said: Mapping[str, str]) -> None:
         """Count a sample."""
-        row, outcome = sample.row, sample.outcome
+        row, outcome, _ = sample
         if not self.read or (outcome == "read" and not self.outcomes["read"]):
             self.example = row
         self.read += 1
-        key = self._key(row, run, said)
-        beside: Mapping[str, Any] = (
-            {} if self.joined is None or self.join is None else self.joined.of(self._value(self.join, row, {}, said))
-        )
-        for column, text in self.where:
-            value = self._text(column, row, beside, said)
-            if value != text and not (value is None and outcome == "error"):  # whether it would fit, a failed sample does not say
-                if len(seen := self.passed[column.name]) < 10:
-                    seen["nothing" if value is None else shown(value)] = None
-                return
+        asked = self._asked(row, run, said) if self.key else None
+        beside = NOTHING if self.joined is None or self.join is None else self.joined.of(self._value(self.join, row, NOTHING, said))
+        if self.where and not self._fits(sample, beside, said):
+            return
         self.counted += 1
         self.outcomes[outcome] += 1
-        for column in self.single:
-            self.values[column.name][self._text(column, row, beside, said) or "nothing"] = None
-        asked = self._asked(key, run)
+        for column, single in self.single:
+            held = column.of(row, beside, said)
+            if type(held) is not str or held not in single:
+                single[label_text(plain(clean(held, column.name))) or "nothing"] = None
         if asked is not None and not self.units:
             self.questions.add(*asked, None)
         for values in self._values(row, beside, said) if self.recipe is None else self._made(self.recipe, row, beside, said, outcome):
             if self.decision is not None and self.recipe is None:
                 values[self.decision] = self._decision(values[self.decision], outcome)
-            if outcome == "error" or self.wanted.extraction.errors == "refuse":
-                group = tuple(values[place] for place in self.groups)
-                self.of_groups[group] += 1
-                if outcome == "error":
-                    self.errors[group] += 1
+            if outcome == "error":
+                self.errors[tuple(values[place] for place in self.groups)] += 1
             if self.apart and any(values[place] is not None for place in self.units):
                 self._check_apart(values, tuple(self._text(column, row, beside, said) for column in self.apart))
             if self.units:
-                self._note_unit(values, asked)
-            self.rows[tuple(values)] += 1
+                unit = tuple([values[place] for place in self.units])
+                if asked is not None:
+                    self.questions.add(*asked, unit)
+                if self.together is not None:
+                    self.together.add(tuple([values[place] for place in self.models]), unit)
+            counted = tuple(values)
+            self.rows[counted] = self.rows.get(counted, 0) + 1
 
-    def _key(self, row: Mapping[str, Any], run: Run, file: Mapping[str, str]) -> tuple[str, ...]:
-        """What tells a sample apart from the others of its file; refused if another one has it."""
-        if not self.key:
-            return ()
-        values = [column.of(row, {}, {}) for column in self.key]
-        name = file.get("file") if "file" in self.wanted.columns else ""
-        texts = tuple(map(str, values))  # 1 and "1" would be one unit
+    def _fits(self, sample: Sample, beside: Mapping[str, Any], said: Mapping[str, str]) -> bool:
+        """Whether all conditions are met, as far as a sample says; one that failed may not."""
+        for column, text in self.where:
+            value = self._text(column, sample.row, beside, said)
+            if value != text and not (value is None and sample.outcome == "error"):
+                if len(seen := self.passed[column.name]) < 10:
+                    seen["nothing" if value is None else shown(value)] = None
+                return False
+        return True
+
+    def _asked(self, row: Mapping[str, Any], run: Run, file: Mapping[str, str]) -> Asked | None:
+        """What was asked, in a log that has questions; a sample is refused if another one of its file is the same by its key."""
+        values = [column.of(row, NOTHING, NOTHING) for column in self.key]
+        name = file.get("file") if self.by_file else ""
+        texts = [str(value) for value in values]  # 1 and "1" would be one unit
         key = hash((run.model, run.task, name, *texts))
         if key in self.keys:
             told = [shown(None if value is ABSENT else value) for value in values]
             said = ", ".join(f"{column.name} {text}" for column, text in zip(self.key, told, strict=True))
             raise InputError(f"the sample with {said} is there twice{f' for the model {shown(run.model)}' if run.model else ''}")
         self.keys.add(key)
-        return texts
-
-    def _asked(self, key: tuple[str, ...], run: Run) -> tuple[str, str, str | None] | None:
-        """The task, the question and its repetition, in a log that has questions."""
         task, question, repetition = self.asked
         if question < 0:
             return None
-        return run.task if task < 0 else key[task], key[question], None if repetition < 0 else key[repetition]
-
-    def _note_unit(self, values: Sequence[Any], asked: tuple[str, str, str | None] | None) -> None:
-        unit = tuple([values[place] for place in self.units])
-        if asked is not None:
-            self.questions.add(*asked, unit)
-        if self.together is not None:
-            self.together.add(tuple(values[place] for place in self.models), unit)
+        return run.task if task < 0 else texts[task], texts[question], None if repetition < 0 else texts[repetition]
 
     def _check_apart(self, values: Sequence[Any], parts: tuple[str | None, ...]) -> None:
         labels = tuple(value for place, value in enumerate(values) if place != self.decision)
@@ -185,8 +183,9 @@ class _Reader:
                     [self._inner(column, value, element) for column, value in zip(self.columns, first, strict=True)] for element in held
                 ]
         for values in rows:
-            for place, column in enumerate(self.columns):
-                values[place] = clean(values[place], column.name)
+            for place, value in enumerate(values):
+                if type(value) is not str:  # which most are
+                    values[place] = clean(value, self.columns[place].name)
         return rows
 
     def _made(
@@ -270,7 +269,7 @@ class _Reader:
         for place in self.units:
             values = {row[place] for row in self.rows}
             texts = {value for value in values if isinstance(value, str)}
-            both = texts & {label_text(plain(value)) for value in values if not isinstance(value, str)}
+            both = texts and texts & {label_text(plain(value)) for value in values if not isinstance(value, str)}
             if both:
                 raise InputError(
                     f"{name}: {shown(self.columns[place].name, 200)} is {min(both)} in some samples, and the text {shown(min(both))} in "
@@ -278,9 +277,9 @@ class _Reader:
                 )
 
     def _check_single(self, name: str) -> None:
-        for path, seen in self.values.items():
+        for column, seen in self.single:
             if len(seen) > 1:
-                listed = ", ".join(map(shown, list(seen)[:10]))
+                listed, path = ", ".join(map(shown, list(seen)[:10])), column.name
                 raise InputError(
                     f"{name}: samples are repeated for each {path} ({listed}); choose one with --where {path}={next(iter(seen))} (where)"
                 )
@@ -288,9 +287,12 @@ class _Reader:
     def _check_errors(self, name: str) -> None:
         if self.errors and self.wanted.extraction.errors == "refuse":
             names = [self.columns[place].name for place in self.groups]
-            most = sorted(self.of_groups, key=lambda group: (-self.errors[group], repr(group)))[:10]
+            of_groups: Counter[tuple[Any, ...]] = Counter()
+            for row, number in self.rows.items():
+                of_groups[tuple(row[place] for place in self.groups)] += number
+            most = sorted(of_groups, key=lambda group: (-self.errors[group], repr(group)))[:10]
             of = {group: ", ".join(f"{name}={plain(label)}" for name, label in zip(names, group, strict=True)) for group in most}
-            parts = [f"{of[group]} {self.errors[group]} of {self.of_groups[group]}" for group in most]
+            parts = [f"{of[group]} {self.errors[group]} of {of_groups[group]}" for group in most]
             by = f" ({'; '.join(parts)})" if names else ""
             raise InputError(
                 f"{name}: {sum(self.errors.values())} of {self.counted} samples have no answer{by}; --errors drop leaves them out and "

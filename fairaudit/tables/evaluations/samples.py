@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from fairaudit.tables.evaluations.extraction import Errors
 
@@ -50,8 +50,7 @@ VERBS = {"refused": "were refused", "unreadable": "could not be understood", "tr
 NOTHING_DECIDED = (*VERBS,)
 
 
-@dataclass(frozen=True)
-class Sample:
+class Sample(NamedTuple):
     """A sample of an evaluation log: one question with one answer.
 
     Attributes
