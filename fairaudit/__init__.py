@@ -127,6 +127,7 @@ _NAMES = {
         "read_csv",
     ),
     "fairaudit.tables.engines.logs": ("read_log",),
+    "fairaudit.tables.engines.tallies": ("tally",),
     "fairaudit.tables.examples": (
         "Example",
         "example",
@@ -228,6 +229,7 @@ if TYPE_CHECKING:
     from fairaudit.tables.csv import CsvTable as CsvTable
     from fairaudit.tables.csv import read_csv as read_csv
     from fairaudit.tables.engines.logs import read_log as read_log
+    from fairaudit.tables.engines.tallies import tally as tally
     from fairaudit.tables.examples import Example as Example
     from fairaudit.tables.examples import example as example
     from fairaudit.tables.labels import merge_labels as merge_labels

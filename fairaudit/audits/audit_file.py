@@ -310,7 +310,7 @@ def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tu
     samples = _samples(section, where, folder)
     if (path.is_file() or path.is_dir()) and (samples or form(str(path)) != "csv"):
         keys = ("decision", "group", "context", "truth", "unit", "count", "probability", "weight")
-        roles: dict[str, Any] = {key: _columns(section, key, where) for key in ("group", "unit")}
+        roles: dict[str, Any] = {key: _columns(section, key, where) for key in ("group", "unit")} | {"count": section.get("count")}
         wanted = [*(name for key in keys for name in _columns(section, key, where)), *valued]
         return read_log(path, wanted, decision=_text(section, "decision", where), **roles, **samples)
     table = read_csv(path)

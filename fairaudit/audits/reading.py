@@ -328,7 +328,7 @@ def _prepared(source: Source, reading: Reading, report: Report | None, most: int
     plain = reading.count is not None or reading.probability is not None
     scored = [] if reading.above is None else [reading.decision]
     labelled = reading.decision if not scored and reading.decision != reading.utility_column else None
-    roles: dict[str, Any] = {"decision": labelled, "group": reading.group, "unit": reading.unit}
+    roles: dict[str, Any] = {"decision": labelled, "group": reading.group, "unit": reading.unit, "count": reading.count}
     numbers = (*reading.numeric, *valued, *scored)
     table = read_table(source, wanted, reading.bins, numbers, reading.access, plain=plain, **options, **roles)
     if plain and isinstance(table, Tally) and table.evaluation is not None:
@@ -425,7 +425,7 @@ def read_table(
     report, most, by
         As for `read_log`.
     **roles
-        Of an evaluation log ``decision``, ``group`` and ``unit``, as for `read_log`.
+        Of an evaluation log ``decision``, ``group`` and ``unit``, as for `read_log`; of counts ``count``.
 
     Returns
     -------

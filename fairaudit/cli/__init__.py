@@ -27,6 +27,7 @@ from fairaudit.cli import (
     publish,
     report,
     subgroups,
+    tally,
     verify,
     worst_case,
 )
@@ -36,7 +37,7 @@ __all__ = ["main", "plugins"]
 
 EXIT_BAD_INPUT = 2
 ENTRY_POINT = "fairaudit.commands"
-CORE = (certify, inspect, verify, attest, privacy, calibrate, design, worst_case, subgroups, plan, report, publish, compare, monitor)
+CORE = (certify, inspect, tally, verify, attest, privacy, calibrate, design, worst_case, subgroups, plan, report, publish, compare, monitor)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -96,6 +96,8 @@ CASES: dict[str, tuple[str, ...]] = {
     "plan 2": ("plan --guess 0.5 --max-ratio 0.8",),
     "inspect 0": ("inspect log.csv",),
     "inspect 2": ("inspect nowhere.csv",),
+    "tally 0": ("tally log.csv --decision u --group g --context x -o tally.parquet",),
+    "tally 2": ("tally log.csv --decision u --group g -o tally.csv", "tally log.csv --decision u --group g", "tally log.csv -o t.parquet"),
     "privacy 0": ("privacy filter.csv", "privacy filter.csv --releases 1 --tau 0.3 --max-ratio 9"),
     "privacy 1": ("privacy filter.csv --releases 3 --tau 0.1 --max-ratio 1.1",),
     "privacy 2": ("privacy no.json",),

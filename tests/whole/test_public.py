@@ -173,6 +173,7 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         "report": lambda: fa.report(made, folder / "report.md", format="markdown"),
         "sample_policy": lambda: fa.sample_policy(lambda x, a: "go" if a == "f" else "stay", [("lobby", "f"), ("lobby", "m")], trials=5),
         "subgroups": subgroups,
+        "tally": lambda: fa.tally(folder / "log.csv", folder / "log.parquet", ["hired", "sex"]),
         "trade_off": lambda: fa.trade_off(coin()),
         "verify": lambda: fa.verify(made.certificate, require="within"),
         "worst_case": worst,

@@ -9,7 +9,7 @@ import shutil
 import tempfile
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from fairaudit.tables.binning import Bins, apply_bins
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines.paths import Form, read_text
 from fairaudit.tables.engines.request import Request, attended, database_source
+from fairaudit.tables.engines.tally_files import said_by
 from fairaudit.tables.label_text import Reader, json_number
 from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written, written_name
 from fairaudit.tables.tally import Tally
@@ -69,11 +70,25 @@ def read_files(paths: Sequence[str], kind: Form, request: Request) -> Tally:
         return _read_csv(paths, request)
     if kind == "json":
         return _read_json(paths, request)
-    source = f"read_parquet({literals(map(literal_path, paths))})"
+    listed = literals(map(literal_path, paths))
+    source = f"read_parquet({listed})"
     with connected(request) as connection, told(request, paths[0]):
         types = _types(connection, source, request.columns)
         _refuse_rounded(connection, paths, types)
-        return _count(connection, Path(paths[0]).name, source, types, request, quick=True)
+        said = said_by(connection, paths, listed)
+        if said is None:
+            return _count(connection, Path(paths[0]).name, source, types, request, quick=True)
+        said.refuse(paths[0], request.columns, request.count, [*request.bins])
+        source = source if len(paths) == 1 else _added_up(source, types, said.count)
+        tally = _count(connection, Path(paths[0]).name, source, types, request, quick=True)
+        return replace(tally, preparation=said.preparation)
+
+
+def _added_up(source: str, types: Mapping[str, str], count: str) -> str:
+    """Write counts as those of all their files together."""
+    others = ", ".join(identifier(name, "duckdb") for name in types if name != count)
+    quoted = identifier(count, "duckdb")
+    return f"(select {others}, sum({quoted})::{types[count]} as {quoted} from {source} group by {others}) as added_up"  # noqa: S608
 
 
 def read_database(path: str, request: Request) -> Tally:

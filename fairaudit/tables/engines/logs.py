@@ -64,6 +64,7 @@ def read_log(
     decision: str | None = None,
     group: str | Sequence[str] = (),
     unit: str | Sequence[str] = (),
+    count: str | None = None,
     log_format: str | None = None,
     extract: str | None = None,
     join: str | None = None,
@@ -102,6 +103,8 @@ def read_log(
         How many lines stand above the header of a text or a spreadsheet.
     decision, group, unit : str or sequence of str
         Of an evaluation log: which of the columns is the decision, which are groups, and which the sampling unit.
+    count : str, optional
+        Of files that `tally` wrote: which of the columns says how often a row occurred.
     log_format, extract, join, where, errors, missing_samples, recipe
         Of an evaluation log, as for `audit`.
 
@@ -139,6 +142,7 @@ def read_log(
         decision=decision,
         group=names(group),
         unit=names(unit),
+        count=count,
         extraction=extraction_of(
             log_format=log_format, extract=extract, join=join, where=where, errors=errors, missing_samples=missing_samples, recipe=recipe
         ),

@@ -50,6 +50,8 @@ class Request:
         Which of the columns is the decision.
     group, unit : tuple of str
         Which of them are groups, and which the sampling unit.
+    count : str or None
+        Which of them says how many decisions a row stands for.
     extraction : Extraction
         What is asked of an evaluation log beyond columns.
     evaluations : bool
@@ -69,6 +71,7 @@ class Request:
     decision: str | None = None
     group: tuple[str, ...] = ()
     unit: tuple[str, ...] = ()
+    count: str | None = None
     extraction: Extraction = NOTHING_ASKED
     evaluations: bool = True
 

@@ -1,0 +1,128 @@
+"""What a file of counts that `fairaudit.tally` wrote says of itself: where the counts are, and what was done before they were made."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fairaudit.errors import InputError, shown
+from fairaudit.tables.preparation import Entry
+
+__all__ = ["KEY", "Said", "said_by"]
+
+KEY = "fairaudit-tally/1"
+"""Under which a Parquet file says so, in JSON."""
+
+ENTRY = ("step", "column", "edges")
+"""What it says of a column that was cut into intervals, in the order in which a certificate has it."""
+
+AGAIN = "make it again by fairaudit tally"
+
+
+@dataclass(frozen=True)
+class Said:
+    """What files of counts say of themselves.
+
+    Attributes
+    ----------
+    count : str
+        The column of the counts.
+    preparation : tuple of mapping
+        Which columns were cut into intervals (`fairaudit.tables.preparation`).
+    values : dict of str to {"texts", "values", "none"}
+        Whether the labels of a column were texts, or numbers and truth values, where they were counted.
+    """
+
+    count: str
+    preparation: tuple[Entry, ...]
+    values: Mapping[str, str]
+
+    @property
+    def text(self) -> str:
+        """The same in JSON."""
+        said = {"count": self.count, "preparation": [dict(entry) for entry in self.preparation], "values": dict(self.values)}
+        return json.dumps(said, ensure_ascii=True, sort_keys=True)
+
+    def refuse(self, path: str, columns: Sequence[str], count: str | None, cut: Sequence[str]) -> None:
+        """Refuse counts that are read as anything else, and intervals that are cut again.
+
+        Raises
+        ------
+        InputError
+            If they are.
+        """
+        if count != self.count:
+            raise InputError(
+                f"{path} is a tally: each of its rows stands for as many decisions as its column {shown(self.count)} says; name that "
+                f"column with count (--count {self.count})"
+            )
+        for entry in self.preparation:
+            if entry["column"] in cut and entry["column"] in columns:
+                edges = ", ".join(entry["edges"])
+                raise InputError(f"column {shown(entry['column'])} was cut at {edges} before {path} was counted; name it without edges")
+
+
+def said_by(connection: Any, paths: Sequence[str], listed: str) -> Said | None:
+    """What Parquet files say of themselves; None if they are no tallies.
+
+    Parameters
+    ----------
+    connection : DuckDBPyConnection
+        Who reads them.
+    paths : sequence of str
+        The files.
+    listed : str
+        The same as they stand in a statement.
+
+    Raises
+    ------
+    InputError
+        If only some are, or they do not say the same.
+    """
+    rows = connection.execute(f"select file_name, value from parquet_kv_metadata({listed}) where key = '{KEY}'::blob").fetchall()  # noqa: S608
+    if not rows:
+        return None
+    places = {os.path.realpath(name): value for name, value in rows}
+    found = {path: _read(path, places[place]) for path in paths if (place := os.path.realpath(path)) in places}
+    first = next(iter(found))
+    for path in paths:
+        if path not in found:
+            raise InputError(f"{first} is a tally and {path} is none; count {path}, too (fairaudit tally), or leave it out")
+        _refuse_others(found[first], found[path], first, path)
+    values = {name: kind for said in found.values() for name, kind in said.values.items() if kind != "none"}
+    return Said(found[first].count, found[first].preparation, values)
+
+
+def _refuse_others(one: Said, other: Said, first: str, path: str) -> None:
+    """Refuse files that were not counted in the same way."""
+    if one.count != other.count:
+        raise InputError(f"the counts are in column {shown(one.count)} of {first} and in column {shown(other.count)} of {path}; {AGAIN}")
+    if one.preparation != other.preparation:
+        raise InputError(f"{first} and {path} were cut into different intervals before they were counted; {AGAIN} with the same ones")
+    for name, kind in one.values.items():
+        if {kind, other.values.get(name, "none")} == {"texts", "values"}:
+            where = (first, path) if kind == "texts" else (path, first)
+            raise InputError(
+                f"column {shown(name)} held texts where {where[0]} was counted, and numbers or truth values where {where[1]} was; one "
+                "label could stand for two values: write the logs with one type"
+            )
+
+
+def _read(path: str, value: bytes) -> Said:
+    """Read what a file says of itself, which anybody could have written."""
+    try:
+        said = json.loads(value)
+        count, preparation, values = said["count"], said["preparation"], said["values"]
+        fits = isinstance(count, str) and isinstance(preparation, list) and isinstance(values, dict)
+        fits = fits and all(kind in ("texts", "values", "none") for kind in values.values())
+        for entry in preparation if fits else ():
+            fits = fits and {*entry} == {*ENTRY} and entry["step"] == "intervals" and isinstance(entry["column"], str)
+            fits = fits and isinstance(entry["edges"], list) and all(isinstance(edge, str) for edge in entry["edges"])
+    except (ValueError, TypeError, KeyError, RecursionError):
+        fits = False
+    if not fits:
+        raise InputError(f"{path}: what this tally says of itself cannot be read; {AGAIN}")
+    return Said(count, tuple({name: entry[name] for name in ENTRY} for entry in preparation), values)
