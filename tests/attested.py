@@ -46,6 +46,10 @@ def written(certificate: Path, **changes: Any) -> Path:
 def statement_about(document: Mapping[str, Any], raw: bytes, **changes: Any) -> dict[str, Any]:
     """The same of a document and the bytes of its file."""
     total, dropped = counted(document)
+    log = document["subject"].get("evaluation")
+    run = {} if log is None else {"run": {"format": log["format"], "model": "a/b"}}
+    if log is not None and log["errors"] == "drop" and log["answers"]["error"]:
+        dropped["error"] = Fraction(log["answers"]["error"])
     predicate = {
         "issuer": {"name": "Example Audits", "contact": "audits@example.org"},
         "title": "Screening of applicants",
@@ -54,7 +58,7 @@ def statement_about(document: Mapping[str, Any], raw: bytes, **changes: Any) -> 
         "issuedAt": "2026-01-15T09:00:00Z",
         "table": {"sha256": document["subject"]["table"]["sha256"]},
         "sources": [
-            {"name": "log.csv", "sha256": "0" * 64, "bytes": 812345, "rows": 12003, "run": {"format": "inspect", "model": "a/b"}},
+            {"name": "log.csv", "sha256": "0" * 64, "bytes": 812345, "rows": 12003, **run},
             {"name": "postgresql", "sha256": None, "bytes": None, "rows": 3, "query": "SELECT 1"},
         ],
         "rows": {

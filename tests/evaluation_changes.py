@@ -15,9 +15,11 @@ from certificate_changes import other_values, places, put, same, still_true, str
 import fairaudit as fa
 from fairaudit.tables.evaluations.samples import Evaluation
 from fairaudit.tables.tally import Tally
+from fairaudit.tables.values import names
 
 LOST = ("refused", "unreadable", "truncated", "error")
-STATED = ("format", "extract", "join", "recipe", "where", "epochs", "unit", "drawn")
+STATED = ("format", "extract", "join", "recipe", "where", "each", "epochs", "question", "unit", "drawn")
+ROWS_OF_SAMPLE = {None: 1, "bbq": 2, "bbq-accuracy": 1}
 QUESTIONS = "questions were drawn; epochs of a question count once"
 ANSWERS = "the questions are fixed; the model's answers were drawn"
 UNITS = "sampling units were drawn; samples of a unit count once"
@@ -28,7 +30,8 @@ NOTHING = "nothing was drawn: the questions are fixed, and the model answers eac
 def log_of(rows: list[tuple[Any, ...]], columns: tuple[str, ...] = ("answer", "race", "topic"), **said: Any) -> Tally:
     """A log as its reader hands it over: rows with how often each occurs, and how it was read."""
     tally = Tally.of("run.eval", columns, rows)
-    known: dict[str, Any] = {"format": "inspect", "decision": columns[0], "expected": tally.rows, "read": tally.rows, "counted": tally.rows}
+    number = dict.fromkeys(("expected", "read", "counted"), tally.rows)
+    known: dict[str, Any] = {"format": "inspect", "decision": columns[0], "question": "id", **number}
     return replace(tally, evaluation=Evaluation(**{**known, **said}))
 
 
@@ -49,7 +52,10 @@ def drawn_log(seed: int, **said: Any) -> Tally:
 
 def audited(log: Tally, **options: Any) -> fa.Result:
     """The certificate of a log."""
-    law = fa.Law.from_log(log, decision="answer", group="race", context="topic", unit=options.pop("unit", None))
+    unit = names(options.pop("unit", None))
+    assert log.evaluation is not None
+    log = replace(log, evaluation=replace(log.evaluation, unit=unit))
+    law = fa.Law.from_log(log, decision="answer", group="race", context="topic", unit=unit)
     return fa.certify(law, options.pop("utility", {"A": 1}), **options)
 
 
@@ -71,7 +77,7 @@ def truly_read(subject: Any, of_intervals: bool) -> bool:
         return False
     if {*said} - {*STATED, "errors", "samples", "answers", "cells", "unlabelled"}:
         return False
-    texts = [said[key] for key in ("format", "extract", "join", "recipe") if key in said]
+    texts = [said[key] for key in ("format", "extract", "join", "recipe", "each", "question") if key in said]
     units = said.get("unit", ["some"])
     where = said.get("where", [{"path": "p", "value": "v"}])
     if not isinstance(units, list) or not isinstance(where, list):
@@ -94,7 +100,14 @@ def truly_read(subject: Any, of_intervals: bool) -> bool:
     numbers += [said["unlabelled"]] if "unlabelled" in said else []
     if any(type(number) is not int or not 0 <= number < 10**18 for number in numbers) or not said["epochs"]:
         return False
-    allowed = [ANSWERS, NOTHING, *([QUESTIONS, UNITS] if "unit" in said else [SAMPLES, *([QUESTIONS] if said["epochs"] == 1 else [])])]
+    if said["epochs"] > 1 and "question" not in said:
+        return False
+    if "unit" in said:
+        allowed = [ANSWERS, NOTHING, QUESTIONS if said.get("question") in said["unit"] else UNITS]
+    elif said.get("question") in ("race", "topic"):
+        allowed = [ANSWERS, NOTHING]
+    else:
+        allowed = [] if said["epochs"] > 1 else [QUESTIONS if "question" in said else SAMPLES]
     if said["drawn"] not in allowed or (of_intervals and said["drawn"] == NOTHING) or said["errors"] not in ("refuse", "drop", "bound"):
         return False
     kept = LOST if said["errors"] == "bound" else LOST[:3]
@@ -137,8 +150,13 @@ def truly_read(subject: Any, of_intervals: bool) -> bool:
         return False
     if samples["expected"] is not None and samples["expected"] < samples["read"]:
         return False
-    plain = "recipe" not in said and not any("[*]" in name for name in said.get("unit", []))
-    return (samples["counted"] == samples["rows"] or not plain) and ("where" in said or samples["read"] == samples["counted"])
+    recipe = said["recipe"].partition(":")[0] if "recipe" in said else None
+    if recipe not in ROWS_OF_SAMPLE:
+        return False
+    made = samples["counted"] * ROWS_OF_SAMPLE[recipe]
+    if samples["rows"] < made or (samples["rows"] > made and "each" not in said):
+        return False
+    return "where" in said or samples["read"] == samples["counted"]
 
 
 def assumed(said: Any) -> list[str]:

@@ -211,7 +211,7 @@ def certify(
     if deployment is not None and deployment.policy.law.evaluation is not None:
         raise InputError("the law of a policy is not read from an evaluation log; audit the log itself, without filters")
     if level is not None and law.evaluation is not None:
-        refuse_nothing_drawn(law, law.evaluation)
+        refuse_nothing_drawn(law.evaluation)
     refuse_beside_unknown_groups(law, difference=difference, drift=max_drift is not None)
     shares = ask_shares(unknown_share or {}, law)
     of_table, limits = (limits, []) if law.unknown is not None else ([], limits)

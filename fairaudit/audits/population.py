@@ -211,7 +211,7 @@ def cut_at_own_median(subject: Law | Deployment) -> bool:
     return any(entry["step"] == "above median" for entry in law.preparation)
 
 
-def refuse_nothing_drawn(law: Law, evaluation: Evaluation, spelled: Callable[[str], str] = str) -> None:
+def refuse_nothing_drawn(evaluation: Evaluation, spelled: Callable[[str], str] = str) -> None:
     """Refuse to speak of a population of answers where the log says that each question has one answer.
 
     Raises
@@ -219,7 +219,7 @@ def refuse_nothing_drawn(law: Law, evaluation: Evaluation, spelled: Callable[[st
     InputError
         If it does.
     """
-    if drawn_said(evaluation, () if law.units is None else law.units.columns) == NOTHING_DRAWN:
+    if drawn_said(evaluation) == NOTHING_DRAWN:
         raise InputError(
             f"the log says {evaluation.fixed}: the questions are fixed, and the model answers each of them in one way, so that nothing was "
             f"drawn; {spelled('confidence')} none judges the answers that there are, or {spelled('unit')} says that questions were drawn"
@@ -267,7 +267,7 @@ def confidence_for(
                 )
         return None
     if chosen is not None and law.evaluation is not None:
-        refuse_nothing_drawn(law, law.evaluation, spelled)
+        refuse_nothing_drawn(law.evaluation, spelled)
     if asked is not None and chosen is not None and not law.whole:
         raise InputError(
             f"{spelled('confidence')} {shown(str(asked))} needs whole counts of at most 10^18, and the table has others: weighted counts "

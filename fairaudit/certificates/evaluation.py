@@ -31,19 +31,20 @@ def evaluation_entry(law: Law, evaluation: Evaluation, *, cells: bool) -> dict[s
     answers = {name: sum(counts.get(name, 0) for counts in held.values()) for name in ("read", *UNDECIDED, ERROR)}
     if evaluation.errors == "drop":
         answers[ERROR] = evaluation.lost
-    unit = () if law.units is None else law.units.columns
     given: dict[str, Any] = {
         "format": evaluation.format,
         "extract": evaluation.extract,
         "join": evaluation.join,
         "where": [{"path": path, "value": value} for path, value in evaluation.where],
         "recipe": evaluation.recipe,
+        "each": evaluation.each,
         "epochs": evaluation.epochs,
-        "unit": list(unit),
-        "drawn": drawn_said(evaluation, unit),
+        "question": evaluation.question,
+        "unit": list(evaluation.unit),
+        "drawn": drawn_said(evaluation),
     }
     return {
-        **{key: value for key, value in given.items() if value not in (None, [])},
+        **{key: value for key, value in given.items() if value not in (None, [], "")},
         "errors": evaluation.errors,
         "samples": {"expected": evaluation.expected, "read": evaluation.read, "counted": evaluation.counted, "rows": evaluation.rows},
         "answers": answers,

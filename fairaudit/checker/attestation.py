@@ -302,7 +302,7 @@ def _check_data(value: object, where: str, depth: int) -> None:
 
 
 def _compared(stated: Statement, digest: str, counted: Counted) -> Iterator[Finding]:
-    """Compare file, by its digest, table, sum, what was counted and dropped, and what databases were asked for."""
+    """Compare file, by its digest, table, sum, what was counted and dropped, the format of logs, and what databases were asked for."""
     names = [name for name, of in stated.subjects if of == digest]
     about = f"subject {shown(names[0])} is the file that was checked" if names else "a subject is the file that was checked"
     yield finding_of(about, bool(names), "" if names else f"the SHA-256 of that file is {digest}")
@@ -319,6 +319,11 @@ def _compared(stated: Statement, digest: str, counted: Counted) -> Iterator[Find
     if counted.dropped is not None:
         ours = {reason: amount for reason, amount in stated.dropped if amount != ZERO}
         yield compared("rows.dropped", ours, dict(counted.dropped))
+    for i, source in enumerate(stated.sources):
+        if source.run:
+            of_run = dict(source.run)[RUN[0]]
+            fault = "is of no evaluation log" if counted.log is None else "" if of_run == counted.log else f"says {shown(counted.log)}"
+            yield finding_of(f"sources[{i}].run.format is {shown(of_run)}", not fault, fault and f"the certificate {fault}")
     if stated.options:
         yield from _asked(stated.sources, stated.options)
 

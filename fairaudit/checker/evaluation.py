@@ -9,10 +9,13 @@ from itertools import pairwise
 from .header import Subject
 from .json_values import Labels, check_distinct, read_choice, read_integer, read_list, read_object, read_string, read_strings
 from .preparation import Step
-from .rationals import sum_of
+from .rationals import at_most, reduced, sum_of
 from .sentences import ERRORS_LEFT_OUT, SAMPLES_LEFT_OUT
 from .table import Table, counts_are_whole
 from .text import Finding, compared, finding_of, malformed, shown
+
+RECIPES = {"bbq": 2, "bbq-accuracy": 1}  # rows of a sample of which any are made
+UNMADE = "unusable value"  # as which those are left out of which none are
 
 UNDECIDED = ("refused", "unreadable", "truncated")  # decisions of the table, of answers that decide nothing
 ERROR = "error"  # a decision of the table only where it is to be bounded
@@ -42,6 +45,7 @@ class Evaluation:
 
     format: str
     epochs: int
+    question: str  # what names one in the log, a column or a path
     unit: Labels  # columns of the sampling unit
     drawn: str
     errors: str
@@ -50,7 +54,8 @@ class Evaluation:
     counted: int  # of these samples
     rows: int  # that were made of them, and were counted or left out
     all_count: bool  # whether there is no condition on samples
-    one_row: bool  # whether each sample makes one row
+    recipe: str  # by which rows were made of samples, without where the answers stand
+    each: bool  # whether a sample makes a row for each element of a list
     answers: Counts
     cells: tuple[tuple[Place, Counts], ...] | None
     unlabelled: int  # of the errors that were taken out, how many have no label of a cell
@@ -85,8 +90,15 @@ class Evaluation:
         absent = f" {self.missing:,} of {self.expected:,} samples are not in it." if self.missing else ""
         return (
             f"The certificate says that the table was counted from an evaluation log ({shown(self.format)}), which was not looked at here: "
-            f"{', '.join(counted)}.{absent} Of what was drawn it says: {self.drawn}.{''.join(self._unseen)}"
+            f"{', '.join(counted)}.{absent} Of what was drawn it says: {self.drawn}{self._told_apart}.{''.join(self._unseen)}"
         )
+
+    @property
+    def _told_apart(self) -> str:
+        """By what questions and units are told apart."""
+        said = (("question", (self.question,) if self.question else ()), ("sampling unit", self.unit))
+        parts = [f"a {what} is told by {' and '.join(map(shown, columns))}" for what, columns in said if columns]
+        return f" ({', '.join(parts)})" if parts else ""
 
     @property
     def _unseen(self) -> Iterator[str]:
@@ -102,9 +114,9 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
     if subject.kind != "counts":
         raise malformed(where, "must not be there: only counts are of an evaluation log")
     keys = ("format", "epochs", "drawn", "errors", "samples", "answers", "cells")
-    members = read_object(value, where, keys, optional=("extract", "join", "where", "recipe", "unit", "unlabelled"))
+    members = read_object(value, where, keys, optional=("extract", "join", "where", "recipe", "each", "question", "unit", "unlabelled"))
     epochs = read_integer(members["epochs"], f"{where}.epochs")
-    for key in ("format", *(key for key in ("extract", "join", "recipe") if key in members)):
+    for key in ("format", *(key for key in ("extract", "join", "recipe", "each", "question") if key in members)):
         if not read_string(members[key], f"{where}.{key}"):
             raise malformed(f"{where}.{key}", "must not be empty")
     unit = read_strings(members["unit"], f"{where}.unit") if "unit" in members else ()
@@ -112,18 +124,24 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
         check_distinct(unit, f"{where}.unit")
     if epochs == 0:
         raise malformed(f"{where}.epochs", "must be positive")
-    said = (QUESTIONS, FIXED, UNITS, NOTHING) if unit else (FIXED, SAMPLES, NOTHING, *((QUESTIONS,) if epochs == 1 else ()))
+    question = str(members.get("question", ""))
+    recipe = str(members.get("recipe", "")).partition(":")[0]
+    if recipe and recipe not in RECIPES:
+        raise malformed(f"{where}.recipe", f"must be one of {', '.join(RECIPES)}, of which it is known how many rows they make")
+    if epochs > 1 and not question:
+        raise malformed(where, "lacks the key 'question', though questions were asked several times")
+    cell = (*subject.columns.context, *subject.columns.group)
+    said = _possible(question, unit, cell, repeated=epochs > 1)
     if "where" in members:
         _read_where(members["where"], f"{where}.where")
     samples = read_object(members["samples"], f"{where}.samples", ("expected", "read", "counted", "rows"))
     expected = samples["expected"]
     if expected is not None:
         expected = read_integer(expected, f"{where}.samples.expected")
-    columns = subject.columns
-    names = (columns.decision, *columns.group, *columns.context, *unit, *([] if columns.truth is None else [columns.truth]))
     read = Evaluation(
         str(members["format"]),
         epochs,
+        question,
         unit,
         read_choice(members["drawn"], f"{where}.drawn", said),
         read_choice(members["errors"], f"{where}.errors", ("refuse", "drop", "bound")),
@@ -132,7 +150,8 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
         read_integer(samples["counted"], f"{where}.samples.counted"),
         read_integer(samples["rows"], f"{where}.samples.rows"),
         "where" not in members,
-        "recipe" not in members and not any("[*]" in name for name in names),
+        recipe,
+        "each" in members,
         {
             name: read_integer(item, f"{where}.answers.{name}")
             for name, item in read_object(members["answers"], f"{where}.answers", ANSWERS).items()
@@ -149,6 +168,15 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
     if read.cells is None and embedded:
         raise malformed(f"{where}.cells", "must be a list, as the certificate holds the table")
     return read
+
+
+def _possible(question: str, unit: Labels, cell: Labels, *, repeated: bool) -> tuple[str, ...]:
+    """What can have been drawn: an answer is a draw by itself only where its question is by itself, or in cells of its own."""
+    if unit:
+        return (QUESTIONS if question in unit else UNITS, FIXED, NOTHING)
+    if not question:
+        return (SAMPLES,)
+    return (FIXED, NOTHING) if question in cell else () if repeated else (QUESTIONS,)
 
 
 def _read_where(value: object, where: str) -> None:
@@ -188,10 +216,20 @@ def check_evaluation(stated: Evaluation, steps: Sequence[Step], table: Table) ->
         yield finding_of(f"subject.evaluation.cells: of each the answers that decide nothing{also}", not fault, fault)
     left_out = [step.amount for step in steps if step.step == "left out" and step.unit == "decisions"]
     yield compared("subject.evaluation.samples.rows", (stated.rows, 1), sum_of([(sum(stated.answers.values()), 1), *left_out]))
-    if stated.one_row:
-        yield compared("subject.evaluation.samples.counted", stated.counted, stated.rows)
+    yield _check_counted(stated, steps)
     if stated.all_count:
         yield compared("subject.evaluation.samples.read", stated.read, stated.counted)
+
+
+def _check_counted(stated: Evaluation, steps: Sequence[Step]) -> Finding:
+    """Compare how many samples count with the rows that they made, and with how many made none by a recipe."""
+    own = [step.amount for step in steps if stated.recipe and step.unit == "lines" and step.reason == UNMADE]
+    actual = reduced(*sum_of([(stated.rows, RECIPES.get(stated.recipe, 1)), *own]))
+    if not stated.each:
+        return compared("subject.evaluation.samples.counted", (stated.counted, 1), actual)
+    statement = f"subject.evaluation.samples.counted is {stated.counted}, and each of these made a row"
+    fault = "" if at_most((stated.counted, 1), actual) else f"the table has rows of {shown(actual)} at the most"
+    return finding_of(statement, not fault, fault)
 
 
 def _fault_of_cells(stated: Evaluation, actual: Mapping[Place, Counts]) -> str:

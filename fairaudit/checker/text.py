@@ -106,6 +106,7 @@ class Counted:
     exactly: tuple[int, int] | None  # how many were counted; nothing where the table does not tell
     most: int  # how many rows there can have been
     dropped: tuple[tuple[str, tuple[int, int]], ...] | None  # by reason; nothing where the document does not say
+    log: str | None = None  # the format of the evaluation log, if it is of one
 
 
 @dataclass(frozen=True)

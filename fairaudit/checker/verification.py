@@ -136,8 +136,10 @@ def _checked_certificate(document: object, lines: Iterable[bytes] | None) -> Rep
 def _counted(stated: Certificate, table: Table) -> Counted:
     """Say what was counted, and what was left out, errors of an evaluation log among it."""
     counted = counted_of(stated.preparation, table)
-    lost = 0 if stated.evaluation is None else stated.evaluation.dropped
-    return replace(counted, dropped=(*(counted.dropped or ()), *([(ERROR, (lost, 1))] if lost else [])))
+    if stated.evaluation is None:
+        return counted
+    lost = stated.evaluation.dropped
+    return replace(counted, dropped=(*(counted.dropped or ()), *([(ERROR, (lost, 1))] if lost else [])), log=stated.evaluation.format)
 
 
 def _checked_as(form: str, document: object, lines: Iterable[bytes] | None) -> Report:

@@ -40,7 +40,7 @@ from fairaudit.model.layout import (
 )
 from fairaudit.model.unknown import UnknownRows, refuse_beside_unknown, unknown_rows
 from fairaudit.tables.columns import Missing, read_columns
-from fairaudit.tables.evaluations.lost import left_out_of, refuse_samples, settled
+from fairaudit.tables.evaluations.lost import left_out_of, refuse_other_draws, refuse_samples, settled
 from fairaudit.tables.evaluations.samples import Evaluation
 from fairaudit.tables.frames import tally_frame
 from fairaudit.tables.preparation import Entry, assumption
@@ -530,6 +530,8 @@ def _read(
             refuse_samples(table)
         table = settled(table, decision, columns.context, columns.group, missing=missing, unknown=unknown)
         evaluation = table.evaluation if value is None else None
+    if evaluation is not None:
+        refuse_other_draws(evaluation, names(unit), (*columns.context, *columns.group))
     coded = read_columns(
         table,
         decision,

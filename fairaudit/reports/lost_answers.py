@@ -161,7 +161,8 @@ def _read(said: Mapping[str, Any]) -> Iterator[str]:
     samples = said["samples"]
     of = f" of {samples['expected']:,}" if samples["expected"] is not None else ""
     asked = f", each question asked {said['epochs']:,} times" if said["epochs"] > 1 else ""
-    yield f"an evaluation log ({clip(said['format'], 40)}) with {samples['read']:,}{of} samples{asked}: {said['drawn']}"
+    unit = f" (sampling unit: {', '.join(clip(name, 60) for name in said['unit'])})" if "unit" in said else ""
+    yield f"an evaluation log ({clip(said['format'], 40)}) with {samples['read']:,}{of} samples{asked}: {said['drawn']}{unit}"
     how = []
     if "recipe" in said:
         known = KNOWN.get(said["recipe"].partition(":")[0])

@@ -67,7 +67,8 @@ def test_what_a_log_says_of_itself_is_attested_and_what_was_lost_adds_up(folder:
     assert code == 0 and "equal how answers were read" in said and "equal what 'run.json' says of its run" in said
     assert "which was counted again, as is said below: 25 of 37 answers were read, 6 were refused, 6 ended in an error and were" in said
     assert "not looked at" not in said and "nothing here checks it" not in said and "The log was counted again" in said
-    assert "3 of 40 samples are not in it. Of what was drawn it says: questions were drawn; epochs of a question count once." in said
+    assert "3 of 40 samples are not in it. Of what was drawn it says: questions were drawn; epochs of a question count once (" in said
+    assert 'count once (a question is told by "id", a sampling unit is told by "id").' in said
     assert 'Runs of evaluations, as their logs are said to name them: "run.json" (format "inspect", producer "inspect_ai 0.3.285"' in said
     assert fa.recount("c.json", "a.json", "run.json").ok
 

@@ -42,10 +42,10 @@ def test_answers_are_those_of_the_log(seed: int, errors: str) -> None:
 
 def test_how_answers_were_found_is_stated() -> None:
     rows = [("A", "a", "age", 6), ("B", "b", "age", 3)]
-    said: dict[str, Any] = {"extract": "^(A|B)", "join": "id", "where": (("filter", "first"),), "recipe": "bbq"}
+    said: dict[str, Any] = {"extract": "^(A|B)", "join": "id", "where": (("filter", "first"),), "recipe": "bbq-accuracy"}
     entry = json.loads(audited(log_of(rows, expected=None, read=20, **said), confidence=None).certificate.text)["subject"]["evaluation"]
     assert entry["where"] == [{"path": "filter", "value": "first"}] and (entry["extract"], entry["join"]) == ("^(A|B)", "id")
-    assert entry["samples"] == {"expected": None, "read": 20, "counted": 9, "rows": 9} and entry["recipe"] == "bbq"
+    assert entry["samples"] == {"expected": None, "read": 20, "counted": 9, "rows": 9} and entry["recipe"] == "bbq-accuracy"
 
 
 @pytest.mark.parametrize(
@@ -55,9 +55,9 @@ def test_how_answers_were_found_is_stated() -> None:
         ("id", {"epochs": 3}, QUESTIONS),
         (["id", "epoch"], {"epochs": 3, "drawn": "answers"}, ANSWERS),
         (["id", "epoch"], {"epochs": 3, "drawn": "answers", "runs": (("run.eval", Run("inspect", fixed="temperature 0")),)}, NOTHING),
-        (None, {"epochs": 3}, ANSWERS),
-        ("id", {"drawn": "units"}, "sampling units were drawn; samples of a unit count once"),
-        (None, {"drawn": "units"}, "samples were drawn, each of them by itself"),
+        (None, {"epochs": 3, "drawn": "answers", "question": "topic"}, ANSWERS),
+        ("id", {"drawn": "units", "question": "metadata.number"}, "sampling units were drawn; samples of a unit count once"),
+        (None, {"drawn": "units", "question": ""}, "samples were drawn, each of them by itself"),
     ],
 )
 def test_what_was_drawn_is_said_in_a_sentence(unit: Any, said: dict[str, Any], sentence: str) -> None:

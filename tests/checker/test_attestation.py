@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 from attested import altered, places, statement_of
+from evaluation_changes import audited, drawn_log
 
 import fairaudit as fa
 from fairaudit import checker
@@ -219,8 +220,27 @@ def test_every_value_of_a_wrong_type_is_refused(certificate: Path) -> None:
     stated |= {"predicate.system.version", "predicate.command.0", "predicate.command.1", "predicate.command.2", "predicate.command.3"}
     stated |= {"predicate.versions.fairaudit", "predicate.versions.python", "predicate.options"}
     stated |= {f"predicate.sources.{i}.{key}" for i, key in ((0, "name"), (0, "bytes"), (0, "rows"), (1, "name"), (1, "rows"))}
-    stated |= {"predicate.sources.0.run.format", "predicate.sources.0.run.model"}
     assert {name for name in accepted if not name.startswith("predicate.options.")} == stated
+
+
+def test_a_run_is_of_the_format_of_the_log(tmp_path: Path, certificate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A certificate of no evaluation log has none."""
+    of_log = tmp_path / "log.json"
+    of_log.write_bytes(audited(drawn_log(3, errors="drop")).certificate.text.encode())
+    whole = statement_of(of_log)
+    assert whole["predicate"]["sources"][0]["run"] == {"format": "inspect", "model": "a/b"} and code_of(of_log, whole) == 0
+    run = ("predicate", "sources", 0, "run")
+    for value, code in ({"format": "helm"}, 1), ({"format": "inspect", "status": "success"}, 0), ({"format": " "}, 2), ({"model": "a"}, 2):
+        assert code_of(of_log, altered(whole, run, lambda _, given=value: given)) == code
+    for path in ((*run, "format"), (*run, "model")):
+        for wrong in (None, 7, [], {}, "", "\x00"):
+            assert code_of(of_log, altered(whole, path, lambda _, given=wrong: given)) == 2
+    other = altered(statement_of(certificate), ("predicate", "sources", 0), lambda held: held | {"run": {"format": "inspect"}})
+    capsys.readouterr()
+    assert code_of(certificate, other) == 1
+    assert checker.main([str(certificate), "--attestation", str(certificate.with_name("attestation.json"))]) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert 'FALSE sources[0].run.format is "inspect" (the certificate is of no evaluation log)' in said
 
 
 def test_what_a_database_was_asked_for_is_what_the_options_say(certificate: Path) -> None:

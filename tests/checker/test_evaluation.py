@@ -11,7 +11,9 @@ from typing import Any
 
 import pytest
 from certificate_kinds import outcome
-from evaluation_changes import audited, changed_evaluations, drawn_log, log_of, may_be_true, traded_counts
+from evaluation_changes import QUESTIONS, SAMPLES, UNITS, audited, changed_evaluations, drawn_log, log_of, may_be_true, traded_counts
+
+import fairaudit as fa
 
 ROWS = [("A", "a", "age", 6), ("B", "a", "age", 3), ("A", "b", "age", 4), ("refused", "b", "age", 2), ("error", "b", "age", 1)]
 ALTERATIONS = 10_000 if os.environ.get("FAIRAUDIT_FULL") else 2_000
@@ -69,6 +71,14 @@ def test_no_alteration_that_says_something_false_of_the_table_is_accepted(errors
         (("extract",), "", "malformed"),
         (("unlabelled",), 1, "false"),
         (("unlabelled",), 2, "malformed"),
+        (("question",), "number", "true"),
+        (("question",), "topic", "malformed"),
+        (("question",), "", "malformed"),
+        (("recipe",), "bbq", "false"),
+        (("recipe",), "bbq-accuracy:answer", "true"),
+        (("recipe",), "mine", "malformed"),
+        (("each",), "answers[*]", "true"),
+        (("samples",), {"expected": 16, "read": 16, "counted": 15, "rows": 16}, "false"),
         (("format",), "helm", "true"),
         (("extract",), "^(yes|no)", "true"),
     ],
@@ -103,6 +113,103 @@ def test_a_unit_that_nobody_named_carries_no_interval() -> None:
     assert changed["subject"]["evaluation"]["unit"] == ["id"]
     del changed["subject"]["evaluation"]["unit"]
     assert outcome(json.dumps(changed).encode()) == "malformed"
+
+
+@pytest.mark.parametrize(
+    ("read", "unit", "changes", "result"),
+    [
+        ({}, "id", {}, "true"),
+        ({}, "id", {"question": "doc_id"}, "malformed"),
+        ({}, "id", {"question": None}, "malformed"),
+        ({}, "id", {"drawn": UNITS}, "malformed"),
+        ({}, "id", {"question": "doc_id", "drawn": UNITS}, "true"),
+        ({}, "id", {"drawn": SAMPLES}, "malformed"),
+        ({"drawn": "answers", "question": "topic"}, None, {}, "true"),
+        ({"drawn": "answers", "question": "topic"}, None, {"question": "id"}, "malformed"),
+        ({"drawn": "answers", "question": "topic"}, None, {"question": None}, "malformed"),
+        ({"drawn": "answers", "question": "topic"}, None, {"question": None, "drawn": SAMPLES}, "malformed"),
+        ({"drawn": "answers", "question": "topic"}, None, {"drawn": QUESTIONS}, "malformed"),
+        ({"drawn": "answers", "question": "topic"}, None, {"question": "id", "drawn": QUESTIONS}, "malformed"),
+    ],
+)
+def test_answers_to_one_question_are_independent_only_where_the_question_is_the_unit_or_of_the_cell(
+    read: dict[str, Any], unit: str | None, changes: dict[str, Any], result: str
+) -> None:
+    rows = [(d, r, t, q, n) for (d, r, t, n) in ROWS for q in (1, 2)]
+    log = log_of(rows, ("answer", "race", "topic", "id"), errors="drop", epochs=12, **read)
+    changed = json.loads(audited(log, unit=unit).certificate.text)
+    said = changed["subject"]["evaluation"] | changes
+    changed["subject"]["evaluation"] = {key: value for key, value in said.items() if value is not None or key == "expected"}
+    assert outcome(json.dumps(changed).encode()) == result
+
+
+def bbq_certificate(recipe: str, **options: Any) -> Any:
+    return json.loads(fa.audit(bbq_file(options.pop("path")), recipe=f"{recipe}:answer", utility="yes", **options).certificate.text)
+
+
+def bbq_file(path: Path) -> Path:
+    """Twelve questions, of which two name nobody whom a stereotype is about, and a third says itself who is meant."""
+    rows = []
+    for number in range(12):
+        people = ("old", "old") if number in (4, 9) else ("old", "nonOld")
+        rows.append(
+            {
+                "example_id": number,
+                "question_polarity": "neg",
+                "context_condition": "disambig" if number % 3 else "ambig",
+                "category": "Age",
+                "answer_info": {"ans0": ["x", people[0]], "ans1": ["y", people[1]], "ans2": ["z", "unknown"]},
+                "additional_metadata": {"stereotyped_groups": ["old"]},
+                "label": number % 2 if number % 3 else 2,
+                "answer": "ABC"[number % 3],
+                "parts": ["p", "q"],
+            }
+        )
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    return path
+
+
+@pytest.mark.parametrize(("recipe", "left", "per"), [("bbq", 2, 2), ("bbq-accuracy", 5, 1)])
+def test_a_recipe_makes_so_many_rows_of_each_sample_that_makes_any(tmp_path: Path, recipe: str, left: int, per: int) -> None:
+    """And what it makes no row of is among what was left out."""
+    original = bbq_certificate(recipe, path=tmp_path / "log.jsonl", confidence=None)
+    assert outcome(json.dumps(original).encode()) == "true"
+    samples = original["subject"]["evaluation"]["samples"]
+    assert samples == {"expected": None, "read": 12, "counted": 12, "rows": per * (12 - left)}
+    assert [entry for entry in original["subject"]["preparation"] if entry["step"] == "left out"] == [
+        {"step": "left out", "reason": "unusable value", "lines": str(left)}
+    ]
+    for number in (11, 13, 24):
+        changed = json.loads(json.dumps(original))
+        changed["subject"]["evaluation"]["samples"] |= {"read": number, "counted": number}
+        assert outcome(json.dumps(changed).encode()) == "false", number
+    text = json.dumps(original).replace(f'"lines": "{left}"', f'"lines": "{left - 1}"')
+    assert outcome(text.replace(f"{left} lines of the log", f"{left - 1} lines of the log").encode()) == "false"
+    without = json.loads(json.dumps(original))
+    del without["subject"]["evaluation"]["recipe"]
+    assert outcome(json.dumps(without).encode()) == "false"
+
+
+def test_a_list_that_is_taken_apart_makes_a_row_for_each_of_its_elements_and_at_least_one(tmp_path: Path) -> None:
+    path = tmp_path / "log.jsonl"
+    rows = [{"id": n, "race": "ab"[n % 2], "said": [{"text": "yes"}] * (n % 4) or None, "d": "yes"} for n in range(20)]
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    for named in ({"decision": "said[*].text", "missing": "drop"}, {"decision": "d", "group": ["race"], "context": "said[*].text"}):
+        options: dict[str, Any] = {"group": "race", "missing": "drop", **named}
+        original = json.loads(fa.audit(path, unit="id", utility="yes", **options).certificate.text)
+        said = original["subject"]["evaluation"]
+        assert said["each"] == "said[*]" and said["samples"]["rows"] == sum(max(1, n % 4) for n in range(20))
+        assert outcome(json.dumps(original).encode()) == "true"
+        for samples, each, result in (
+            ({"read": 36, "counted": 36}, True, "false"),
+            ({"read": 35, "counted": 35}, True, "true"),
+            ({}, False, "false"),
+        ):
+            changed = json.loads(json.dumps(original))
+            changed["subject"]["evaluation"]["samples"] |= samples
+            if not each:
+                del changed["subject"]["evaluation"]["each"]
+            assert outcome(json.dumps(changed).encode()) == result
 
 
 def screen(document: Any, path: Path) -> str:

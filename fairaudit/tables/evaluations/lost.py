@@ -13,7 +13,7 @@ from fairaudit.tables.preparation import Entry
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label
 
-__all__ = ["NOTHING", "drawn_said", "left_out_of", "refuse_samples", "settled"]
+__all__ = ["NOTHING", "drawn_said", "left_out_of", "refuse_other_draws", "refuse_samples", "settled"]
 
 QUESTIONS = "questions were drawn; epochs of a question count once"
 ANSWERS = "the questions are fixed; the model's answers were drawn"
@@ -22,25 +22,53 @@ SAMPLES = "samples were drawn, each of them by itself"
 NOTHING = "nothing was drawn: the questions are fixed, and the model answers each of them in one way"
 
 
-def drawn_said(evaluation: Evaluation, unit: Sequence[str]) -> str:
-    """Say what was drawn, given the columns of the sampling unit.
+def drawn_said(evaluation: Evaluation) -> str:
+    """Say what was drawn.
 
     Examples
     --------
-    >>> asked = Evaluation("inspect", "answer", epochs=3)
-    >>> drawn_said(asked, ["id"])
+    >>> drawn_said(Evaluation("inspect", "answer", epochs=3, question="id", unit=("id",)))
     'questions were drawn; epochs of a question count once'
-
-    Without a unit each context is a question, or epochs would be counted as questions:
-
-    >>> drawn_said(asked, [])
-    "the questions are fixed; the model's answers were drawn"
     """
     if evaluation.drawn == "units":
-        return UNITS if unit else SAMPLES
-    if evaluation.drawn == "questions" and (unit or evaluation.epochs == 1):
+        return UNITS if evaluation.unit else SAMPLES
+    if evaluation.drawn == "questions":
         return QUESTIONS
     return NOTHING if evaluation.fixed else ANSWERS
+
+
+def refuse_other_draws(evaluation: Evaluation, unit: Sequence[str], cell: Sequence[str]) -> None:
+    """Refuse a table in which draws are not what they were when the log was read.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        How the log was read.
+    unit : sequence of str
+        Columns of the sampling unit of the table.
+    cell : sequence of str
+        Its columns of contexts and groups.
+
+    Raises
+    ------
+    InputError
+        If it has another sampling unit, or puts several questions into a cell whose answers alone were drawn.
+
+    Examples
+    --------
+    >>> refuse_other_draws(Evaluation("inspect", "answer", epochs=3, question="id", unit=("id",)), ["id"], ["race"])
+    >>> refuse_other_draws(Evaluation("inspect", "answer", epochs=3, question="id", unit=("id",)), [], ["race"])
+    Traceback (most recent call last):
+        ...
+    fairaudit.errors.InputError: the log was read with the sampling unit id, and the table is to have none; name the same in both
+    """
+    if (*unit,) != evaluation.unit:
+        read, asked = (", ".join(names) or "none" for names in (evaluation.unit, unit))
+        raise InputError(f"the log was read with the sampling unit {read}, and the table is to have {asked}; name the same in both")
+    if not unit and evaluation.drawn == "answers" and evaluation.question not in cell:
+        raise InputError(
+            f"{evaluation.question} is neither a context nor a group, so that answers to it are no draws by themselves; name it as unit"
+        )
 
 
 def left_out_of(evaluation: Evaluation) -> tuple[str, ...]:

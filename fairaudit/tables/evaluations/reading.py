@@ -18,7 +18,7 @@ from fairaudit.tables.evaluations.joining import Joined, joined_rows
 from fairaudit.tables.evaluations.paths import ABSENT, EACH, is_path, read_path, value_at, written_path
 from fairaudit.tables.evaluations.recipes.known import answer_path, recipe_of
 from fairaudit.tables.evaluations.recipes.recipe import Recipe
-from fairaudit.tables.evaluations.repetition import Questions, drawn_of
+from fairaudit.tables.evaluations.repetition import Questions, drawn_of, question_of
 from fairaudit.tables.evaluations.same_samples import ASKED, Together
 from fairaudit.tables.evaluations.samples import NOTHING_DECIDED, Evaluation, Format, Run, Sample
 from fairaudit.tables.label_text import label_text
@@ -408,6 +408,9 @@ def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
             expected=None if all(run.expected is None for _, run in runs) else sum(expected),
             read=reader.read,
             recipe=asked.recipe,
+            question=question_of(log, (*wanted.unit, *wanted.columns)),
+            unit=wanted.unit,
+            each=None if reader.each is None else written_path((*reader.each, EACH)),
             errors=asked.errors,
             runs=tuple(runs),
             counted=reader.counted,

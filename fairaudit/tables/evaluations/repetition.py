@@ -11,7 +11,7 @@ from fairaudit.tables.evaluations.extraction import Wanted
 from fairaudit.tables.evaluations.paths import Step, read_path
 from fairaudit.tables.evaluations.samples import Drawn, Format, Run
 
-__all__ = ["Questions", "drawn_of"]
+__all__ = ["Questions", "drawn_of", "question_of"]
 
 
 @dataclass
@@ -134,6 +134,11 @@ def _of_samples(log: Format, wanted: Wanted, runs: Sequence[Run], questions: Que
         )
         raise InputError(f"{what}; --unit {log.question} says that the answers to a question are no separate draws")
     return "answers" if within else "questions"
+
+
+def question_of(log: Format, columns: Sequence[str]) -> str:
+    """What names a question: the column that does, however it is written, or else the path; empty where nothing does."""
+    return next((name for name in columns if _named(log.question, [name])), log.question)
 
 
 def _named(path: str, among: Sequence[str]) -> bool:

@@ -197,6 +197,12 @@ class Evaluation:
         The files, and what each says of itself.
     recipe : str or None
         The recipe that made rows of samples.
+    question : str
+        What names a question in the log: the column that does, or else the path; empty where nothing does.
+    unit : tuple of str
+        Columns of the sampling unit, as the log was read.
+    each : str or None
+        The list of which each element made a row.
     rows : int
         How many rows the samples that count have made; none before labels were merged.
     dropped : tuple of Dropped
@@ -218,6 +224,9 @@ class Evaluation:
     drawn: Drawn = "questions"
     runs: tuple[tuple[str, Run], ...] = ()
     recipe: str | None = None
+    question: str = ""
+    unit: tuple[str, ...] = ()
+    each: str | None = None
     rows: int = 0
     dropped: tuple[Dropped, ...] = ()
     unlabelled: int = 0

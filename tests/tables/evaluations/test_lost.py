@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+from typing import Any
+
 import pytest
 from evaluation_changes import log_of
 
@@ -78,3 +82,29 @@ def test_samples_carry_no_counts_or_probabilities() -> None:
     plain = log_of(rows, ("answer", "race", "n"), format="rows", where=(("kind", "count"),))
     law = fa.Law.from_counts(plain, decision="answer", group="race", count="n")
     assert law.weights.tolist() == [[3, 3], [4, 4]] and law.evaluation is None
+
+
+def test_a_table_has_the_draws_with_which_its_log_was_read(tmp_path: Path) -> None:
+    """Else epochs of a question would pass as draws by themselves, or a unit as a question."""
+    log = tmp_path / "run.json"
+    asked = {"model": "m", "task": "t", "config": {"epochs": 2}, "dataset": {"sample_ids": [*range(8)]}}
+    samples = [
+        {"id": n, "epoch": e, "metadata": {"race": "ab"[n % 2]}, "output": {}, "scores": {"choice": {"answer": "AB"[(n + e) % 2]}}}
+        for n in range(8)
+        for e in (1, 2)
+    ]
+    log.write_text(json.dumps({"version": 2, "status": "success", "eval": asked, "samples": samples}))
+    columns: dict[str, Any] = {"decision": "scores.choice.answer", "group": "metadata.race"}
+    names = [*columns.values(), "id", "epoch"]
+    tally = fa.read_log(log, names, **columns, unit="id")
+    read = fa.Law.from_log(tally, **columns, unit="id").evaluation
+    assert read is not None and read.unit == ("id",) and read.question == "id"
+    for unit in (None, "epoch", ["id", "epoch"]):
+        with pytest.raises(
+            InputError, match=r"the log was read with the sampling unit id, and the table is to have (none|epoch|id, epoch)"
+        ):
+            fa.Law.from_log(tally, **columns, unit=unit)
+    each = fa.read_log(log, names, **columns)
+    with pytest.raises(InputError, match="id is neither a context nor a group"):
+        fa.Law.from_log(each, **columns)
+    assert fa.Law.from_log(each, **columns, context="id").evaluation is not None
