@@ -1,5 +1,6 @@
 """The command line. Each command is a module with `add` (its options) and `run` (its work, which imports what it needs).
 
+Only the command that is named is loaded; what other distributions supply is looked for where none of the core has that name.
 `run` gives an answer, several that come one after the other, or, where it has written what there was to say, an exit code.
 """
 # PYTHON_ARGCOMPLETE_OK
@@ -11,33 +12,37 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NoReturn
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from fairaudit import __version__
-from fairaudit.cli import (
-    attest,
-    calibrate,
-    certify,
-    compare,
-    design,
-    inspect,
-    monitor,
-    plan,
-    privacy,
-    publish,
-    report,
-    subgroups,
-    tally,
-    verify,
-    worst_case,
-)
-from fairaudit.cli.output import silence, tell
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 __all__ = ["main", "plugins"]
 
 EXIT_BAD_INPUT = 2
 ENTRY_POINT = "fairaudit.commands"
-CORE = (certify, inspect, tally, verify, attest, privacy, calibrate, design, worst_case, subgroups, plan, report, publish, compare, monitor)
+CORE = {
+    "certify": "audit a table of decisions and write a certificate",
+    "inspect": "list the columns of a table and suggest a certify command",
+    "tally": "count a part of a log once, to be certified with others",
+    "verify": "check a certificate",
+    "attest": "sign the attestation of a certificate, or make keys",
+    "privacy": "measure the privacy of a filter",
+    "calibrate": "find the privacy filter for a fairness target",
+    "design": "find the best privacy filter for a fairness target",
+    "worst-case": "find the utility for which a table looks worst",
+    "subgroups": "find the subgroups that fare most unequally, and prove that none is worse",
+    "plan": "estimate how many decisions are needed to certify a target",
+    "report": "write a certificate as a page for people",
+    "publish": "write what a rule asks to be published",
+    "compare": "compare two certificates, or two logs",
+    "monitor": "watch a stream of decisions",
+}
+"""What each command does; it is the module of its name, and loaded when it is asked for."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -79,13 +84,35 @@ def _meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
 
 def plugins(group: str) -> Iterator[Any]:
     """Modules with `add` and `run`, like those here, that other distributions supply by entry points. A broken one stops no other."""
-    from importlib.metadata import entry_points
-
-    for entry in sorted(entry_points(group=group), key=lambda found: found.name):
+    for entry in _entry_points():
+        if entry.group != group:
+            continue
         try:
             yield entry.load()
         except Exception as error:
             print(f"fairaudit: the plug-in {entry.name} cannot be loaded: {error}", file=sys.stderr)
+
+
+@cache
+def _entry_points() -> list[EntryPoint]:
+    """Entry points that name this package, by name; to parse those of all other distributions would take longer than the rest."""
+    from importlib.metadata import distributions
+
+    ours = [each for each in distributions() if "[fairaudit." in (each.read_text("entry_points.txt") or "")]
+    found = {(entry.group, entry.name): entry for each in reversed(ours) for entry in each.entry_points}  # the first on the path counts
+    return [found[key] for key in sorted(found)]
+
+
+def _add(commands: Any, given: Sequence[str], *, every: bool) -> None:
+    """Declare the command that is named, or all: those on the line, or every one, with their options, the others by what they do."""
+    named = given[:1] if not every and {*given[:1]} & CORE.keys() else CORE
+    for name in named:
+        if every or name in given:
+            import_module(f"fairaudit.cli.{name.replace('-', '_')}").add(commands)
+        else:
+            commands.add_parser(name, help=CORE[name])
+    for module in plugins(ENTRY_POINT) if named is CORE else ():
+        module.add(commands)
 
 
 def with_negative_values(given: Sequence[str]) -> list[str]:
@@ -130,17 +157,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--version", action="version", version=f"fairaudit {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for module in CORE:
-        module.add(commands)
     given = with_negative_values(sys.argv[1:] if argv is None else argv)
-    if not given or given[0] not in commands.choices:
-        for module in plugins(ENTRY_POINT):
-            module.add(commands)
-    if "_ARGCOMPLETE" in os.environ and argv is None:
+    completing = "_ARGCOMPLETE" in os.environ and argv is None
+    _add(commands, given, every=completing)
+    if completing:
         from fairaudit.cli.completion import complete
 
         complete(parser, commands.choices)
     arguments = _read(parser, commands.choices, given)
+    from fairaudit.cli.output import silence, tell
+
     try:
         code = tell(arguments.run(arguments), getattr(arguments, "format", "text"))
         if sys.stdout is not None:  # None when the process was started without one

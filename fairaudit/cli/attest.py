@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 
@@ -33,7 +34,7 @@ VARIABLE = "FAIRAUDIT_KEY_PASSPHRASE"
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "attest", run, "sign the attestation of a certificate, or make keys", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "attest", run, CORE["attest"], DESCRIPTION, EPILOG)
     parser.add_argument("attestation", metavar="FILE", nargs="?", help="the attestation; one that is signed gets one more signature")
     parser.add_argument("--sign-key", metavar="KEY.pem", help="the private key (Ed25519, PKCS#8), which nobody else may be able to read")
     parser.add_argument(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.destinations import named_in, refuse_output
 from fairaudit.cli.options import add_command, add_limit, given_limit, groups_option, limits_as_options
 from fairaudit.cli.output import Answer, add_format, aligned
@@ -44,7 +45,7 @@ NUMBERS = ("gamma", "tau", "g_min", "delta", "lipschitz", "diameter")
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "calibrate", run, "find the privacy filter for a fairness target", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "calibrate", run, CORE["calibrate"], DESCRIPTION, EPILOG)
     parser.add_argument(
         "audit",
         metavar="AUDIT.toml",

@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.attesting import add_attestation, attesting, refuse_attestation
 from fairaudit.cli.certified import TOP, certified
 from fairaudit.cli.destinations import add_output, check_output, documents
@@ -77,7 +78,7 @@ examples:
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "certify", run, "audit a table of decisions and write a certificate", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "certify", run, CORE["certify"], DESCRIPTION, EPILOG)
     parser.add_argument(
         "table",
         metavar="TABLE",

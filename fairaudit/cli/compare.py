@@ -6,6 +6,7 @@ import argparse
 import re
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, aligned
 from fairaudit.cli.two_logs import add_logs, are_logs, compared_logs, rates_entry, rates_text
@@ -53,7 +54,7 @@ NAMES = {
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "compare", run, "compare two certificates, or two logs", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "compare", run, CORE["compare"], DESCRIPTION, EPILOG)
     parser.add_argument("old", metavar="OLD", help="the certificate before; or a log, with its columns")
     parser.add_argument("new", metavar="NEW", help="the certificate after; or a log of the same columns")
     parser.add_argument("--format", choices=("text", "json", "markdown"), default="text", help="what to print")

@@ -6,6 +6,7 @@ import argparse
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.destinations import named_in, refuse_output
 from fairaudit.cli.options import add_command, add_limit, given_limit
 from fairaudit.cli.output import Answer, add_format, aligned
@@ -45,7 +46,7 @@ SHOWN_GROUPS = 8
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "design", run, "find the best privacy filter for a fairness target", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "design", run, CORE["design"], DESCRIPTION, EPILOG)
     parser.add_argument(
         "audit", metavar="AUDIT.toml", nargs="?", help="policy, utility and population; its filters and targets are passed over"
     )

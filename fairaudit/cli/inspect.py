@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Sequence
 from typing import Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.columns import Column, described, looked_at, suggested, warnings
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
@@ -23,7 +24,7 @@ EPILOG = "exit codes: 0 done; 2 bad input"
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "inspect", run, "list the columns of a table and suggest a certify command", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "inspect", run, CORE["inspect"], DESCRIPTION, EPILOG)
     parser.add_argument(
         "table",
         metavar="TABLE",

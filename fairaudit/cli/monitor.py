@@ -7,12 +7,12 @@ import json
 import re
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from fractions import Fraction
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.options import add_command, add_limits, add_renamed, given_limits
 from fairaudit.cli.output import Answer
 from fairaudit.measures.limits import LIMITS
@@ -50,7 +50,7 @@ AUDIT = (
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "monitor", run, "watch a stream of decisions", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "monitor", run, CORE["monitor"], DESCRIPTION, EPILOG)
     parser.add_argument("log", metavar="LOG", nargs="?", help="the log: a file, or - for standard input; of a state, its own by default")
     _add_audit(parser)
     _add_running(parser)
@@ -170,7 +170,7 @@ def _watch(arguments: argparse.Namespace, monitor: Monitor, screen: Screen) -> I
             told = len(monitor.alarms)
             if any(_ends_watch(alarm, arguments.exit_on) for alarm in monitor.alarms):
                 code = 1 if any(_ends_watch(alarm, "exceeds") for alarm in monitor.alarms) else 3
-                yield from (replace(answer, code=code) for answer in screen.look(last=True))
+                yield from (answer._replace(code=code) for answer in screen.look(last=True))
                 return
             if time.monotonic() - said >= arguments.every:
                 yield from screen.look()

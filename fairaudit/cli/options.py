@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 if TYPE_CHECKING:
     from fairaudit.exact.rationals import Number
@@ -139,8 +138,7 @@ TOKEN = re.compile(r'[ \t]*(?:"((?:[^"]|"")*)"[ \t]*|((?:"(?:[^"]|"")*"(?=[.\[])
 NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 
 
-@dataclass(frozen=True)
-class Roles:
+class Roles(NamedTuple):
     """Column names, and the edges of those that are cut into intervals."""
 
     names: tuple[str, ...]

@@ -8,17 +8,15 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 __all__ = ["Answer", "add_format", "aligned", "envelope", "in_colour", "is_json", "note", "put", "ready", "rewritten", "silence", "tell"]
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(NamedTuple):
     """What a command found. Only what is asked for is made.
 
     Attributes
@@ -106,9 +104,9 @@ def ready(found: Answer, form: str | None) -> Answer:
     """The same answer, with what will be printed of it already made."""
     if not is_json(form):
         text = found.text()
-        return replace(found, text=lambda: text)
+        return found._replace(text=lambda: text)
     result, details = found.result(), found.details and found.details()
-    return replace(found, result=lambda: result, details=None if details is None else lambda: details)
+    return found._replace(result=lambda: result, details=None if details is None else lambda: details)
 
 
 def is_json(form: str | None) -> bool:

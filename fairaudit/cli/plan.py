@@ -9,6 +9,7 @@ from functools import partial
 from itertools import islice, zip_longest
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.options import add_command, add_limit, limits_as_options
 from fairaudit.cli.output import Answer, add_format
 
@@ -29,7 +30,7 @@ LISTED = 10  # contexts, beyond which a list is no longer read
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "plan", run, "estimate how many decisions are needed to certify a target", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "plan", run, CORE["plan"], DESCRIPTION, EPILOG)
     parser.add_argument(
         "--guess",
         metavar="MEAN,MEAN…",

@@ -9,6 +9,7 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.cli.repeated_releases import add_utility, guarantee_sentence, guarantee_text, guaranteed, read_wanted
@@ -40,7 +41,7 @@ LONGEST = 60
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "privacy", run, "measure the privacy of a filter", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "privacy", run, CORE["privacy"], DESCRIPTION, EPILOG)
     parser.add_argument("mechanism", metavar="MECHANISM.csv", help="the filter")
     columns = parser.add_argument_group("columns, for one row per input and output (several: separate with commas, or repeat the option)")
     columns.add_argument("--input", metavar="COL", action="append", help="true value; by default the columns whose names start with input")

@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli import publish_ll144
+from fairaudit.cli import CORE, publish_ll144
 from fairaudit.cli.options import add_command, column_list
 from fairaudit.cli.output import Answer, add_format
 
@@ -47,7 +47,7 @@ CATEGORIES = "categories.toml"
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "publish", run, "write what a rule asks to be published", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "publish", run, CORE["publish"], DESCRIPTION, EPILOG)
     parser.add_argument("certificate", metavar="CERTIFICATE.json", help="the certificate")
     parser.add_argument("--rule", required=True, choices=tuple(OPTIONS), help="whose figures to write")
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder to make; refused where something is in it")

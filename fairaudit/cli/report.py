@@ -6,6 +6,7 @@ import argparse
 import sys
 from typing import Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer
 
@@ -30,7 +31,7 @@ examples:
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "report", run, "write a certificate as a page for people", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "report", run, CORE["report"], DESCRIPTION, EPILOG)
     parser.add_argument("certificate", metavar="CERTIFICATE.json", help="the certificate")
     parser.add_argument(
         "-o",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.destinations import add_output, check_output, write_outputs
 from fairaudit.cli.options import add_command, confidence_option
 from fairaudit.cli.output import Answer, add_format, aligned
@@ -27,9 +28,7 @@ examples:
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(
-        commands, "subgroups", run, "find the subgroups that fare most unequally, and prove that none is worse", DESCRIPTION, EPILOG
-    )
+    parser = add_command(commands, "subgroups", run, CORE["subgroups"], DESCRIPTION, EPILOG)
     parser.add_argument(
         "table", metavar="LOG", nargs="+", help="files (CSV, Parquet, JSON lines) or a database (sqlite:FILE, duckdb:FILE, postgresql://…)"
     )

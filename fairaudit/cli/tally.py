@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Sequence
 from typing import Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.destinations import refuse_output
 from fairaudit.cli.options import add_command, column_roles
 from fairaudit.cli.output import Answer, add_format
@@ -38,7 +39,7 @@ ELSEWHERE = {
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "tally", run, "count a part of a log once, to be certified with others", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "tally", run, CORE["tally"], DESCRIPTION, EPILOG)
     parser.add_argument(
         "table",
         metavar="TABLE",

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.output import Answer, add_format, tell
 from fairaudit.cli.recounting import add_recount, as_json, as_text, check_recount, recount_of
 
@@ -24,7 +25,7 @@ def add(commands: Any) -> None:
     """Declare the options."""
     parser = commands.add_parser(
         "verify",
-        help="check a certificate",
+        help=CORE["verify"],
         description="Check every statement of a certificate, in exact integer arithmetic and with none of the code that wrote it, and say "
         "in one paragraph what is true and what is assumed.",
         epilog="exit codes: 0 all true; 1 a statement is false, or the required verdict is not there; 2 bad input; 3 the table is needed, "

@@ -7,6 +7,7 @@ from itertools import pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from fairaudit.cli import CORE
 from fairaudit.cli.destinations import add_output, check_output, write_outputs
 from fairaudit.cli.options import add_command, column_list
 from fairaudit.cli.output import Answer, add_format, aligned
@@ -32,7 +33,7 @@ SHOWN_ROWS = 20
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    parser = add_command(commands, "worst-case", run, "find the utility for which a table looks worst", DESCRIPTION, EPILOG)
+    parser = add_command(commands, "worst-case", run, CORE["worst-case"], DESCRIPTION, EPILOG)
     _add_table(parser)
     _add_class(parser)
     _add_input_and_output(parser)

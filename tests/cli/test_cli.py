@@ -187,9 +187,8 @@ def test_bad_input_prints_nothing(name: str, form: str, folder: Path, capsys: py
 
 def test_each_command_has_the_option(capsys: pytest.CaptureFixture[str]) -> None:
     """But `report`, whose documents have formats of their own."""
-    core = [module.__name__.rpartition(".")[2].replace("_", "-") for module in CORE]
     actions = ["list", "run", "status", "certify", "plot", "render"]
-    commands = [[name] for name in core] + [["experiment", name] for name in actions]
+    commands = [[name] for name in CORE] + [["experiment", name] for name in actions]
     commands += [["navigation", name] for name in ("office", "maps", "render", "route")]
     assert {module.__name__.split(".")[2] for module in plugins("fairaudit.commands")} == {"vlm", "navigation"}
     for command in commands:

@@ -480,16 +480,19 @@ def test_missing_extras_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     assert "fairaudit-certify[vlm]" in capsys.readouterr().err
 
 
-def test_a_broken_plug_in_stops_no_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    import importlib.metadata
-    from importlib.metadata import EntryPoint
+def test_a_broken_plug_in_stops_no_command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from fairaudit import cli
 
-    broken = EntryPoint("broken", "no.such.module", "fairaudit.commands")
-    real = importlib.metadata.entry_points
-    monkeypatch.setattr(
-        importlib.metadata, "entry_points", lambda **k: [*real(**k), broken] if k["group"] == "fairaudit.commands" else real(**k)
-    )
-    assert main(["experiment", "list"]) == 0
+    info = tmp_path / "broken-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[fairaudit.commands]\nbroken = no.such.module\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    cli._entry_points.cache_clear()
+    try:
+        assert main(["experiment", "list"]) == 0
+    finally:
+        cli._entry_points.cache_clear()
     said = capsys.readouterr()
     assert "epsilon-a" in said.out
     assert "the plug-in broken cannot be loaded" in said.err
