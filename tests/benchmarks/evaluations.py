@@ -241,6 +241,10 @@ FORMATS = {
         inside('{"adapter_spec": {"method": "multiple_choice_joint", "model": "m"}, "request_states": ['),
     ),
     "promptfoo": Kind(promptfoo, "results.jsonl", ["response.output", "metadata.race"], "metadata.person"),
+    "promptfoo .json": Kind(
+        *(promptfoo, "results.json", ["response.output", "metadata.race"], "metadata.person"),
+        inside('{"evalId": "e", "results": {"version": 3, "prompts": [], "results": [', "]}}"),
+    ),
     "openai": Kind(
         *(openai, "output.jsonl", [ANSWERS, "response.body.model"], "custom_id"),
         asked={"an expression": ([ANSWERS, "eval.model"], {"extract": "^(yes|no)"})},
@@ -301,7 +305,7 @@ def main() -> None:
                     "a unit": ([*kind.columns, kind.unit], {"unit": [kind.unit]}),
                     **kind.asked,
                 }
-                if name == "promptfoo":
+                if kind.rows is promptfoo:
                     del asked[""]  # which it needs
                 if name == "openai":
                     joined = {"join": join(Path(folder), samples), "extract": "^(yes|no)"}
@@ -310,7 +314,7 @@ def main() -> None:
                     alone, took = compared(path, columns, more)
                     size = path.stat().st_size / samples
                     print(
-                        f"{name:<14} {length:<11} {size:7.0f} bytes {case:<23} {took:6.2f} s  {took / alone:5.2f} x the parser (at most 5)"
+                        f"{name:<15} {length:<11} {size:7.0f} bytes {case:<23} {took:6.2f} s  {took / alone:5.2f} x the parser (at most 5)"
                     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.jsonl"

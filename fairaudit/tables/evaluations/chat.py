@@ -69,11 +69,11 @@ def message(document: Mapping[str, Any]) -> Message | None:
     choice = document["choices"][0]
     given, ended = choice["message"], str(choice.get("finish_reason"))
     said = given.get("content")
+    parts = said if isinstance(said, list) else ()
     try:
-        parts = said if isinstance(said, list) else [{"type": "text", "text": said or ""}]
-        content = "".join(part["text"] for part in parts if part.get("type") in TEXT)
-        calls = tuple(call["function"]["arguments"] for call in given.get("tool_calls") or ())
-        refusals = [given.get("refusal"), *(part.get("refusal") for part in parts)]
+        content = "".join([part["text"] for part in parts if part.get("type") in TEXT] if parts else [said or ""])
+        calls = tuple([call["function"]["arguments"] for call in given.get("tool_calls") or ()])
+        refusals = [given.get("refusal"), *[part.get("refusal") for part in parts]]
     except (KeyError, TypeError, AttributeError):
         return None
     by_filter = "content filter" if ended.lower() in ENDED_BY_FILTER else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from fairaudit.tables.evaluations.json_text import first_row, having, json_lines, only, part, said, text
+from fairaudit.tables.evaluations.json_text import LINE, first_row, having, json_lines, only, part, said, text
 from fairaudit.tables.evaluations.samples import Format, Run, Sample, ended
 
 __all__ = ["EVERY_EVAL_EVER", "KEYS"]
@@ -26,10 +26,9 @@ def _run(path: str) -> Run:
 
 def _samples(path: str, _: Collection[str]) -> Iterator[Sample]:
     for line, row in json_lines(path):
-        where = f"line {line}"
-        having(row, KEYS, path, where, "a sample of Every Eval Ever")
+        having(row, KEYS, path, line, "a sample of Every Eval Ever")
         outcome = ended(part(row, "metadata").get("stop_reason"))
-        yield Sample({**row, "answer": _answer(row)}, outcome if row.get("error") is None else "error", where)
+        yield Sample({**row, "answer": _answer(row)}, outcome if row.get("error") is None else "error", LINE, (line,))
 
 
 def _answer(row: Mapping[str, Any]) -> Any:

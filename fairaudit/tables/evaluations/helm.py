@@ -47,12 +47,13 @@ def _samples(path: str, wanted: Collection[str]) -> Iterator[Sample]:
                 continue
             for place in read.elements():
                 row = read.value()
-                where = f"request {place + 1}"
                 if not isinstance(row, dict) or not isinstance(row.get("instance"), dict) or not isinstance(row.get("result"), dict):
-                    raise InputError(f"{path}, {where}: there is no instance or no result, so this is no request of HELM")
+                    raise InputError(f"{path}, request {place + 1}: there is no instance or no result, so this is no request of HELM")
                 identity = _identity(part(row, "instance").get("id"), row, part(row, "instance"))
                 more = {"answer": _answer(row), "perturbation": _perturbation(row)}
-                yield Sample({**row, **more, "stats": statistics.get(identity, {})}, _outcome(row), f"{where} ({shown(identity[0])})")
+                yield Sample(
+                    {**row, **more, "stats": statistics.get(identity, {})}, _outcome(row), "request {} ({})", (place + 1, identity[0])
+                )
         read.end()
 
 

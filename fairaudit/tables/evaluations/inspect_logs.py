@@ -80,8 +80,8 @@ def _settings(asked: Mapping[str, Any], plan: Mapping[str, Any]) -> Mapping[str,
 def _samples(path: str, wanted: Collection[str]) -> Iterator[Sample]:
     asked = part(_header(path), "eval")
     for sample in (_members if is_zip(path) else _elements)(path, wanted):
-        where = f"sample {shown(sample.get('id'))}, epoch {shown(sample.get('epoch'))}"
-        yield Sample({**sample, "eval": asked}, _outcome(sample), where)
+        outcome = _outcome(sample)
+        yield Sample({**sample, "eval": asked}, outcome, "sample {}, epoch {}", (sample.get("id"), sample.get("epoch")))
 
 
 def _members(path: str, wanted: Collection[str]) -> Iterator[dict[str, Any]]:
@@ -124,7 +124,8 @@ def _sample(read: Document, wanted: Collection[str]) -> dict[str, Any]:
     whole = read.whole() if read.peek() == "{" else None
     if whole is not None:
         sample = {key: value for key, value in whole.items() if _kept(key, wanted)}
-        return _with_texts(sample, part(whole, "attachments").items())
+        apart = part(whole, "attachments")
+        return _with_texts(sample, apart.items()) if apart else sample
     for key in read.members():
         if key == "attachments" and key not in wanted:
             sample = _with_texts(sample, _pairs(read))

@@ -18,6 +18,7 @@ from fairaudit.errors import InputError, kind_of, shown
 
 __all__ = [
     "DECODER",
+    "LINE",
     "Document",
     "document",
     "first_keys",
@@ -33,6 +34,8 @@ __all__ = [
     "said",
     "text",
 ]
+
+LINE = "line {}"
 
 LARGEST = 2**26
 """How many characters a single value may have; all others are held one by one."""
@@ -330,7 +333,7 @@ def first_keys(path: str, decisive: Collection[frozenset[str]] = ()) -> tuple[Ma
     """Give the keys at the top of the first object of a file, and whether it is the first element of a list.
 
     Each key has the first character of its value, nothing if that is null, an empty object in the place of one, and ``spec`` what is in it.
-    What is no JSON has no keys. After a long beginning no more is read than up to a set of keys that is decisive.
+    What is no JSON has no keys. After a long beginning, and before a long value, no more is read than up to a set of keys that is decisive.
 
     Raises
     ------
@@ -358,12 +361,15 @@ def first_keys(path: str, decisive: Collection[frozenset[str]] = ()) -> tuple[Ma
             for key in beginning.members():
                 kind = beginning.peek()
                 found[key] = {"n": None, "{": {}}.get(kind, kind)
-                if count > BEGINNING and any(keys <= found.keys() for keys in decisive):
+                decided = any(keys <= found.keys() for keys in decisive)
+                if decided and count > BEGINNING:
                     break
                 if key == "spec":
                     found[key] = beginning.value()
-                else:
+                elif not decided or kind not in ("{", "["):
                     beginning.skip()
+                elif beginning.whole() is None:
+                    break
         except InputError:
             if count > BEGINNING:
                 raise
@@ -418,7 +424,7 @@ def number(holder: Mapping[str, Any], name: str) -> int | None:
     return value if isinstance(value, int) and not isinstance(value, bool) else None
 
 
-def having(row: Mapping[str, Any], keys: Sequence[str], path: str, where: str, what: str) -> None:
+def having(row: Mapping[str, Any], keys: Sequence[str], path: str, place: int, what: str, form: str = LINE) -> None:
     """Refuse a row that lacks a key which all rows of a format have.
 
     Raises
@@ -428,4 +434,4 @@ def having(row: Mapping[str, Any], keys: Sequence[str], path: str, where: str, w
     """
     for key in keys:
         if key not in row:
-            raise InputError(f"{path}, {where}: there is no {shown(key)}, so this is not {what}; files hold one format each")
+            raise InputError(f"{path}, {form.format(place)}: there is no {shown(key)}, so this is not {what}; files hold one format each")

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fairaudit.tables.evaluations.json_text import document, first_row, having, json_lines, part, text
+from fairaudit.tables.evaluations.json_text import LINE, document, first_row, having, json_lines, part, text
 from fairaudit.tables.evaluations.samples import Format, Run, Sample, fixed
 
 __all__ = ["KEYS", "LM_EVAL", "RESULTS"]
@@ -76,9 +76,8 @@ def _results(path: Path) -> Mapping[str, Any]:
 
 def _samples(path: str, _: Collection[str]) -> Iterator[Sample]:
     for line, row in json_lines(path):
-        where = f"line {line}"
-        having(row, KEYS, path, where, "a sample of lm-evaluation-harness")
-        yield Sample(row, "read", where)
+        having(row, KEYS, path, line, "a sample of lm-evaluation-harness")
+        yield Sample(row, "read", LINE, (line,))
 
 
 LM_EVAL = Format(

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from fairaudit.tables.evaluations.chat import declined, message, wrong
-from fairaudit.tables.evaluations.json_text import having, json_lines, objects, only, part, said
+from fairaudit.tables.evaluations.json_text import LINE, having, json_lines, objects, only, part, said
 from fairaudit.tables.evaluations.samples import Format, Outcome, Run, Sample, ended
 
 __all__ = ["KEYS", "OPENAI_BATCH"]
@@ -22,9 +22,8 @@ def _run(path: str) -> Run:
 
 def _samples(path: str, _: Collection[str]) -> Iterator[Sample]:
     for line, row in json_lines(path):
-        where = f"line {line}"
-        having(row, KEYS, path, where, "an output of a batch")
-        yield Sample(row, _outcome(row), where)
+        having(row, KEYS, path, line, "an output of a batch")
+        yield Sample(row, _outcome(row), LINE, (line,))
 
 
 def _body(row: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 from typing import Any
 
 from fairaudit.errors import InputError, shown
-from fairaudit.tables.evaluations.json_text import first_row, having, json_lines, opened, part, text
+from fairaudit.tables.evaluations.json_text import LINE, first_row, having, json_lines, opened, part, text
 from fairaudit.tables.evaluations.samples import Format, Run, Sample
 
 __all__ = ["KEYS", "OPENAI_EVALS"]
@@ -32,26 +32,25 @@ def _run(path: str) -> Run:
 
 
 def _samples(path: str, _: Collection[str]) -> Iterator[Sample]:
-    asked: dict[Any, str] = {}
+    asked: dict[Any, int] = {}
     answered: set[Any] = set()
     for line, row in json_lines(path):
-        where = f"line {line}"
         if "spec" in row or "final_report" in row:
             continue
-        having(row, KEYS, path, where, "an event of OpenAI evals")
+        having(row, KEYS, path, line, "an event of OpenAI evals")
         name = row["sample_id"]
         if name is None:
             continue
         if not isinstance(name, (str, int)):
-            raise InputError(f"{path}, {where}: the sample_id is {shown(name)}; a text or a number is expected")
+            raise InputError(f"{path}, line {line}: the sample_id is {shown(name)}; a text or a number is expected")
         if row["type"] == MATCH:
             answered.add(name)
-            yield Sample(row, "read", where)
+            yield Sample(row, "read", LINE, (line,))
         else:
-            asked.setdefault(name, where)
-    for name, where in asked.items():
+            asked.setdefault(name, line)
+    for name, line in asked.items():
         if name not in answered:
-            yield Sample({"sample_id": name, "type": MATCH, "data": {}}, "error", where)
+            yield Sample({"sample_id": name, "type": MATCH, "data": {}}, "error", LINE, (line,))
 
 
 OPENAI_EVALS = Format(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from fairaudit.tables.evaluations.json_text import document, first_keys, having, json_lines, number, objects, only, part, text
+from fairaudit.tables.evaluations.json_text import LINE, document, first_keys, having, json_lines, number, objects, only, part, text
 from fairaudit.tables.evaluations.samples import Format, Outcome, Run, Sample, ended
 
 __all__ = ["KEYS", "PROMPTFOO", "WHOLE"]
@@ -51,7 +51,7 @@ def _run(path: str) -> Run:
 def _samples(path: str, _: Collection[str]) -> Iterator[Sample]:
     if not _whole(path):
         for line, row in json_lines(path):
-            yield _sample(row, path, f"line {line}")
+            yield _sample(row, path, line)
         return
     with document(path) as read:
         for key in read.members():
@@ -63,13 +63,13 @@ def _samples(path: str, _: Collection[str]) -> Iterator[Sample]:
                     read.skip()
                     continue
                 for place in read.elements():
-                    yield _sample(_object(read.value()), path, f"result {place + 1}")
+                    yield _sample(_object(read.value()), path, place + 1, "result {}")
         read.end()
 
 
-def _sample(row: Mapping[str, Any], path: str, where: str) -> Sample:
-    having(row, KEYS, path, where, "a result of promptfoo")
-    return Sample(row, _outcome(row), where)
+def _sample(row: Mapping[str, Any], path: str, place: int, form: str = LINE) -> Sample:
+    having(row, KEYS, path, place, "a result of promptfoo", form)
+    return Sample(row, _outcome(row), form, (place,))
 
 
 def _outcome(row: Mapping[str, Any]) -> Outcome:
@@ -83,7 +83,7 @@ def _outcome(row: Mapping[str, Any]) -> Outcome:
 
 def _whole(path: str) -> bool:
     """Whether a file holds all results in one object."""
-    return set(WHOLE) <= first_keys(path)[0].keys()
+    return set(WHOLE) <= first_keys(path, [frozenset(WHOLE)])[0].keys()
 
 
 def _object(value: Any) -> Mapping[str, Any]:

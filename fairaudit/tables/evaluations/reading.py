@@ -93,7 +93,7 @@ class _Reader:
 
     def take(self, sample: Sample, run: Run, said: Mapping[str, str]) -> None:
         """Count a sample."""
-        row, outcome, _ = sample
+        row, outcome = sample.row, sample.outcome
         if not self.read or (outcome == "read" and not self.outcomes["read"]):
             self.example = row
         self.read += 1

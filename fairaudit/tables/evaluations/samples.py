@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from fairaudit.errors import shown
 from fairaudit.tables.evaluations.extraction import Errors
 
 __all__ = [
@@ -61,13 +62,26 @@ class Sample(NamedTuple):
     outcome : {"read", "refused", "truncated", "error"}
         Whether the log says by its structure that there is no answer, or that it was declined or cut off. An answer that was cut off may
         still be there: a model that is asked for one token is always cut off.
-    where : str
-        Where it stands, for messages: ``line 5``, or ``sample 3, epoch 1``.
+    form : str
+        Where it stands, for messages, with ``{}`` for what differs from sample to sample: ``line {}``, or ``sample {}, epoch {}``.
+    places : tuple
+        What differs.
+
+    Examples
+    --------
+    >>> Sample({}, "read", "sample {}, epoch {}", ("q1", 2)).where
+    "sample 'q1', epoch 2"
     """
 
     row: Mapping[str, Any]
     outcome: Outcome
-    where: str
+    form: str
+    places: tuple[Any, ...] = ()
+
+    @property
+    def where(self) -> str:
+        """Where it stands, which is written for messages alone."""
+        return self.form.format(*map(shown, self.places))
 
 
 @dataclass(frozen=True)
