@@ -285,8 +285,33 @@ def read_table_of(
             utility = Utility.from_table(table, utility=reading.utility_column, **columns, missing=reading.missing, signed=reading.signed)
         if utility is None:
             raise InputError(f"no utility was given; give {reading.spelled('utility')} or {reading.spelled('utility_column')}")
+        utility = folded_utility(utility, law.decisions) if reading.fold_labels else utility
         utility.on(law)
         return table, law, utility
+
+
+def folded_utility(utility: Utility, decisions: Sequence[str]) -> Utility:
+    """Write the decisions of a utility as those of a table whose labels were merged are written.
+
+    Raises
+    ------
+    InputError
+        If two of them are one decision then.
+
+    Examples
+    --------
+    >>> folded_utility(Utility({"YES": 1, "maybe": "0.5"}), ["yes", "no"]).values
+    {'yes': Fraction(1, 1), 'maybe': Fraction(1, 2)}
+    """
+    if utility.entries is not None:
+        return utility
+    written: dict[str, str] = {}
+    for label in utility.values:
+        (name,) = [label] if label in decisions else spelt_alike({"u": list(decisions)}, ["u"], [label])
+        if name in written:
+            raise InputError(f"the utility names the decision {shown(name)} twice, as {shown(written[name])} and {shown(label)}")
+        written[name] = label
+    return replace(utility, values={name: utility.values[label] for name, label in written.items()})
 
 
 def read_rows(source: Source, reading: Reading, *, report: Report | None = None) -> LabelledRows:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.cli import CORE
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, aligned
-from fairaudit.cli.two_logs import add_logs, are_logs, compared_logs, rates_entry, rates_text
+from fairaudit.cli.two_logs import COLUMNS_OF_LOGS, add_logs, are_logs, compared_logs, is_certificate, rates_entry, rates_text
 
 if TYPE_CHECKING:
     from fairaudit.certificates.compare import CertificateComparison as Comparison
@@ -84,7 +84,11 @@ def run(arguments: argparse.Namespace) -> Answer:
     fail_on = arguments.fail_on or ("verdict" if logs is None else "less-fair")
     if arguments.overall and fail_on != "less-fair":
         raise InputError("--global goes with --fail-on less-fair")
-    found = logs.found if logs is not None else compare(arguments.old, arguments.new, margin=arguments.margin)
+    try:
+        found = logs.found if logs is not None else compare(arguments.old, arguments.new, margin=arguments.margin)
+    except InputError as error:
+        other = next((path for path in (arguments.old, arguments.new) if not is_certificate(path)), None)
+        raise error if other is None else InputError(f"{other} is no certificate that fairaudit wrote; {COLUMNS_OF_LOGS}") from None
     asked = _asked(found, arguments) if fail_on == "less-fair" else None
     notes = (
         list(found.notes) if logs is None else [*dict.fromkeys((*found.notes, *(note for result in logs.results for note in result.notes)))]

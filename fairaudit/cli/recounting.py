@@ -21,7 +21,11 @@ WIDTH = 80
 def add_recount(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "--recount", metavar="LOG", nargs="+", help="also count the log again as --attestation says, and name the first cell that differs"
+        "--recount",
+        metavar="LOG",
+        nargs="+",
+        action="extend",
+        help="also count the log again as --attestation says, and name the first cell that differs",
     )
     parser.add_argument("--query", metavar="SQL", help="with --recount: the query of the attestation, which is run only if you give it")
     parser.add_argument("--engine", choices=("auto", "duckdb", "python", "spark"), help="with --recount: who reads files")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.options import column_list, confidence_option
@@ -13,9 +14,11 @@ if TYPE_CHECKING:
     from fairaudit.audits.two_logs import ComparedLogs
     from fairaudit.inference.paired_rates import PairedRate
 
-__all__ = ["add_logs", "are_logs", "compared_logs", "rates_entry", "rates_text"]
+__all__ = ["COLUMNS_OF_LOGS", "add_logs", "are_logs", "compared_logs", "is_certificate", "rates_entry", "rates_text"]
 
 MAKE_LOGS = ("decision", "group", "utility", "recipe")
+
+COLUMNS_OF_LOGS = "two logs need their columns: --decision, --group and --utility, which `fairaudit inspect` proposes"
 
 
 def add_logs(parser: argparse.ArgumentParser) -> None:
@@ -51,6 +54,16 @@ def add_logs(parser: argparse.ArgumentParser) -> None:
     add_source(columns)
     add_samples(parser)
     parser.set_defaults(probability=None, weight=None)
+
+
+def is_certificate(path: str) -> bool:
+    """Whether a file looks like a certificate or its page, or is not there, and so hardly a log that was to be compared."""
+    try:
+        with Path(path).open("rb") as file:
+            start = file.read(4096).lstrip()
+    except (OSError, ValueError):
+        return True
+    return start.startswith(b"<") or b"fairaudit-" in start or not start
 
 
 def are_logs(arguments: argparse.Namespace) -> bool:

@@ -25,7 +25,7 @@ from fairaudit.measures.ratios import global_fairness, local_fairness
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.model.policy import Policy, Population
-from fairaudit.model.utility import Utility, UtilityTable, Values
+from fairaudit.model.utility import Utility, UtilityTable, Values, known_utility
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import THIS_LAW
 
@@ -84,7 +84,7 @@ def calibrate_policy(
     """
     target = calibration_target(max_ratio, max_log, quantity)
     attributes = alphabets(policy)
-    wanted = utility if isinstance(utility, Utility) else Utility(utility)
+    wanted = known_utility(policy.law, utility)
     measure = local_fairness if quantity == "local" else global_fairness
 
     def value(mechanism: Mechanism) -> Fraction | float:

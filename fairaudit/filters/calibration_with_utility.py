@@ -19,7 +19,7 @@ from fairaudit.filters.targets import calibration_target, ratio_and_log
 from fairaudit.measures.limits import ALONE, Quantity, without_bare_limits
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.model.policy import Deployment, Policy, Population
-from fairaudit.model.utility import Utility, UtilityTable, Values
+from fairaudit.model.utility import Utility, UtilityTable, Values, known_utility
 from fairaudit.theorems.assumptions import FRESH, POPULATION
 from fairaudit.theorems.bound import ANY_POLICY
 from fairaudit.theorems.t13 import greatest_ratio
@@ -106,7 +106,7 @@ def every_policy(
     InputError
         If the utility of a decision that some policy may take is not given.
     """
-    wanted = utility if isinstance(utility, Utility) else Utility(utility)
+    wanted = known_utility(policy.law, utility)
     # Behind a filter that hides the group every decision that can follow has weight, so that a utility with gaps is refused here.
     hidden = policy.behind(group=hiding, population=population)
     table = wanted.on(hidden.law)

@@ -23,7 +23,7 @@ from fairaudit.measures.limits import ALONE, without_bare_limits
 from fairaudit.measures.ratios import local_fairness
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, RandomizedResponse
 from fairaudit.model.policy import Policy, Population
-from fairaudit.model.utility import Utility, Values
+from fairaudit.model.utility import Utility, Values, known_utility
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import THIS_LAW
 
@@ -95,7 +95,7 @@ def design(
     if count > MAX_GROUPS or count * count * len(law.contexts) > MAX_ENTRIES:
         size = f"{count} groups in {len(law.contexts)} contexts"
         raise InputError(f"the policy has {size}; a design accepts up to {MAX_GROUPS} groups, and fewer with many contexts")
-    wanted = utility if isinstance(utility, Utility) else Utility(utility)
+    wanted = known_utility(policy.law, utility)
     mass = policy.behind(group=Identity(law.groups), population=population).mass
     weights = [1] * count if mass is None else [sum(mass[i::count]) for i in range(count)]
     problem = read_problem(law.groups, law.columns.group, weights, distortion, target, cap)

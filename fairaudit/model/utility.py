@@ -27,7 +27,7 @@ from fairaudit.tables.sources import Table
 from fairaudit.tables.values import INT64, ByLabel, Label, column, locator, names
 from fairaudit.words import brief
 
-__all__ = ["Utility", "UtilityTable", "utility_values"]
+__all__ = ["Utility", "UtilityTable", "known_utility", "utility_values"]
 
 
 Values = ByLabel[Number]
@@ -447,6 +447,32 @@ def _simplest(entries: dict[Entry, tuple[int, int]]) -> tuple[dict[str, Fraction
     if not by_decision:
         raise InputError("the utility table has no rows")
     return {u: Fraction(*pair) for u, pair in by_decision.items()}, None
+
+
+def known_utility(law: Law, utility: Utility | Values) -> Utility:
+    """A utility for what needs the worth of every decision, with which decisions of unknown meaning do not go.
+
+    Raises
+    ------
+    InputError
+        If whoever supplied the law says that a decision may have meant anything, and the utility does not say what it is worth.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "unreadable"])
+    >>> known_utility(replace(law, undecided=("unreadable",)), {"yes": 1, "unreadable": 0}).gamma
+    Fraction(1, 1)
+    """
+    wanted = utility if isinstance(utility, Utility) else Utility(utility)
+    named = wanted.values if wanted.entries is None else {u for u, _, _ in wanted.entries}
+    unknown = [label for label in law.undecided if label not in named and label in law.decisions]
+    if unknown:
+        raise InputError(
+            f"the policy leaves open what the decision {shown(unknown[0])} meant, and a filter is found for what is worth a known number; "
+            "give it a utility, too, such as 0"
+        )
+    return wanted
 
 
 def utility_values(text: str, name: str = "utility") -> dict[str, str]:

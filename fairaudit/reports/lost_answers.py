@@ -26,6 +26,15 @@ SHOW_GROUPS = 3  # in a sentence
 SHOW_CONTEXTS = 10  # in a table
 
 
+ABOUT = {
+    "questions were drawn": "questions like these",
+    "the questions are fixed": "answers to these questions",
+    "sampling units were drawn": "units like these",
+    "samples were drawn": "samples like these",
+}
+"""Of what intervals speak, by how the sentence begins that says what was drawn."""
+
+
 @dataclass(frozen=True)
 class OfGroup:
     """Of a group how many answers there are, and how many of them decide nothing.
@@ -156,13 +165,20 @@ def lost_text(said: Mapping[str, Any] | None, law: Law | None) -> str:
     return "\n".join(lines)
 
 
+def _about(drawn: str) -> str:
+    """Of what an interval speaks, by what was drawn; nothing where nothing was."""
+    what = next((about for words, about in ABOUT.items() if drawn.startswith(words)), "")
+    return f", so that an interval is about other {what}" if what else ""
+
+
 def _read(said: Mapping[str, Any]) -> Iterator[str]:
     """How answers were found, and what was drawn."""
     samples = said["samples"]
     of = f" of {samples['expected']:,}" if samples["expected"] is not None else ""
     asked = f", each question asked {said['epochs']:,} times" if said["epochs"] > 1 else ""
     unit = f" (sampling unit: {', '.join(clip(name, 60) for name in said['unit'])})" if "unit" in said else ""
-    yield f"an evaluation log ({clip(said['format'], 40)}) with {samples['read']:,}{of} samples{asked}: {said['drawn']}{unit}"
+    drawn = f"{said['drawn']}{unit}{_about(said['drawn'])}"
+    yield f"an evaluation log ({clip(said['format'], 40)}) with {samples['read']:,}{of} samples{asked}: {drawn}"
     how = []
     if "recipe" in said:
         known = KNOWN.get(said["recipe"].partition(":")[0])

@@ -83,13 +83,15 @@ def _index(page: Content, views: Views, provenance: Provenance | None) -> Iterat
     stated = None if provenance is None else provenance.statement.stated
     system = " ".join(filter(None, (stated.system, stated.system_version))) if stated else ""
     title = stated.title if stated else None
+    said = page.document["subject"].get("evaluation", {})
+    of_texts = "extract" in said or said.get("format", "rows") != "rows"
     yield "model-index:"
     yield f"- name: {quoted(system or f'{FILL_IN}: the system and its version')}"
     yield "  results:"
     yield "  - task:"
-    yield "      type: tabular-classification"
+    yield f"      type: {'text-generation' if of_texts else 'tabular-classification'}"
     yield "    dataset:"
-    yield "      type: decision-log"
+    yield f"      type: {'evaluation-log' if of_texts else 'decision-log'}"
     yield f"      name: {quoted(title or f'{FILL_IN}: which decisions these are')}"
     yield f"      revision: {quoted(page.document['subject']['table']['sha256'])}"
     yield "    metrics:"

@@ -21,7 +21,7 @@ from fairaudit.tables.label_text import label_text
 if TYPE_CHECKING:
     from fairaudit.tables.evaluations.samples import Format
 
-__all__ = ["converted", "format_of_file"]
+__all__ = ["converted", "format_of_file", "refuse_another_format"]
 
 BLOCK = 1 << 20
 MOST_INSIDE = 1000  # times the size of an archive that its file may have: more is a trap, not a table
@@ -77,6 +77,24 @@ def format_of_file(path: str) -> Format | None:
     from fairaudit.tables.evaluations.detection import detect
 
     return detect(path)
+
+
+def refuse_another_format(path: str, named: str) -> None:
+    """Refuse a file that is no log of the format that was named, as its content says; JSON that does not say it may be one.
+
+    Raises
+    ------
+    InputError
+        If it is none, or cannot be read.
+    """
+    found = format_of_file(path)
+    if found is not None:
+        from fairaudit.tables.evaluations.detection import could_be
+
+        if found.name != named and not could_be(path, named):
+            raise InputError(f"{path} is a log of {found.name} by its content, and none of {named}; leave --log-format (log_format) out")
+    elif not os.path.isdir(path) and not (form(path) == "json" or (form(path) == "csv" and _like_json(path))):  # noqa: PTH112
+        raise InputError(f"{path} is no log of {named}: logs are JSON or lines of JSON, and those of inspect may be .eval files, too")
 
 
 def _like_json(path: str) -> bool:

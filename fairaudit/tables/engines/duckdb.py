@@ -23,6 +23,7 @@ from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout,
 from fairaudit.tables.engines.paths import Form, read_text
 from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.engines.tally_files import said_by
+from fairaudit.tables.evaluations.paths import written_path
 from fairaudit.tables.label_text import Reader, json_number
 from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written, written_name
 from fairaudit.tables.tally import Tally
@@ -359,7 +360,9 @@ def json_value(text: str | None) -> Any:
     except (ValueError, RecursionError):
         raise InputError(f"it holds {shown(text)}, which is not a JSON value") from None
     if isinstance(value, (dict, list)):
-        raise InputError(f"it holds {shown(text)}; a label is a text, a number or a truth value")
+        known = [f".{written_path((key,))}" for key in list(value)[:10]] if isinstance(value, dict) else ["[0]", "[last]"] if value else []
+        inside = f"; name what is in it by a path, which goes on with {', '.join(known)}" if known else ""
+        raise InputError(f"it holds {shown(text)}; a label is a text, a number or a truth value{inside}")
     return value
 
 

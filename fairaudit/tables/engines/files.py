@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import apply_bins
-from fairaudit.tables.engines.converted import converted, format_of_file
+from fairaudit.tables.engines.converted import converted, format_of_file, refuse_another_format
 from fairaudit.tables.engines.databases import listed, tables_of
 from fairaudit.tables.engines.paths import SMALL, Form, expand, form, read_text, regular
 from fairaudit.tables.engines.request import FOR_CERTIFY, Request
@@ -72,6 +72,8 @@ def _known_format(paths: Sequence[str], named: str | None) -> Format | None:
     if named is not None:
         from fairaudit.tables.evaluations.detection import FORMATS
 
+        for path in paths:
+            refuse_another_format(path, named)
         return FORMATS[named]
     found = {path: format_of_file(path) for path in paths}
     first = found[paths[0]]

@@ -75,13 +75,20 @@ def clean(value: Any, name: str) -> Any:
             raise InputError(f"{shown(name, 200)} is {value}, which is not a JSON value")
         return value
     if isinstance(value, list):
-        raise InputError(f"{shown(name, 200)} is a list of {len(value)}; name an element, such as {name}[0], {name}[last] or {name}[*]")
+        raise InputError(f"{shown(name, 200)} is a list with {len(value)} element{'s' * (len(value) != 1)}{_inside(value, name)}")
     if isinstance(value, Mapping):
-        names = ", ".join(written_path((str(key),)) for key in list(value)[:10])
-        raise InputError(
-            f"{shown(name, 200)} is an object; name what is in it by {name}. and one of {names or 'no names, for it is empty'}"
-        )
+        raise InputError(f"{shown(name, 200)} is an object{_inside(value, name)}")
     return value
+
+
+def _inside(value: Sequence[Any] | Mapping[str, Any], name: str) -> str:
+    """How what is in a list or an object is named."""
+    held = value[0] if isinstance(value, list) and value else value
+    keys = known_paths(held)[:10] if isinstance(held, Mapping) else []
+    if held is value:
+        return f"; name what is in it: {', '.join(f'{name}.{key}' for key in keys)}" if keys else " with nothing in it"
+    which = f"such as {name}[0], {name}[last] or {name}[*]"
+    return f"; name an element, {which}" + (f", and what is in it: {', '.join(f'{name}[0].{key}' for key in keys)}" if keys else "")
 
 
 def plain(value: Any) -> Any:

@@ -11,7 +11,7 @@ from fairaudit.tables.evaluations import every_eval_ever, helm, inspect_logs, lm
 from fairaudit.tables.evaluations.json_text import first_keys, part
 from fairaudit.tables.evaluations.samples import Format
 
-__all__ = ["FORMATS", "detect", "files_of_log", "format_of"]
+__all__ = ["FORMATS", "could_be", "detect", "files_of_log", "format_of"]
 
 FORMATS = {
     known.name: known
@@ -71,6 +71,24 @@ def detect(path: str) -> Format | None:
             "list; write each element on a line"
         )
     return found
+
+
+def could_be(path: str, named: str) -> bool:
+    """Whether the first object of a file has the keys of a format, whatever other one it has the keys of, too.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "samples.jsonl"
+    ...     _ = path.write_text('{"doc_id": 0, "doc": {}, "resps": [["yes"]], "filtered_resps": ["yes"]}')
+    ...     could_be(str(path), "lm-eval"), could_be(str(path), "helm")
+    (True, False)
+    """
+    if Path(path).is_dir() or inspect_logs.is_zip(path):
+        return False
+    first, _ = first_keys(path, [needed for needed, _ in KEYS])
+    return any(needed <= first.keys() for needed, known in KEYS if known.name == named)
 
 
 def format_of(first: Mapping[str, Any]) -> Format | None:

@@ -111,7 +111,10 @@ def _rows(path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
     if JSON.search(path):
         yield from json_rows(path)
         return
-    table = read_csv(path)
+    try:
+        table = read_csv(path)
+    except InputError as error:
+        raise InputError(f"{error} (--join reads CSV and JSON lines)" if "not text" in str(error) else str(error)) from None
     names = list(table.columns)
     cells: Iterable[tuple[Any, ...]] = zip(*(table[name] for name in names), strict=True)
     for number, row in enumerate(cells):

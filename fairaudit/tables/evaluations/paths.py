@@ -37,6 +37,9 @@ NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|i
 
 NAN = Decimal("NaN")
 
+FUNCTION = re.compile(r"\s*(\w+)\([^\"]*[.\[].*", re.DOTALL)
+"""What looks like a function of a path."""
+
 ARGMAX = re.compile(r"\s*argmax\((.*)\)\s*", re.DOTALL)
 
 EXAMPLES = 'a path is of the form metadata.race, answers[0].text, answers[last], "a name with dots".answer or argmax(scores[*])'
@@ -129,6 +132,11 @@ def read_path(text: str) -> Path:
     ('resps', 0, None)
     """
     inner = ARGMAX.fullmatch(text)
+    called = None if inner else FUNCTION.fullmatch(text)
+    if called and called[1] == "argmax":
+        raise InputError(f"{shown(text, 200)} has a parenthesis that is not closed; write argmax(path[*])")
+    if called and text.rstrip().endswith(")"):
+        raise InputError(f"{shown(text, 200)} has the function {called[1]}, and argmax is the only one: argmax(path[*])")
     steps = _steps(text, inner[1] if inner else text)
     if steps.count(EACH) > 1:
         raise InputError(f"the path {shown(text, 200)} has [*] more than once; one list can be taken apart")
@@ -146,6 +154,8 @@ def _steps(text: str, path: str) -> tuple[Step, ...]:
         token = TOKEN.match(path, position)
         name = None if token is None else token[1].replace('""', '"') if token[1] is not None else token[2]
         if token is None or (name is not None and bool(steps) != dot) or (name is None and (dot or not steps)):
+            if "[" in path[position:] and "]" not in path[path.rindex("[") :]:
+                raise InputError(f"the path {shown(text, 200)} has a bracket that is not closed; {EXAMPLES}")
             raise InputError(f"the path {shown(text, 200)} cannot be read from {shown(path[position:], 30)} on; {EXAMPLES}")
         steps.append(name if name is not None else EACH if token[3] == "*" else LAST if token[3] == "last" else int(token[3]))
         position = token.end()

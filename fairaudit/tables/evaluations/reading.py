@@ -38,10 +38,10 @@ Asked = tuple[str, str, str | None]
 class _Reader:
     """Takes samples of logs of one format, and keeps what is counted of them."""
 
-    def __init__(self, log: Format, wanted: Wanted) -> None:
+    def __init__(self, log: Format, wanted: Wanted, *, several: bool = False) -> None:
         asked = wanted.extraction
         _check_roles(wanted)
-        self.log, self.wanted = log, wanted
+        self.log, self.wanted, self.several = log, wanted, several
         self.columns = tuple(map(Column.named, wanted.columns))
         self.decision = None if wanted.decision is None else wanted.columns.index(wanted.decision)
         self.units = tuple(place for place, name in enumerate(wanted.columns) if name in wanted.unit)
@@ -144,7 +144,11 @@ class _Reader:
         if key in self.keys:
             told = [shown(None if value is ABSENT else value) for value in values]
             said = ", ".join(f"{column.name} {text}" for column, text in zip(self.key, told, strict=True))
-            raise InputError(f"the sample with {said} is there twice{f' for the model {shown(run.model)}' if run.model else ''}")
+            ways = f"; leave one file out, or compare them by --group file (group) and --unit {self.log.question} (unit)"
+            raise InputError(
+                f"the sample with {said} is there twice{f' for the model {shown(run.model)}' if run.model else ''}"
+                f"{ways if self.several and self.log.question else ''}"
+            )
         self.keys.add(key)
         task, question, repetition = self.asked
         if question < 0:
@@ -254,7 +258,7 @@ class _Reader:
         lost = self.outcomes["refused"] + self.outcomes["truncated"]
         if lost and self.decision is None and self.recipe is None:
             raise InputError(
-                f"{name}: {lost} of {self.counted} answers were declined or cut off, which only a decision can say; name with --decision "
+                f"{name}: {lost} of {self.counted} answers were refused or cut off, which only a decision can say; name with --decision "
                 "(decision) where answers stand"
             )
         self._check_units(name)
@@ -317,7 +321,7 @@ class _Reader:
                 f"{name}: some rows have a column {shown(column.name)}, in others this is a path to a value; give them one form"
             )
         if not column.found and column.inner is None:
-            if is_path(column.name) and '"' in column.name:
+            if is_path(column.name):
                 with naming(name):
                     read_path(column.name)
             known = [*([] if self.joined is None else self.joined.columns), *self._known(paths[0])]
@@ -360,7 +364,7 @@ def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
         allowed.
     """
     asked = wanted.extraction
-    reader = _Reader(log, wanted)
+    reader = _Reader(log, wanted, several=len(paths) > 1)
     runs: list[tuple[str, Run]] = []
     expected: list[int] = []
     named = file_names(paths)

@@ -40,7 +40,7 @@ REASONS: Mapping[str, Outcome] = {
 }
 
 UNDECIDED = ("refused", "unreadable", "truncated")
-"""Decisions that an answer is counted as where it decides nothing: declined, not to be understood, cut off."""
+"""Decisions that an answer is counted as where it decides nothing: refused, not to be understood, cut off."""
 
 ERROR = "error"
 """The decision that a sample is counted as which ended in an error, where such samples are kept."""
@@ -60,7 +60,7 @@ class Sample(NamedTuple):
         The sample as it stands in the log, parsed, with what stands once for all of them and what a format adds; paths go into it.
         Numbers with a point are decimals.
     outcome : {"read", "refused", "truncated", "error"}
-        Whether the log says by its structure that there is no answer, or that it was declined or cut off. An answer that was cut off may
+        Whether the log says by its structure that there is no answer, or that it was refused or cut off. An answer that was cut off may
         still be there: a model that is asked for one token is always cut off.
     form : str
         Where it stands, for messages, with ``{}`` for what differs from sample to sample: ``line {}``, or ``sample {}, epoch {}``.
