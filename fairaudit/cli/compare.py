@@ -87,8 +87,9 @@ def run(arguments: argparse.Namespace) -> Answer:
     try:
         found = logs.found if logs is not None else compare(arguments.old, arguments.new, margin=arguments.margin)
     except InputError as error:
-        other = next((path for path in (arguments.old, arguments.new) if not is_certificate(path)), None)
-        raise error if other is None else InputError(f"{other} is no certificate that fairaudit wrote; {COLUMNS_OF_LOGS}") from None
+        if any(map(is_certificate, (arguments.old, arguments.new))):
+            raise
+        raise InputError(f"{arguments.old} is no certificate that fairaudit wrote; {COLUMNS_OF_LOGS}") from error
     asked = _asked(found, arguments) if fail_on == "less-fair" else None
     notes = (
         list(found.notes) if logs is None else [*dict.fromkeys((*found.notes, *(note for result in logs.results for note in result.notes)))]

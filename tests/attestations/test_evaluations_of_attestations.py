@@ -133,6 +133,7 @@ def test_rows_that_were_joined_are_given_beside_the_log(
     assert predicate["options"]["where"] == [{"path": "of", "value": "a"}] and predicate["rows"]["read"] == 34
     code, said = recounted(capsys, "run.jsonl", "rows/people.csv")
     assert code == 0 and "equal the source 'people.csv'" in said and "equal how answers were read" in said
+    assert recounted(capsys, "run.jsonl", "--recount", "rows/people.csv") == (code, said)
     assert recounted(capsys, "run.jsonl")[0] == 3
     people.write_text(people.read_text().replace("q1,m", "q1,f"))
     code, said = recounted(capsys, "run.jsonl", "rows/people.csv")

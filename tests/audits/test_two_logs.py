@@ -257,3 +257,13 @@ def test_a_utility_that_names_an_answer_that_decides_nothing_says_what_it_is_wor
         assert found["fairness"][0]["verdict"] == "no less fair"
         assert not any("whatever they meant" in text for text in found["fairness"][0]["assumptions"])
         assert found["by_unit"]["rates"] or "--confidence" in more
+
+
+def test_two_logs_without_columns_are_told_what_they_need(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.jsonl").write_text('{"answer": "yes", "sex": "f"}\n{"answer": "yes", "sex": "m"}\n')
+    assert command(["compare", str(tmp_path / "a.jsonl"), str(tmp_path / "a.jsonl")]) == 2
+    said = "a.jsonl is no certificate that fairaudit wrote; two logs need their columns: --decision, --group and --utility"
+    assert said in capsys.readouterr().err
+    (tmp_path / "c.json").write_text('{"format": "fairaudit-certificate/1"}')
+    assert command(["compare", str(tmp_path / "c.json"), str(tmp_path / "c.json")]) == 2
+    assert "two logs" not in capsys.readouterr().err

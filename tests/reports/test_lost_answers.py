@@ -31,6 +31,7 @@ def test_the_first_screen_names_lost_answers() -> None:
     words = " ".join(first_screen(of_result(result()), "run.eval", "fairaudit verify c.json").split())
     assert SAID in words and words.index("Lost answers") < words.index("topic=")
     assert "As read: an evaluation log (inspect) with 37 of 40 samples: questions were drawn; epochs of a question count once" in words
+    assert "epochs of a question count once, so that an interval is about other questions like these" in words
 
 
 def test_a_log_in_which_every_answer_decides_has_no_caution() -> None:

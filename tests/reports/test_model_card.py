@@ -34,6 +34,9 @@ HOSTILE = [
 ]
 
 
+TABLE = "tabular-classification", "decision-log"
+
+
 def run(*words: Any) -> int:
     return main([str(word) for word in words])
 
@@ -160,6 +163,15 @@ def provenance(**stated: Any) -> Provenance:
     made = ({"decision": "u"}, ("certify", "log.csv"), {"fairaudit": "0.1.0"}, "2026-01-15T09:00:00Z")
     statement = Statement((Subject("c.json", "0" * 64),), "2" * 64, (source,), rows, *made, Stated(**stated))
     return Provenance((), "", (), "", (), 0, "", statement)
+
+
+@pytest.mark.parametrize(("extract", "task", "data"), [("^(yes|no)", "text-generation", "evaluation-log"), (None, *TABLE)])
+def test_what_was_audited_has_its_type(tmp_path: Path, extract: str | None, task: str, data: str) -> None:
+    """Answers of a model are text that was generated; labels of any other table are not."""
+    (tmp_path / "log.jsonl").write_text("".join(f'{{"said": {{"text": "{u}"}}, "sex": "{a}"}}\n' for u in ("yes", "no") for a in "fm"))
+    result = fa.audit(tmp_path / "log.jsonl", decision="said.text", group="sex", utility="yes", extract=extract, confidence=None)
+    (found,) = parts(fa.report(result, format="model-card"))[0]["model-index"][0]["results"]
+    assert (found["task"]["type"], found["dataset"]["type"]) == (task, data)
 
 
 @pytest.mark.parametrize("name", ["Screener", *(text.replace("\n", " ") for text in HOSTILE)])

@@ -258,8 +258,16 @@ def test_counts_worst_cases_and_audit_files(tmp_path: Path, capsys: pytest.Captu
 
 def test_utilities_name_labels_after_merging(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ("--decision", "answer", "--group", "race", "--confidence", "none", "--fold-labels")
-    assert run("certify", log, *words, "--utility", "Yes") == 2
-    assert "'Yes', which does not occur; known: 'no', 'yes'" in capsys.readouterr().err
+    printed = []
+    for spelling in ("yes", "Yes", " YES ", "no=0,YES=1"):
+        assert run("certify", log, *words, "--utility", spelling) == 0
+        printed.append(capsys.readouterr().out)
+    assert printed[0] == printed[1] == printed[2] == printed[3]
+    assert "answer=yes: race=Black 72.7 % (8 of 11)" in printed[0]
+    assert run("certify", log, *words, "--utility", "Yes,YES=1") == 2
+    assert "the utility names the decision 'yes' twice, as 'Yes' and 'YES'" in capsys.readouterr().err
+    assert run("certify", log, *words, "--utility", "Yess") == 2
+    assert "'Yess', which does not occur; known: 'no', 'yes'" in capsys.readouterr().err
     (tmp_path / "u.csv").write_text("answer,race,worth\nyes,f,2\nYES,m,2\nno,f,1\nno,F,1\n")
     assert run("certify", tmp_path / "u.csv", "--decision", "answer", "--group", "race", "--utility-column", "worth", "--fold-labels") == 0
     assert run("certify", log, *WORDS, "--fold-labels", "--context", "age", "--in-parts") == 2

@@ -131,6 +131,10 @@ def test_answers_that_choose_nothing_may_have_meant_anything(folder: Path, capsy
     result = fa.certify(same.behind(group=shown), {"Recipient1": 1}, max_local_ratio="5")
     assert result.undecided is not None
     assert result.whatever
+    for search in (fa.calibrate_policy, fa.calibrate_utility, fa.design, fa.design_utility):
+        with pytest.raises(InputError, match=r"leaves open what the decision 'unreadable' meant"):
+            search(same, {"Recipient1": 1}, max_ratio=5)
+    assert fa.calibrate_policy(same, {"Recipient1": 1, "unreadable": 0}, max_ratio=5).feasible
 
 
 def test_answers_that_are_shared_are_estimated_once(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import fairaudit as fa
 from fairaudit.errors import InputError
 from fairaudit.tables.evaluations.detection import FORMATS, detect
 from fairaudit.tables.evaluations.json_text import BEGINNING, PIECE
@@ -94,3 +95,22 @@ def test_archives_are_told_apart(tmp_path: Path) -> None:
     assert detect(str(path)) is None
     with pytest.raises(InputError, match="there is no such file"):
         detect(str(tmp_path / "absent.eval"))
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_file_of_another_format_than_is_named_is_refused(tmp_path: Path, name: str) -> None:
+    """What it is, is said; a format is overridden where the first object has the keys of both."""
+    sample = {"doc_id": 0, "doc": {"race": "b"}, "resps": [["yes"]], "filtered_resps": ["yes"], "filter": "none", "target": "yes"}
+    columns, more = ["filtered_resps[0]", "doc.race"], dict.fromkeys(("promptIdx", "testIdx", "testCase", "vars"), 0) | {"response": {"output": "yes"}}
+    (tmp_path / "a.jsonl").write_text(json.dumps(sample))
+    (tmp_path / "both.jsonl").write_text(json.dumps(sample | more))
+    (tmp_path / "a.csv").write_text("said,race\nyes,b\n")
+    if name == "lm-eval":
+        assert fa.read_log(str(tmp_path / "a.jsonl"), columns, log_format=name).rows == 1
+    else:
+        with pytest.raises(InputError, match=rf"a.jsonl is a log of lm-eval by its content, and none of {name}; leave --log-format"):
+            fa.read_log(str(tmp_path / "a.jsonl"), columns, log_format=name)
+    with pytest.raises(InputError, match=rf"a.csv is no log of {name}: logs are JSON"):
+        fa.read_log(str(tmp_path / "a.csv"), columns, log_format=name)
+    if name == "promptfoo":
+        assert fa.read_log(str(tmp_path / "both.jsonl"), columns, log_format=name, unit="doc_id").rows == 1

@@ -98,8 +98,9 @@ def test_numbers_are_what_the_text_says(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ('{"a": {"v": NaN}}', "line 1: 'a.v' is NaN, which is not a JSON value"),
-        ('{"a": {"v": [1]}}', r"'a.v' is a list of 1; name an element, such as a.v\[0\]"),
-        ('{"a": {"v": {"k l": 1}}}', "'a.v' is an object; name what is in it by a.v. and one of \"k l\""),
+        ('{"a": {"v": [1]}}', r"'a.v' is a list with 1 element; name an element, such as a.v\[0\], a.v\[last\] or a.v\[\*\]$"),
+        ('{"a": {"v": [{"k": 1}, 2]}}', r"'a.v' is a list with 2 elements; .* and what is in it: a.v\[0\].k$"),
+        ('{"a": {"v": {"k l": 1, "m": {"n": 1}}}}', "'a.v' is an object; name what is in it: a.v.\"k l\", a.v.m.n$"),
         ('{"a": [{"v": 1}]}', "goes by the name 'v' into a list"),
         ('{"a": {"v": 1}}\n{"a": {"v"', "line 2, character 11: no JSON"),
         ('{"a": {"v": 1, "v": 2}}', "the key 'v' stands twice"),
@@ -330,7 +331,7 @@ def test_what_became_of_samples_is_not_lost_by_the_way() -> None:
         read(["log"], made(rows, ["error", *["read"] * 15]), wanted(where={"score.of": "1"}))
     kept = read(["log"], made(rows, ["error", *["read"] * 15]), wanted(where={"score.of": "1"}, errors="bound"))
     assert (kept.rows, kept["answer"].count("error")) == (16, 1)
-    with pytest.raises(InputError, match=r"2 of 16 answers were declined or cut off, which only a decision can say"):
+    with pytest.raises(InputError, match=r"2 of 16 answers were refused or cut off, which only a decision can say"):
         read(["log"], made(ROWS, ["refused", "truncated", *["read"] * 14]), replace(wanted(), decision=None))
 
 
@@ -343,7 +344,7 @@ def test_samples_that_are_missing_or_twice_there() -> None:
         read(["log"], made(ROWS, ["read"] * 16, expected=15), wanted(missing_samples="accept"))
     with pytest.raises(InputError, match=r"log, sample 16: the sample with id 0, epoch 1 is there twice"):
         read(["log"], made([*ROWS, ROWS[0]], ["read"] * 17), wanted())
-    with pytest.raises(InputError, match=r"the sample with id 0, epoch 1 is there twice for the model 'm'"):
+    with pytest.raises(InputError, match=r"the sample with id 0, epoch 1 is there twice for the model 'm'; .* --group file .* --unit id "):
         read(["log", "again"], made(ROWS, ["read"] * 16, model="m"), wanted())
 
 

@@ -141,3 +141,24 @@ def test_steps_that_take_every_element() -> None:
     assert (path.each, path.top, path.steps) == (2, "resps", ("resps", 0, EACH, "text"))
     assert read_path("argmax(a[*])").each is None
     assert [is_path(name) for name in ("race", "last name", "a.b", "a[0]", '"a"', "f(x)")] == [False, False, True, True, True, False]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("argmin(a.b[*])", "has the function argmin, and argmax is the only one"),
+        ("first(a.b)", "has the function first, and argmax is the only one"),
+        ("argmax(a.b[*]", "has a parenthesis that is not closed"),
+        ("a[0", "has a bracket that is not closed"),
+        ("a[*].b[1].c[last", "has a bracket that is not closed"),
+        ("a[first]", "cannot be read from '\\[first\\]' on"),
+    ],
+)
+def test_what_is_wrong_with_a_path_is_said(text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        read_path(text)
+
+
+def test_a_name_with_parentheses_is_a_name() -> None:
+    assert read_path("pay(eur).gross").steps == ("pay(eur)", "gross")
+    assert read_path('"argmin(x)".y').steps == ("argmin(x)", "y")
