@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -101,7 +102,9 @@ def test_archives_are_told_apart(tmp_path: Path) -> None:
 def test_a_file_of_another_format_than_is_named_is_refused(tmp_path: Path, name: str) -> None:
     """What it is, is said; a format is overridden where the first object has the keys of both."""
     sample = {"doc_id": 0, "doc": {"race": "b"}, "resps": [["yes"]], "filtered_resps": ["yes"], "filter": "none", "target": "yes"}
-    columns, more = ["filtered_resps[0]", "doc.race"], dict.fromkeys(("promptIdx", "testIdx", "testCase", "vars"), 0) | {"response": {"output": "yes"}}
+    more: dict[str, Any]
+    columns, more = ["filtered_resps[0]", "doc.race"], dict.fromkeys(("promptIdx", "testIdx", "testCase", "vars"), 0)
+    more["response"] = {"output": "yes"}
     (tmp_path / "a.jsonl").write_text(json.dumps(sample))
     (tmp_path / "both.jsonl").write_text(json.dumps(sample | more))
     (tmp_path / "a.csv").write_text("said,race\nyes,b\n")
