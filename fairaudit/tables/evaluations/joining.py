@@ -90,8 +90,10 @@ def joined_rows(path: str, column: str) -> Joined:
     rows: dict[str, Mapping[str, Any]] = {}
     columns: dict[str, None] = {}
     for where, row in _rows(path):
-        columns |= dict.fromkeys(row)
-        label = label_text(row.get(column)) if not isinstance(row.get(column), (list, dict)) else None
+        if row.keys() != columns.keys():
+            columns |= dict.fromkeys(row)
+        value = row.get(column)
+        label = label_text(value) if not isinstance(value, (list, dict)) else None
         if label is None:
             what = "is empty" if column in row else f"is not there; {nearest(column, row)}"
             raise InputError(f"{path}, {where}: {shown(column)} {what}")
@@ -117,5 +119,5 @@ def _rows(path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
         raise InputError(f"{error} (--join reads CSV and JSON lines)" if "not text" in str(error) else str(error)) from None
     names = list(table.columns)
     cells: Iterable[tuple[Any, ...]] = zip(*(table[name] for name in names), strict=True)
-    for number, row in enumerate(cells):
-        yield f"row {number + 1}", dict(zip(names, row, strict=True))
+    for number, row in enumerate(cells, 1):
+        yield f"row {number}", dict(zip(names, row, strict=True))

@@ -56,6 +56,8 @@ BEGUN = ("true", "false", "null", "NaN", "Infinity", "-Infinity", ".", "e-", "e+
 
 FEW = 1000
 
+BLANKS = " \t\r\n"
+
 BLANK = re.compile(r"[ \t\r\n]*")
 
 
@@ -81,12 +83,17 @@ DECODER = json.JSONDecoder(parse_float=Decimal, object_pairs_hook=_object)
 SCAN: Callable[[str, int], tuple[Any, int]] = DECODER.scan_once  # type: ignore[attr-defined]  # of which no stub knows
 
 
+def _scanned(text: str, start: int) -> tuple[Any, int]:
+    """The value that begins in a text, and where it ends."""
+    try:
+        return SCAN(text, start)
+    except StopIteration:
+        return DECODER.raw_decode(text, start)  # which says what is wrong
+
+
 def _whole(text: str) -> Any:
     """The value that a text without blanks around it is."""
-    try:
-        value, end = SCAN(text, 0)
-    except StopIteration:
-        end = -1
+    value, end = _scanned(text, 0)
     return value if end == len(text) else DECODER.decode(text)  # which says what is wrong
 
 
@@ -125,7 +132,7 @@ class Document:
         while True:
             self.peek()
             try:
-                value, end = DECODER.raw_decode(self._text, self._at)
+                value, end = _scanned(self._text, self._at)
             except json.JSONDecodeError as error:
                 cut = self._perhaps_cut(error)
                 if self._ended or not cut:
@@ -144,7 +151,7 @@ class Document:
         """Take a value if all of it was read already and it is an object, a list or a text; else give None, and take nothing."""
         self.peek()
         try:
-            value, end = DECODER.raw_decode(self._text, self._at)
+            value, end = _scanned(self._text, self._at)
         except (ValueError, RecursionError, InvalidOperation):
             return None
         if not isinstance(value, (dict, list, str)):
@@ -201,7 +208,8 @@ class Document:
     def peek(self) -> str:
         """Look at the first character of what comes next; nothing is an empty text."""
         while True:
-            self._at = BLANK.match(self._text, self._at).end()  # type: ignore[union-attr]
+            if self._text[self._at : self._at + 1] in BLANKS:
+                self._at = BLANK.match(self._text, self._at).end()  # type: ignore[union-attr]
             if self._at < len(self._text):
                 return self._text[self._at]
             if self._ended:

@@ -32,10 +32,11 @@ def _body(row: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def _outcome(row: Mapping[str, Any]) -> Outcome:
     body = _body(row)
-    if declined(row) or declined(body):
+    failed = row.get("error") is not None or body.get("error") is not None
+    if failed and (declined(row) or declined(body)):
         return "refused"
     items, fault = body.get("output"), wrong(body)
-    if row.get("error") is not None or part(row, "response").get("status_code") != OK or body.get("error") is not None:
+    if failed or part(row, "response").get("status_code") != OK:
         return "error"
     if fault and not isinstance(items, list):
         return "error"

@@ -139,7 +139,7 @@ class _Reader:
         """What was asked, in a log that has questions; a sample is refused if another one of its file is the same by its key."""
         values = [column.of(row, NOTHING, NOTHING) for column in self.key]
         name = file.get("file") if self.by_file else ""
-        texts = [str(value) for value in values]  # 1 and "1" would be one unit
+        texts = list(map(str, values))  # 1 and "1" would be one unit
         key = hash((run.model, run.task, name, *texts))
         if key in self.keys:
             told = [shown(None if value is ABSENT else value) for value in values]
