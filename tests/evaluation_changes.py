@@ -100,7 +100,7 @@ def truly_read(subject: Any, of_intervals: bool) -> bool:
     numbers += [said["unlabelled"]] if "unlabelled" in said else []
     if any(type(number) is not int or not 0 <= number < 10**18 for number in numbers) or not said["epochs"]:
         return False
-    if said["epochs"] > 1 and "question" not in said:
+    if (said["epochs"] > 1 and "question" not in said) or ("each" in said and "unit" not in said):
         return False
     if "unit" in said:
         allowed = [ANSWERS, NOTHING, QUESTIONS if said.get("question") in said["unit"] else UNITS]

@@ -93,7 +93,7 @@ class Whatever:
 def undecided_of_log(
     given: str | Sequence[str], law: Law, utility: Utility, beside: Mapping[str, Any], *, judged: bool
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Find which decisions of a log, or of a law that says so, are undecided: those asked for, or all that say that nothing was decided.
+    """Find which decisions of a log, or of a law that says so, are undecided: those asked for, and all that say so.
 
     Parameters
     ----------
@@ -120,17 +120,15 @@ def undecided_of_log(
     """
     labels = (given,) if isinstance(given, str) else tuple(given)
     log = law.evaluation
-    if log is None and not law.undecided:
+    if log is None and (labels or not law.undecided):
         return labels, ()
     errors = (ERROR,) if log is not None and log.errors == "bound" else ()
     occurring = [label for u, label in enumerate(law.decisions) if law.weights[:, u].any()]
     found = tuple(label for label in occurring if label in (law.undecided if log is None else (*UNDECIDED, *errors)))
-    if labels or not found:
-        return tuple(dict.fromkeys((*labels, *(label for label in found if label in errors)))), ()
     found = tuple(label for label in found if label not in utility.values or label in errors)
     other = next((name for name, asked in beside.items() if asked), None)
-    if other is None:
-        return found, ()
+    if labels or not found or other is None:
+        return tuple(dict.fromkeys((*labels, *found))), ()
     if set(found) & {*errors}:
         raise InputError(f"errors that are bounded are decisions of unknown meaning, which do not go with {other}; leave one of them out")
     listed = ", ".join(map(shown, found))

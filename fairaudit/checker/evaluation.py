@@ -125,9 +125,7 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
     if epochs == 0:
         raise malformed(f"{where}.epochs", "must be positive")
     question = str(members.get("question", ""))
-    recipe = str(members.get("recipe", "")).partition(":")[0]
-    if recipe and recipe not in RECIPES:
-        raise malformed(f"{where}.recipe", f"must be one of {', '.join(RECIPES)}, of which it is known how many rows they make")
+    recipe = _read_recipe(members, where)
     if epochs > 1 and not question:
         raise malformed(where, "lacks the key 'question', though questions were asked several times")
     cell = (*subject.columns.context, *subject.columns.group)
@@ -168,6 +166,16 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
     if read.cells is None and embedded:
         raise malformed(f"{where}.cells", "must be a list, as the certificate holds the table")
     return read
+
+
+def _read_recipe(members: Mapping[str, object], where: str) -> str:
+    """Read by which recipe rows were made of samples; elements of one list are no draws by themselves."""
+    if "each" in members and "unit" not in members:
+        raise malformed(where, "lacks the key 'unit', though samples make a row for each element of a list")
+    recipe = str(members.get("recipe", "")).partition(":")[0]
+    if "recipe" in members and recipe not in RECIPES:
+        raise malformed(f"{where}.recipe", f"must be one of {', '.join(RECIPES)}, of which it is known how many rows they make")
+    return recipe
 
 
 def _possible(question: str, unit: Labels, cell: Labels, *, repeated: bool) -> tuple[str, ...]:

@@ -294,6 +294,15 @@ def test_what_cannot_be_bounded_is_said_or_refused() -> None:
     assert bound.undecided is not None and bound.undecided.decisions == ("error", "refused")
 
 
+def test_further_decisions_are_undecided_beside_those_of_the_log() -> None:
+    """Else a refusal would count as worth nothing as soon as another answer is named."""
+    rows = [*LOST, ("unsure", "a", "age", 5), ("truncated", "a", "age", 2)]
+    found = audited(log_of(rows), undecided="unsure", confidence=None).undecided
+    assert found is not None and found.decisions == ("refused", "truncated", "unsure")
+    found = audited(log_of(rows), utility={"A": 1, "refused": 0}, undecided="unsure", confidence=None).undecided
+    assert found is not None and found.decisions == ("truncated", "unsure")
+
+
 def test_errors_that_are_said_to_be_bounded_are_undecided() -> None:
     rows = [*LOST, ("error", "a", "age", 3)]
     document = json.loads(audited(log_of(rows, errors="bound"), confidence=None).certificate.text)

@@ -77,7 +77,7 @@ def test_no_alteration_that_says_something_false_of_the_table_is_accepted(errors
         (("recipe",), "bbq", "false"),
         (("recipe",), "bbq-accuracy:answer", "true"),
         (("recipe",), "mine", "malformed"),
-        (("each",), "answers[*]", "true"),
+        (("each",), "answers[*]", "malformed"),
         (("samples",), {"expected": 16, "read": 16, "counted": 15, "rows": 16}, "false"),
         (("format",), "helm", "true"),
         (("extract",), "^(yes|no)", "true"),

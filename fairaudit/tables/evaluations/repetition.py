@@ -61,7 +61,7 @@ class Questions:
         """Note a sample: its question and repetition, None in a log that has none, and its unit, None where it is by itself."""
         if task not in self.tasks:
             self.tasks[task] = None
-        own = hash(unit)
+        own = hash(repr(unit))  # to hash, -1 is -2
         key = hash((task, question, repetition))
         known = self.units.get(key)
         if known is not None:

@@ -164,6 +164,19 @@ def test_a_unit_of_several_questions_is_a_unit(tmp_path: Path) -> None:
     )
 
 
+def test_units_are_told_apart_that_have_one_hash() -> None:
+    assert hash((-1,)) == hash((-2,))
+    for names, again in (((-1,), (-2,)), True), (((-1,), (-1,)), False), (((None,), ("None",)), True):
+        questions = Questions()
+        for unit in names:
+            questions.add("task", "q", "1", unit)
+        assert bool(questions.again) is again
+    questions = Questions()
+    questions.add("task", "q", "1", (-1,))
+    questions.add("task", "q", "2", (-2,))
+    assert questions.apart
+
+
 def test_questions_are_of_their_task() -> None:
     questions = Questions()
     for task in "tu":
