@@ -101,6 +101,8 @@ class Roles:
         Whether samples of a log have no answer.
     where : tuple of str
         Conditions on the samples of a log that count.
+    missing_samples : bool
+        Whether a log holds fewer samples than it should.
     """
 
     decision: str | None
@@ -121,6 +123,7 @@ class Roles:
     said: tuple[str, ...] = ()
     errors: bool = False
     where: tuple[str, ...] = ()
+    missing_samples: bool = False
 
 
 def as_number(text: str, *, decimal_comma: bool = False) -> Fraction | None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from fairaudit.cli.columns import Column, described, looked_at, suggested, warnings, written
+from fairaudit.cli.columns import Column, described, is_complete, looked_at, named, suggested, warnings, written
 from fairaudit.errors import FairauditError
 from fairaudit.words import plain
 
@@ -41,9 +41,17 @@ def ask_for_columns(arguments: argparse.Namespace) -> None:
     if sys.stdin is None or sys.stderr is None or not (sys.stdin.isatty() and sys.stderr.isatty()):
         command = plain(shlex.join(suggested(arguments, roles)))
         said = "".join(f"; {plain(text)}" for text in roles.said)
-        raise InputError(f"no column was named; what each is, only you can say{said}; to try: {command}")
+        what = "to try" if is_complete(roles) else "to complete, with a name for each word in capitals"
+        raise InputError(f"no column was named; what each is, only you can say{said}; {what}: {command}")
     _say(f"The table has {survey.rows:,} row{'s' * (survey.rows != 1)} and these columns:")
-    roles = _Dialogue(found, roles).asked()
+    technical = frozenset[str]() if survey.samples is None else survey.samples.technical - named(roles)
+    roles = _Dialogue(sorted(found, key=lambda column: column.name in technical), roles, hidden=len(technical)).asked()
+    if roles.where:
+        arguments.where = [*(arguments.where or ()), *roles.where]
+    if roles.errors and arguments.errors == "refuse":
+        arguments.errors = "bound"
+    if roles.missing_samples:
+        arguments.missing_samples = "accept"
     for name, value in written(roles).items():
         if value and not (name == "missing" and arguments.missing != "error"):
             setattr(arguments, name, [value] if name in REPEATED else value)
@@ -60,19 +68,22 @@ def _taken(roles: Roles) -> set[str | None]:
 class _Dialogue:
     """Questions about the columns, which people may go back to."""
 
-    def __init__(self, found: Sequence[Column], roles: Roles) -> None:
+    def __init__(self, found: Sequence[Column], roles: Roles, *, hidden: int = 0) -> None:
         self.columns = {column.name: column for column in found}
-        self.guess = roles
+        self.guess, self.hidden = roles, hidden
         self.place, self.spoke = 1, False
 
     def asked(self) -> Roles:
         """Let people correct what was guessed."""
         names = [plain(name) for name in self.columns]
-        width = max(map(len, names))
-        for place, (name, column) in enumerate(zip(names, self.columns.values(), strict=True), 1):
+        shown = len(names) - self.hidden
+        width = max(map(len, names[:shown]))
+        for place, (name, column) in enumerate(zip(names[:shown], self.columns.values(), strict=False), 1):
             _say(f"  {place:>3}  {name.ljust(width)}  {described(column)}")
             for text in warnings(column):
                 _say(f"       {' ' * width}  ! {plain(text)}")
+        if self.hidden:
+            _say(f"  and {self.hidden} more paths, which may be named, too: fairaudit inspect --all lists them")
         _say("\n" + HELP)
         for text in self.guess.said:
             _say(f"Note: {plain(text)}.\n")

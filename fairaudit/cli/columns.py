@@ -13,9 +13,9 @@ from fairaudit.tables.sources import source_name
 
 if TYPE_CHECKING:
     from fairaudit.audits.roles import Roles
-    from fairaudit.tables.engines.survey import Samples, Seen, Survey
+    from fairaudit.tables.engines.survey import Seen, Survey
 
-__all__ = ["Column", "described", "looked_at", "quoted", "suggested", "warnings", "written"]
+__all__ = ["Column", "described", "is_complete", "looked_at", "named", "quoted", "suggested", "warnings", "written"]
 
 TITLE = re.compile(r"has (.*) where a header was expected, which looks like a title.*--skip (\d+)\)", re.DOTALL)
 MISSING_WORDS = {"na", "n/a", "nan", "null", "none", "unknown", "?", "-", "."}
@@ -36,6 +36,7 @@ class Column:
 def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Roles]:
     """Look at every column of the table that the options name, and guess what it is."""
     from fairaudit.audits.roles import proposed
+    from fairaudit.audits.sample_roles import roles_of_samples
     from fairaudit.errors import InputError
     from fairaudit.tables.engines.databases import tables_of
     from fairaudit.tables.engines.logs import survey_log
@@ -65,93 +66,11 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
         said = f"the first {lines} like a title ({title.group(1)}) and {'is' if arguments.skip == 1 else 'are'} skipped"
     comma = any("separated by" in note for note in survey.notes)
     if survey.samples is not None:
-        return survey, [_look(seen, decimal_comma=False) for seen in survey.columns], _of_samples(survey, survey.samples)
+        return survey, [_look(seen, decimal_comma=False) for seen in survey.columns], roles_of_samples(survey, survey.samples)
     roles = _wide(arguments, survey, decimal_comma=comma) or proposed(survey.columns, survey.rows, decimal_comma=comma)
     if said:
         roles = replace(roles, said=(said, *roles.said))
     return survey, [_look(seen, decimal_comma=comma) for seen in survey.columns], roles
-
-
-PEOPLE = ("metadata", "doc", "vars", "instance", "sample")
-"""Where logs of evaluations keep what is known of who or what a question is about."""
-
-
-KEYS = frozenset(("gold", "target", "label", "answer_key", "answerkey", "correct"))
-"""Names of the right answer in data sets: no group."""
-
-
-MOST_SHOWN = 60  # characters of a label that a command names
-
-
-def _of_samples(survey: Survey, samples: Samples) -> Roles:
-    """What paths are taken for, by the last names in them."""
-    from fairaudit.audits.roles import Roles, proposed
-    from fairaudit.tables.engines.survey import Seen
-    from fairaudit.tables.evaluations.paths import read_path
-    from fairaudit.tables.evaluations.samples import UNDECIDED
-
-    found: dict[str, Seen] = {}
-    for seen in survey.columns:
-        steps = read_path(seen.name).steps
-        names = [step for step in steps if isinstance(step, str)]
-        known = not samples.format or (names[0] in PEOPLE and names[-1].casefold() not in KEYS)
-        if known and seen.name != samples.decision and steps[-1] == names[-1] and names[-1] not in found:
-            found[names[-1]] = replace(seen, name=names[-1])
-    full = {name: next(s.name for s in survey.columns if s.levels is seen.levels) for name, seen in found.items()}
-    decision = next((seen for seen in survey.columns if seen.name == samples.decision), None)
-    if samples.format:
-        found["answer"] = Seen("answer", {"yes": 1, "no": 1}, 2, 0)
-    roles = proposed(list(found.values()), survey.rows)
-    roles = replace(
-        roles,
-        group=tuple(full[name] for name in roles.group if name in full),
-        context=tuple(full[name] for name in roles.context if name in full),
-        bins={full[name]: cut for name, cut in roles.bins.items() if name in full},
-        count=None,
-        probability=None,
-        weight=None,
-        wide=None,
-        slots=(),
-        winner=None,
-    )
-    if not samples.format:
-        return replace(
-            roles,
-            decision=full.get(roles.decision or "", roles.decision),
-            utility_column=full.get(roles.utility_column or "", roles.utility_column),
-            unit=full.get(roles.unit or "", roles.unit),
-        )
-    right = _right_of(survey, decision)
-    labels = {"C": 1} if right else {} if decision is None else decision.levels
-    best = next((label for label in labels if label not in UNDECIDED and len(label) <= MOST_SHOWN), "DECISION")
-    unit = full.get(roles.unit or "", samples.unit) if samples.unit == "PATH" else samples.unit
-    said = []
-    if samples.format == "openai" and not roles.group:
-        said.append("a batch says nothing of groups; name a file that does with --join FILE:custom_id, and its column with --group")
-    if {"question_polarity", "context_condition"} <= {read_path(seen.name).steps[-1] for seen in survey.columns}:
-        said.append("questions look like those of BBQ: --recipe bbq stands for --decision, --group, --context, --unit and --utility")
-    return Roles(
-        right or samples.decision,
-        best,
-        False,
-        roles.group,
-        roles.context,
-        roles.bins,
-        unit=unit or None,
-        said=tuple(said),
-        errors=samples.errors > 0,
-        where=samples.where,
-    )
-
-
-def _right_of(survey: Survey, decision: Seen | None) -> str:
-    """Where a scorer of Inspect says whether an answer is right, if the answers are sentences; else empty."""
-    if decision is None or not decision.name.startswith("scores.") or not decision.name.endswith(".answer"):
-        return ""
-    if not any(" " in label.strip() for label in decision.levels):
-        return ""
-    name = f"{decision.name.removesuffix('.answer')}.value"
-    return name if any(seen.name == name and "C" in seen.levels and seen.levels.keys() <= {*"CIPN"} for seen in survey.columns) else ""
 
 
 def _wide(arguments: argparse.Namespace, survey: Survey, *, decimal_comma: bool) -> Roles | None:
@@ -237,7 +156,21 @@ def suggested(arguments: argparse.Namespace, roles: Roles) -> list[str]:
         if value:
             words += [f"{option(name)}={value}"] if value.startswith("-") else [option(name), value]
     words += [word for condition in roles.where for word in ("--where", condition)]
-    return [*words, *(["--errors", "bound"] if roles.errors else []), *(["--burden"] if roles.burden else [])]
+    words += ["--errors", "bound"] if roles.errors else []
+    words += ["--missing-samples", "accept"] if roles.missing_samples else []
+    return [*words, *(["--burden"] if roles.burden else [])]
+
+
+def named(roles: Roles) -> frozenset[str]:
+    """The columns that are taken for something."""
+    return frozenset(filter(None, (roles.decision, roles.utility_column, roles.unit, *roles.group, *roles.context)))
+
+
+def is_complete(roles: Roles) -> bool:
+    """Whether a command that is suggested names everything, and has no word in the place of a name that nobody could guess."""
+    words = written(roles)
+    unknown = (("decision", "COL"), ("group", "COL"), ("unit", "PATH"), ("utility", "DECISION"))
+    return not any(words.get(name) == word for name, word in unknown)
 
 
 def written(roles: Roles) -> dict[str, str]:

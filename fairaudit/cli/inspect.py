@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fairaudit.cli import CORE
-from fairaudit.cli.columns import Column, described, looked_at, suggested, warnings
+from fairaudit.cli.columns import Column, described, is_complete, looked_at, named, suggested, warnings
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.cli.source import add_source
@@ -44,20 +44,25 @@ def run(arguments: argparse.Namespace) -> Answer:
     command = suggested(arguments, roles)
     size = f"{survey.rows} rows, {len(found)} columns"
     samples = survey.samples
-    used = {roles.decision, roles.utility_column, roles.unit, *roles.group, *roles.context}
-    technical = frozenset() if samples is None or arguments.all else samples.technical - used
+    technical = frozenset[str]() if samples is None or arguments.all else samples.technical - named(roles)
     listed = [column for column in found if column.name not in technical]
     width = None if samples is None else shutil.get_terminal_size((140, 24)).columns
     return Answer(
         "inspect",
         sentence=f"{size}.",
         notes=survey.notes,
-        result=lambda: {"rows": survey.rows, "columns": [_entry(column) for column in found], "said": list(roles.said), "command": command},
-        text=lambda: _text(size, listed, len(technical), roles.said, command, width),
+        result=lambda: {
+            "rows": survey.rows,
+            "columns": [_entry(column) for column in found],
+            "said": list(roles.said),
+            "command": command,
+            "complete": is_complete(roles),
+        },
+        text=lambda: _text(size, listed, len(technical), roles.said, command, width, complete=is_complete(roles)),
     )
 
 
-def _text(size: str, found: list[Column], folded: int, said: Sequence[str], command: list[str], line: int | None) -> str:
+def _text(size: str, found: list[Column], folded: int, said: Sequence[str], command: list[str], line: int | None, *, complete: bool) -> str:
     from fairaudit.words import plain
 
     width = max((len(plain(column.name)) for column in found), default=0)
@@ -71,7 +76,7 @@ def _text(size: str, found: list[Column], folded: int, said: Sequence[str], comm
         "",
         *(f"Note: {plain(text)}." for text in said),
         *([""] if said else []),
-        "A command to try (check which column is which):",
+        "A command to try (check which column is which):" if complete else "A command to complete, with a name for each word in capitals:",
         "",
     ]
     return "\n".join([*lines, f"  {plain(shlex.join(command))}"])

@@ -217,3 +217,19 @@ def test_what_may_be_a_row_of_totals_is_remarked_beside_the_questions(tmp_path: 
     path.write_text("sex,hired\n" + "f,yes\nf,no\nm,yes\nm,no\n" * 5 + "Total,10\n")
     said, _ = on_terminal(["certify", str(path)], [INTERRUPT])
     assert "! 'Total' may be a row of totals, which would count everybody twice" in said.split("1. ")[0]
+
+
+def test_of_a_log_of_an_evaluation_a_few_paths_are_shown(tmp_path: Path) -> None:
+    """The proposed ones among them; others may be named, and errors and conditions go into the command."""
+    log = Path(__file__).parents[1] / "tables" / "evaluations" / "logs" / "promptfoo" / "loans.json"
+    answers = ["", "", "", "metadata.race", "testCase.vars.person"]
+    said, code = on_terminal(["certify", str(log), "-o", str(tmp_path / "asked.json")], answers)
+    assert code == 0, said
+    shown = said.partition("Answer with")[0]
+    assert "metadata.race" in shown and "response.output" in shown
+    assert "tokenUsage.total" not in shown and "more paths, which may be named, too" in shown
+    command = command_in(said)
+    assert command[command.index("--context") + 1] == "testCase.vars.person"
+    assert command[-4:] == ["--where", "promptIdx=0", "--errors", "bound"]
+    assert main([*command, "-o", str(tmp_path / "named.json")]) == 0
+    assert (tmp_path / "asked.json").read_bytes() == (tmp_path / "named.json").read_bytes()

@@ -307,17 +307,6 @@ def test_no_number_is_said_of_labels_that_were_not_all_counted(
     assert lines[2].split(None, 1) == ["id", words]
 
 
-def test_the_right_answer_is_no_group(capsys: pytest.CaptureFixture[str]) -> None:
-    (path,) = (LOGS / "lm-eval").glob("samples_loan_choice_*.jsonl")
-    _, command = said(capsys, str(path))
-    assert shlex.split(command)[3:7] == ["--decision", "argmax(filtered_resps[*][0])", "--group", "COL"]
-
-
-def test_a_batch_is_joined_to_what_says_who_is_asked_about(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["inspect", str(LOGS / "openai" / "output.jsonl")]) == 0
-    assert "Note: a batch says nothing of groups; name a file that does with --join FILE:custom_id" in capsys.readouterr().out
-
-
 @pytest.mark.parametrize(
     ("answers", "chosen"), [(("Yes.", "I say no"), ["scores.includes.value", "C"]), (("A", "B"), ["scores.includes.answer", "A"])]
 )

@@ -67,6 +67,10 @@ class Samples:
         Conditions without which samples would be counted several times, such as ``filter=first``.
     technical : frozenset of str
         Paths that are hardly a decision, a group, a context or a unit.
+    question : str
+        The path of what names a question; empty where none does.
+    short : bool
+        Whether the log holds fewer samples than it should.
     """
 
     format: str
@@ -75,6 +79,8 @@ class Samples:
     errors: int
     where: tuple[str, ...] = ()
     technical: frozenset[str] = frozenset()
+    question: str = ""
+    short: bool = False
 
 
 @dataclass(frozen=True)
@@ -128,8 +134,9 @@ def of_samples(paths: Sequence[str], log: Format, request: Request) -> Survey:
     notes = [f"{found.left_out} further paths are not listed"] if found.left_out else []
     said = [f"{found.outcomes[name]} {words}" for name, words in VERBS.items() if found.outcomes[name]]
     expected = [run.expected for run in found.runs]
-    if None not in expected and sum(map(int, filter(None, expected))) != found.samples:
-        said.insert(0, f"there should be {sum(map(int, filter(None, expected)))}")
+    wanted = found.samples if None in expected else sum(map(int, filter(None, expected)))
+    if wanted != found.samples:
+        said.insert(0, f"there should be {wanted}")
     if said:
         notes.append(f"of {found.samples} samples {', '.join(said)}")
     again = max(run.epochs for run in found.runs) > 1 or len({run.model for run in found.runs}) > 1
@@ -138,7 +145,8 @@ def of_samples(paths: Sequence[str], log: Format, request: Request) -> Survey:
     asked = None if where else found.leaves.get(log.question)
     again = again or (asked is not None and len(asked.different) < min(asked.seen, MOST + 1))
     unit = "PATH" if log.name and not log.question else log.question if again else ""
-    samples = Samples(log.name, found.answer(log), unit, found.outcomes["error"], where, found.technical(log))
+    short = wanted > found.samples
+    samples = Samples(log.name, found.answer(log), unit, found.outcomes["error"], where, found.technical(log), log.question, short)
     return Survey(found.samples, seen, tuple(notes), samples)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from fairaudit.errors import InputError
 from fairaudit.tables.evaluations.columns import SAID, file_names
-from fairaudit.tables.evaluations.paths import LAST, Step, written_path
+from fairaudit.tables.evaluations.paths import LAST, Step, read_path, written_path
 from fairaudit.tables.evaluations.samples import Format, Run
 from fairaudit.tables.label_text import label_text
 
@@ -80,11 +80,8 @@ class Listing:
     def answer(self, log: Format) -> str | None:
         """The path where the decision usually is."""
         for pattern in log.answers:
-            inner = re.fullmatch(r"argmax\((.*)\)", pattern)
-            if inner is not None and inner[1].replace("[*]", "[0]") in self.leaves:
-                return pattern
             fits = re.compile(_expression(pattern))
-            found = next((path for path, leaf in self.leaves.items() if fits.fullmatch(path) and leaf.levels), None)
+            found = next((path for path, leaf in self.leaves.items() if fits.fullmatch(path) and leaf.levels and not leaf.fault), None)
             if found is not None:
                 return found
         return None
@@ -128,6 +125,7 @@ def listing(paths: Sequence[str], log: Format, report: Callable[[float | None, i
     runs: list[Run] = []
     more: set[str] = set()
     named = file_names(paths)
+    greatest = [path for path in map(read_path, log.answers) if path.argmax]
     for path in paths:
         run = log.run(path)
         runs.append(run)
@@ -137,6 +135,11 @@ def listing(paths: Sequence[str], log: Format, report: Callable[[float | None, i
             if report is not None and not outcomes.total() % 1000:
                 report(None, outcomes.total())
             found = dict(_values(sample.row, (), HEAVY if log.name else frozenset()))
+            for place in greatest:
+                try:
+                    found[place.text] = place.of(sample.row)
+                except InputError as error:
+                    leaves.setdefault(place.text, Leaf()).fault = str(error)
             for name, text in said.items() if log.name else ():
                 if text and name in ("file", "eval.model", "eval.task"):
                     found.setdefault(name, text)
@@ -147,6 +150,7 @@ def listing(paths: Sequence[str], log: Format, report: Callable[[float | None, i
                     leaves.setdefault(name, Leaf()).add(value)
     if not outcomes:
         raise InputError(f"{', '.join(paths[:3])}: the log has no samples")
+    leaves = {name: leaf for name, leaf in leaves.items() if leaf.levels or not name.startswith("argmax(")}
     return Listing(outcomes.total(), leaves, outcomes, tuple(runs), len(more))
 
 

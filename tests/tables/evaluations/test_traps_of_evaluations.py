@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -150,15 +149,6 @@ def test_commands_that_could_not_say_what_was_lost_refuse_logs(command: list[str
     said = capsys.readouterr().err
     assert "loans.json: an evaluation log is audited by certify" in said
     assert "--errors" not in said
-
-
-def test_what_inspect_proposes_of_two_prompts_runs_once_the_question_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["inspect", str(LOGS / "promptfoo" / "loans.json")]) == 0
-    proposed = shlex.split(capsys.readouterr().out.partition("  fairaudit ")[2])
-    assert proposed[proposed.index("--where") + 1] == "promptIdx=0"
-    assert main(proposed) == 2
-    assert "there is no column 'PATH'" in capsys.readouterr().err
-    assert main(["metadata.person" if word == "PATH" else word for word in proposed]) == 0
 
 
 def test_an_index_of_a_test_is_no_question() -> None:
