@@ -24,7 +24,7 @@ from fairaudit.audits.population import (
 )
 from fairaudit.audits.result import Result, not_compared
 from fairaudit.audits.targets import judged, judged_by_window
-from fairaudit.audits.undecided import ask_undecided, judged_whatever, undecided_of_log, whatever, with_meanings
+from fairaudit.audits.undecided import ask_undecided, excluding, judged_whatever, undecided_of_log, whatever, with_meanings
 from fairaudit.audits.unknown import ask_shares, judged_whoever, refuse_beside_unknown_groups, whoever
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number
@@ -231,17 +231,16 @@ def certify(
     constants, constants_in = read_declared(
         table, tau, declared or {}, declared_in or {}, max_drift, deployment, signed=difference and deployment is None
     )
-    not_undecided = {
-        "differences (difference, max_difference)": difference,
-        "decisions of unknown group": law.unknown is not None,
-        "max_drift (--max-drift)": max_drift is not None,
-        "hidden_context (--hidden-context)": hidden is not None,
-        "true labels (truth)": law.truth is not None,
-        "a stream": arrivals is not None,
-        "a way to choose a pair (select)": select != "bonferroni",
-        "missing_units": missing_units != "worst",
-        "a policy behind filters whose utility depends on more than the decision": deployment is not None and not table.by_decision,
-    }
+    not_undecided = excluding(
+        law,
+        difference=difference,
+        drift=max_drift is not None,
+        hidden=hidden is not None,
+        stream=arrivals is not None,
+        selected=select != "bonferroni",
+        units_read=missing_units != "worst",
+        beyond_decisions=deployment is not None and not table.by_decision,
+    )
     supplied = law if deployment is None else deployment.policy.law
     labels, unbounded = undecided_of_log(undecided, supplied, utility, not_undecided, judged=bool(limits or of_table or of_differences))
     meanings = ask_undecided(labels, table, constants, not_undecided)

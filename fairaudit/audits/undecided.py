@@ -27,7 +27,17 @@ from fairaudit.tables.values import INT64
 from fairaudit.theorems.t19 import Pair, ratio_range
 from fairaudit.words import WHATEVER, approximate, brief
 
-__all__ = ["Undecided", "Whatever", "ask_undecided", "judged_whatever", "undecided_of_log", "whatever", "whatever_text", "with_meanings"]
+__all__ = [
+    "Undecided",
+    "Whatever",
+    "ask_undecided",
+    "excluding",
+    "judged_whatever",
+    "undecided_of_log",
+    "whatever",
+    "whatever_text",
+    "with_meanings",
+]
 
 Name = TypeVar("Name", bound=str)
 
@@ -88,6 +98,45 @@ class Whatever:
     greatest: Extended
     least_at: Compared | None
     greatest_at: Compared | None
+
+
+def excluding(
+    law: Law,
+    *,
+    difference: bool,
+    drift: bool,
+    hidden: bool,
+    stream: bool,
+    selected: bool,
+    units_read: bool,
+    beyond_decisions: bool,
+) -> dict[str, bool]:
+    """What undecided decisions do not go with, by name, and whether an audit has it.
+
+    Parameters
+    ----------
+    law : Law
+        What is audited.
+    difference, drift, hidden, stream : bool
+        Whether differences, a drift, a hidden context or a stream were asked for.
+    selected : bool
+        Whether the pair of groups is chosen in another way than by dividing the error.
+    units_read : bool
+        Whether rows without a unit are anything but the worst.
+    beyond_decisions : bool
+        Whether a policy stands behind filters and its utility depends on more than the decision.
+    """
+    return {
+        "differences (difference, max_difference)": difference,
+        "decisions of unknown group": law.unknown is not None,
+        "max_drift (--max-drift)": drift,
+        "hidden_context (--hidden-context)": hidden,
+        "true labels (truth)": law.truth is not None,
+        "a stream": stream,
+        "a way to choose a pair (select)": selected,
+        "missing_units": units_read,
+        "a policy behind filters whose utility depends on more than the decision": beyond_decisions,
+    }
 
 
 def undecided_of_log(
