@@ -27,6 +27,8 @@ from fairaudit.tables.tally import Tally
 
 __all__ = ["read"]
 
+LARGEST = 10**12  # samples that a log may say it holds, and times that a question was asked
+
 EVERY = 4096  # samples between two words on how far the work is
 
 NOTHING: Mapping[str, Any] = {}
@@ -453,7 +455,10 @@ def _each(columns: Sequence[Column], wanted: Wanted) -> tuple[Any, ...] | None:
 
 
 def _check_number(path: str, run: Run, read: int, *, accept: bool) -> None:
-    """Refuse a log that holds fewer samples than it should, or more."""
+    """Refuse a log that holds fewer samples than it should, or more, or that says what no log can hold."""
+    if max(run.epochs, run.expected or 0) > LARGEST:
+        said = f"{run.expected} samples, of {run.epochs} epochs"
+        raise InputError(f"{path}: the log says that it should hold {said}; {LARGEST:,} is the most")
     if run.expected is None or read == run.expected:
         return
     status = f", whose status is {shown(run.status)}," if run.status else ""

@@ -400,6 +400,13 @@ def test_repetitions_need_a_unit() -> None:
     assert read(["log"], made(once, ["read"] * 8, epochs=1), wanted(())).rows == 8
 
 
+@pytest.mark.parametrize("said", [{"epochs": 10**20}, {"expected": 2 * 10**18}])
+def test_numbers_that_no_log_can_have_are_refused(said: dict[str, int]) -> None:
+    """Of which no certificate could be read again."""
+    with pytest.raises(InputError, match=r"log: the log says that it should hold .* samples, of \d+ epochs; 1,000,000,000,000 is the most"):
+        read(["log"], made(ROWS, ["read"] * 16, **said), wanted(missing_samples="accept"))
+
+
 def test_what_an_expression_takes_out_is_no_word_for_answers_that_decide_nothing(tmp_path: Path) -> None:
     rows = [{"answer": "verdict: pass", "who": "a"}, {"answer": "verdict: error", "who": "b"}]
     path = lines(tmp_path / "log.jsonl", rows)
