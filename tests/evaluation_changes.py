@@ -18,7 +18,7 @@ from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import names
 
 LOST = ("refused", "unreadable", "truncated", "error")
-STATED = ("format", "extract", "join", "recipe", "where", "each", "epochs", "question", "unit", "drawn")
+STATED = ("format", "extract", "options", "join", "recipe", "where", "each", "epochs", "question", "unit", "drawn")
 ROWS_OF_SAMPLE = {None: 1, "bbq": 2, "bbq-accuracy": 1}
 QUESTIONS = "questions were drawn; epochs of a question count once"
 ANSWERS = "the questions are fixed; the model's answers were drawn"
@@ -84,8 +84,13 @@ def truly_read(subject: Any, of_intervals: bool) -> bool:
         return False
     if any(not isinstance(entry, dict) or {*entry} != {"path", "value"} for entry in where):
         return False
+    options = said.get("options", ["a", "b"])
+    if not isinstance(options, list) or not all(isinstance(option, str) for option in options) or not 1 < len(options) == len({*options}):
+        return False
     conditions = [value for entry in where for value in (entry["path"], entry["value"])]
-    if not all(isinstance(text, str) and not any("\ud800" <= c <= "\udfff" for c in text) for text in (*texts, *units, *conditions)):
+    if not all(
+        isinstance(text, str) and not any("\ud800" <= c <= "\udfff" for c in text) for text in (*texts, *units, *options, *conditions)
+    ):
         return False
     if not all(texts) or not units or len({*units}) < len(units) or not where:
         return False

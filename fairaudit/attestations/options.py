@@ -22,12 +22,13 @@ from fairaudit.tables.wide import Wide, wide_of, written_wide
 
 __all__ = ["options_of", "reading_of"]
 
-ASKED = tuple(name for name in NAMES if name not in ("join", "where"))
+ASKED = tuple(name for name in NAMES if name not in ("options", "join", "where"))
 TEXTS = (
     *("decision", "truth", "positive", "count", "probability", "weight", "wide", "total", "utility_column", "missing", "table", "query"),
     *ASKED,
 )
-LISTS = ("group", "context", "unit", "unknown")
+ROLES = ("group", "context", "unit", "unknown")
+LISTS = (*ROLES, "options")
 FLAGS = ("fold_labels", "signed")
 OBJECTS = {"score": ("column", "above"), "join": ("file", "column")}
 CONDITION = ("path", "value")
@@ -136,7 +137,7 @@ def reading_of(options: Mapping[str, Any], *, spelled: Callable[[str], str] = st
     if "utility" in options and "utility_column" in options:
         raise InputError("the options have both utility and utility_column; a table has one of them")
     plain: dict[str, Any] = {name: options.get(name) for name in ("truth", "count", "probability", "weight", "utility_column", "label_map")}
-    lists: dict[str, Any] = {name: tuple(options.get(name, ())) for name in LISTS}
+    lists: dict[str, Any] = {name: tuple(options.get(name, ())) for name in ROLES}
     reading = Reading(
         **plain,
         **lists,
@@ -160,6 +161,7 @@ def _extraction(asked: Extraction) -> dict[str, Any]:
     return {
         "log_format": asked.log_format,
         "extract": asked.extract,
+        "options": list(asked.options),
         "join": {} if asked.join is None else {"file": Path(asked.join[0]).name, "column": asked.join[1]},
         "where": [dict(zip(CONDITION, condition, strict=True)) for condition in asked.where],
         "errors": None if asked.errors == NOTHING_ASKED.errors else asked.errors,
@@ -170,7 +172,7 @@ def _extraction(asked: Extraction) -> dict[str, Any]:
 
 def _extraction_in(options: Mapping[str, Any]) -> Extraction:
     """The same read again."""
-    texts = {name: options[name] for name in ASKED if name in options}
+    texts = {name: options[name] for name in (*ASKED, "options") if name in options}
     join = options.get("join")
     found = extraction_of(**texts, where={condition["path"]: condition["value"] for condition in options.get("where", ())})
     return found if join is None else replace(found, join=(join["file"], join["column"]))

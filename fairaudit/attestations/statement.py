@@ -62,6 +62,7 @@ OPTIONS = (
     "audit",
     "log_format",
     "extract",
+    "options",
     "join",
     "where",
     "errors",

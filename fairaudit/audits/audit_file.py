@@ -319,7 +319,10 @@ def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tu
 
 def _samples(section: Mapping[str, Any], where: str, folder: Path) -> dict[str, Any]:
     """What is asked of an evaluation log."""
-    found: dict[str, Any] = {key: _text(section, key, where) for key in NAMES if key in section and key != "where"}
+    found: dict[str, Any] = {key: _text(section, key, where) for key in NAMES if key in section and key not in ("where", "options")}
+    if "options" in section:
+        given = section["options"]
+        found["options"] = given if isinstance(given, str) else _texts(section, "options", where, "texts such as yes,no")
     if "where" in section:
         conditions = section["where"]
         if not isinstance(conditions, dict) or not all(isinstance(text, str) for text in conditions.values()):

@@ -118,6 +118,7 @@ def audit(
     group_probability: Source | None = None,
     log_format: str | None = None,
     extract: str | None = None,
+    options: str | Sequence[str] = (),
     join: str | None = None,
     where: Mapping[str, str] | Sequence[str] = (),
     errors: Errors = "refuse",
@@ -196,6 +197,9 @@ def audit(
         The format of an evaluation log, where its content does not say it: ``"inspect"``, ``"lm-eval"`` and so on (docs/evaluations.md).
     extract : str, optional
         A regular expression: the decision is the first group of exactly one match in the answer.
+    options : str or sequence of str, optional
+        What there was to choose: the decision is the option that an answer in words (or what `extract` takes out of it) clearly chooses,
+        and otherwise ``unreadable``. A text names options between commas: ``"yes,no"``.
     join : str, optional
         Rows of another file that belong to samples, ``"FILE:COLUMN"``.
     where : mapping of str to str, or sequence of str
@@ -292,9 +296,16 @@ def audit(
     beside = {**roles, "missing": missing != "error", "table": table, "query": query, "in_parts": in_parts, "skip": skip}
     beside |= {"group_probability": group_probability is not None, "unknown": bool(unknown)}
     extraction = extraction_of(
-        log_format=log_format, extract=extract, join=join, where=where, errors=errors, missing_samples=missing_samples, recipe=recipe
+        log_format=log_format,
+        extract=extract,
+        options=options,
+        join=join,
+        where=where,
+        errors=errors,
+        missing_samples=missing_samples,
+        recipe=recipe,
     )
-    beside |= extraction.options
+    beside |= extraction.asked
     if isinstance(source, (Law, Deployment)):
         for name, value in beside.items():
             if value:

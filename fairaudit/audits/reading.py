@@ -593,7 +593,7 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
         "unit": reading.unit,
         "query": reading.access.query,
         "skip": reading.access.skip,
-        **reading.access.extraction.options,
+        **reading.access.extraction.asked,
         **given,
         "unknown": reading.unknown,
         "missing": reading.missing != "error",

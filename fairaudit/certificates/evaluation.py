@@ -34,6 +34,7 @@ def evaluation_entry(law: Law, evaluation: Evaluation, *, cells: bool) -> dict[s
     given: dict[str, Any] = {
         "format": evaluation.format,
         "extract": evaluation.extract,
+        "options": list(evaluation.options),
         "join": evaluation.join,
         "where": [{"path": path, "value": value} for path, value in evaluation.where],
         "recipe": evaluation.recipe,

@@ -22,6 +22,8 @@ ERROR = "error"  # a decision of the table only where it is to be bounded
 LOST = (*UNDECIDED, ERROR)
 ANSWERS = ("read", *LOST)
 
+OPTIONAL = ("extract", "options", "join", "where", "recipe", "each", "question", "unit", "unlabelled")
+
 QUESTIONS = "questions were drawn; epochs of a question count once"
 FIXED = "the questions are fixed; the model's answers were drawn"
 UNITS = "sampling units were drawn; samples of a unit count once"
@@ -114,7 +116,7 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
     if subject.kind != "counts":
         raise malformed(where, "must not be there: only counts are of an evaluation log")
     keys = ("format", "epochs", "drawn", "errors", "samples", "answers", "cells")
-    members = read_object(value, where, keys, optional=("extract", "join", "where", "recipe", "each", "question", "unit", "unlabelled"))
+    members = read_object(value, where, keys, optional=OPTIONAL)
     epochs = read_integer(members["epochs"], f"{where}.epochs")
     for key in ("format", *(key for key in ("extract", "join", "recipe", "each", "question") if key in members)):
         if not read_string(members[key], f"{where}.{key}"):
@@ -130,8 +132,7 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
         raise malformed(where, "lacks the key 'question', though questions were asked several times")
     cell = (*subject.columns.context, *subject.columns.group)
     said = _possible(question, unit, cell, repeated=epochs > 1)
-    if "where" in members:
-        _read_where(members["where"], f"{where}.where")
+    _read_asked(members, where)
     samples = read_object(members["samples"], f"{where}.samples", ("expected", "read", "counted", "rows"))
     expected = samples["expected"]
     if expected is not None:
@@ -185,6 +186,17 @@ def _possible(question: str, unit: Labels, cell: Labels, *, repeated: bool) -> t
     if not question:
         return (SAMPLES,)
     return (FIXED, NOTHING) if question in cell else () if repeated else (QUESTIONS,)
+
+
+def _read_asked(members: Mapping[str, object], where: str) -> None:
+    """Read what there was to choose, and which samples count, of which nothing is compared."""
+    if "options" in members:
+        options = read_strings(members["options"], f"{where}.options")
+        check_distinct(options, f"{where}.options")
+        if len(options) < 2:
+            raise malformed(f"{where}.options", "must be two or more")
+    if "where" in members:
+        _read_where(members["where"], f"{where}.where")
 
 
 def _read_where(value: object, where: str) -> None:

@@ -406,7 +406,7 @@ def _audit_file(arguments: argparse.Namespace) -> Audit:
     from fairaudit.audits.audit_file import SAID_THERE, read_audit, refuse_beside
 
     given = {name: getattr(arguments, name) for name in (*SAID_THERE, "placebo")}
-    refuse_beside(arguments.table, {**given, **extraction_from(vars(arguments)).options}, option)
+    refuse_beside(arguments.table, {**given, **extraction_from(vars(arguments)).asked}, option)
     others = {
         "missing": arguments.missing != "error",
         "unknown": arguments.unknown,

@@ -46,6 +46,11 @@ def add_samples(parser: argparse.ArgumentParser) -> None:
     samples.add_argument(
         "--extract", metavar="REGEX", help="the decision is the group of exactly one match in the answer, such as '^\\s*(yes|no)\\b'"
     )
+    samples.add_argument(
+        "--options",
+        metavar="LABELS",
+        help="the decision is the one of these, such as yes,no, that an answer in words clearly chooses; of others, and of prose, none",
+    )
     samples.add_argument("--join", metavar="FILE:COLUMN", help="rows of another file that belong to samples by a column of that name")
     samples.add_argument("--where", metavar="PATH=VALUE", action="append", help="only samples with this value count")
     samples.add_argument(

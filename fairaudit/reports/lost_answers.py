@@ -191,6 +191,9 @@ def _read(said: Mapping[str, Any]) -> Iterator[str]:
         how.append(f"rows of another file were joined by {clip(said['join'], 60)}")
     if "extract" in said:
         how.append(f"the answer is what the expression {shown(said['extract'], 120)} takes out of it")
+    if "options" in said:
+        names = ", ".join(shown(option, 40) for option in said["options"][:20])
+        how.append(f"an answer in words counts as the one of {names} that it clearly chooses, and otherwise as unreadable")
     yield from how
 
 

@@ -141,19 +141,24 @@ def test_rows_that_were_joined_are_given_beside_the_log(
     assert main(["certify", *words, "-o", "rows/people.csv"]) == 2
 
 
+@pytest.mark.parametrize(("asked", "other"), [({"extract": "^(yes|no)$"}, "^(yes|no)"), ({"options": ["yes", "no"]}, ["yes", "x"])])
 def test_another_reading_of_the_answers_differs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    asked: dict[str, Any], other: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    ((name, value),) = asked.items()
     rows = [{"text": answer, "who": who} for who in "ab" for answer in ("yes", "no", "neither", "yes") * 3]
     (tmp_path / "run.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
-    words = ["run.jsonl", "--decision", "text", "--group", "who", "--utility", "yes=1", "--extract", "^(yes|no)$", "--confidence", "none"]
+    words = ["run.jsonl", "--decision", "text", "--group", "who", "--utility", "yes=1", "--confidence", "none"]
+    words += [f"--{name}", value if isinstance(value, str) else ",".join(value)]
     assert main(["certify", *words, "-o", "c.json", "--attest", "a.json"]) == 0
+    assert recounted(capsys, "run.jsonl")[0] == 0
     statement = json.loads((tmp_path / "a.json").read_text())
-    statement["predicate"]["options"]["extract"] = "^(yes|no)"
+    assert statement["predicate"]["options"][name] == value
+    statement["predicate"]["options"][name] = other
     (tmp_path / "a.json").write_text(json.dumps(statement))
     code, said = recounted(capsys, "run.jsonl")
-    assert code == 1 and "differs how answers were read: the certificate says of extract" in said
+    assert code == 1 and f"differs how answers were read: the certificate says of {name}" in said
 
 
 def test_an_audit_file_says_the_same_and_reads_nothing_but_what_is_given(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -43,6 +43,7 @@ extractions = st.builds(
     Extraction,
     log_format=st.sampled_from([None, *FORMATS]),
     extract=st.none() | texts,
+    options=st.just(()) | st.lists(texts.filter(str.strip), min_size=2, max_size=4, unique=True).map(tuple),
     join=st.none() | st.tuples(names, texts),
     where=st.dictionaries(texts, texts, max_size=2).map(lambda conditions: tuple(conditions.items())),
     errors=st.sampled_from(["refuse", "drop", "bound"]),

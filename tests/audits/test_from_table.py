@@ -191,6 +191,14 @@ def test_a_log_of_nested_rows_is_audited_by_paths(tmp_path: Path) -> None:
         "[utility]\nvalues = { yes = 1 }\n"
     )
     assert fa.audit(tmp_path / "AUDIT.toml").local.ratio == expected.local.ratio
+    worded: dict[str, Any] = {**asked, "extract": r"I say (.*)", "options": ["yes", "no"]}
+    assert fa.audit(log, **worded).local == expected.local
+    for options in ('"yes,no"', '["yes", "no"]'):
+        (tmp_path / "WORDS.toml").write_text(
+            f'[law]\ntable = "log.jsonl"\ndecision = "out.text"\ngroup = "who.sex"\nextract = "I say (.*)"\noptions = {options}\n'
+            "[utility]\nvalues = { yes = 1 }\n"
+        )
+        assert fa.audit(tmp_path / "WORDS.toml").local.ratio == expected.local.ratio
     with pytest.raises(fa.InputError, match=r"extract .*goes with logs of evaluations"):
         fa.audit(flat, **asked)
     with pytest.raises(fa.InputError, match=r"errors"):

@@ -42,10 +42,17 @@ def test_answers_are_those_of_the_log(seed: int, errors: str) -> None:
 
 def test_how_answers_were_found_is_stated() -> None:
     rows = [("A", "a", "age", 6), ("B", "b", "age", 3)]
-    said: dict[str, Any] = {"extract": "^(A|B)", "join": "id", "where": (("filter", "first"),), "recipe": "bbq-accuracy"}
+    said: dict[str, Any] = {
+        "extract": "^(A|B)",
+        "join": "id",
+        "where": (("filter", "first"),),
+        "recipe": "bbq-accuracy",
+        "options": ("A", "B"),
+    }
     entry = json.loads(audited(log_of(rows, expected=None, read=20, **said), confidence=None).certificate.text)["subject"]["evaluation"]
     assert entry["where"] == [{"path": "filter", "value": "first"}] and (entry["extract"], entry["join"]) == ("^(A|B)", "id")
     assert entry["samples"] == {"expected": None, "read": 20, "counted": 9, "rows": 9} and entry["recipe"] == "bbq-accuracy"
+    assert entry["options"] == ["A", "B"]
 
 
 @pytest.mark.parametrize(

@@ -81,6 +81,11 @@ def test_no_alteration_that_says_something_false_of_the_table_is_accepted(errors
         (("samples",), {"expected": 16, "read": 16, "counted": 15, "rows": 16}, "false"),
         (("format",), "helm", "true"),
         (("extract",), "^(yes|no)", "true"),
+        (("options",), ["A", "B"], "true"),
+        (("options",), ["A"], "malformed"),
+        (("options",), ["A", "A"], "malformed"),
+        (("options",), [], "malformed"),
+        (("options",), "A,B", "malformed"),
     ],
 )
 def test_what_is_changed(path: tuple[Any, ...], value: Any, result: str) -> None:

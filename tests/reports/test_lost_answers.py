@@ -111,7 +111,7 @@ def test_a_certificate_without_its_table_says_what_it_has() -> None:
 
 def test_labels_do_no_harm() -> None:
     rows = [("A", "<b>\x1b[31m", "age", 6), ("refused", "<b>\x1b[31m", "age", 3), ("B", "\u202eb", "age", 3)]
-    said = {"format": "ev\x07il\n", "extract": "(<script>)\x1b"}
+    said = {"format": "ev\x07il\n", "extract": "(<script>)\x1b", "options": ("A", "\x1b[31m")}
     found = audited(log_of(rows, **said), confidence=None)
     shown = first_screen(of_result(found), "run.eval", "fairaudit verify c.json") + lost_text(
         json.loads(found.certificate.text)["subject"]["evaluation"], found.law

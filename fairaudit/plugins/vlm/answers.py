@@ -1,27 +1,23 @@
 """What an answer says: a choice, or one of the ways in which it is none. Reading never changes what the journal holds.
 
-Answers are read by their form (docs/experiments.md, "How answers are read"): the JSON object that was asked for, wherever it stands; else
-an option by itself; else one of few sentences. What could mean anything else is no choice.
+Choices in words are read as in logs of evaluations (docs/evaluations.md, "Choices in words"); here is what a server sends around them.
 """
 
 from __future__ import annotations
 
-import json
 import math
-import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from pathlib import Path
 from typing import Any, Final, Literal
 
-from fairaudit.errors import InputError, shown
+from fairaudit.errors import shown
 from fairaudit.plugins.vlm.experiment import Experiment, exact
-from fairaudit.plugins.vlm.faults import explanation, fault, parsed, refused, whole_number
 from fairaudit.plugins.vlm.journal import Answer
 from fairaudit.tables.evaluations.chat import message
+from fairaudit.tables.evaluations.choices import Asked, bare, objects_in, read_choice
+from fairaudit.tables.evaluations.replies import explanation, fault, parsed, refused
 
 __all__ = ["FAULT", "OPEN", "UNKNOWN", "UNREADABLE", "Reading", "answer_schema", "read_answer", "read_kept", "sampling_note"]
 
@@ -30,15 +26,21 @@ FAULT: Final = "fault"
 OPEN: Final = "open"
 UNKNOWN = (UNREADABLE, FAULT, OPEN)
 Kind = Literal["choice", "probabilities", "malformed", "refused", "contradictory", "copied", "fault", "open"]
-THOUGHT = r"(?i)<{}(?:think|thinking|thought|reasoning)>"
-MARKUP = str.maketrans("", "", '*`"“”')
-WORDING = tomllib.loads(Path(__file__).with_name("wording.toml").read_text("utf-8"))
-NOUN = f"(?:{'|'.join(WORDING['nouns'])})"
-PARTS = ("before", "after", "doubt", "lead_ins", "tails")
-BEFORE, AFTER, DOUBTED, LEAD, TAIL = ("|".join(WORDING[name]).replace("NOUN", NOUN) for name in PARTS)
-SAID = rf"(?:(?:(?:therefore|so|thus),? )?(?:{BEFORE}) )?'?@'?(?:{AFTER})?(?:,? (?:because|since) ([^.!?:;\n]+))?[.!]?"
-DOUBT = re.compile(rf"(?i)[{{}}<>]|n['’]t\b|\b(?:{DOUBTED})\b")
-LONGEST = 200_000
+TOOLS = (
+    "choice",
+    "choose",
+    "answer",
+    "submit",
+    "decide",
+    "decision",
+    "select",
+    "respond",
+    "submit_choice",
+    "submit_answer",
+    "final_answer",
+)
+WHOLE = ("none", "stop", "tool_calls", "eos", "eos_token", "end_turn")  # how an answer ends that is whole
+CUT = ("length", "max_tokens", "model_length")  # and one that was cut off
 FULL = {"temperature": (1,), "top_k": (0, -1), "top_p": (1,), "min_p": (0,)}
 
 
@@ -50,10 +52,6 @@ class Reading:
     decision: str  # the option that was chosen, or ``unreadable``, ``fault`` or ``open`` (nothing came yet)
     reason: str  # the reason that the model stated, or why the answer could not be read; of probabilities, where those of no option lie
     probabilities: tuple[Fraction, ...] | None = None  # first-token probabilities of the options by slot; what they lack to 1 is unreadable
-
-
-class _DuplicateKeyError(ValueError):
-    """A key that occurs twice."""
 
 
 def read_answer(experiment: Experiment, status: int, content_type: str, body: bytes) -> Reading:
@@ -77,13 +75,13 @@ def read_answer(experiment: Experiment, status: int, content_type: str, body: by
         return _none("refused", said.refusal)
     given, ended = document["choices"][0], said.ended.casefold()
     calls = given["message"].get("tool_calls") or ()
-    if ended not in WORDING["whole"] + WORDING["cut"] or len(said.content) > LONGEST:
-        return _none("malformed", f"the answer ended by {shown(ended, 40)}" if len(said.content) <= LONGEST else "the answer is too long")
+    if ended not in (*WHOLE, *CUT):
+        return _none("malformed", f"the answer ended by {shown(ended, 40)}")
     if experiment.answer == "logprobs":
         return _logprobs(experiment, given)
-    if given["message"].get("function_call") or any(call["function"].get("name") not in WORDING["tools"] for call in calls):
+    if given["message"].get("function_call") or any(call["function"].get("name") not in TOOLS for call in calls):
         return _none("malformed", "a tool was called whose name is none of an answer's")
-    return _content(experiment, said.content, said.calls, whole=ended in WORDING["whole"])
+    return _content(experiment, said.content, said.calls, whole=ended in WHOLE)
 
 
 def read_kept(experiment: Experiment, answer: Answer) -> Reading:
@@ -118,88 +116,18 @@ def sampling_note(request: Mapping[str, Any]) -> str:
 
 
 def _content(experiment: Experiment, text: str, calls: Sequence[Any], *, whole: bool) -> Reading:
-    spoken = re.split(THOUGHT.format("/"), text)[-1]
-    if re.search(THOUGHT.format(""), spoken):
-        return _none("malformed", "the answer breaks off in a thought")
-    fields = {"json": set(experiment.options), "choice": {"choice"}}.get(experiment.answer, set())
-    try:
-        objects, around = _found(spoken, lenient=False)
-        given = [_parse(call) if isinstance(call, str) else call for call in calls] + objects
-    except _DuplicateKeyError as error:
-        return _none("contradictory", str(error))
-    except (ValueError, RecursionError) as error:
-        return _none("malformed", f"the answer is not JSON: {' '.join(str(error).split())[:120]}")
-    allowed = fields | set(WORDING["reasons"])
-    if not all(isinstance(entry, dict) and fields & entry.keys() and entry.keys() <= allowed for entry in given):
-        return _none("malformed", "the answer has an object, or a field, that was not asked for")
-    read = [_object(experiment, entry) for entry in given]
-    if len({(entry.kind, entry.decision) for entry in read}) > 1:
-        return _none("contradictory", "the answer has several objects, and they differ")
-    around = [" ".join(piece.translate(MARKUP).split()) for piece in around]
-    leads, tails = (rf"(?i)(?:(?:{words})[:.,!]*(?: |$))*" for words in (LEAD, TAIL))
-    if read and read[0].kind == "choice" and not (all(re.fullmatch(leads, p) for p in around[:-1]) and re.fullmatch(tails, around[-1])):
-        return _none("contradictory", "what stands around the JSON object may refuse, or take it back")
-    others = "|".join(re.escape(o) for o in experiment.options if read and o != read[0].decision)
-    if read and re.search(rf"(?i)(?:\b(?:{BEFORE}) ['\"]?(?:{others})|\b(?:{others})['\"]?(?:{AFTER}))(?!\w)", json.dumps(given)):
-        return _none("contradictory", "the stated reason chooses another option")
-    if read:
-        return read[0]
-    option = None
-    if not given and not calls and (whole or experiment.answer == "token"):
-        option = _option(experiment, spoken, cut=not whole) or (_sentence(experiment, spoken) if whole else None)
-    if option is None:
-        return _none("malformed", "the answer has neither the JSON object that was asked for nor a single option")
-    return Reading("choice", option, "")
+    read = read_choice(text, _asked(experiment), calls=calls, cut=not whole)
+    return Reading("choice", read.option, read.reason) if read.kind == "choice" else _none(read.kind, read.reason)
 
 
-def _object(experiment: Experiment, given: Mapping[str, Any]) -> Reading:
-    """Read the object that was asked for."""
-    reason = given.get("reason")
-    said = reason if isinstance(reason, str) else ""
-    if said and any(given == example for example in _examples(experiment.first_prompts)):
-        return _none("copied", said)
-    if experiment.answer == "choice":
-        choice = given["choice"]
-        named = _option(experiment, str(choice)) if isinstance(choice, (str, int)) and not isinstance(choice, bool) else None
-        return _none("malformed", f"{shown(choice)} is no option") if named is None else Reading("choice", named, said)
-    values = []
-    for option in experiment.options:
-        if option not in given:
-            return _none("malformed", f"{option} is missing")
-        try:
-            values.append(exact(given[option]))
-        except InputError:
-            return _none("malformed", f"{option} has no number")
-    chosen, *others = map(exact, experiment.values)
-    picked = [option for option, value in zip(experiment.options, values, strict=True) if value == chosen]
-    if len(picked) != 1 or any(value not in others for value in values if value != chosen):
-        return _none("contradictory", said)
-    return Reading("choice", picked[0], said)
-
-
-def _option(experiment: Experiment, text: str, *, cut: bool = False) -> str | None:
-    """Find the option that a text is, whatever its case and marks; never by its position, nor where a cut text may begin another one."""
-    bare, options = _bare(text), experiment.options
-    found = [o for o in options if o == text.strip()] or [o for o in options if bare and _bare(o) == bare]
-    begun = [o for o in options if cut and o not in found and _bare(o).startswith(bare)]
-    return found[0] if len(found) == 1 and not begun else None
-
-
-def _bare(text: str) -> str:
-    return " ".join(text.translate(MARKUP).split()).strip(".!'").casefold()
-
-
-def _sentence(experiment: Experiment, text: str) -> str | None:
-    """Find the option that a single sentence of the list names, with at most a reason that names no other and raises no doubt."""
-    plain = re.sub(" +", " ", text.translate(MARKUP).strip())
-    found: dict[str, str] = {}
-    for option in experiment.options:
-        name = re.escape(re.sub(" +", " ", option.translate(MARKUP).strip()))
-        sentence = re.fullmatch(SAID.replace("@", name or "(?!)"), plain, re.IGNORECASE)
-        found |= {option: sentence[1] or ""} if sentence else {}
-    others = [o for o in experiment.options for reason in found.values() if re.search(rf"(?i)(?<!\w){re.escape(o)}(?!\w)", reason)]
-    clear = len(found) == 1 and set(others) <= found.keys() and not DOUBT.search(" ".join(found.values()))
-    return next(iter(found)) if clear else None
+def _asked(experiment: Experiment) -> Asked:
+    """What an answer may look like."""
+    examples = _examples(experiment.first_prompts)
+    if experiment.answer == "json":
+        return Asked(experiment.options, marks=tuple(map(exact, experiment.values)), examples=examples)
+    return Asked(
+        experiment.options, ("choice",) * (experiment.answer == "choice"), one_token=experiment.answer == "token", examples=examples
+    )
 
 
 def _logprobs(experiment: Experiment, choice: Any) -> Reading:
@@ -220,7 +148,7 @@ def _logprobs(experiment: Experiment, choice: Any) -> Reading:
         if option in mass and not any(o != option and o.startswith(option) for o in mass):
             mass[option] += share
         elif share >= Fraction(1, 100):
-            begun = [o for o in experiment.options if _bare(o).startswith(_bare(str(token)) or "\n") and o != option]
+            begun = [o for o in experiment.options if bare(o).startswith(bare(str(token)) or "\n") and o != option]
             outside.append(f"{float(share):.2f} on {shown(token)}{', where ' + begun[0] + ' begins' if begun else ''}")
     total = sum(mass.values())
     if total > Fraction(101, 100):
@@ -233,33 +161,7 @@ def _logprobs(experiment: Experiment, choice: Any) -> Reading:
 @lru_cache
 def _examples(prompts: tuple[str, ...]) -> tuple[Any, ...]:
     """JSON objects in prompts."""
-    return tuple(found for prompt in prompts for found in _found(prompt, lenient=True)[0])
-
-
-def _found(text: str, *, lenient: bool) -> tuple[list[Any], list[str]]:
-    """Read every JSON object in a text, and the pieces around them; unless `lenient`, a brace where none begins is an error."""
-    decoder, found, around, end = json.JSONDecoder(object_pairs_hook=_pairs, parse_int=whole_number), [], [], 0
-    while (start := text.find("{", end)) >= 0:
-        around.append(text[end:start])
-        end = start + 1
-        try:
-            value, end = decoder.raw_decode(text, start)
-            found.append(value)
-        except (ValueError, RecursionError):
-            if not lenient:
-                raise
-    return found, [*around, text[end:]]
-
-
-def _pairs(found: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    keys = [key for key, _ in found]
-    if len(set(keys)) < len(keys):
-        raise _DuplicateKeyError(f"the key {next(k for k in keys if keys.count(k) > 1)!r} occurs twice")
-    return dict(found)
-
-
-def _parse(text: str) -> Any:
-    return json.loads(text, object_pairs_hook=_pairs, parse_int=whole_number)
+    return tuple(found for prompt in prompts for found in objects_in(prompt))
 
 
 def _none(kind: Kind, reason: str) -> Reading:

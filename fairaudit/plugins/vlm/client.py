@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from fairaudit.errors import InputError, shown
 from fairaudit.plugins.vlm.answers import answer_schema
 from fairaudit.plugins.vlm.experiment import Experiment, Model, environment_key
-from fairaudit.plugins.vlm.faults import explanation, fault, parsed
 from fairaudit.plugins.vlm.tokens import CAPS
+from fairaudit.tables.evaluations.replies import explanation, fault, parsed
 
 if TYPE_CHECKING:
     import httpx

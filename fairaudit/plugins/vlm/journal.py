@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError, shown
-from fairaudit.plugins.vlm.faults import fault
+from fairaudit.tables.evaluations.replies import fault
 
 __all__ = ["Answer", "Draw", "Journal", "Work"]
 

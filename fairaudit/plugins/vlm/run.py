@@ -22,12 +22,11 @@ from fairaudit.plugins.vlm.analyse import TABLE
 from fairaudit.plugins.vlm.answers import Reading, read_answer
 from fairaudit.plugins.vlm.client import Bucket, Client, Reply, pause_before, request_body
 from fairaudit.plugins.vlm.experiment import Experiment, Model, Slots
-from fairaudit.plugins.vlm.faults import usage
 from fairaudit.plugins.vlm.images import image_kind
 from fairaudit.plugins.vlm.journal import Draw, Journal, Work
 from fairaudit.plugins.vlm.makers import answer_text, embedded
 from fairaudit.plugins.vlm.shares import drawn
-from fairaudit.plugins.vlm.tokens import DEFAULT_CAP, Size, capped, picture_size, request_size
+from fairaudit.plugins.vlm.tokens import DEFAULT_CAP, Size, capped, picture_size, request_size, usage
 
 __all__ = ["MAX_UNREADABLE", "Budget", "Progress", "Report", "estimate", "run"]
 

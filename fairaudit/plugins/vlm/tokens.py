@@ -12,12 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError, shown
+from fairaudit.tables.evaluations.replies import parsed
 
-__all__ = ["CAPS", "DEFAULT_CAP", "Size", "capped", "picture_size", "picture_tokens", "request_size"]
+__all__ = ["CAPS", "DEFAULT_CAP", "Size", "capped", "picture_size", "picture_tokens", "request_size", "usage"]
 
 CAPS = ("max_tokens", "max_completion_tokens")
 DEFAULT_CAP = 1_000
 ASSUMED_PICTURE = 2_000
+MOST_TOKENS = 10**8
 OVERHEAD = 64
 
 
@@ -124,3 +126,26 @@ def request_size(body: Mapping[str, Any], pictures: Mapping[str, tuple[int, int]
     text = json.dumps(body, ensure_ascii=False)
     caps = [body[name] for name in CAPS if name in body]
     return Size(len(text) // 4 + images, len(text.encode()) + OVERHEAD + images, min(caps, default=None), None not in counted)
+
+
+def usage(body: bytes) -> tuple[int, int] | None:
+    """Tokens in and out as a server counted them, or None where it does not say, or says what cannot be.
+
+    What the total has beyond the two counts (some servers count hidden reasoning only there) is taken for output.
+    """
+    try:
+        counted = parsed(body)["usage"]
+        sent, received = _count(counted["prompt_tokens"]), _count(counted["completion_tokens"])
+    except (ValueError, KeyError, TypeError):
+        return None
+    if not sent or received is None:
+        return None
+    total = _count(counted.get("total_tokens"))
+    return sent, received if total is None else max(received, total - sent)
+
+
+def _count(value: Any) -> int | None:
+    """A number of tokens: whole, not negative, and not more than any model gives."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= MOST_TOKENS or value != int(value):
+        return None
+    return int(value)

@@ -67,6 +67,7 @@ def read_log(
     count: str | None = None,
     log_format: str | None = None,
     extract: str | None = None,
+    options: str | Sequence[str] = (),
     join: str | None = None,
     where: Mapping[str, str] | Sequence[str] = (),
     errors: Errors = "refuse",
@@ -105,7 +106,7 @@ def read_log(
         Of an evaluation log: which of the columns is the decision, which are groups, and which the sampling unit.
     count : str, optional
         Of files that `tally` wrote: which of the columns says how often a row occurred.
-    log_format, extract, join, where, errors, missing_samples, recipe
+    log_format, extract, options, join, where, errors, missing_samples, recipe
         Of an evaluation log, as for `audit`.
 
     Returns
@@ -144,7 +145,14 @@ def read_log(
         unit=names(unit),
         count=count,
         extraction=extraction_of(
-            log_format=log_format, extract=extract, join=join, where=where, errors=errors, missing_samples=missing_samples, recipe=recipe
+            log_format=log_format,
+            extract=extract,
+            options=options,
+            join=join,
+            where=where,
+            errors=errors,
+            missing_samples=missing_samples,
+            recipe=recipe,
         ),
     )
     return counted_log(source, request, engine)

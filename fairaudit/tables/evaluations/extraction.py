@@ -31,6 +31,8 @@ class Extraction:
         The format, where it is not to be found from the content.
     extract : str or None
         A regular expression whose one group, of exactly one match, is the decision.
+    options : tuple of str
+        What there was to choose: the decision is the option that the answer (or what was taken out of it) clearly chooses.
     join : tuple of (str, str) or None
         A file of rows, and the column by which they belong to samples.
     where : tuple of (str, str)
@@ -45,6 +47,7 @@ class Extraction:
 
     log_format: str | None = None
     extract: str | None = None
+    options: tuple[str, ...] = ()
     join: tuple[str, str] | None = None
     where: tuple[tuple[str, str], ...] = ()
     errors: Errors = "refuse"
@@ -57,7 +60,7 @@ class Extraction:
         return self != NOTHING_ASKED
 
     @property
-    def options(self) -> dict[str, object]:
+    def asked(self) -> dict[str, object]:
         """What is asked, by the names of the options."""
         return {name: getattr(self, name) for name in NAMES if getattr(self, name) != getattr(NOTHING_ASKED, name)}
 
@@ -69,7 +72,7 @@ class Extraction:
         InputError
             If anything is asked.
         """
-        for name in self.options:
+        for name in self.asked:
             option = "--" + name.replace("_", "-")
             raise InputError(f"{option} ({name}) goes with logs of evaluations, JSON lines and Parquet, and not with {what}")
 
@@ -110,6 +113,7 @@ def extraction_of(
     *,
     log_format: str | None = None,
     extract: str | None = None,
+    options: str | Sequence[str] = (),
     join: str | None = None,
     where: Mapping[str, str] | Sequence[str] = (),
     errors: str = "refuse",
@@ -122,6 +126,8 @@ def extraction_of(
     ----------
     log_format, extract, errors, missing_samples, recipe : str
         As in `Extraction`.
+    options : str or sequence of str
+        What there was to choose; a text names them between commas.
     join : str
         ``FILE:COLUMN``.
     where : mapping of str to str, or sequence of str
@@ -159,12 +165,25 @@ def extraction_of(
     return Extraction(
         log_format,
         extract,
+        _choices(options),
         None if join is None else (file, column),
         tuple(given.items()),
         errors,  # type: ignore[arg-type]  # one of the known
         missing_samples,  # type: ignore[arg-type]  # one of the known
         recipe,
     )
+
+
+def _choices(options: str | Sequence[str]) -> tuple[str, ...]:
+    """What there was to choose."""
+    if not options:
+        return ()
+    from fairaudit.tables.evaluations.choices import asked_of_log
+
+    names = [name.strip() for name in options.split(",")] if isinstance(options, str) else options
+    if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+        raise InputError(f"options are {shown(options)}; texts such as yes,no or a list of texts are accepted")
+    return asked_of_log(names).options
 
 
 def _condition(text: str) -> tuple[str, str]:

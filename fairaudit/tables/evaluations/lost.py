@@ -96,7 +96,7 @@ def refuse_samples(tally: Tally) -> None:
         If they are such.
     """
     log = tally.evaluation
-    if log is not None and (log.format != "rows" or log.extract is not None or log.errors == "drop"):
+    if log is not None and (log.format != "rows" or log.extract is not None or log.options or log.errors == "drop"):
         raise InputError(
             "an evaluation log has a sample in each row, and no counts, shares or probabilities of decisions; name the decision of a sample"
         )

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from fairaudit.tables.evaluations.chat import declined, message, wrong
+from fairaudit.tables.evaluations.chat import declined, message
 from fairaudit.tables.evaluations.json_text import LINE, having, json_lines, objects, only, part, said
+from fairaudit.tables.evaluations.replies import OK, fault_of, refused_of
 from fairaudit.tables.evaluations.samples import Format, Outcome, Run, Sample, ended
 
 __all__ = ["KEYS", "OPENAI_BATCH"]
 
 KEYS = ("custom_id", "response")
-
-OK = 200
 
 
 def _run(path: str) -> Run:
@@ -33,12 +32,11 @@ def _body(row: Mapping[str, Any]) -> Mapping[str, Any]:
 def _outcome(row: Mapping[str, Any]) -> Outcome:
     body = _body(row)
     failed = row.get("error") is not None or body.get("error") is not None
-    if failed and (declined(row) or declined(body)):
+    status = part(row, "response").get("status_code")
+    if failed and (declined(row) or refused_of(status, body)):
         return "refused"
-    items, fault = body.get("output"), wrong(body)
-    if failed or part(row, "response").get("status_code") != OK:
-        return "error"
-    if fault and not isinstance(items, list):
+    items, fault = body.get("output"), fault_of(status, body)
+    if failed or (fault and not (status == OK and isinstance(items, list))):
         return "error"
     answer = None if fault else message(body)
     parts = [each for item in objects(items) for each in objects(item.get("content"))]

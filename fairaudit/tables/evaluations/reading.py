@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import lru_cache, partial
 from itertools import islice
 from pathlib import Path as File
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fairaudit.errors import InputError, naming, nearest, shown
 from fairaudit.tables.evaluations.columns import SAID, Column, clean, file_names, known_paths, meant, plain
@@ -24,6 +25,9 @@ from fairaudit.tables.evaluations.samples import NOTHING_DECIDED, Evaluation, Fo
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.preparation import unread
 from fairaudit.tables.tally import Tally
+
+if TYPE_CHECKING:
+    from fairaudit.tables.evaluations.choices import Choice
 
 __all__ = ["read"]
 
@@ -65,7 +69,7 @@ class _Reader:
         self.expression = None if asked.extract is None else Expression(asked.extract)
         self.joined: Joined | None = None if asked.join is None else joined_rows(*asked.join)
         self.join = None if self.joined is None else Column.named(self.joined.column)
-        self.known = bool(log.name) or asked.extract is not None
+        self.choice = _chooser(asked.options) if asked.options else None
         self.recipe = None if asked.recipe is None else recipe_of(asked.recipe)
         self.answer = None if asked.recipe is None else Column.named(answer_path(asked.recipe, log.name))
         self.unmade: Counter[str] = Counter()
@@ -218,9 +222,9 @@ class _Reader:
         if outcome != "read" and not (outcome == "truncated" and self._stands_whole(value)):
             return outcome
         self.answered += 1
-        if self.expression is not None and value is not None:
+        if (self.expression is not None or self.choice is not None) and value is not None:
             answer = label_text(plain(value)) or ""
-            value = self.expression.of(answer)
+            value = self._taken(answer)
             if value is None:
                 self.unfit = self.unfit or answer
                 return "unreadable"
@@ -232,8 +236,15 @@ class _Reader:
         return value
 
     def _stands_whole(self, value: Any) -> bool:
-        """Whether an answer that was cut off is nothing but what an expression takes out of answers."""
-        return self.expression is not None and isinstance(value, str) and self.expression.is_all(value)
+        """Whether an answer that was cut off is nothing but what is taken out of answers."""
+        if not isinstance(value, str) or (self.expression is not None and not self.expression.is_all(value)):
+            return False
+        return self.expression is not None if self.choice is None else self._taken(value, cut=True) is not None
+
+    def _taken(self, answer: str, *, cut: bool = False) -> str | None:
+        """What the expression takes out of an answer in words; and the option that it chooses, where there are such."""
+        taken = answer if self.expression is None else self.expression.of(answer)
+        return taken if taken is None or self.choice is None else self.choice(taken, cut=cut).option or None
 
     def check(self, paths: Sequence[str]) -> None:
         """Refuse what cannot be counted as it stands.
@@ -306,6 +317,12 @@ class _Reader:
             )
 
     def _check_taken(self, name: str) -> None:
+        if self.choice is not None and self.unfit and not self.taken:
+            names = ", ".join(map(shown, self.wanted.extraction.options[:10]))
+            raise InputError(
+                f"{name}: none of {self.answered} answers clearly chooses one of --options (options) {names}; the first is "
+                f"{shown(self.unfit, 200)}, and a choice is an option by itself, 'My answer is …' and the like, or JSON with a field answer"
+            )
         if self.expression is not None and self.unfit and not self.taken:
             raise InputError(
                 f"{name}: --extract (extract) took nothing out of any of {self.answered} answers; the first is {shown(self.unfit, 200)}, "
@@ -340,6 +357,13 @@ class _Reader:
     def clash(self) -> str:
         """An ordinary decision that would be taken for an answer that decides nothing; empty if there is none."""
         return next(iter(sorted(self.ordinary)), "")
+
+
+def _chooser(options: tuple[str, ...]) -> Callable[..., Choice]:
+    """What reads which of some options an answer chooses."""
+    from fairaudit.tables.evaluations.choices import asked_of_log, read_choice
+
+    return lru_cache(partial(read_choice, asked=asked_of_log(options)))
 
 
 def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
@@ -397,7 +421,7 @@ def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
     if clash := reader.clash():
         raise InputError(
             f"{', '.join(paths[:3])}: the decision {shown(clash)} is a word for answers that decide nothing; take decisions out of the "
-            "answers with --extract (extract), or write it anew in the log"
+            "answers with --extract (extract) or --options (options), or write it anew in the log"
         )
     lost = sum(reader.unmade.values())
     return replace(
@@ -408,6 +432,7 @@ def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
             format=log.name or "rows",
             decision=wanted.decision or "",
             extract=asked.extract,
+            options=asked.options,
             join=None if asked.join is None else asked.join[1],
             where=asked.where,
             epochs=max(reader.questions.repetitions, *(run.epochs for _, run in runs)),
@@ -430,7 +455,10 @@ def _check_roles(wanted: Wanted) -> None:
     decision, asked = wanted.decision, wanted.extraction
     if decision is not None and decision not in wanted.columns:
         raise InputError(f"the decision {shown(decision, 200)} is not among the columns; {nearest(decision, wanted.columns)}")
-    for name, given in (("extract", asked.extract is not None), ("errors", asked.errors != "refuse")):
+    for option in asked.options:
+        if option.strip().casefold() in NOTHING_DECIDED:
+            raise InputError(f"the option {shown(option)} is a word for answers that decide nothing; take another word")
+    for name, given in (("extract", asked.extract is not None), ("options", bool(asked.options)), ("errors", asked.errors != "refuse")):
         if given and decision is None and asked.recipe is None:
             raise InputError(f"--{name} ({name}) goes with a decision; name its column")
 

@@ -191,6 +191,8 @@ class Evaluation:
         Path of the decision.
     extract : str or None
         The regular expression that took the decision out of it.
+    options : tuple of str
+        What there was to choose, where decisions were read out of answers in words.
     join : str or None
         The column by which rows of another file were joined.
     where : tuple of (str, str)
@@ -228,6 +230,7 @@ class Evaluation:
     format: str
     decision: str
     extract: str | None = None
+    options: tuple[str, ...] = ()
     join: str | None = None
     where: tuple[tuple[str, str], ...] = ()
     epochs: int = 1

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import time
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -110,23 +109,7 @@ def test_an_option_that_may_go_on_is_not_one() -> None:
     assert [float(p) for p in found.probabilities or ()] == [0, pytest.approx(0.2)]
     assert "0.50 on '1', where 10 begins" in found.reason
     assert "0.25 on 'HR', where HR1 begins" in read_answer(asked("logprobs"), 200, "application/json", body).reason
-    token = asked("token", ("1", "10"))
-    assert [read(token, "1", ended).decision for ended in ("stop", "length")] == ["1", "unreadable"]
-    assert read(token, "10", "length").decision == "10"
-    assert read(asked("token"), "I choose HR1", "length").kind == "malformed"
-    assert read(asked("json"), "HR1", "length").kind == "malformed"
-
-
-def test_labels_that_look_like_nothing() -> None:
-    assert read(asked("choice", ("None", "Some")), '{"choice": null}').kind == "malformed"
-    assert read(asked("choice", ("true", "false")), '{"choice": true}').kind == "malformed"
-    assert read(asked("token", ("*", "#")), "").kind == "malformed"
-    assert read(asked("token", ("*", "#")), "*").decision == "*"
-    assert read(asked("token", ("A", "a")), "a").decision == "a"
-    assert read(asked("token", ("A", "a")), "**a**").kind == "malformed"
-    assert read(asked("json", ("A", "a")), "I choose a.").kind == "malformed"
-    assert read(asked("json", ("v1.", "v1")), "My answer is v1.").kind == "malformed"
-    assert read(asked("choice", ("0", "1")), '{"choice": 1}').decision == "1"
+    assert [read(asked("token", ("1", "10")), "1", ended).decision for ended in ("stop", "length")] == ["1", "unreadable"]
 
 
 CALL = {"name": "decide", "arguments": '{"choice": "HR1"}'}
@@ -148,21 +131,6 @@ def test_how_an_answer_ends_and_which_tool_it_calls() -> None:
     ):  # fmt: skip
         assert read(choice, content, tool_calls=[{"function": function}]).kind == kind
     assert read(choice, "HR2", function_call=CALL).kind == "malformed"
-
-
-def test_fields_that_were_not_asked_for() -> None:
-    for text in ('{"HR1": 1, "HR2": 0, "choice": "HR2"}', '{"HR1": 1, "HR2": 0, "HR3": 1}', '{"HR1": 1, "HR2": 0, "refused": true}'):
-        assert read(asked("json"), text).kind == "malformed"
-    assert read(asked("json"), '{"HR1": 1, "HR2": 0, "reason": "HR2 is better, so I choose HR2"}').kind == "contradictory"
-    assert read(asked("json"), '{"HR1": 1, "HR2": 0, "explanation": "HR2 lives far away"}').decision == "HR1"
-    assert read(asked("choice"), '{"reject": "HR1"} {"choice": "HR1"}').kind == "malformed"
-
-
-def test_a_long_answer_is_read_in_time() -> None:
-    began = time.monotonic()
-    assert read(asked("choice"), "{}" * 1_000_000).kind == "malformed"
-    assert read(asked("choice"), '{"choice": "HR1"}' * 11_000).decision == "HR1"
-    assert time.monotonic() - began < 10
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from asking import key, written
 
 from fairaudit.cli import main
-from fairaudit.plugins.vlm.tokens import picture_size, picture_tokens
+from fairaudit.plugins.vlm.tokens import picture_size, picture_tokens, usage
 
 __all__ = ["key"]
 
@@ -86,3 +86,14 @@ def test_a_dry_run_says_what_it_does_not_know(tmp_path: Path, capsys: pytest.Cap
     assert found["gpt-4o"]["output_tokens"] == 20 * 1000
     assert found["gpt-4o"]["pictures_known"]
     assert found["one-of-my-own"]["input_tokens"] - found["gpt-4o"]["input_tokens"] - 20 * (2000 - 765) in range(200)
+
+
+def test_usage_counts_what_only_the_total_has() -> None:
+    """Hidden reasoning, which some servers count in the total alone."""
+    assert usage(b'{"usage": {"prompt_tokens": 10, "completion_tokens": 5, "total_tokens": 115}}') == (10, 105)
+    assert usage(b'{"usage": {"prompt_tokens": 10, "completion_tokens": 5.0, "total_tokens": 3}}') == (10, 5)
+    for bad in ('"7"', "true", "-1", "1.5", "1e300", "1e999", "null", "0", "[1]"):
+        assert usage(f'{{"usage": {{"prompt_tokens": {bad}, "completion_tokens": 5}}}}'.encode()) is None
+    for counts in ("[]", "7", '{"prompt_tokens": []}'):
+        assert usage(f'{{"usage": {counts}}}'.encode()) is None
+    assert usage(b"[]") is None and usage(b"<html>") is None

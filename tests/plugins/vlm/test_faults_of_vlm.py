@@ -24,7 +24,6 @@ from fairaudit.plugins.vlm.analyse import certify, tables
 from fairaudit.plugins.vlm.answers import read_answer
 from fairaudit.plugins.vlm.client import key_pattern
 from fairaudit.plugins.vlm.experiment import read_experiment
-from fairaudit.plugins.vlm.faults import explanation, fault, refused, usage
 from fairaudit.plugins.vlm.journal import Journal
 from fairaudit.plugins.vlm.run import Budget
 
@@ -413,53 +412,9 @@ def test_a_key_in_a_header_or_in_utf_16_is_not_kept(tmp_path: Path) -> None:
         assert KEY.encode() not in path.read_bytes().replace(b"\0", b"")
 
 
-def test_refusals_are_known_by_their_fields() -> None:
-    gateway = {"error": {"code": "400", "message": "x", "provider_specific_fields": AZURE["error"]}}
-    moderation = {"error": {"code": 403, "message": "x", "metadata": {"reasons": ["violence"], "flagged_input": "…"}}}
-    for status, document in ((400, AZURE), (400, gateway), (403, moderation), (400, [AZURE]), (200, AZURE)):
-        body = json.dumps(document).encode()
-        assert refused(status, body)
-        assert fault(status, JSON, body) == ""
-        assert read_answer(read_experiment("document-delivery"), status, JSON, body).kind == "refused"
-    for document in ({"error": {"message": "content_filter safety"}}, {"error": "content_filter"}, {"content_filter": 1}, [], None):
-        assert not refused(403, json.dumps(document).encode())
-    assert not refused(500, json.dumps(AZURE).encode())
-
-
-@given(
-    st.recursive(
-        st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-        lambda some: (
-            st.lists(some)
-            | st.dictionaries(
-                st.sampled_from(["choices", "message", "error", "code", "usage", "prompt_tokens", "completion_tokens", "total_tokens"]),
-                some,
-            )
-        ),
-    )
-)
-def test_whatever_comes_is_told_apart_without_a_traceback(document: Any) -> None:
-    for body in (json.dumps(document).encode(), json.dumps({"choices": [{"message": {}}], "usage": document}).encode()):
-        for status in (200, 400, 500):
-            assert isinstance(fault(status, JSON, body), str)
-        counted = usage(body)
-        assert counted is None or (counted[0] > 0 and counted[1] >= 0)
-        assert explanation(body).isprintable()
-
-
-def test_usage_counts_what_only_the_total_has() -> None:
-    """Hidden reasoning, which some servers count in the total alone."""
-    assert usage(b'{"usage": {"prompt_tokens": 10, "completion_tokens": 5, "total_tokens": 115}}') == (10, 105)
-    assert usage(b'{"usage": {"prompt_tokens": 10, "completion_tokens": 5.0, "total_tokens": 3}}') == (10, 5)
-    for bad in ('"7"', "true", "-1", "1.5", "1e300", "1e999", "null", "0", "[1]"):
-        assert usage(f'{{"usage": {{"prompt_tokens": {bad}, "completion_tokens": 5}}}}'.encode()) is None
-
-
-def test_words_of_a_server_are_escaped_and_clipped() -> None:
-    assert explanation(b"<html><style>b {}</style><h1>Not  here</h1></html>") == "'Not here'"
-    assert explanation(b'{"detail": "\\u001b[31m\\u202eabc"}') == "'\\x1b[31m\\u202eabc'"
-    assert len(explanation(b"x" * 5000)) == 200
-    assert explanation(b"") == explanation(b"{}"[:0]) == ""
+def test_a_content_filter_is_a_refusal() -> None:
+    for status, document in ((400, AZURE), (400, [AZURE]), (200, AZURE)):
+        assert read_answer(read_experiment("document-delivery"), status, JSON, json.dumps(document).encode()).kind == "refused"
 
 
 def test_a_journal_of_the_first_version_gives_its_faults_back(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What a server sent: an answer, a refusal, or a fault. They are told apart by structure, never by a word."""
+"""What a server of a chat interface sent: an answer, a refusal, or a fault. They are told apart by structure, never by a word."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from typing import Any
 
 from fairaudit.errors import shown
 from fairaudit.tables.evaluations.chat import declined, wrong
+from fairaudit.tables.evaluations.choices import whole_number
 
-__all__ = ["explanation", "fault", "parsed", "refused", "usage", "whole_number"]
+__all__ = ["OK", "explanation", "fault", "fault_of", "parsed", "refused", "refused_of"]
 
+OK = 200
 MARKUP = re.compile(r"(?is)<(script|style)\b.*?(?:</\1>|\Z)|<[^<>]{0,2000}>")
-MOST_TOKENS = 10**8
 
 
 def parsed(body: bytes) -> Any:
@@ -21,11 +22,6 @@ def parsed(body: bytes) -> Any:
         return json.loads(body.decode("utf-8"), parse_int=whole_number)
     except RecursionError:
         raise ValueError("nested too deeply") from None
-
-
-def whole_number(digits: str) -> float:
-    """A whole number in JSON; one of absurd length, which Python refuses to read, is rounded, or infinite."""
-    return int(digits) if len(digits) < 20 else float(digits)
 
 
 def fault(status: int, content_type: str, body: bytes) -> str:
@@ -40,7 +36,7 @@ def fault(status: int, content_type: str, body: bytes) -> str:
     """
     if refused(status, body):
         return ""
-    if status != 200:
+    if status != OK:
         return f"status {status}"
     if not body.strip():
         return "an empty reply"
@@ -54,7 +50,20 @@ def fault(status: int, content_type: str, body: bytes) -> str:
         return "a reply that is not UTF-8"
     except ValueError:
         return "a reply that is not JSON, or breaks off"
-    return wrong(document)
+    return fault_of(status, document)
+
+
+def fault_of(status: object, document: Any) -> str:
+    """The same of a reply that a log holds parsed.
+
+    Examples
+    --------
+    >>> fault_of(503, {}), fault_of(200, {"choices": []})
+    ('status 503', 'a reply without choices')
+    """
+    if refused_of(status, document):
+        return ""
+    return wrong(document) if status == OK else f"status {shown(status)}"
 
 
 def refused(status: int, body: bytes) -> bool:
@@ -65,13 +74,21 @@ def refused(status: int, body: bytes) -> bool:
     >>> refused(400, b'{"error": {"code": "content_filter", "message": "no"}}'), refused(403, b"<h1>Blocked for your safety</h1>")
     (True, False)
     """
-    if status != 200 and not 400 <= status < 500:
-        return False
     try:
-        document = parsed(body)
+        return refused_of(status, parsed(body))
     except ValueError:
         return False
-    return declined(document)
+
+
+def refused_of(status: object, document: Any) -> bool:
+    """The same of a reply that a log holds parsed: whatever the server itself has broken down over is no refusal.
+
+    Examples
+    --------
+    >>> [refused_of(status, {"error": {"code": "content_filter"}}) for status in (200, 400, 500)]
+    [True, True, False]
+    """
+    return isinstance(status, int) and (status == OK or 400 <= status < 500) and declined(document)
 
 
 def explanation(body: bytes) -> str:
@@ -92,26 +109,3 @@ def explanation(body: bytes) -> str:
     text = found if isinstance(found, str) else MARKUP.sub(" ", body[:100_000].decode("utf-8", "replace"))
     said = " ".join(text.split())
     return shown(said, 200) if said else ""
-
-
-def usage(body: bytes) -> tuple[int, int] | None:
-    """Tokens in and out as a server counted them, or None where it does not say, or says what cannot be.
-
-    What the total has beyond the two counts (some servers count hidden reasoning only there) is taken for output.
-    """
-    try:
-        counted = parsed(body)["usage"]
-        sent, received = _count(counted["prompt_tokens"]), _count(counted["completion_tokens"])
-    except (ValueError, KeyError, TypeError):
-        return None
-    if not sent or received is None:
-        return None
-    total = _count(counted.get("total_tokens"))
-    return sent, received if total is None else max(received, total - sent)
-
-
-def _count(value: Any) -> int | None:
-    """A number of tokens: whole, not negative, and not more than any model gives."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= MOST_TOKENS or value != int(value):
-        return None
-    return int(value)
