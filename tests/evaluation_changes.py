@@ -31,7 +31,7 @@ def log_of(rows: list[tuple[Any, ...]], columns: tuple[str, ...] = ("answer", "r
     """A log as its reader hands it over: rows with how often each occurs, and how it was read."""
     tally = Tally.of("run.eval", columns, rows)
     number = dict.fromkeys(("expected", "read", "counted"), tally.rows)
-    known: dict[str, Any] = {"format": "inspect", "decision": columns[0], "question": "id", **number}
+    known: dict[str, Any] = {"format": "inspect", "question": "id", **number}
     return replace(tally, evaluation=Evaluation(**{**known, **said}))
 
 

@@ -610,7 +610,7 @@ def test_answers_that_were_not_drawn_have_no_population() -> None:
 
     def law(drawn: Drawn, fixed: str, unit: tuple[str, ...]) -> fa.Law:
         run = Run("inspect", epochs=2, fixed=fixed)
-        asked = Evaluation("inspect", "u", epochs=2, question="id", unit=unit, drawn=drawn, runs=(("log", run),))
+        asked = Evaluation("inspect", epochs=2, question="id", unit=unit, drawn=drawn, runs=(("log", run),))
         evaluation = replace(asked, expected=80, read=80, counted=80)
         return fa.Law.from_log(replace(tally, evaluation=evaluation), decision="u", group="a", unit=unit)
 

@@ -27,7 +27,7 @@ def drawn_said(evaluation: Evaluation) -> str:
 
     Examples
     --------
-    >>> drawn_said(Evaluation("inspect", "answer", epochs=3, question="id", unit=("id",)))
+    >>> drawn_said(Evaluation("inspect", epochs=3, question="id", unit=("id",)))
     'questions were drawn; epochs of a question count once'
     """
     if evaluation.drawn == "units":
@@ -56,8 +56,8 @@ def refuse_other_draws(evaluation: Evaluation, unit: Sequence[str], cell: Sequen
 
     Examples
     --------
-    >>> refuse_other_draws(Evaluation("inspect", "answer", epochs=3, question="id", unit=("id",)), ["id"], ["race"])
-    >>> refuse_other_draws(Evaluation("inspect", "answer", epochs=3, question="id", unit=("id",)), [], ["race"])
+    >>> refuse_other_draws(Evaluation("inspect", epochs=3, question="id", unit=("id",)), ["id"], ["race"])
+    >>> refuse_other_draws(Evaluation("inspect", epochs=3, question="id", unit=("id",)), [], ["race"])
     Traceback (most recent call last):
         ...
     fairaudit.errors.InputError: the log was read with the sampling unit id, and the table is to have none; name the same in both
@@ -76,7 +76,7 @@ def left_out_of(evaluation: Evaluation) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> left_out_of(Evaluation("inspect", "answer", expected=48, read=20))
+    >>> left_out_of(Evaluation("inspect", expected=48, read=20))
     ('28 of 48 samples are not in the evaluation log and were left out; they are taken to be no different from the others',)
     """
     said = []

@@ -430,7 +430,6 @@ def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
         preparation=(unread("unusable value", lost),) if lost else (),
         evaluation=Evaluation(
             format=log.name or "rows",
-            decision=wanted.decision or "",
             extract=asked.extract,
             options=asked.options,
             join=None if asked.join is None else asked.join[1],

@@ -187,8 +187,6 @@ class Evaluation:
     ----------
     format : str
         Name of the format; ``rows`` of JSON lines and Parquet.
-    decision : str
-        Path of the decision.
     extract : str or None
         The regular expression that took the decision out of it.
     options : tuple of str
@@ -228,7 +226,6 @@ class Evaluation:
     """
 
     format: str
-    decision: str
     extract: str | None = None
     options: tuple[str, ...] = ()
     join: str | None = None
