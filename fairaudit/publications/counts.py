@@ -121,9 +121,11 @@ def read_source(
         raise InputError(f"{found.name} is about {about} and counts nobody; a publication needs a certificate of counts")
     if open_ := found.document["subject"].get("undecided", {}).get("decisions"):
         first = f"{shown(open_[0])}{f' and {len(open_) - 1} more' if open_[1:] else ''}"
+        worth = ",".join(f"{label}=0" for label in open_[:5])
         raise InputError(
-            f"{found.name} leaves open what the decision {first} meant, and what is published counts each decision as selected or not; "
-            "certify without --undecided, with a --utility that says it of each of them, such as yes=1,refused=0"
+            f"{found.name} leaves open what the decision {first} meant, and a published rate is one number, for which each decision counts "
+            "as selected or not; fairaudit report shows the ranges, or certify (without --undecided) with a --utility that says what each "
+            f"is worth, such as {shown(f'yes=1,{worth}', 200)}"
         )
     return Source(found.document, found.raw, held, said, stated)
 

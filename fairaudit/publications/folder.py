@@ -13,6 +13,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from fairaudit.certificates.reader import subject as subject_of
 from fairaudit.errors import InputError
 from fairaudit.files import write_folder as write_whole
 from fairaudit.publications.counts import Source
@@ -161,7 +162,8 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
             "provenance": None if stated is None else provenance_html(stated, saved=False),
             "stated": stated,
             "whose": PROVENANCE,
-            "prepared": (*of_log(subject), *said({**subject, "preparation": map(parted, subject.get("preparation", ()))})),
+            "logged": of_log(source),
+            "prepared": said({**subject, "preparation": map(parted, subject.get("preparation", ()))}),
             "sha256": source.sha256,
             "apart": TABLE if source.table is not None else "",
         }
@@ -183,9 +185,15 @@ def page(shown: Page, source: Source, private: Private | None = None, again: str
     return text
 
 
-def of_log(subject: Mapping[str, Any]) -> tuple[str, ...]:
-    """How an evaluation log was read, and which of its answers decide nothing; nothing of another table."""
-    found = lost_answers(subject.get("evaluation"), None)
+def of_log(source: Source) -> tuple[str, ...]:
+    """How an evaluation log was read, which answers decide nothing, and in which context most unequally; nothing of another table."""
+    about = source.document["subject"]
+    if "evaluation" not in about:
+        return ()
+    header, *rows = source.lines
+    whole = {**source.document, "subject": {**about, "table": {**about["table"], "header": header, "rows": rows}}}
+    held = subject_of(whole)
+    found = lost_answers(about["evaluation"], None if held is None else held.law)
     return () if found is None else (*found.read, *([found.caution] if found.caution else []))
 
 

@@ -78,7 +78,7 @@ def write(page: Content, checked: str = "", provenance: Provenance | None = None
         lines += [f"* {title}: {prose('; '.join(given))}" for found in page.unknown for title, given in found.completions]
         blocks.append("### Decisions without a recorded group\n\n" + "\n".join(lines))
     if page.undecided:
-        rows = [(found.name, "" if found.face is None else found.face.decimal, found.ends, prose(found.about)) for found in page.meant]
+        rows = [(found.name, "" if found.face is None else found.face.decimal, found.ends, prose(found.of)) for found in page.meant]
         heads = ("what", "at face value", "whatever they meant", "of")
         blocks += [f"### Undecided decisions\n\n{prose(page.undecided)}", table(heads, rows)]
     if views.left_out:

@@ -231,7 +231,7 @@ def undecided_text(result: Result) -> str:
     lines = [plain(undecided_said(found, Subject(result.law, result.utility, result.deployment)))]
     for one in undecided_ranges(found):
         beside = f" ({one.face.decimal} at face value)" if one.face and one.of_table else ""
-        lines.append(f"  {one.quantity} ratio R {one.ends}, {WHATEVER}, in {one.about}{beside}")
+        lines.append(f"  {one.quantity} ratio R {one.ends}, {WHATEVER}, in {one.of}{beside}")
     return "\n".join(lines)
 
 

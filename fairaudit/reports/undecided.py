@@ -11,7 +11,7 @@ from fairaudit.audits.undecided import Undecided
 from fairaudit.certificates.reader import Subject, number
 from fairaudit.exact.extended import Extended
 from fairaudit.reports.overview_parts import how_many
-from fairaudit.reports.words import Value, clip, scope
+from fairaudit.reports.words import Value, clip, named, scope
 from fairaudit.theorems.bound import THIS_LAW
 from fairaudit.theorems.registry import without_objection
 from fairaudit.words import WHATEVER
@@ -40,6 +40,8 @@ class MeantRange:
         The ratio at face value, of the table.
     least, greatest : Value
         The ends.
+    within : str
+        The context, escaped, in which groups may be as unequal as the greatest; empty where there is none, or it is of the population.
     """
 
     quantity: str
@@ -48,6 +50,7 @@ class MeantRange:
     face: Value | None
     least: Value
     greatest: Value
+    within: str = ""
 
     @property
     def name(self) -> str:
@@ -61,6 +64,11 @@ class MeantRange:
             return f"{self.least.decimal}"
         return f"from {self.least.decimal} to {self.greatest.decimal}"
 
+    @property
+    def of(self) -> str:
+        """Of what, and within which context it is the greatest."""
+        return f"{self.about}; the greatest within {self.within}" if self.within else self.about
+
 
 def undecided_of(found: Mapping[str, Any]) -> Undecided | None:
     """The decisions that a document says are undecided."""
@@ -71,10 +79,16 @@ def undecided_of(found: Mapping[str, Any]) -> Undecided | None:
 def undecided_ranges(found: Mapping[str, Any]) -> list[MeantRange]:
     """The ranges of a document: of the table, then of the population."""
     ends: dict[tuple[str, str], dict[str, Any]] = {}
+    within: dict[tuple[str, str], str] = {}
+    columns = found["subject"]["columns"]["context"]
     for claim in found["claims"]:
         about, objection = without_objection(claim["scope"])
         if objection == WHATEVER:
-            ends.setdefault((about, claim["quantity"].removesuffix("_ratio")), {})[claim["relation"]] = number(claim["value"])
+            key = about, claim["quantity"].removesuffix("_ratio")
+            ends.setdefault(key, {})[claim["relation"]] = number(claim["value"])
+            pair = claim["evidence"].get("pair")
+            if claim["relation"] == "<=" and columns and pair is not None and pair["context"] is not None:
+                within[key] = named(dict(zip(columns, pair["context"], strict=True)))
     return [
         MeantRange(
             quantity,
@@ -83,6 +97,7 @@ def undecided_ranges(found: Mapping[str, Any]) -> list[MeantRange]:
             Value(number(found["metrics"][quantity]["ratio"])) if found["metrics"][quantity] else None,
             Value(both[">="], "down"),
             Value(both["<="], "up"),
+            within.get((about, quantity), ""),
         )
         for (about, quantity), both in ends.items()
         if len(both) == 2
@@ -103,9 +118,9 @@ def undecided_said(found: Mapping[str, Any], subject: Subject | None) -> str:
         return ""
     labels = [clip(label, 40) for label in stated["decisions"][:SHOWN]]
     more = len(stated["decisions"]) - SHOWN
-    named = ", ".join(labels) + (f" and {more} more" if more > 0 else "")
+    listed = ", ".join(labels) + (f" and {more} more" if more > 0 else "")
     least, most = (Value(number(stated[key])).decimal for key in ("least", "most"))
-    return f"Undecided ({named}): {_counted(stated['decisions'], subject)}; each may have been worth something from {least} to {most}."
+    return f"Undecided ({listed}): {_counted(stated['decisions'], subject)}; each may have been worth something from {least} to {most}."
 
 
 def undecided_lines(found: Mapping[str, Any], subject: Subject | None) -> list[str]:

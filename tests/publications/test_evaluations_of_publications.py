@@ -19,8 +19,23 @@ def test_lost_answers_are_published(tmp_path: Path) -> None:
     audited(LOG, utility={"A": 1, "refused": 0}).certificate.save(tmp_path / "c.json")
     assert main(["publish", str(tmp_path / "c.json"), "--rule", "four-fifths", "-o", str(tmp_path / "out")]) == 0
     text = (tmp_path / "out" / "index.html").read_text()
-    assert "Lost answers: 15 of 205 decide nothing: 10 were refused, 5 ended in an error and were left out. By group: b 15." in text
+    assert "Lost answers: 15 of 205 decide nothing: 10 were refused, 5 ended in an error and were left out. By group: " in text
+    assert "By group: b 15 of 105 (14.3 %), a 0 of 100 (0 %)." in text and "Most unequal" not in text
     assert "questions were drawn; epochs of a question count once" in text
+
+
+def test_the_context_that_lost_most_unequally_is_named(tmp_path: Path) -> None:
+    """Over all 10 of 110 beside 10 of 110; for loans 10 of 20 beside none. A table beside the certificate says the same."""
+    cells = [("A", "a", "loan", 10), ("B", "a", "loan", 10), ("A", "b", "loan", 10), ("refused", "b", "loan", 10)]
+    log = log_of([*cells, ("A", "a", "job", 80), ("refused", "a", "job", 10), ("B", "b", "job", 90)])
+    for name, embedded in (("in", True), ("beside", False)):
+        audited(log, utility={"A": 1, "refused": 0}, embed_table=embedded, confidence=None).certificate.save(tmp_path / f"{name}.json")
+        words = ["publish", str(tmp_path / f"{name}.json"), "--rule", "four-fifths", "-o", str(tmp_path / name)]
+        assert main([*words, *([] if embedded else ["--table", str(tmp_path / "beside.table.jsonl"), "--with-table"])]) == 0
+        text = (tmp_path / name / "index.html").read_text()
+        assert "Lost answers: 20 of 220 decide nothing" in text
+        worst = "Most unequal within topic=loan: b 10 of 20 (50.0 %), a 0 of 20 (0 %)."
+        assert (worst in text) == embedded
 
 
 def test_nothing_is_withheld_that_the_certificate_discloses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

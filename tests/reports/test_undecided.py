@@ -104,9 +104,11 @@ def test_intervals_of_groups_hold_whatever_they_meant() -> None:
 def test_documents_have_the_table_of_ranges() -> None:
     certificate = audited().certificate
     written = markdown(certificate)
-    assert "### Undecided decisions" in written and "| the ratio within contexts | 1.485 | from 1.350 to 1.667 | the table |" in written
+    assert "### Undecided decisions" in written and "from 1.212 to 1.381 | the table |" in written
+    of = "the table; the greatest within x=q"  # 50 to 30 of 100; in p 304 of 404 to 200 of 400
+    assert f"| the ratio within contexts | 1.485 | from 1.350 to 1.667 | {of} |" in written
     page = html(certificate)
-    assert 'id="undecided"' in page and "from 1.350 to 1.667" in page and COUNTED in page
+    assert 'id="undecided"' in page and "from 1.350 to 1.667" in page and COUNTED in page and f"<td>{of}</td>" in page
     card = model_card(certificate)
     assert RANGES in card and "whatever the undecided meant" in card
     found = json.loads(certificate.text)
