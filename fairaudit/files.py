@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import shutil
 import stat
@@ -10,11 +11,24 @@ import tempfile
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from fairaudit.errors import InputError, nearest, shown
 
-__all__ = ["check_keys", "read_bounded", "read_section", "read_text", "read_toml", "write_atomically", "write_folder", "write_together"]
+__all__ = [
+    "check_keys",
+    "csv_text",
+    "read_bounded",
+    "read_one_of",
+    "read_section",
+    "read_text",
+    "read_toml",
+    "write_atomically",
+    "write_folder",
+    "write_together",
+]
+
+Known = TypeVar("Known", bound=str)
 
 
 def read_bounded(
@@ -109,6 +123,41 @@ def read_text(section: Mapping[str, Any], key: str, where: str, default: str | N
     if not isinstance(value, str):
         raise InputError(f'{where} needs {key} = "…", a text' + ("" if value is None else f", not {shown(value)}"))
     return value
+
+
+def read_one_of(section: Mapping[str, Any], key: str, known: Sequence[Known], where: str, default: str | None = None) -> Known:
+    """Find one of the known words in a section.
+
+    Raises
+    ------
+    InputError
+        If it is another word, or not there and there is no default.
+
+    Examples
+    --------
+    >>> read_one_of({"order": "bth"}, "order", ("both", "fixed"), "[sampling]")
+    Traceback (most recent call last):
+    fairaudit.errors.InputError: [sampling] order is 'bth'; known: 'both', 'fixed'; did you mean 'both'?
+    """
+    value = section.get(key, default)
+    if value not in known:
+        raise InputError(f"{where} {key} is {shown(value)}; {nearest(str(value), known)}")
+    return cast("Known", value)
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    r"""Rows as the text of a CSV file.
+
+    Examples
+    --------
+    >>> csv_text([["name", "share"], ["Doe, J.", "1/2"]])
+    'name,share\n"Doe, J.",1/2\n'
+    """
+    import csv
+
+    text = io.StringIO(newline="")
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def check_keys(given: Mapping[str, Any], keys: Sequence[str], where: str) -> None:

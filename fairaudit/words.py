@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import reprlib
 import unicodedata
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decima
 from fractions import Fraction
 from typing import Any, Literal, TypeVar
 
-__all__ = ["BENEFIT", "BURDEN", "Words", "approximate", "brief", "ends_text", "percent", "place", "plain", "words_for"]
+__all__ = ["BENEFIT", "BURDEN", "Words", "approximate", "brief", "ends_text", "harmless", "percent", "place", "plain", "words_for"]
 
 
 def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest", digits: int = 4) -> str:
@@ -46,6 +47,26 @@ def plain(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if unicodedata.category(c) not in STEERING else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+RUN = "=+-@\t\r\n＝＋－＠"
+"""What begins a cell that a spreadsheet would compute."""
+
+NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+|/[0-9]+)?")
+
+
+def harmless(cell: str) -> str:
+    r"""A cell that no spreadsheet runs: what would begin a formula stands behind an apostrophe, unless it is a number.
+
+    An apostrophe at the beginning is doubled, so that two labels are two cells.
+
+    Examples
+    --------
+    >>> harmless('=HYPERLINK("x")'), harmless("-0.5"), harmless("'=1"), harmless("women")
+    ('\'=HYPERLINK("x")', '-0.5', "''=1", 'women')
+    """
+    risky = cell[:1] == "'" or cell.lstrip(" \N{NO-BREAK SPACE}")[:1] in {*RUN} or cell[:1] in {*RUN}
+    return f"'{plain(cell)}" if risky and not NUMBER.fullmatch(cell) else plain(cell)
 
 
 THE_INTERVAL = "the interval"

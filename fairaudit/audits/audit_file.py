@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import Any, get_args
 
 from fairaudit.audits.sections import ATTESTATION_KEYS, check_targets
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import Number
-from fairaudit.files import check_keys, read_section, read_text, read_toml
+from fairaudit.files import check_keys, read_one_of, read_section, read_text, read_toml
 from fairaudit.inference.comparisons import MissingUnits
 from fairaudit.inference.ends import Method
 from fairaudit.inference.half_split import Selection
@@ -39,6 +39,7 @@ LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive", "unknown", "unknown_share"
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
 METHODS: tuple[Method, ...] = get_args(Method)
 SELECTIONS: tuple[Selection, ...] = get_args(Selection)
+MISSING: tuple[Missing, ...] = get_args(Missing)
 MISSING_UNITS: tuple[MissingUnits, ...] = get_args(MissingUnits)
 KINDS = ("randomized-response", "table", "identity", "constant", "product")
 DECLARED = ("gamma", "m", "tau", "global_tau", "lipschitz")
@@ -240,20 +241,13 @@ def _sampling(section: Mapping[str, Any]) -> dict[str, Any]:
     check_keys(section, ("level", "interval", "independent_cells", "select", "missing_units"), "[confidence]")
     found: dict[str, Any] = {"confidence": section["level"]} if "level" in section else {}
     if "interval" in section:
-        if section["interval"] not in METHODS:
-            raise InputError(f"[confidence] interval is {shown(section['interval'])}; {nearest(str(section['interval']), METHODS)}")
-        found["interval"] = section["interval"]
+        found["interval"] = read_one_of(section, "interval", METHODS, "[confidence]")
     if "independent_cells" in section:
         found["independent"] = _truth(section, "independent_cells", "confidence")
     if "select" in section:
-        if section["select"] not in SELECTIONS:
-            raise InputError(f"[confidence] select is {shown(section['select'])}; {nearest(str(section['select']), SELECTIONS)}")
-        found["select"] = section["select"]
+        found["select"] = read_one_of(section, "select", SELECTIONS, "[confidence]")
     if "missing_units" in section:
-        if section["missing_units"] not in MISSING_UNITS:
-            asked = section["missing_units"]
-            raise InputError(f"[confidence] missing_units is {shown(asked)}; {nearest(str(asked), MISSING_UNITS)}")
-        found["missing_units"] = section["missing_units"]
+        found["missing_units"] = read_one_of(section, "missing_units", MISSING_UNITS, "[confidence]")
     return found
 
 
@@ -374,18 +368,13 @@ def _unknown_share(section: Mapping[str, Any], where: str) -> Mapping[LabelLike 
 
 def _missing(section: Mapping[str, Any], where: str) -> Missing:
     """What becomes of rows with empty labels; they are refused unless the section says otherwise."""
-    value = section.get("missing", "error")
-    if value not in get_args(Missing):
-        raise InputError(f"[{where}] missing is {shown(value)}; {nearest(str(value), get_args(Missing))}")
-    return cast("Missing", value)
+    return read_one_of(section, "missing", MISSING, f"[{where}]", "error")
 
 
 def _filter(section: Any, where: str, columns: tuple[str, ...], labels: tuple[Label, ...], folder: Path) -> Mechanism:
     if not isinstance(section, dict):
         raise InputError(f"{where} must be a section [{where}], not {shown(section)}")
-    kind = _text(section, "kind", where)
-    if kind not in KINDS:
-        raise InputError(f"[{where}] kind is {shown(kind)}; {nearest(kind, KINDS)}")
+    kind = read_one_of({"kind": _text(section, "kind", where)}, "kind", KINDS, f"[{where}]")
     if kind == "product":
         check_keys(section, ("kind", *columns), f"[{where}]")
         lost = [name for name in columns if name not in section]

@@ -119,33 +119,29 @@ def write_filter(mechanism: Mechanism, path: str) -> None:
     InputError
         If the file cannot be written, or the labels do not survive in a text file.
     """
-    import csv
-    import io
     from pathlib import Path
 
     from fairaudit.certificates.numbers import number
-    from fairaudit.files import write_atomically
+    from fairaudit.files import csv_text, write_atomically
 
     def cell(value: int) -> str:
         return number(Fraction(value, mechanism.denominator))
 
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     if mechanism.width == 1:
         released = [label[0] for label in mechanism.outputs]
         corner = mechanism.columns[0] if mechanism.columns else ""
-        writer.writerow(["" if corner in released or corner.lower().startswith("input") else corner, *released])
-        writer.writerows([label[0], *map(cell, mechanism.row(label))] for label in mechanism.inputs)
+        header = ["" if corner in released or corner.lower().startswith("input") else corner, *released]
+        rows = [[label[0], *map(cell, mechanism.row(label))] for label in mechanism.inputs]
     else:
         columns = mechanism.columns or tuple(str(i + 1) for i in range(mechanism.width))
-        writer.writerow([*(f"input_{c}" for c in columns), *(f"output_{c}" for c in columns), "probability"])
-        writer.writerows(
+        header = [*(f"input_{c}" for c in columns), *(f"output_{c}" for c in columns), "probability"]
+        rows = [
             [*label, *output, cell(v)]
             for label in mechanism.inputs
             for output, v in zip(mechanism.outputs, mechanism.row(label), strict=True)
             if v
-        )
-    write_atomically(Path(path), [text.getvalue().encode("utf-8")])
+        ]
+    write_atomically(Path(path), [csv_text([header, *rows]).encode("utf-8")])
     _read_back(mechanism, path)
 
 

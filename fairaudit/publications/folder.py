@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 import re
@@ -15,6 +13,7 @@ from typing import Any
 
 from fairaudit.certificates.reader import subject as subject_of
 from fairaudit.errors import InputError
+from fairaudit.files import csv_text
 from fairaudit.files import write_folder as write_whole
 from fairaudit.publications.counts import Source
 from fairaudit.publications.display import NONE, WITHHELD
@@ -25,16 +24,13 @@ from fairaudit.reports.page import UNBROKEN, digest, provenance_html, templates
 from fairaudit.reports.provenance import TITLE as PROVENANCE
 from fairaudit.reports.words import clip
 from fairaudit.tables.preparation import parted, said, uncounted
-from fairaudit.words import plain
+from fairaudit.words import harmless, plain
 
-__all__ = ["check_folder", "contents", "harmless", "page", "summary", "write_folder"]
+__all__ = ["check_folder", "contents", "page", "summary", "write_folder"]
 
 FORMAT = "fairaudit-publication/1"
 
 CERTIFICATE, TABLE = "certificate.json", "certificate.table.jsonl"
-
-RUN = "=+-@\t\r\n＝＋－＠"
-"""What begins a cell that a spreadsheet would compute."""
 
 OPTION = re.compile(r"(?<![\w-])--[a-z0-9-]*[a-z0-9]")
 """The name of an option, which is not broken where a line ends."""
@@ -42,8 +38,6 @@ OPTION = re.compile(r"(?<![\w-])--[a-z0-9-]*[a-z0-9]")
 FIGURE = re.compile(r"(<\N{NO-BREAK SPACE})?-?[0-9][0-9.,]*( %)?$")
 
 NO_FIGURES = {NONE, WITHHELD, "left out", "none"}
-
-NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+|/[0-9]+)?")
 
 
 def check_folder(name: str | os.PathLike[str]) -> None:
@@ -204,22 +198,4 @@ def _is_of_figures(table: Table, column: int) -> bool:
 
 
 def _table(publication: Publication) -> str:
-    written = io.StringIO()
-    writer = csv.writer(written, lineterminator="\n")
-    writer.writerow(map(harmless, publication.header))
-    writer.writerows(map(harmless, row) for row in publication.rows)
-    return written.getvalue()
-
-
-def harmless(cell: str) -> str:
-    r"""A cell that no spreadsheet runs: what would begin a formula stands behind an apostrophe, unless it is a number.
-
-    An apostrophe at the beginning is doubled, so that two labels are two cells.
-
-    Examples
-    --------
-    >>> harmless('=HYPERLINK("x")'), harmless("-0.5"), harmless("'=1"), harmless("women")
-    ('\'=HYPERLINK("x")', '-0.5', "''=1", 'women')
-    """
-    risky = cell[:1] == "'" or cell.lstrip(" \N{NO-BREAK SPACE}")[:1] in {*RUN} or cell[:1] in {*RUN}
-    return f"'{plain(cell)}" if risky and not NUMBER.fullmatch(cell) else plain(cell)
+    return csv_text(map(harmless, row) for row in (publication.header, *publication.rows))

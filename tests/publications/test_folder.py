@@ -22,7 +22,8 @@ import fairaudit as fa
 from fairaudit.cli import main
 from fairaudit.errors import InputError
 from fairaudit.publications.counts import read_source
-from fairaudit.publications.folder import harmless, write_folder
+from fairaudit.publications.folder import write_folder
+from fairaudit.words import harmless
 
 EVIL = (
     '=HYPERLINK("http://x.example/","a")',

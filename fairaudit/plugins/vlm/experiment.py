@@ -20,7 +20,7 @@ from urllib.parse import urlsplit
 import fairaudit as fa
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import at_least, rational
-from fairaudit.files import check_keys, read_section, read_text, read_toml
+from fairaudit.files import check_keys, read_one_of, read_section, read_text, read_toml
 from fairaudit.plugins.vlm.images import read_images
 
 __all__ = ["Experiment", "Model", "Setting", "bundled", "fixed", "read_experiment"]
@@ -244,7 +244,7 @@ def _experiment(path: Path, data: bytes, document: Mapping[str, Any], trials: in
     if len(people) != len(options) or not 2 <= len(options) <= MAX_SLOTS:
         raise InputError(f"there are {len(people)} people and {len(options)} options; each person has a slot, 2 to {MAX_SLOTS} of them")
     images = read_images(part["images"], path.parent, options)
-    kind = _choice(part["answer"], "kind", ("json", "choice", "token", "logprobs"), "[answer]")
+    kind: Any = read_one_of(part["answer"], "kind", ("json", "choice", "token", "logprobs"), "[answer]", "json")
     asked = 1 if kind == "logprobs" else trials if trials is not None else part["sampling"].get("trials")
     if not isinstance(asked, int) or isinstance(asked, bool) or not 1 <= asked <= MAX_TRIALS:
         raise InputError(f"[sampling] trials is {shown(asked)}; a whole number from 1 to {MAX_TRIALS} is accepted")
@@ -272,8 +272,8 @@ def _experiment(path: Path, data: bytes, document: Mapping[str, Any], trials: in
         system=read_text(part["prompt"], "system", "[prompt]", ""),
         user=read_text(part["prompt"], "user", "[prompt]"),
         trials=asked,
-        design=_choice(part["sampling"], "design", ("table", "end-to-end", "both"), "[sampling]"),
-        order=_choice(part["sampling"], "order", ("both", "cyclic", "fixed"), "[sampling]"),
+        design=read_one_of(part["sampling"], "design", ("table", "end-to-end", "both"), "[sampling]", "table"),
+        order=read_one_of(part["sampling"], "order", ("both", "cyclic", "fixed"), "[sampling]", "both"),
         settings=tuple(Setting(keep, other) for keep in keeps for other in context_keeps),
         utility_name=read_text(part["utility"], "name", "[utility]", "being chosen"),
         chosen=at_least("[utility] chosen", part["utility"].get("chosen", "1"), 0, rational),
@@ -404,13 +404,6 @@ def exact(value: object, where: str = "") -> Fraction:
         return Fraction(*rational(value))
     except InputError as error:
         raise InputError(f"{where}{error}") from None
-
-
-def _choice(section: Mapping[str, Any], key: str, known: tuple[str, ...], where: str) -> Any:
-    value = section.get(key, known[0])
-    if value not in known:
-        raise InputError(f"{where} {key} is {shown(value)}; {nearest(str(value), known)}")
-    return value
 
 
 def _labels(given: Any, where: str, least: int = 2) -> tuple[str, ...]:

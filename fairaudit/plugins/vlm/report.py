@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import re
 from collections import Counter
@@ -16,16 +14,15 @@ from typing import Any, Literal
 
 from fairaudit.errors import InputError
 from fairaudit.exact.rationals import rational_text
-from fairaudit.files import write_atomically
+from fairaudit.files import csv_text, write_atomically
 from fairaudit.plugins.vlm.analyse import Finding, Table, certify, logarithm, questions, readings, settings_of, tables
 from fairaudit.plugins.vlm.answers import FAULT, OPEN, read_kept
 from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.journal import Journal
-from fairaudit.words import approximate, plain
+from fairaudit.words import approximate, harmless, plain
 
 __all__ = ["Found", "ceiling", "certify_all", "figures", "filled_text", "said", "worsened"]
 
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
 TITLES = {
     "slot": "slot 1, whoever's profile stands there (A = the profiles by slot; profile bias)",
     "person": "a person, in whichever slot (profile bias, and position bias where the order is fixed)",
@@ -219,7 +216,7 @@ def _exports(experiment: Experiment, journal: Journal, model: str, read: Sequenc
     log: list[list[Any]] = [["setting", experiment.context_column, *slots, "trial", "decision", "kind", "reason"]]
     for draw, reading in readings(experiment, journal, model):
         cells = [draw.setting + 1, draw.shown_context, *sum(draw.shown_slots, ()), draw.trial]
-        log.append([*cells, reading.decision, reading.kind, _harmless(reading.reason)])
+        log.append([*cells, reading.decision, reading.kind, harmless(reading.reason)])
     paths.append(_write(folder / f"{stem}.answers.csv", log))
     lines = folder / f"{stem}.answers.jsonl"
     write_atomically(lines, _lines(experiment, journal, model))
@@ -250,15 +247,8 @@ def _lines(experiment: Experiment, journal: Journal, model: str) -> Iterator[byt
         yield json.dumps(entry, ensure_ascii=True).encode() + b"\n"
 
 
-def _harmless(text: str) -> str:
-    """A free text that no spreadsheet takes for a formula."""
-    return "'" + text if text.startswith(FORMULA) else text
-
-
 def _write(path: Path, rows: Sequence[Sequence[Any]]) -> Path:
-    text = io.StringIO(newline="")
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    write_atomically(path, [text.getvalue().encode("utf-8", "backslashreplace")])
+    write_atomically(path, [csv_text(rows).encode("utf-8", "backslashreplace")])
     return path
 
 
