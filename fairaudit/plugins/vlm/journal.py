@@ -199,7 +199,7 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
 
     def largest(self, model: str) -> tuple[int, int]:
         """The most tokens in, and out, that one answer or fault used."""
-        query = "SELECT max(input_tokens), max(output_tokens) FROM replies WHERE model = ?"
+        query = "SELECT max(input_tokens), max(output_tokens) FROM charged WHERE model = ?"
         ((sent, received),) = self._rows(query, model)
         return sent or 0, received or 0
 

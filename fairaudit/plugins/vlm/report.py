@@ -258,6 +258,7 @@ def figures(found: Found) -> dict[str, Any]:
         "experiment": found.experiment.title,
         "digest": found.experiment.digest,
         "verdict": found.verdict,
+        "left_out": list(found.silent),
         "findings": [_entry(model, table, finding) for model, table, finding in found.findings],
     }
 

@@ -25,7 +25,7 @@ from fairaudit.plugins.vlm import client as client_module
 from fairaudit.plugins.vlm.analyse import readings, tables
 from fairaudit.plugins.vlm.client import Bucket, retry_after
 from fairaudit.plugins.vlm.experiment import Model, read_experiment, with_overrides
-from fairaudit.plugins.vlm.journal import Journal
+from fairaudit.plugins.vlm.journal import Journal, Work
 from fairaudit.plugins.vlm.run import Budget, run
 
 __all__ = ["key"]
@@ -210,6 +210,49 @@ def test_two_runs_of_one_journal(tmp_path: Path, capsys: pytest.CaptureFixture[s
         journal.claim()
         assert main(["experiment", "run", str(path), "--folder", str(tmp_path / "out"), "--maker", "stand-in"]) == 2
     assert "another process is running" in capsys.readouterr().err
+
+
+def test_a_journal_is_claimed_once_under_all_its_names(tmp_path: Path) -> None:
+    experiment = read_experiment(str(written(tmp_path)))
+    names = [tmp_path / "journal.sqlite", tmp_path / "other.sqlite", tmp_path / "linked" / "journal.sqlite"]
+    names[1].symlink_to(names[0])
+    (tmp_path / "linked").symlink_to(tmp_path, target_is_directory=True)
+    with Journal(names[0], experiment.digest, experiment.trials, create=True) as journal:
+        journal.claim()
+        for name in names:
+            again = Journal(name, experiment.digest, experiment.trials, create=False)
+            with again, pytest.raises(InputError, match="another process is running"):
+                again.claim()
+
+
+def test_two_profiles_that_read_alike(tmp_path: Path) -> None:
+    """Tom A, of age B, and Tom, of age A B, are the same words in a prompt and in a table."""
+    path = written(tmp_path)
+    text = path.read_text()
+    for old, new in (('"Mary"', '"Tom A"'), ('"55"', '"B"'), ('"25"', '"A B"')):
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text)
+    with pytest.raises(InputError, match="two profiles read alike"):
+        read_experiment(str(path))
+    path.write_text(text.replace('"A B"', '"A C"'))
+    assert len(read_experiment(str(path)).people) == 2
+
+
+def test_the_most_that_was_used_counts_every_fault(tmp_path: Path) -> None:
+    """What is set aside for a request is the most that any reply used: of faults that an answer followed, too."""
+    experiment = read_experiment(str(written(tmp_path)))
+    model = Model("m", "stand-in")
+    with Journal(tmp_path / "journal.sqlite", experiment.digest, experiment.trials, create=True) as journal:
+        run(experiment, model, journal)
+        assert journal.largest(model.key) == (0, 0)
+        draw = next(iter(journal.answers(model.key))).draw
+        work = Work(draw.request, draw.model, 99, draw.shown_context, draw.shown_slots)
+        for used, why in (((900, 4), "cut"), ((7, 3000), "cut"), ((8, 5), "")):
+            (attempt,) = journal.intend([work], 0, 0.0)
+            journal.record([(work, attempt, 200, "text/plain", b"", *used, 0.0)], why)
+        assert journal.largest(model.key) == (900, 3000)
+        assert journal.spent(model.key)[0] == 904 + 3007 + 13
 
 
 def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:

@@ -293,6 +293,20 @@ def test_an_unfinished_run_never_passes(stops: str, tmp_path: Path, capsys: pyte
     assert document["subject"]["undecided"]["decisions"] == (["fault"] if "fault" in stops else ["open"])
 
 
+def test_a_certificate_of_an_unfinished_run_holds_whatever_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It says within only of what no missing answer can exceed, here a ratio of 2/1, and lists these; the run itself is inconclusive."""
+    path = written(tmp_path, trials=10, more='[utility]\nchosen = "2"\nother = "1"\n[targets]\nmax_local_ratio = "2"')
+    options = ["--folder", str(tmp_path), "--model", "m", "--concurrency", "1", "--max-tokens", "4000"]
+    with serving() as server:
+        assert main(["experiment", "run", str(path), "--base-url", server.url, *options]) == 3
+    code, _, found = certified(path, tmp_path, capsys)
+    assert (code, found["verdict"]) == (3, "inconclusive")
+    documents = [json.loads(one.read_text()) for one in tmp_path.glob("*.certificate.json")]
+    judged = [target["verdict"] for document in documents for target in document["targets"]]
+    assert judged and set(judged) == {"within"}
+    assert all("open" in document["subject"]["undecided"]["decisions"] for document in documents)
+
+
 @pytest.mark.parametrize("way", ["temperature = 0", "top_k = 1", "", "chatcmpl-0123456789abcdef"])
 def test_answers_that_are_one_answer_give_no_interval(way: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     parameters = f"{{ options = {{ {way} }} }}" if "=" in way else "{}"
@@ -468,5 +482,6 @@ def test_an_endpoint_that_never_answered_is_left_out(tmp_path: Path, capsys: pyt
     assert main([*asked_of, "--confidence", "none"]) in (0, 1, 3)
     said = capsys.readouterr()
     assert said.err.count("has no answers and is left out; run with its --model and --base-url asks again") == 2
-    found = json.loads((folder / "results.json").read_text())["findings"]
-    assert {entry["model"] for entry in found} == {f"m at {server.url}"}
+    results = json.loads((folder / "results.json").read_text())
+    assert {entry["model"] for entry in results["findings"]} == {f"m at {server.url}"}
+    assert results["left_out"] == [f"m at {wrong.url}", f"m at {wrong.url.replace('/v1', '/v2')}"]

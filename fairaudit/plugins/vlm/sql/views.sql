@@ -15,9 +15,10 @@ LEFT JOIN faults f ON f.attempt =
 CREATE TEMP VIEW unknown_fate AS
 SELECT id, request, model, trial, started, coalesce(result, 'interrupted') AS result, tokens, cost
 FROM attempts WHERE result IS NULL OR result LIKE 'lost:%';
+CREATE TEMP VIEW charged AS
+SELECT model, input_tokens, output_tokens, cost FROM answers UNION ALL SELECT model, input_tokens, output_tokens, cost FROM faults;
 CREATE TEMP VIEW spending AS
-SELECT model, input_tokens + output_tokens AS tokens, cost, 0 AS lost FROM answers
-UNION ALL SELECT model, input_tokens + output_tokens, cost, 0 FROM faults
+SELECT model, input_tokens + output_tokens AS tokens, cost, 0 AS lost FROM charged
 UNION ALL SELECT model, tokens, cost, 1 FROM unknown_fate;
 CREATE TEMP VIEW ends AS
 SELECT model, substr(said, 1, instr(said || ';', ';') - 1) AS result
