@@ -13,7 +13,7 @@ from fairaudit.tables.evaluations.paths import ABSENT, Path, is_path, read_path,
 
 __all__ = ["SAID", "TRUTH", "Column", "clean", "file_names", "known_paths", "meant", "plain"]
 
-SAID = ("file", "model", "eval.model", "eval.task")
+SAID = ("file", "eval.model", "eval.task")
 """Columns that a file has as a whole, where its samples do not say otherwise."""
 
 TRUTH = {True: ("true",), False: ("false",)}  # stand for truth values, which to Python are equal to 1 and 0

@@ -129,7 +129,7 @@ def listing(paths: Sequence[str], log: Format, report: Callable[[float | None, i
     for path in paths:
         run = log.run(path)
         runs.append(run)
-        said = dict(zip(SAID, (named[path] if len(paths) > 1 else "", run.model, run.model, run.task), strict=True))
+        said = dict(zip(SAID, (named[path] if len(paths) > 1 else "", run.model, run.task), strict=True))
         for sample in log.samples(path, ()):
             outcomes[sample.outcome] += 1
             if report is not None and not outcomes.total() % 1000:
@@ -141,7 +141,7 @@ def listing(paths: Sequence[str], log: Format, report: Callable[[float | None, i
                 except InputError as error:
                     leaves.setdefault(place.text, Leaf()).fault = str(error)
             for name, text in said.items() if log.name else ():
-                if text and name in ("file", "eval.model", "eval.task"):
+                if text:
                     found.setdefault(name, text)
             for name, value in found.items():
                 if name not in leaves and len(leaves) >= PATHS:

@@ -343,7 +343,7 @@ class _Reader:
             if is_path(column.name):
                 with naming(name):
                     read_path(column.name)
-            known = [*([] if self.joined is None else self.joined.columns), *self._known(paths[0])]
+            known = [*([] if self.joined is None else self.joined.columns), *self._known(paths[0]), *(SAID if self.log.name else ())]
             what = "path" if is_path(column.name) else "column"
             raise InputError(f"{name}: there is no {what} {shown(column.name, 200)}; {meant(column, known)}")
 
@@ -399,7 +399,7 @@ def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
         run = log.run(path)
         runs.append((path, run))
         before = reader.read
-        said = dict(zip(SAID, (named[path], run.model, run.model, run.task), strict=True))
+        said = dict(zip(SAID, (named[path], run.model, run.task), strict=True))
         said = {name: text for name, text in said.items() if text}
         with nullcontext() if reader.expression is None else reader.expression.limited():
             for sample in log.samples(path, tops):
