@@ -64,6 +64,7 @@ class _Reader:
         self.apart = tuple(Column.named(path) for path in log.apart if path not in told) if self.units else ()
         self.parts: dict[tuple[Any, ...], tuple[str | None, ...]] = {}
         self.questions = Questions()
+        self.once = not log.repetition and wanted.unit == (log.question,)  # each question is its own unit, and has no repetition
         self.by_file = "file" in wanted.columns
         self.asked = tuple(log.key.index(path) if path else -1 for path in (log.task, log.question, log.repetition))
         self.expression = None if asked.extract is None else Expression(asked.extract)
@@ -124,7 +125,9 @@ class _Reader:
                 self._check_apart(values, tuple(self._text(column, row, beside, said) for column in self.apart))
             if self.units:
                 unit = tuple([values[place] for place in self.units])
-                if asked is not None:
+                if asked is not None and self.once:
+                    self.questions.tasks[asked[0]] = None
+                elif asked is not None:
                     self.questions.add(*asked, unit)
                 if self.together is not None:
                     self.together.add(tuple([values[place] for place in self.models]), unit)
