@@ -15,8 +15,10 @@ from math import inf
 from typing import Any, Literal
 
 from fairaudit.certificates.reader import number
+from fairaudit.errors import shown
 from fairaudit.exact.extended import Extended
 from fairaudit.measures.limits import Quantity
+from fairaudit.tables.evaluations.lost import UNITS
 from fairaudit.theorems.bound import THIS_LAW
 from fairaudit.theorems.registry import ONE_SIDED, SAMPLED, without_objection
 from fairaudit.words import WHATEVER, WHOEVER, approximate, brief, percent
@@ -163,11 +165,16 @@ def _compared(
 
 def drawn_otherwise(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
     """Say that what is drawn in one evaluation log is not what is drawn in the other, so that their populations differ; else nothing."""
-    one, other = (document["subject"].get("evaluation", {}).get("drawn") for document in (old, new))
-    if one == other:
-        return ""
-    said = (f"in the {which} one {drawn or 'it is not said what was drawn'}" for which, drawn in (("old", one), ("new", other)))
-    return f"the two describe different things: {', '.join(said)}"
+    one, other = (_drawn(document["subject"].get("evaluation")) for document in (old, new))
+    return "" if one == other else f"the two describe different things: in the old one {one}, in the new one {other}"
+
+
+def _drawn(said: Mapping[str, Any] | None) -> str:
+    """What was drawn, with the columns of units that are no questions."""
+    if said is None:
+        return "it is not said what was drawn"
+    unit = f" ({', '.join(shown(name, 60) for name in said.get('unit', ()))})" if said["drawn"] == UNITS else ""
+    return f"{said['drawn']}{unit}"
 
 
 def sharpened(found: Fairness, closer: Fairness, change: Extended, assumed: Sequence[str]) -> Fairness:

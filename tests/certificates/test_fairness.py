@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from certificate_kinds import KINDS, never_locally
 from envelopes import result_of
+from evaluation_changes import UNITS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle import local as local_oracle
@@ -18,7 +19,7 @@ from oracle import plain
 
 import fairaudit as fa
 from fairaudit.certificates.compare import compare_documents
-from fairaudit.certificates.fairness import Fairness
+from fairaudit.certificates.fairness import Fairness, drawn_otherwise
 from fairaudit.cli import main as command
 from fairaudit.testing import laws
 
@@ -236,6 +237,22 @@ def test_draws_of_different_things_say_nothing_of_each_other(first: str | None, 
         assert all(change.direction != "better" for change in (found.verdict, *found.targets))
         old, new = (certified(rows, confidence=None) for rows in (one, other))
         assert local(drawn(old, first), drawn(new, second)).verdict != "not established"
+
+
+def test_units_of_another_kind_are_another_population() -> None:
+    """Questions are told by one column or another; what else was drawn is what its columns name."""
+    made = certified([[9000, 1000], [3000, 7000]], confidence="0.975")
+
+    def by(said: str, *unit: str) -> dict[str, Any]:
+        document = drawn(made, said)
+        document["subject"]["evaluation"]["unit"] = list(unit)
+        return document
+
+    assert drawn_otherwise(by(UNITS, "person"), by(UNITS, "person")) == ""
+    assert drawn_otherwise(by("questions were drawn", "id"), by("questions were drawn", "doc_id")) == ""
+    assert f"in the old one {UNITS} ('person'), in the new one {UNITS} ('household')" in drawn_otherwise(
+        by(UNITS, "person"), by(UNITS, "household")
+    )
 
 
 def worth(column: str, values: list[str], yes: int = 300) -> dict[str, Any]:

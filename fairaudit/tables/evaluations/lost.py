@@ -13,7 +13,7 @@ from fairaudit.tables.preparation import Entry
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label
 
-__all__ = ["NOTHING", "drawn_said", "left_out_of", "refuse_other_draws", "refuse_samples", "settled"]
+__all__ = ["NOTHING", "UNITS", "drawn_said", "left_out_of", "refuse_other_draws", "refuse_samples", "settled"]
 
 QUESTIONS = "questions were drawn; epochs of a question count once"
 ANSWERS = "the questions are fixed; the model's answers were drawn"
