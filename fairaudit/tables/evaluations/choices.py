@@ -88,7 +88,7 @@ def asked_of_log(options: Sequence[str]) -> Asked:
     Raises
     ------
     InputError
-        If there are fewer than two options, or one is there twice or blank.
+        If there are fewer than two options, or one is there twice, blank or no text that a file can hold.
 
     Examples
     --------
@@ -100,6 +100,8 @@ def asked_of_log(options: Sequence[str]) -> Asked:
     said = ", ".join(shown(option, 40) for option in options[:10]) or "(none)"
     if len({*options}) < max(len(options), 2) or not all(option.strip() for option in options):
         raise InputError(f"the options {said} are no choice; give two or more that differ, such as yes,no")
+    if any("\ud800" <= letter <= "\udfff" for option in options for letter in option):
+        raise InputError(f"the options {said} hold a lone surrogate, which no text in UTF-8 has")
     return Asked(tuple(options), tuple(WORDING["fields"]), one_token=True)
 
 

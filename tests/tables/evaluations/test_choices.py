@@ -170,7 +170,9 @@ def test_whatever_is_written_is_read(text: str, options: list[str]) -> None:
             assert read_choice(text, form(*options), cut=cut).option in ("", *options)
 
 
-@pytest.mark.parametrize("options", ["yes", "yes,yes", "yes,,no", ["yes", " "], ["yes", "Refused"], ["yes", 1], {"yes": 1}, 3])
+@pytest.mark.parametrize(
+    "options", ["yes", "yes,yes", "yes,,no", ["yes", " "], ["yes", "Refused"], ["yes", "n\ud800"], ["yes", 1], {"yes": 1}, 3]
+)
 def test_options_that_are_no_choice(options: Any, tmp_path: Path) -> None:
     (tmp_path / "log.jsonl").write_text('{"text": "yes", "who": "a"}\n')
     with pytest.raises(InputError, match="option"):
