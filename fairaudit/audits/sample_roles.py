@@ -68,8 +68,9 @@ def roles_of_samples(survey: Survey, samples: Samples) -> Roles:
         unit = _unit_of(survey, {*group, *roles.context}, questions)
         said.append(f"whether {unit} tells questions apart, only you can say: a repeated one counts once")
     decision, best = _decision(survey, samples)
-    if not best:
-        said.append("answers are texts; --extract takes decisions out of them, such as --extract '(?i)\\b(yes|no)\\b' with --utility yes")
+    if decision and not best:
+        example = "--extract '(?i)\\b(yes|no)\\b' --fold-labels with --utility yes"
+        said.append(f"answers are texts; --extract takes decisions out of them, such as {example}")
     if {"question_polarity", "context_condition"} <= {read_path(seen.name).steps[-1] for seen in survey.columns}:
         said.append("questions look like those of BBQ: --recipe bbq stands for --decision, --group, --context, --unit and --utility")
     context = tuple(name for name in roles.context if name not in group)

@@ -104,3 +104,22 @@ def test_what_tells_questions_apart_without_an_id(columns: dict[str, int], unit:
         Survey(24, (*seen, answer, Seen("metadata.sex", {"f": 12, "m": 12}, 2, 0))), Samples("promptfoo", answer.name, "PATH", 0)
     )
     assert (found.unit, found.group, found.utility) == (unit, ("metadata.sex",), "yes")
+
+
+def test_an_answer_that_is_an_object_has_its_decision_inside(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = {"promptIdx": 0, "testCase": {}, "failureReason": 0}
+    rows = [
+        result
+        | {
+            "testIdx": n,
+            "vars": {"name": f"n{n // 2}", "sex": "fm"[n // 2 % 2]},
+            "response": {"output": {"hire": ["yes", "no"][n % 3 % 2]}},
+        }
+        for n in range(16)
+    ]
+    (tmp_path / "log.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    command, _, complete = proposed(capsys, tmp_path / "log.jsonl")
+    assert complete and command[3:] == [
+        *["--decision", "response.output.hire", "--group", "vars.sex", "--unit", "vars.name", "--utility", "yes"]
+    ]
+    assert main(command[1:]) == 0

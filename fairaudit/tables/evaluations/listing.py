@@ -79,8 +79,9 @@ class Listing:
 
     def answer(self, log: Format) -> str | None:
         """The path where the decision usually is."""
-        for pattern in log.answers:
-            fits = re.compile(_expression(pattern))
+        inside = [rf"{_expression(pattern)}[.\[].*" for pattern in log.answers if not pattern.startswith("argmax(")]
+        for expression in (*map(_expression, log.answers), *inside):
+            fits = re.compile(expression)
             found = next((path for path, leaf in self.leaves.items() if fits.fullmatch(path) and leaf.levels and not leaf.fault), None)
             if found is not None:
                 return found
