@@ -13,7 +13,7 @@ from fairaudit.exact.rationals import Number
 from fairaudit.files import check_keys, read_one_of, read_section, read_text, read_toml
 from fairaudit.inference.comparisons import MissingUnits
 from fairaudit.inference.ends import Method
-from fairaudit.inference.half_split import Selection
+from fairaudit.inference.interval import Selection
 from fairaudit.measures.limits import DIFFERENCE_LIMITS
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Constant, Identity, Mechanism, Product, RandomizedResponse

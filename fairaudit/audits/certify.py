@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fairaudit.audits.declared import ByContext, read_declared
-from fairaudit.audits.differences import judged_differences, measured_differences, refuse_signed, with_ratios
+from fairaudit.audits.declared import ByContext, Constants, read_declared
+from fairaudit.audits.differences import bounded, judged_differences, measured_differences, refuse_signed, with_ratios
 from fairaudit.audits.drift import refuse_drift, under_drift
 from fairaudit.audits.hidden_context import judged_with_hidden_context, read_hidden_context
 from fairaudit.audits.population import (
@@ -28,13 +28,9 @@ from fairaudit.audits.undecided import ask_undecided, excluding, judged_whatever
 from fairaudit.audits.unknown import ask_shares, judged_whoever, refuse_beside_unknown_groups, whoever
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number
-from fairaudit.inference.anytime import Arrivals
-from fairaudit.inference.bounded_differences import bound_differences
-from fairaudit.inference.changes import Window, change_of
 from fairaudit.inference.comparisons import Comparison, MissingUnits
 from fairaudit.inference.ends import Method
-from fairaudit.inference.half_split import Selection
-from fairaudit.inference.interval import Interval
+from fairaudit.inference.interval import Interval, Selection
 from fairaudit.inference.levels import confidence_level, equal_share
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
 from fairaudit.inference.verdicts import foremost_verdict
@@ -43,14 +39,18 @@ from fairaudit.measures.distances import demographic_parity, equalized_odds
 from fairaudit.measures.limits import MEASURED, Quantity, difference_limits_of, limits_of, without_bare_limits
 from fairaudit.measures.ratios import Ratio, global_fairness, global_supremum, local_fairness, local_supremum
 from fairaudit.model.law import Law
-from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.utility import Utility, UtilityTable, Values
 from fairaudit.tables.values import Label, LabelLike
 from fairaudit.theorems.applicable import Guarantees, guarantees
 from fairaudit.theorems.bound import ANY_POLICY, NEAR_POLICY
-from fairaudit.theorems.case import TOO_WIDE, Case
-from fairaudit.theorems.t13_cases import TOO_MANY, TOO_NEAR
 from fairaudit.theorems.t14 import HiddenContext
+
+if TYPE_CHECKING:
+    from fairaudit.inference.anytime import Arrivals
+    from fairaudit.inference.changes import Window
+    from fairaudit.model.policy import Deployment
+    from fairaudit.theorems.case import Case
+
 
 __all__ = ["certify", "laid_out"]
 
@@ -206,7 +206,7 @@ def certify(
     utility = utility if isinstance(utility, Utility) else Utility(utility, signed=difference)
     subject, table = laid_out(subject, utility)
     refuse_signed(subject, table, asked=difference, ratios=limits)
-    deployment, law = (subject, subject.law) if isinstance(subject, Deployment) else (None, subject)
+    deployment, law = (None, subject) if isinstance(subject, Law) else (subject, subject.law)
     _check_selection(select, subject, arrivals, level)
     if deployment is not None and deployment.policy.law.evaluation is not None:
         raise InputError("the law of a policy is not read from an evaluation log; audit the log itself, without filters")
@@ -246,7 +246,7 @@ def certify(
     meanings = ask_undecided(labels, table, constants, not_undecided)
     refuse_drift(deployment, table, max_drift, of_differences=difference, stream=arrivals is not None)
     given, said = decisions_given_truth(subject, table, positive, None if arrivals else level, embed_table)
-    case = None if deployment is None else Case(deployment, law, table, constants, declared_in=constants_in)
+    case = None if deployment is None else _case(deployment, law, table, constants, constants_in)
     found = Guarantees() if case is None else guarantees(case, tau, all_bounds=all_bounds)
     named = {quantity for quantity, _, _ in limits}
     named_differences = {quantity for quantity, _, _ in of_differences}
@@ -275,7 +275,7 @@ def certify(
     judging = sum(quantity in comparisons for quantity, _, _ in (*limits, *of_differences))
     errors = {q: equal_share(1 - Fraction(level or 0), judging if q in named_differences else 1) for q in comparisons}
     chosen: dict[str, Any] = {"method": interval, "independent": independent}
-    found_differences = bound_differences(differences, comparisons, errors, named_differences, **chosen) if difference else None
+    found_differences = bounded(differences, comparisons, errors, named_differences, **chosen) if difference else None
     of_ratios, said_of_sign = with_ratios(table, comparisons, constants, limits, select)
     notes = (*notes, *said_of_sign)
     for quantity, comparison in of_ratios.items():
@@ -297,6 +297,8 @@ def certify(
     if changed is not None:
         if changed[0] not in intervals or arrivals is None:
             raise InputError("a window contradicts the interval of a stream; there is none without arrivals and a confidence")
+        from fairaudit.inference.changes import change_of
+
         change = change_of(intervals[changed[0]], changed[1], changed[0], (constants["m"], constants["gamma"]))
         intervals = {quantity: own for quantity, own in intervals.items() if quantity not in change.withdrawn}
     usable = found.bounds if meanings is None else ()  # they are about the utility at face value
@@ -368,14 +370,22 @@ def laid_out(subject: Law | Deployment, utility: Utility) -> tuple[Law | Deploym
     InputError
         If it does not fit.
     """
-    law = subject.law if isinstance(subject, Deployment) else subject
+    law = subject if isinstance(subject, Law) else subject.law
     table = utility.on(law)
     if table.law is law:
         return subject, table
-    if not isinstance(subject, Deployment):
+    if isinstance(subject, Law):
         return table.law, table
+    from fairaudit.model.policy import Policy
+
     deployment = replace(subject, policy=Policy(utility.over(subject.policy.law)))
     return deployment, replace(table, law=deployment.law)
+
+
+def _case(deployment: Deployment, law: Law, table: UtilityTable, constants: Constants, constants_in: Mapping[Label, Constants]) -> Case:
+    from fairaudit.theorems.case import Case
+
+    return Case(deployment, law, table, constants, declared_in=constants_in)
 
 
 def _check_selection(select: Selection, subject: Law | Deployment, arrivals: Arrivals | None, level: Fraction | None) -> None:
@@ -408,6 +418,9 @@ def _unseen(deployment: Deployment) -> Iterator[str]:
 
 def _left_out(case: Case, found: Guarantees, measured: Mapping[Quantity, Ratio | None]) -> Iterator[str]:
     """What is said of guarantees that would take a reader, or this machine, too much."""
+    from fairaudit.theorems.case import TOO_WIDE
+    from fairaudit.theorems.t13_cases import TOO_MANY, TOO_NEAR
+
     wanted = {quantity for quantity, ratio in measured.items() if ratio is not None}
     if not case.narrow:
         yield TOO_WIDE

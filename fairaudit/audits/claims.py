@@ -15,7 +15,6 @@ from fairaudit.audits.drift import TableRadius, evidence_of, radius_evidence
 from fairaudit.audits.unknown import Levels
 from fairaudit.certificates.numbers import number
 from fairaudit.exact.extended import extended_text
-from fairaudit.inference.differences import DifferenceInterval
 from fairaudit.inference.interval import Interval
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.law import Law
@@ -33,17 +32,17 @@ from fairaudit.theorems.assumptions import (
 from fairaudit.theorems.bound import FLOORED, THIS_LAW, Bound
 from fairaudit.theorems.kind import Kind, Relation
 from fairaudit.theorems.registry import BY_ID, BY_KEY, ONE_SIDED, SAMPLED, under
-from fairaudit.theorems.supremum import PairProof, Supremum
-from fairaudit.theorems.t05 import t5_independent
 from fairaudit.theorems.t07 import t7
-from fairaudit.theorems.t16 import Form
 from fairaudit.words import DRIFTING, HIDDEN, WHATEVER, WHOEVER, brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
     from fairaudit.audits.undecided import Undecided
     from fairaudit.audits.unknown import Place, Share, Whoever
+    from fairaudit.inference.differences import DifferenceInterval
     from fairaudit.model.policy import Deployment
+    from fairaudit.theorems.supremum import PairProof, Supremum
+    from fairaudit.theorems.t16 import Form
     from fairaudit.worst.result import WorstCase
 
 __all__ = ["Claim"]
@@ -151,6 +150,8 @@ def _figures(result: Result, about: tuple[str, ...]) -> Iterator[Claim]:
             yield _claim(supremum_of, f"{quantity}_supremum", supremum.ratio, about, digest)
             yield _claim(distance_by, bound.quantity, bound.value, about, {"supremum": number(supremum.ratio)})
     if result.local and result.global_ and not result.partial and law.independent:
+        from fairaudit.theorems.t05 import t5_independent
+
         bound = t5_independent(result.local.ratio)
         yield _claim(BY_ID["T5"], bound.quantity, bound.value, about, digest)
     for name, difference in (result.given_truth.differences if result.given_truth else {}).items():

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.extended import ZERO
 from fairaudit.exact.rationals import Number, option_value
 from fairaudit.measures.expectations import compared_expectations
-from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label, names
-from fairaudit.theorems.t13_near import read_drift
 from fairaudit.words import approximate
+
+if TYPE_CHECKING:
+    from fairaudit.model.policy import Deployment
+
 
 GREATEST = ("gamma", "lipschitz")
 """Constants that the table must not exceed; it must not fall below the others."""
@@ -71,6 +73,8 @@ def read_declared(
         measured["global_tau"] = _least_mean(table)
     constants = _read(declared, measured, "", signed=signed)
     if max_drift is not None:
+        from fairaudit.theorems.t13_near import read_drift
+
         constants["max_drift"] = read_drift(max_drift, "max_drift")
         if deployment is not None and deployment.releases > 1:
             raise InputError(f"max_drift is about policies that see one release of a group; here one memory sees {deployment.releases}")

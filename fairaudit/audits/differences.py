@@ -4,25 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 from fairaudit.audits.sentences import Deciding, Drivers, Sizes, size_text
 from fairaudit.audits.targets import Target
 from fairaudit.errors import InputError, shown
-from fairaudit.inference.bounded_differences import Differences
 from fairaudit.inference.comparisons import Comparison
-from fairaudit.inference.half_split import Selection
+from fairaudit.inference.interval import Selection
 from fairaudit.inference.verdicts import Verdict
 from fairaudit.measures.differences import MeanDifference, global_difference, local_difference
 from fairaudit.measures.limits import Limit, Quantity
 from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
-from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
 from fairaudit.words import THE_INTERVAL, THIS_TABLE, Words, approximate, percent
+
+if TYPE_CHECKING:
+    from fairaudit.inference.bounded_differences import Differences
+    from fairaudit.model.policy import Deployment
+
 
 __all__ = [
     "NEGATIVE",
     "NEGATIVE_RANGE",
+    "bounded",
     "decide_difference",
     "difference_pair",
     "difference_sentence",
@@ -43,6 +48,19 @@ def measured_differences(law: Law, table: UtilityTable) -> dict[Quantity, MeanDi
     return {"local": local_difference(law, table), "global": global_difference(law, table)}
 
 
+def bounded(
+    measured: Mapping[Quantity, MeanDifference | None],
+    comparisons: Mapping[Quantity, Comparison],
+    errors: Mapping[Quantity, Fraction],
+    named: set[Quantity],
+    **chosen: Any,
+) -> Differences:
+    """What the draws say of the differences (`bound_differences`), which audits of ratios do not load."""
+    from fairaudit.inference.bounded_differences import bound_differences
+
+    return bound_differences(measured, comparisons, errors, named, **chosen)
+
+
 def refuse_signed(subject: Law | Deployment, table: UtilityTable, *, asked: bool, ratios: Sequence[Limit]) -> None:
     """Refuse what a utility that can be negative does not go with.
 
@@ -56,7 +74,7 @@ def refuse_signed(subject: Law | Deployment, table: UtilityTable, *, asked: bool
     if not asked:
         raise InputError("utilities can be negative, and ratios depend on the origin; ask for differences (difference, --difference)")
     _refuse_limits(ratios)
-    if isinstance(subject, Deployment):
+    if not isinstance(subject, Law):
         raise InputError("a policy behind filters needs utilities of at least 0; audit the law that it gives, with differences")
 
 

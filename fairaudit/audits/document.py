@@ -19,7 +19,6 @@ from fairaudit.certificates.entries import (
     rate_entry,
     ratio_entry,
 )
-from fairaudit.certificates.evaluation import evaluation_entry
 from fairaudit.certificates.numbers import number
 from fairaudit.certificates.table import Table, canonical, column_names
 from fairaudit.theorems.registry import under
@@ -127,7 +126,11 @@ def _subject(result: Result) -> dict[str, Any]:
 def evaluation_of(result: Result) -> dict[str, Any] | None:
     """What is said of the evaluation log that was counted, if it was one; its cells only where the table may be disclosed."""
     law = result.law
-    return None if law.evaluation is None else evaluation_entry(law, law.evaluation, cells=result.embed is not False)
+    if law.evaluation is None:
+        return None
+    from fairaudit.certificates.evaluation import evaluation_entry
+
+    return evaluation_entry(law, law.evaluation, cells=result.embed is not False)
 
 
 def _add_filters(made: dict[str, Any], result: Result, deployment: Deployment) -> None:

@@ -13,19 +13,19 @@ from fairaudit.certificates.numbers import number
 from fairaudit.errors import InputError
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import quotient
-from fairaudit.inference.moving_ends import MovingEnds, ends_that_hold
 from fairaudit.inference.verdicts import Verdict, foremost_verdict
 from fairaudit.inference.verdicts import verdict as interval_verdict
 from fairaudit.measures.expectations import compared_expectations
 from fairaudit.measures.limits import Quantity
 from fairaudit.theorems.registry import ONE_SIDED
-from fairaudit.theorems.t16 import Extreme, Form, LawRadius, Moving, can_drift, drifted_extremes, law_radius
 from fairaudit.words import DRIFTING, brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
+    from fairaudit.inference.moving_ends import MovingEnds
     from fairaudit.model.policy import Deployment
     from fairaudit.model.utility import UtilityTable
+    from fairaudit.theorems.t16 import Extreme, Form, LawRadius, Moving
 
 __all__ = ["DriftedRatio", "TableRadius"]
 
@@ -120,6 +120,8 @@ class DriftedRatio:
 
 def radius_of(result: Result, target: Target, moving: Mapping[Quantity, Moving]) -> TableRadius | None:
     """How far cells may move while the verdict on a target stands; None where there is nothing to say."""
+    from fairaudit.theorems.t16 import law_radius
+
     plain = not target.under and target.unit != "difference" and target.verdict in ("within", "exceeds")
     if not plain or result.changed is not None:
         return None
@@ -148,6 +150,8 @@ def _labels(result: Result, quantity: Quantity, pair: tuple[int, int] | None) ->
 
 def _of_population(result: Result, target: Target) -> TableRadius | None:
     """The radius of a verdict that rests on ends of single cells, which the interval proves."""
+    from fairaudit.theorems.t16 import law_radius
+
     interval = result.intervals.get(target.quantity)
     moving = moving_ends(result, target.quantity, upper=target.verdict == "within")
     if interval is None or moving is None:
@@ -162,6 +166,8 @@ def _of_population(result: Result, target: Target) -> TableRadius | None:
 
 def moving_ends(result: Result, quantity: Quantity, *, upper: bool) -> MovingEnds | None:
     """Cells between the ends that an interval proves; None where it proves none of single cells."""
+    from fairaudit.inference.moving_ends import MovingEnds, ends_that_hold
+
     interval, comparison = result.intervals.get(quantity), result.comparisons.get(quantity)
     if interval is None or comparison is None or result.deployment is not None or result.changed is not None:
         return None
@@ -178,6 +184,8 @@ def _labels_of_cells(result: Result, quantity: Quantity, pair: tuple[int, int]) 
 
 def drifted_of(result: Result, drift: Fraction, moving: Mapping[Quantity, Moving]) -> Iterator[DriftedRatio]:
     """The worst and the best ratio within a declared drift, of the table and, where ends of single cells hold, of the population."""
+    from fairaudit.theorems.t16 import drifted_extremes
+
     for quantity, at in moving.items():
         found = drifted_extremes(at, drift)
         if found is None:
@@ -281,6 +289,8 @@ def _quick(mean: Fraction, form: Form, amount: Extended, gamma: Fraction, m: Fra
 
 def radius_evidence(result: Result, target: Target, found: TableRadius, form: Form) -> dict[str, Any]:
     """The evidence of a claim about a radius, with the limit and the verdict that it belongs to."""
+    from fairaudit.theorems.t16 import drifted_extremes
+
     value = found.radius if form == "radius" else found.factor
     pair = found.pair if form == "radius" else found.factor_pair
     amount: Extended = Fraction(1) if form == "radius" and value == inf else value or Fraction(0)
@@ -299,6 +309,8 @@ def radius_evidence(result: Result, target: Target, found: TableRadius, form: Fo
 
 def measures_drift(result: Result) -> dict[Quantity, Moving]:
     """What is compared in the table, by quantity, where drift is measured."""
+    from fairaudit.theorems.t16 import Moving, can_drift
+
     if result.deployment is not None or result.partial is not None:
         return {}
     quantities: list[Quantity] = [q for q, measured in (("local", result.local), ("global", result.global_)) if measured is not None]  # type: ignore[misc]

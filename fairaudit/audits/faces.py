@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError
-from fairaudit.verified.verification import Verification, verification_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fairaudit.certificates.certificate import Certificate
+    from fairaudit.verified.verification import Verification
 
 Form = Literal["json", "html", "pdf", "markdown"]
 
@@ -107,6 +107,8 @@ class Faces:
     @answered
     def verify(self, require: Literal["within"] | None = None) -> Verification:
         """Check every statement of the certificate with the independent checker (`fairaudit.verify`)."""
+        from fairaudit.verified.verification import verification_of
+
         return verification_of(self.certificate, require=require)
 
     @answered

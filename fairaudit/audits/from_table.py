@@ -32,7 +32,7 @@ from fairaudit.errors import InputError, ManyRowsError, naming
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.comparisons import MissingUnits
 from fairaudit.inference.ends import Method
-from fairaudit.inference.half_split import Selection
+from fairaudit.inference.interval import Selection
 from fairaudit.inference.levels import confidence_level
 from fairaudit.measures.limits import MEASURED, without_bare_limits
 from fairaudit.model.law import Law

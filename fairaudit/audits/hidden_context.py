@@ -17,12 +17,12 @@ from fairaudit.inference.verdicts import verdict as interval_verdict
 from fairaudit.measures.limits import Limit, Quantity
 from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
-from fairaudit.model.policy import Deployment
 from fairaudit.theorems.t14 import DIGITS, Frontier, HiddenContext, frontier, least_ratio
 from fairaudit.words import HIDDEN, brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
+    from fairaudit.model.policy import Deployment
 
 __all__ = ["Explanation", "Remaining", "explanations", "judged_with_hidden_context", "read_hidden_context", "remaining_ratios"]
 
@@ -93,7 +93,7 @@ def read_hidden_context(
     if given is None:
         return None
     hidden = HiddenContext.of(given)
-    if isinstance(subject, Deployment):
+    if not isinstance(subject, Law):
         raise InputError(
             "hidden_context is for tables of decisions; a policy behind filters decides by what they release, and by nothing unrecorded"
         )

@@ -5,42 +5,43 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.inference.anytime import Arrivals, stream_interval
 from fairaudit.inference.comparisons import Comparison, MissingUnits
 from fairaudit.inference.draws import unit_columns
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval
-from fairaudit.inference.policy_comparisons import policy_comparison
-from fairaudit.inference.rates import GivenTruth, with_intervals
 from fairaudit.inference.table_comparisons import global_comparison, local_comparison
 from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.limits import Quantity
 from fairaudit.measures.rates import given_truth
 from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
-from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import Utility, UtilityTable
-from fairaudit.tables.evaluations.lost import NOTHING as NOTHING_DRAWN
-from fairaudit.tables.evaluations.lost import drawn_said
-from fairaudit.tables.evaluations.samples import Evaluation
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.words import approximate
+
+if TYPE_CHECKING:
+    from fairaudit.inference.anytime import Arrivals
+    from fairaudit.inference.rates import GivenTruth
+    from fairaudit.model.policy import Deployment
+    from fairaudit.tables.evaluations.samples import Evaluation
 
 
 def decisions_given_truth(
     subject: Law | Deployment, table: UtilityTable, positive: Any, confidence: Fraction | None, embed: bool | None
 ) -> tuple[GivenTruth | None, tuple[str, ...]]:
     """What the decisions are given the true label, with intervals as far as they are possible, and why they are not."""
-    if isinstance(subject, Deployment):
+    if not isinstance(subject, Law):
         if subject.policy.law.truth is not None or positive is not None:
             raise InputError("true labels go with counts and logs, not with a policy behind filters")
         return None, ()
     rates = given_truth(subject, table, positive)
     if rates is None:
         return None, ()
+    from fairaudit.inference.rates import GivenTruth, with_intervals
+
     found = GivenTruth(rates.law, rates.positive)
     if confidence is None:
         return found, ()
@@ -66,6 +67,8 @@ def intervals_of_stream(
     named: set[Quantity],
 ) -> tuple[dict[Quantity, Interval], tuple[str, ...]]:
     """The intervals of a stream that hold at every moment, as far as they are possible, and why they are not."""
+    from fairaudit.inference.anytime import stream_interval
+
     if not declared.keys() >= {"gamma", "m"}:
         raise InputError("intervals of a stream need the range of the utility: declare gamma and m")
     made: dict[Quantity, Interval] = {}
@@ -93,7 +96,7 @@ def possible_comparisons(
     what: str = "ratio",
 ) -> tuple[dict[Quantity, Comparison], tuple[str, ...]]:
     """What the draws behind counts say of the population, as far as an interval is possible, and why it is not."""
-    law = subject.policy.law if isinstance(subject, Deployment) else subject
+    law = subject if isinstance(subject, Law) else subject.policy.law
     if law.kind != "counts":
         return {}, ()
     whole = min(Fraction(0), table.m), max(Fraction(0), table.gamma)
@@ -135,6 +138,8 @@ def _comparison(
     places = [(x, a) for x in subject.contexts for a in subject.groups]
     population = None if subject.mass is None else dict(zip(places, subject.mass, strict=True))
     context = subject.context_filter
+    from fairaudit.inference.policy_comparisons import policy_comparison
+
     found = policy_comparison(
         subject.policy, _tabulated(utility, table), subject.group_filter, context, population, local=quantity == "local", limits=limits
     )
@@ -207,7 +212,7 @@ def _tabulated(utility: Utility, table: UtilityTable) -> Utility:
 
 def cut_at_own_median(subject: Law | Deployment) -> bool:
     """Whether decisions say which scores are above the median of the same scores, so that they are no independent draws."""
-    law = subject.policy.law if isinstance(subject, Deployment) else subject
+    law = subject if isinstance(subject, Law) else subject.policy.law
     return any(entry["step"] == "above median" for entry in law.preparation)
 
 
@@ -219,6 +224,9 @@ def refuse_nothing_drawn(evaluation: Evaluation, spelled: Callable[[str], str] =
     InputError
         If it does.
     """
+    from fairaudit.tables.evaluations.lost import NOTHING as NOTHING_DRAWN
+    from fairaudit.tables.evaluations.lost import drawn_said
+
     if drawn_said(evaluation) == NOTHING_DRAWN:
         raise InputError(
             f"the log says {evaluation.fixed}: the questions are fixed, and the model answers each of them in one way, so that nothing was "
@@ -249,7 +257,7 @@ def confidence_for(
     InputError
         If something was asked for that needs a sample, and there is none.
     """
-    law = subject.policy.law if isinstance(subject, Deployment) else subject
+    law = subject if isinstance(subject, Law) else subject.policy.law
     if law.kind != "counts":
         for name, wanted in (("confidence", asked is not None and chosen is not None), *others.items()):
             if wanted:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,22 +16,22 @@ from fairaudit.errors import InputError, naming, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
-from fairaudit.tables.arriving import as_table, unreadable
-from fairaudit.tables.binning import Bins, apply_bins
+from fairaudit.tables.arriving import as_table, is_frame, unreadable
 from fairaudit.tables.columns import LabelledRows, Missing, read_labels
 from fairaudit.tables.csv import CsvTable, decimal_commas, read_csv
-from fairaudit.tables.engines.logs import Engine, counted_log, cut_columns, log_request
-from fairaudit.tables.engines.paths import form
-from fairaudit.tables.engines.request import FOR_CERTIFY, Report
 from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction
-from fairaudit.tables.evaluations.lost import refuse_samples, settled
-from fairaudit.tables.frames import is_frame, is_lazy, tally_frame
 from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels, spelt_alike
-from fairaudit.tables.scores import Cut, cut_scores
 from fairaudit.tables.sources import Source, is_database
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 from fairaudit.tables.wide import LongTable, Wide, lengthened
+
+if TYPE_CHECKING:
+    from fairaudit.tables.binning import Bins
+    from fairaudit.tables.engines.logs import Engine
+    from fairaudit.tables.engines.request import Report
+    from fairaudit.tables.scores import Cut
+
 
 __all__ = [
     "MOST_ROWS",
@@ -331,6 +331,8 @@ def read_rows(source: Source, reading: Reading, *, report: Report | None = None)
     InputError
         As `read_law`.
     """
+    from fairaudit.tables.frames import tally_frame
+
     table = _prepared(source, reading, report, None)
     others = [name for name in (reading.count, reading.utility_column) if name is not None and name not in reading.labelled]
     with naming(_name(table)):
@@ -364,10 +366,14 @@ def _prepared(source: Source, reading: Reading, report: Report | None, most: int
     if isinstance(table, Tally):
         with naming(table.name):
             unknown = spelt_alike(table, reading.group, reading.unknown) if reading.fold_labels else reading.unknown
+            from fairaudit.tables.evaluations.lost import settled
+
             table = settled(table, reading.decision, reading.context, reading.group, missing=reading.missing, unknown=unknown)
     if reading.above is None:
         return table
     with naming(_name(table)):
+        from fairaudit.tables.scores import cut_scores
+
         return cut_scores(table, reading.decision, reading.above, others=reading.beside, missing=reading.missing, count=reading.count)
 
 
@@ -379,6 +385,8 @@ def _merged(table: Any, reading: Reading) -> Any:
 
 def _long(source: Source, reading: Reading, wide: Wide, report: Report | None) -> LongTable:
     """Read the columns of counts or shares, and make a row for each decision."""
+    from fairaudit.tables.evaluations.lost import refuse_samples
+
     rows = (*(reading.group[1:] if wide.headers else reading.group), *reading.context)
     numeric = (*wide.columns, *([] if reading.weight is None else [reading.weight]))
     table = read_table(source, (*rows, *numeric), reading.bins, numeric, reading.access, plain=True, spelled=reading.spelled, report=report)
@@ -470,6 +478,8 @@ def read_table(
     elif isinstance(source, (Tally, PreparedTable)) or _in_memory(source, plain=plain):
         return _held(source, bins, access, plain=plain, spelled=spelled)
     elif not plain or not isinstance(source, (str, os.PathLike)) or access.skip or not _is_csv(os.fspath(source)):
+        from fairaudit.tables.engines.logs import counted_log, log_request
+
         where = {name: getattr(access, name) for name in ("table", "query", "memory", "skip", "extraction", "evaluations")}
         request = log_request(columns, bins, **where, **roles, report=report, meanwhile=_warm, most=most, by=tuple(by))
         return _with_numbers(counted_log(source, request, access.engine), numeric)
@@ -487,6 +497,8 @@ def read_table(
 def _refuse_what_logs_have(bins: Mapping[str, Any], access: Access, spelled: Callable[[str], str]) -> None:
     if bins:
         name, edges = next(iter(bins.items()))
+        from fairaudit.tables.binning import Bins
+
         listed = edges.edges if isinstance(edges, Bins) else edges
         raise InputError(f"intervals such as {name}:{','.join(map(str, listed))} go with a log")
     if access.table is not None or access.query is not None:
@@ -498,7 +510,11 @@ def _in_memory(source: Any, *, plain: bool) -> bool:
     """Whether a table is taken as it is: a mapping, or a frame in memory whose rows carry counts or probabilities."""
     if isinstance(source, (str, os.PathLike, list, tuple)):
         return False
-    return not is_frame(source) or (plain and not is_lazy(source))
+    if not is_frame(source):
+        return True
+    from fairaudit.tables.frames import is_lazy
+
+    return plain and not is_lazy(source)
 
 
 def _held(
@@ -510,6 +526,10 @@ def _held(
     spelled: Callable[[str], str],
 ) -> Any:
     """A table in memory, with numbers cut into intervals."""
+    from fairaudit.tables.binning import Bins, apply_bins
+    from fairaudit.tables.engines.logs import cut_columns
+    from fairaudit.tables.engines.request import FOR_CERTIFY
+
     if plain:
         _refuse_what_logs_have(bins, access, spelled)
     elif access.table is not None or access.query is not None:
@@ -555,6 +575,8 @@ def _with_numbers(tally: Tally, columns: Sequence[str]) -> Tally:
 
 def _is_csv(table: str) -> bool:
     """Whether a table is a file of delimited text, as far as its name and first bytes say."""
+    from fairaudit.tables.engines.paths import form
+
     if is_database(table) and not Path(table).exists():
         return False
     try:

@@ -36,14 +36,9 @@ from fairaudit.audits.unknown import Share, Whoever
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.certificates.table import WrittenTable
 from fairaudit.errors import InputError
-from fairaudit.inference.bounded_differences import Differences
-from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Comparison
-from fairaudit.inference.contrast_region import fits_contrasts
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval
-from fairaudit.inference.planning import Planning, further_draws
-from fairaudit.inference.rates import GivenTruth
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
 from fairaudit.inference.ratio_intervals import drivers as interval_drivers
 from fairaudit.inference.verdicts import Verdict, exit_code
@@ -53,23 +48,26 @@ from fairaudit.measures.limits import Quantity
 from fairaudit.measures.ratios import Ratio, Witness, most_unequal_ratios
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
-from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.labels import spellings
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.values import Label
 from fairaudit.theorems.bound import Bound
-from fairaudit.theorems.supremum import Supremum
-from fairaudit.theorems.t13_cases import NEAR_STEPS
-from fairaudit.theorems.t13_near import DriftRadius, drift_radius, near_steps
 from fairaudit.theorems.t14 import HiddenContext
-from fairaudit.theorems.t16 import Moving
 from fairaudit.words import DRIFTING, brief, place, words_for
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from fairaudit.audits.origin import Origin
+    from fairaudit.inference.bounded_differences import Differences
+    from fairaudit.inference.changes import Change
+    from fairaudit.inference.planning import Planning
+    from fairaudit.inference.rates import GivenTruth
+    from fairaudit.model.policy import Deployment
+    from fairaudit.theorems.supremum import Supremum
+    from fairaudit.theorems.t13_near import DriftRadius
+    from fairaudit.theorems.t16 import Moving
 
 __all__ = ["Result"]
 
@@ -306,6 +304,9 @@ class Result(Faces):
         return () if drift is None or self.deployment is not None else tuple(drifted_of(self, drift, self.moving))
 
     def _drift_radius(self, target: Target) -> DriftRadius | TableRadius | None:
+        from fairaudit.theorems.t13_cases import NEAR_STEPS
+        from fairaudit.theorems.t13_near import drift_radius, near_steps
+
         at, table = self.deployment, self.utility
         if target.unit == "difference":
             return None
@@ -370,6 +371,8 @@ class Result(Faces):
 
         They are no statement about the population: whether cells are independent has to be known, and declared, before anybody looks.
         """
+        from fairaudit.inference.contrast_region import fits_contrasts
+
         found: dict[Quantity, tuple[Fraction, Fraction | float]] = {}
         open_targets = [t for t in self.targets if t.verdict == "inconclusive" and t.confidence is not None and t.unit != "difference"]
         for quantity in {target.quantity for target in open_targets if not target.under}:
@@ -400,6 +403,8 @@ class Result(Faces):
     @cached_property
     def further_draws(self) -> tuple[tuple[Target, Planning], ...]:
         """For each target that the draws do not decide, an estimate of how many more would: for planning, no guarantee."""
+        from fairaudit.inference.planning import further_draws
+
         open_targets = [
             t
             for t in self.targets

@@ -18,13 +18,13 @@ from fairaudit.inference.verdicts import SEVERITY, verdict
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
-from fairaudit.model.mechanism import Mechanism
-from fairaudit.model.policy import Deployment
 from fairaudit.tables.values import Label
 from fairaudit.words import BENEFIT, ENDS_CROSS, THE_INTERVAL, THIS_TABLE, Words, approximate, percent, place
 
 if TYPE_CHECKING:
     from fairaudit.audits.targets import Target
+    from fairaudit.model.mechanism import Mechanism
+    from fairaudit.model.policy import Deployment
 
 __all__ = [
     "Deciding",

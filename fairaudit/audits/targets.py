@@ -9,7 +9,6 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from fairaudit.exact.enclosures import compare_log
-from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Estimand
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.verdicts import Verdict, foremost_verdict
@@ -22,6 +21,7 @@ from fairaudit.words import THE_INTERVAL, brief
 
 if TYPE_CHECKING:
     from fairaudit.audits.unknown import Tips
+    from fairaudit.inference.changes import Change
 
 __all__ = ["Target"]
 

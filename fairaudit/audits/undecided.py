@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -22,10 +22,11 @@ from fairaudit.measures.limits import Quantity
 from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility, UtilityTable
-from fairaudit.tables.evaluations.samples import ERROR, UNDECIDED
 from fairaudit.tables.values import INT64
-from fairaudit.theorems.t19 import Pair, ratio_range
 from fairaudit.words import WHATEVER, approximate, brief
+
+if TYPE_CHECKING:
+    from fairaudit.theorems.t19 import Pair
 
 __all__ = [
     "Undecided",
@@ -171,6 +172,8 @@ def undecided_of_log(
     log = law.evaluation
     if log is None and (labels or not law.undecided):
         return labels, ()
+    from fairaudit.tables.evaluations.samples import ERROR, UNDECIDED
+
     errors = (ERROR,) if log is not None and log.errors == "bound" else ()
     occurring = [label for u, label in enumerate(law.decisions) if law.weights[:, u].any()]
     found = tuple(label for label in occurring if label in (law.undecided if log is None else (*UNDECIDED, *errors)))
@@ -237,6 +240,8 @@ def whatever(undecided: Undecided | None, table: UtilityTable, measured: Mapping
     law = table.law
     extremes = [valued(table, undecided, worth) for worth in (undecided.least, undecided.most)]
     found = []
+    from fairaudit.theorems.t19 import ratio_range
+
     for quantity, ratio in measured.items():
         if ratio is None:
             continue

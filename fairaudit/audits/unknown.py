@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 from math import ceil, floor, inf
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -23,9 +23,12 @@ from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import Label, LabelLike, names
-from fairaudit.theorems.t15 import Block, greatest, least_apart, levels, rows_until_above, rows_until_below
-from fairaudit.theorems.t15_assignments import Assignment, least_of_all, levelled
 from fairaudit.words import WHOEVER, brief
+
+if TYPE_CHECKING:
+    from fairaudit.theorems.t15 import Block
+    from fairaudit.theorems.t15_assignments import Assignment
+
 
 __all__ = ["Levels", "Reached", "Share", "Tips", "Whoever", "ask_shares", "judged_whoever", "refuse_beside_unknown_groups", "whoever"]
 
@@ -215,6 +218,8 @@ class _Blocks:
 
     def block(self, groups: Sequence[int], counts: Sequence[int], sums: Sequence[int], rows: Mapping[int, int]) -> Block:
         """Groups that are compared, and unknown rows."""
+        from fairaudit.theorems.t15 import Block
+
         total = sum(rows.values())
         limits = {share.group: (floor(share.low * total), ceil(share.high * total)) for share in self.shares}
         away = [limits.get(group, (0, total)) for group in (*(set(range(len(self.law.groups))) - set(groups)), None)]
@@ -304,6 +309,8 @@ def _range(
     amounts: tuple[int, int, int],
 ) -> Whoever:
     """Both ends of a ratio, the greatest of those of its blocks."""
+    from fairaudit.theorems.t15 import greatest
+
     unknown, of, scale = amounts
     tops = {x: pair for x, (_, block) in blocks.items() if (pair := greatest(block)) is not None}
     high = max(((pair.ratio, x) for x, pair in tops.items()), default=None, key=lambda one: one[0])
@@ -325,6 +332,9 @@ def _least(
     scale: int,
 ) -> tuple[Extended, Place | Levels | int | None, Reached | None]:
     """A lower end, what proves it, and the assignment with the smallest ratio that was found."""
+    from fairaudit.theorems.t15 import least_apart, levels
+    from fairaudit.theorems.t15_assignments import least_of_all, levelled
+
     floor_ = Fraction(1) if elsewhere is None else elsewhere[0]
     least: Extended = floor_
     proof: Place | Levels | int | None = None if elsewhere is None or floor_ == 1 else elsewhere[1]
@@ -372,6 +382,8 @@ def _reached(
     scale: int,
 ) -> Reached | None:
     """The assignment of those contexts that could have a greater ratio; None if one of them has none."""
+    from fairaudit.theorems.t15_assignments import levelled
+
     assigned = []
     levels = {x: found.get(x) or levelled(blocks[x][1]) for x in tops if tops[x] > ratio}
     if None in levels.values():
@@ -420,6 +432,8 @@ def _at_most(value: Extended, limit: Fraction, unit: str) -> bool:
 
 def _tips(law: Law, utility: UtilityTable, quantity: Quantity, limit: Fraction, labelled: Ratio) -> Tips | None:
     """How many unknown decisions it takes at least to change the verdict on the labelled ones, without limits on who they are."""
+    from fairaudit.theorems.t15 import greatest, rows_until_above, rows_until_below
+
     blocks = _Blocks(law, utility, ())
     held: list[tuple[int | None, tuple[int, ...], Block]] = [*blocks.local()] if quantity == "local" else [(None, *blocks.overall())]
     best: tuple[int, Place] | None = None

@@ -8,14 +8,17 @@ import secrets
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fairaudit.arguments import answered, answered_class
-from fairaudit.certificates.subgroup_table import SubgroupTable
 from fairaudit.certificates.table import Table, WrittenTable
 from fairaudit.errors import InputError
 from fairaudit.files import write_together
 from fairaudit.words import brief
+
+if TYPE_CHECKING:
+    from fairaudit.certificates.subgroup_table import SubgroupTable
+
 
 __all__ = ["Certificate", "schema"]
 

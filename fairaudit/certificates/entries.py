@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,19 +12,20 @@ from fairaudit.certificates.numbers import log_text, number
 from fairaudit.certificates.table import Table
 from fairaudit.errors import InputError
 from fairaudit.exact.rationals import rational_text
-from fairaudit.inference.bounded_differences import Differences
-from fairaudit.inference.changes import Change
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.interval import Interval
-from fairaudit.inference.rates import GivenTruth
 from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.distances import Distance
 from fairaudit.measures.rates import Difference, Rate
 from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
-from fairaudit.model.mechanism import Mechanism
-from fairaudit.privacy.epsilon_delta import exp_epsilon
 from fairaudit.theorems.assumptions import WINDOWS
+
+if TYPE_CHECKING:
+    from fairaudit.inference.bounded_differences import Differences
+    from fairaudit.inference.changes import Change
+    from fairaudit.inference.rates import GivenTruth
+    from fairaudit.model.mechanism import Mechanism
 
 
 def change_assumptions(change: Change) -> list[str]:
@@ -66,6 +67,9 @@ def left_out_entry(entry: Mapping[str, Any]) -> dict[str, Any]:
 
 def privacy_entry(mechanism: Mechanism) -> dict[str, Any]:
     """Privacy of a filter as a certificate stores it."""
+    from fairaudit.model.mechanism import Mechanism
+    from fairaudit.privacy.epsilon_delta import exp_epsilon
+
     return {
         "exp_epsilon": number(exp_epsilon(mechanism)),
         "attributes": [number(exp_epsilon(Mechanism((factor,)))) for factor in mechanism.factors],

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf, lcm
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,14 @@ from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns, Truth, Units
-from fairaudit.model.mechanism import Factor, Mechanism
-from fairaudit.model.policy import Deployment, Policy
-from fairaudit.model.releases import check_releases
 from fairaudit.model.unknown import UnknownRows
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import INT64
+
+if TYPE_CHECKING:
+    from fairaudit.model.mechanism import Mechanism
+    from fairaudit.model.policy import Deployment
+
 
 __all__ = ["Subject", "load", "mean_difference", "number", "ratio", "subject"]
 
@@ -196,6 +198,9 @@ def _truth(header: Mapping[str, Any], rows: list[dict[str, Any]], scale: int) ->
 
 
 def _policy(header: Mapping[str, Any], rows: list[dict[str, Any]]) -> Subject:
+    from fairaudit.model.policy import Deployment, Policy
+    from fairaudit.model.releases import check_releases
+
     shown = [row for row in rows if "weights" in row]
     true = [row for row in rows if "weights" not in row]
     sampled = any("draws" in row for row in shown)
@@ -246,6 +251,8 @@ def _utility(header: Mapping[str, Any], law: Law, rows: list[dict[str, Any]]) ->
 
 
 def _mechanism(factors: list[dict[str, Any]] | None) -> Mechanism | None:
+    from fairaudit.model.mechanism import Factor, Mechanism
+
     if factors is None:
         return None
     made = []

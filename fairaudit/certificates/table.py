@@ -10,17 +10,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import gcd
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
 from fairaudit.exact.rationals import integer_text, rational_text
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
-from fairaudit.model.mechanism import Factor, Mechanism
-from fairaudit.model.policy import Deployment
 from fairaudit.model.utility import UtilityTable
 from fairaudit.words import brief
+
+if TYPE_CHECKING:
+    from fairaudit.model.mechanism import Factor, Mechanism
+    from fairaudit.model.policy import Deployment
+
 
 __all__ = ["Table", "WrittenTable"]
 

@@ -314,9 +314,9 @@ def _certify(arguments: argparse.Namespace) -> Answer:
         return _certify_in_parts(arguments, stated)
     targets = given_limits(arguments)
     options = population_options(arguments, subject, audit.sampling if audit else {})
-    from fairaudit.model.policy import Deployment
+    from fairaudit.model.law import Law
 
-    if arguments.all_bounds and not isinstance(subject, Deployment):
+    if arguments.all_bounds and isinstance(subject, Law):
         raise InputError("--all-bounds is about a policy behind filters; name an audit file with [policy] and [filter.group]")
     burden = arguments.burden or (audit is not None and audit.burden)
     declared = {**(audit.declared if audit else {}), **utility_range(arguments.utility_range)}

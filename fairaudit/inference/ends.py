@@ -22,6 +22,8 @@ Method = Literal["hoeffding-kl", "empirical-bernstein", "intersection"]
 
 DIGITS = 7  # of an end, rounded outwards: one part in a million wider, and short to read and to check
 
+NEAR = 1e-9  # how much less a guess may be than the power of ten that it means
+
 
 def _excluded(cell: Cell, mean: Fraction, side: Literal["lower", "upper"], level: Fraction) -> bool:
     return tail_bound(cell, mean, side) * level.denominator <= level.numerator << BITS
@@ -91,7 +93,7 @@ def _search(cell: Cell, level: Fraction, method: Method, side: Literal["lower", 
     """Find the outermost grid point that is proved to be excluded: the lower end is excluded by the upper tail, and vice versa."""
     outside = _bernstein_excluded if method == "empirical-bernstein" else _excluded
     guess = min(max(_guess(cell, float(level), method, side), 0.0), 1.0)
-    scale = 10 ** (DIGITS - 1 + min(300, max(0, ceil(-log(guess) / log(10))) if guess > 0 else 0))
+    scale = 10 ** (DIGITS - 1 + min(300, max(0, ceil(-log(guess) / log(10) - NEAR)) if guess > 0 else 0))
     at = floor(Fraction(guess) * scale) if side == "upper" else ceil(Fraction(guess) * scale)
     inward = 1 if side == "upper" else -1
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp, log, log1p, pi, sqrt
+from math import exp, lgamma, log, log1p, pi, sqrt
 from typing import Any, Literal
 
 import numpy as np
@@ -13,18 +13,44 @@ from fairaudit.inference.tails import EXACT_DRAWS
 
 STEPS = 36  # of a bisection of [0, 1], whose last one is far less than what a draw moves an end by
 
+SMALL = 1e-17  # of a sum: what its double does not notice
+
+TOLERANCE = 1e-10  # relative: a thousandth of what an end is rounded to
+
 
 def float_end(n: float, k: float, level: float, binary: bool, side: Literal["lower", "upper"]) -> float:
-    """An end in floats: a guess, and what planning uses."""
+    """An end in floats: a guess, from which an exact search starts."""
     if binary and n <= EXACT_DRAWS:
-        from scipy.special import betaincinv
-
-        if side == "upper":
-            return float(betaincinv(k, n - k + 1, level)) if k > 0 else 0.0
-        return float(betaincinv(k + 1, n - k, 1 - level)) if k < n else 1.0
+        return _least_mean(int(n), int(k), level) if side == "upper" else 1 - _least_mean(int(n), int(n - k), level)
     if side == "upper":
         return 1 - float_end(n, n - k, level, binary, "lower") if k >= n / 2 else _float_solve(n, k, level, binary, upper=False)
     return _float_solve(n, k, level, binary, upper=True) if k < n else 1.0
+
+
+def _least_mean(n: int, k: int, level: float) -> float:
+    """The mean at which as many successes as k, or more, have probability `level`: Newton's method on the logarithm of the tail.
+
+    The tail is its first term times the sum of the others relative to it. Its logarithm is concave in that of the mean, so that after the
+    first step each is nearer, from below.
+    """
+    if k <= 0:
+        return 0.0
+    choose = lgamma(n + 1) - lgamma(k + 1) - lgamma(n - k + 1)
+    at = (log(level) - choose) / k
+    for _ in range(STEPS):
+        mean = exp(at)
+        odds = mean / (1 - mean)
+        total = term = 1.0
+        for i in range(k, n):
+            term *= (n - i) / (i + 1) * odds
+            total += term
+            if term < total * SMALL:
+                break
+        step = (log(level) - choose - k * at - (n - k) * log1p(-mean) - log(total)) * total / k
+        at += step
+        if abs(step) < TOLERANCE:
+            break
+    return exp(at)
 
 
 def _float_solve(n: float, k: float, level: float, binary: bool, *, upper: bool) -> float:

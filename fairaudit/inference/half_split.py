@@ -13,13 +13,9 @@ from fractions import Fraction
 from functools import cached_property
 from hashlib import sha256
 from itertools import permutations
-from typing import Literal
 
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.pair_exact import score_ends
-
-Selection = Literal["bonferroni", "half-split"]
-"""How the lower end finds its pair: all pairs share the error, or half of the draws chooses one."""
 
 MOST_DRAWS = 10**6
 """Of all cells together: a reader hashes each."""

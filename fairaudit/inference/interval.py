@@ -18,6 +18,9 @@ from fairaudit.words import brief
 
 Region = Literal["box", "product", "pairs", "contrasts", "paired", "joint"]
 
+Selection = Literal["bonferroni", "half-split"]
+"""How the lower end finds its pair: all pairs share the error, or half of the draws chooses one."""
+
 
 @brief
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from typing import Any
 from fairaudit.exact.extended import Extended, extended_text
 from fairaudit.inference.comparisons import Comparison, Place
 from fairaudit.inference.half_split import MOST_DRAWS as MOST_TO_SPLIT
-from fairaudit.inference.half_split import HalfSplit, Selection
+from fairaudit.inference.half_split import HalfSplit
+from fairaudit.inference.interval import Selection
 from fairaudit.inference.levels import Holding, pair_errors
 from fairaudit.inference.pair_exact import LEVELS, MAX_DRAWS, Contrast, Pair, order_scale, pair_excludes, pair_upper
 

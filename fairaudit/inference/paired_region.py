@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,18 +18,11 @@ from fairaudit.exact.rationals import rational
 from fairaudit.inference.cells import Profiles
 from fairaudit.inference.comparisons import Comparison, Place
 from fairaudit.inference.levels import Holding, equal_share
-from fairaudit.inference.paired_betting import (
-    GREATEST,
-    Contrasts,
-    bets,
-    greatest_limit,
-    is_above,
-    is_below,
-    least_limit,
-    log_mean,
-    ordered_pairs,
-)
 from fairaudit.theorems.assumptions import BY_DESIGN, DRAWS, ONE_ROW, PAIRED, UNITS
+
+if TYPE_CHECKING:
+    from fairaudit.inference.paired_betting import Contrasts
+
 
 MOST_STEPS = 40_000_000
 """Of those that docs/certificate.md lets a document ask of its reader."""
@@ -47,6 +40,8 @@ def fits_units(comparison: Comparison) -> bool:
     """
     if not comparison.profiles or not comparison.single or any(block_range(comparison, b) <= 0 for b, _ in enumerate(comparison.blocks)):
         return False
+    from fairaudit.inference.paired_betting import bets
+
     steps = 0
     for profiles in comparison.profiles:
         total, groups = sum(profiles.values()), len(next(iter(profiles)))
@@ -114,6 +109,8 @@ def read_profiles(listed: Sequence[Sequence[Sequence[Any]]]) -> tuple[Profiles, 
 
 def paired_drivers(comparison: Comparison, lower: Fraction, upper: Extended) -> tuple[Place | None, Place | None]:
     """The pair that won most by the lower end, and the one that won least by the upper end; None for an end of 1."""
+    from fairaudit.inference.paired_betting import GREATEST
+
     pairs = _Pairs(comparison)
     first = last = None
     if lower > 1:
@@ -135,6 +132,8 @@ class _Pairs:
     @cached_property
     def contrasts(self) -> list[Contrasts]:
         """Their contrasts."""
+        from fairaudit.inference.paired_betting import ordered_pairs
+
         compared, drop = self.comparison, self.comparison.missing == "drop"
         ranges = [(Fraction(0), block_range(compared, b)) for b, _ in enumerate(compared.blocks)]
         listed = [ordered_pairs(profiles, limits, drop=drop) for profiles, limits in zip(compared.profiles, ranges, strict=True)]
@@ -162,6 +161,7 @@ class _Pairs:
 
     def upper(self, level: Fraction) -> Extended:
         """The least limit below which the ratios of all pairs are proved to be."""
+        from fairaudit.inference.paired_betting import is_below, least_limit
 
         def proved(limit: Fraction) -> bool:
             return all(is_below(pair, limit, level) for pair in self.contrasts)
@@ -170,6 +170,7 @@ class _Pairs:
 
     def lower(self, level: Fraction) -> Fraction:
         """The greatest limit above which the greatest ratio is proved to be, or 1."""
+        from fairaudit.inference.paired_betting import greatest_limit, is_above, log_mean
 
         def proved(limit: Fraction) -> bool:
             return is_above(self.contrasts, limit, level)

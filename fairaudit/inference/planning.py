@@ -18,8 +18,7 @@ from fairaudit.exact.rationals import Number, option_value
 from fairaudit.inference.cells import Cell, exact_sum
 from fairaudit.inference.comparisons import Comparison, unit_form, witness_of
 from fairaudit.inference.draws import declared_range
-from fairaudit.inference.half_split import Selection
-from fairaudit.inference.interval import Interval, Region
+from fairaudit.inference.interval import Interval, Region, Selection
 from fairaudit.inference.levels import confidence_level
 from fairaudit.inference.pair_region import fits_pairs
 from fairaudit.inference.power import Audit, Chance, Chances, Side

@@ -19,8 +19,8 @@ import numpy as np
 from fairaudit.exact.dense import Floats
 from fairaudit.inference.comparisons import Comparison, Form
 from fairaudit.inference.ends import Method
-from fairaudit.inference.half_split import SCALE, Selection
-from fairaudit.inference.interval import Region
+from fairaudit.inference.half_split import SCALE
+from fairaudit.inference.interval import Region, Selection
 from fairaudit.inference.levels import box_levels, pair_errors, product_levels
 from fairaudit.inference.rejections import Rejects, Supposed, by_boxes, by_contrasts, by_pairs, by_products, end_of_sums, score_end
 

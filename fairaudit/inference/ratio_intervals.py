@@ -14,14 +14,10 @@ from fairaudit.exact.rationals import rational
 from fairaudit.inference.box import box_interval
 from fairaudit.inference.cells import cell_entries
 from fairaudit.inference.comparisons import Comparison, witness_of
-from fairaudit.inference.contrast_region import contrasts_driver, contrasts_interval, fits_contrasts
 from fairaudit.inference.ends import Method
-from fairaudit.inference.half_split import Selection
-from fairaudit.inference.interval import Interval, Region
+from fairaudit.inference.interval import Interval, Region, Selection
 from fairaudit.inference.levels import Holding, confidence_level
-from fairaudit.inference.pair_region import fits_pairs, pairs_driver, pairs_interval
 from fairaudit.inference.paired_region import fits_units, paired_assumptions, paired_drivers, paired_interval, read_profiles
-from fairaudit.inference.product_region import product_driver, product_interval
 from fairaudit.inference.quotients import extreme_ratio, sample_ratio, vanishing_pair
 from fairaudit.measures.ratios import Witness
 from fairaudit.theorems.assumptions import CELLS, SPLIT
@@ -110,18 +106,22 @@ def ratio_interval(
     if comparison.meanings and region != "box":
         raise InputError(f"the region {shown(region)} compares draws of known meaning; with undecided decisions use the box")
     alpha = 1 - level
-    if select == "half-split" and not (region == "pairs" and comparison.labels and fits_pairs(comparison, alpha, select)):
-        raise InputError(NO_SPLIT)
-    _refuse_unfit(comparison, region, method, alpha, independent=independent)
+    _refuse_unfit(comparison, region, method, alpha, select, independent=independent)
     used = comparison.used
     region = region if used else "box"
     if region == "pairs":
+        from fairaudit.inference.pair_region import pairs_interval
+
         lower, upper, evidence = pairs_interval(comparison, alpha, ends, select)
     elif region == "contrasts":
+        from fairaudit.inference.contrast_region import contrasts_interval
+
         lower, upper, evidence = contrasts_interval(comparison, alpha, ends)
     elif region == "paired":
         lower, upper, evidence = paired_interval(comparison, alpha, ends)
     elif region == "product":
+        from fairaudit.inference.product_region import product_interval
+
         lower, upper, evidence = product_interval(comparison, alpha, ends)
     else:
         lower, upper, evidence = box_interval(comparison, alpha, method, independent, ends)
@@ -146,23 +146,34 @@ def ratio_interval(
     return replace(made, estimand=comparison.estimand, of_units=comparison.of_units, ends=ends)
 
 
-def _refuse_unfit(comparison: Comparison, region: Region, method: Method, alpha: Fraction, *, independent: bool) -> None:
-    """Refuse a region that does not fit what is compared."""
+def _refuse_unfit(comparison: Comparison, region: Region, method: Method, alpha: Fraction, select: Selection, *, independent: bool) -> None:
+    """Refuse a region, or a way to choose a pair, that does not fit what is compared."""
+    if select == "half-split":
+        from fairaudit.inference.pair_region import fits_pairs
+
+        if not (region == "pairs" and comparison.labels and fits_pairs(comparison, alpha, select)):
+            raise InputError(NO_SPLIT)
     if region == "product" and not (independent and comparison.single and method == "hoeffding-kl"):
         raise InputError(
             "the product region needs independent cells, expected utilities that are the mean of one cell each, and binary utilities or "
             "the method hoeffding-kl; use the box"
         )
-    if region == "pairs" and not (independent and fits_pairs(comparison, alpha)):
-        raise InputError(
-            "the exact pair bound needs independent cells of draws that are 0 or one positive number, not too many pairs, and a confidence "
-            "between 10 and 100 %; use the box"
-        )
-    if region == "contrasts" and not (independent and fits_contrasts(comparison)):
-        raise InputError(
-            "contrasts of draws need independent cells, each with draws and an expected utility of its own, some of them of more than two "
-            "values, and not too many pairs or values; use the box"
-        )
+    if region == "pairs":
+        from fairaudit.inference.pair_region import fits_pairs
+
+        if not (independent and fits_pairs(comparison, alpha)):
+            raise InputError(
+                "the exact pair bound needs independent cells of draws that are 0 or one positive number, not too many pairs, and a "
+                "confidence between 10 and 100 %; use the box"
+            )
+    if region == "contrasts":
+        from fairaudit.inference.contrast_region import fits_contrasts
+
+        if not (independent and fits_contrasts(comparison)):
+            raise InputError(
+                "contrasts of draws need independent cells, each with draws and an expected utility of its own, some of them of more than "
+                "two values, and not too many pairs or values; use the box"
+            )
     if region == "paired" and not fits_units(comparison):
         raise InputError("contrasts within units need units of which enough were seen in both groups of every pair; use the box")
 
@@ -200,6 +211,10 @@ def drivers(
     >>> [found.higher for found in drivers(compared, ratio_interval(compared).evidence)]
     [{'group': 'f'}, {'group': 'f'}]
     """
+    from fairaudit.inference.contrast_region import contrasts_driver
+    from fairaudit.inference.pair_region import pairs_driver
+    from fairaudit.inference.product_region import product_driver
+
     upper: tuple[int, int, int] | None = None
     if evidence["region"] == "contrasts":
         lower = evidence["pair"]
@@ -238,10 +253,14 @@ def default_region(comparison: Comparison, method: Method | None = None, *, inde
     """
     if comparison.meanings:
         return "box"
-    if independent and fits_pairs(comparison, alpha):
-        return "pairs"
-    if independent and method is None and fits_contrasts(comparison):
-        return "contrasts"
+    if independent:
+        from fairaudit.inference.contrast_region import fits_contrasts
+        from fairaudit.inference.pair_region import fits_pairs
+
+        if fits_pairs(comparison, alpha):
+            return "pairs"
+        if method is None and fits_contrasts(comparison):
+            return "contrasts"
     if method is None and fits_units(comparison):
         return "paired"
     sizes = [comparison.cells[i].draws for i in comparison.used]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from math import gcd, lcm
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,14 +40,15 @@ from fairaudit.model.layout import (
 )
 from fairaudit.model.unknown import UnknownRows, refuse_beside_unknown, unknown_rows
 from fairaudit.tables.columns import Missing, read_columns
-from fairaudit.tables.evaluations.lost import left_out_of, refuse_other_draws, refuse_samples, settled
-from fairaudit.tables.evaluations.samples import Evaluation
-from fairaudit.tables.frames import tally_frame
 from fairaudit.tables.preparation import Entry, assumption
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, LabelLike, LabelsLike, distinct, exact_floats, integers, names, numbers
 from fairaudit.words import brief
+
+if TYPE_CHECKING:
+    from fairaudit.tables.evaluations.samples import Evaluation
+
 
 __all__ = ["Law"]
 
@@ -218,6 +219,8 @@ class Law:
         >>> law.weights.tolist()
         [[1, 1], [0, 1]]
         """
+        from fairaudit.tables.frames import tally_frame
+
         wanted = dict.fromkeys((decision, *names(context), *names(group), *names(unit), *names(truth)))
         tally = tally_frame(table, list(wanted))
         return _read(table if tally is None else tally, decision, group, context, "counts", None, None, missing, unit, truth, unknown)
@@ -316,8 +319,12 @@ class Law:
     @property
     def assumptions(self) -> tuple[str, ...]:
         """What was done to the log and must be judged by the reader of a certificate: what was left out."""
-        of_log = () if self.evaluation is None else left_out_of(self.evaluation)
-        return (*of_log, *(text for text in map(assumption, self.preparation) if text))
+        of_table = tuple(text for text in map(assumption, self.preparation) if text)
+        if self.evaluation is None:
+            return of_table
+        from fairaudit.tables.evaluations.lost import left_out_of
+
+        return (*left_out_of(self.evaluation), *of_table)
 
     def with_decisions(self, labels: Sequence[str]) -> Law:
         """The same law with further decisions that never occurred.
@@ -526,11 +533,15 @@ def _read(
         raise InputError("no group column was named; name at least one")
     evaluation = None
     if isinstance(table, Tally):
+        from fairaudit.tables.evaluations.lost import refuse_samples, settled
+
         if value is not None:
             refuse_samples(table)
         table = settled(table, decision, columns.context, columns.group, missing=missing, unknown=unknown)
         evaluation = table.evaluation if value is None else None
     if evaluation is not None:
+        from fairaudit.tables.evaluations.lost import refuse_other_draws
+
         refuse_other_draws(evaluation, names(unit), (*columns.context, *columns.group))
     coded = read_columns(
         table,

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.dense import least_and_sums
 from fairaudit.exact.rationals import common_denominator, rational
-from fairaudit.model.replication import copies_note
 from fairaudit.tables.columns import CodedTable
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.values import INT64, Label, Locate, combine, distinct, exact_floats, integers, numbers
@@ -187,6 +186,8 @@ def _together(
 
 def copies_of_units(coded: CodedTable, columns: tuple[str, ...]) -> tuple[str, ...]:
     """A note, if units answered alike more often than their answers explain."""
+    from fairaudit.model.replication import copies_note
+
     u, x, a = coded.codes
     note = copies_note(columns, combine(coded.units, len(u)), x, a, u, coded.counts)
     return (note,) if note else ()

@@ -17,7 +17,6 @@ from fairaudit.certificates.reader import Subject
 from fairaudit.inference.cells import Ends
 from fairaudit.inference.comparisons import Comparison, Form
 from fairaudit.inference.ends import Method, ends_of
-from fairaudit.inference.policy_comparisons import policy_comparison
 from fairaudit.inference.table_comparisons import global_comparison, local_comparison
 from fairaudit.measures.expectations import cell_expectation
 from fairaudit.model.utility import Utility, UtilityTable
@@ -229,6 +228,8 @@ class Expectations:
 
     def _compared(self, utility: UtilityTable) -> dict[str, Comparison]:
         """The draws behind each interval, with such a utility."""
+        from fairaudit.inference.policy_comparisons import policy_comparison
+
         found: dict[str, Comparison] = {}
         for quantity, entry in self.intervals.items():
             limits = None if entry["limits"] is None else (entry["limits"][0], entry["limits"][1])

@@ -12,8 +12,6 @@ from fairaudit.errors import shown
 from fairaudit.model.law import Law
 from fairaudit.reports.overview_parts import rate_text
 from fairaudit.reports.words import Value, clip, named
-from fairaudit.tables.evaluations.recipes.known import KNOWN
-from fairaudit.tables.evaluations.samples import NOTHING_DECIDED, VERBS
 
 __all__ = ["LostAnswers", "lost_answers", "lost_text"]
 
@@ -74,6 +72,8 @@ class OfGroup:
     @property
     def cells(self) -> tuple[str, ...]:
         """What the columns of `HEADS` say."""
+        from fairaudit.tables.evaluations.samples import NOTHING_DECIDED
+
         share = f" ({rate_text(Value(self.share))})" if self.asked else ""
         asked = "" if self.asked is None else f"{self.asked:,}"
         return (asked, *(f"{self.counts.get(kind, 0):,}" for kind in NOTHING_DECIDED), f"{self.lost:,}{share}")
@@ -128,6 +128,8 @@ def lost_answers(said: Mapping[str, Any] | None, law: Law | None) -> LostAnswers
     """
     if said is None:
         return None
+    from fairaudit.tables.evaluations.samples import NOTHING_DECIDED, VERBS
+
     answers, dropped = said["answers"], said["errors"] == "drop"
     groups = _by_group(said["cells"], law, dropped=dropped)
     contexts = _by_context(said["cells"], law, dropped=dropped)
@@ -149,6 +151,8 @@ def lost_answers(said: Mapping[str, Any] | None, law: Law | None) -> LostAnswers
 
 def lost_text(said: Mapping[str, Any] | None, law: Law | None) -> str:
     """The same in lines for a terminal; empty where nothing is said of a log."""
+    from fairaudit.tables.evaluations.samples import NOTHING_DECIDED, VERBS
+
     found = lost_answers(said, law)
     if found is None:
         return ""
@@ -173,6 +177,8 @@ def _about(drawn: str) -> str:
 
 def _read(said: Mapping[str, Any]) -> Iterator[str]:
     """How answers were found, and what was drawn."""
+    from fairaudit.tables.evaluations.recipes.known import KNOWN
+
     samples = said["samples"]
     of = f" of {samples['expected']:,}" if samples["expected"] is not None else ""
     asked = f", each question asked {said['epochs']:,} times" if said["epochs"] > 1 else ""
@@ -205,6 +211,8 @@ def _missing(said: Mapping[str, Any]) -> str:
 
 def _by_group(cells: Sequence[Mapping[str, Any]] | None, law: Law | None, *, dropped: bool) -> tuple[OfGroup, ...]:
     """Add up cells by group, those that lost the greatest part first; nothing where cells are not listed, or none lost an answer."""
+    from fairaudit.tables.evaluations.samples import NOTHING_DECIDED
+
     counts: dict[tuple[str, ...], Counter[str]] = {}
     for cell in cells or ():
         counts.setdefault(tuple(cell["group"] or ()), Counter()).update({kind: cell[kind] for kind in NOTHING_DECIDED if kind in cell})
@@ -223,6 +231,8 @@ def _by_group(cells: Sequence[Mapping[str, Any]] | None, law: Law | None, *, dro
 
 def _by_context(cells: Sequence[Mapping[str, Any]] | None, law: Law | None, *, dropped: bool) -> list[tuple[OfGroup, ...]]:
     """The same within each context in which answers are lost, the most unequal first; nothing where there are not several contexts."""
+    from fairaudit.tables.evaluations.samples import NOTHING_DECIDED
+
     if law is None or len(law.contexts) < 2 or law.unknown is not None:
         return []
     asked: dict[tuple[str, ...], Counter[tuple[str, ...]]] = {}

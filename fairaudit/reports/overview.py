@@ -20,16 +20,10 @@ from fairaudit.measures.rates import NAMES, OVERALL
 from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
-from fairaudit.model.policy import Deployment
 from fairaudit.reports.assumed import in_short
-from fairaudit.reports.drift import standings
-from fairaudit.reports.hidden_context import declared
 from fairaudit.reports.lost_answers import lost_answers
 from fairaudit.reports.overview_parts import Compared, GroupLine, Known, Parts, Seen, amount_name, counted_decisions, rate_text
 from fairaudit.reports.overview_verdict import cautions, chance, figure, sentences, target_lines
-from fairaudit.reports.undecided import least_meant, undecided_lines
-from fairaudit.reports.unknown_groups import unknown_ranges
-from fairaudit.reports.verdicts import judged_targets
 from fairaudit.reports.words import Value, named
 from fairaudit.words import DRIFTING, HIDDEN, approximate
 
@@ -38,6 +32,7 @@ if TYPE_CHECKING:
 
     from fairaudit.audits.result import Result
     from fairaudit.audits.targets import Target
+    from fairaudit.model.policy import Deployment
     from fairaudit.reports.content import Content
 
 __all__ = ["Overview", "of_content", "of_result", "overview"]
@@ -228,6 +223,9 @@ def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS)
 
 def of_content(content: Content, *, groups: int = GROUPS, contexts: int = CONTEXTS) -> Overview | None:
     """What a certificate comes to; None where it does not hold its table."""
+    from fairaudit.reports.undecided import least_meant
+    from fairaudit.reports.verdicts import judged_targets
+
     subject, found = content.subject, content.document
     if subject is None:
         return None
@@ -306,6 +304,12 @@ def _further(result: Result) -> str:
 
 def _beside(found: Mapping[str, Any], subject: Subject) -> Iterator[str]:
     """What else a document says: of decisions without meaning or group, of an unrecorded factor, of drift, of rates given true labels."""
+    from fairaudit.reports.drift import standings
+    from fairaudit.reports.hidden_context import declared
+    from fairaudit.reports.undecided import undecided_lines
+    from fairaudit.reports.unknown_groups import unknown_ranges
+    from fairaudit.reports.verdicts import judged_targets
+
     yield from undecided_lines(found, subject)
     for one in unknown_ranges(found, {}):
         name = "the ratio within contexts" if one.quantity == "local" else "the ratio over all"

@@ -6,10 +6,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from fairaudit.errors import InputError, kind_of
-from fairaudit.tables.frames import is_frame
 from fairaudit.tables.values import column
 
 __all__ = ["as_table", "unreadable"]
+
+
+LIBRARIES = frozenset(
+    ("cudf", "dask", "dask_expr", "duckdb", "_duckdb", "ibis", "modin", "narwhals", "pandas", "polars", "pyarrow", "pyspark", "sqlframe")
+)
+
+
+def is_frame(table: Any) -> bool:
+    """Whether a table belongs to one of the frame libraries."""
+    return type(table).__module__.partition(".")[0] in LIBRARIES
 
 
 def as_table(source: Any, columns: Sequence[str]) -> Any:

@@ -8,6 +8,7 @@ from math import ceil
 from typing import Any
 
 from fairaudit.errors import InputError, shown
+from fairaudit.tables.arriving import is_frame
 from fairaudit.tables.binning import Bins, apply_bins
 from fairaudit.tables.coded import DENSE, Coded, UnknownValueError, coded_column, count_combinations
 from fairaudit.tables.label_text import label_text, native_values
@@ -15,19 +16,11 @@ from fairaudit.tables.sql import AS_IS, COUNT_COLUMN, Written, identifier, refus
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 
-__all__ = ["is_frame", "is_lazy", "tally_frame"]
+__all__ = ["is_lazy", "tally_frame"]
 
-LIBRARIES = frozenset(
-    ("cudf", "dask", "dask_expr", "duckdb", "_duckdb", "ibis", "modin", "narwhals", "pandas", "polars", "pyarrow", "pyspark", "sqlframe")
-)
 WHOLE = frozenset(("string", "boolean", "integer", "floating", "date", "decimal", "empty"))
 MOMENTS = frozenset(("datetime", "datetime64", "time"))
 REFUSED = frozenset(("Array", "Binary", "Duration", "List", "Struct"))
-
-
-def is_frame(table: Any) -> bool:
-    """Whether a table belongs to one of the frame libraries."""
-    return type(table).__module__.partition(".")[0] in LIBRARIES
 
 
 def is_lazy(frame: Any) -> bool:

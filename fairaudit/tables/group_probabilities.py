@@ -9,11 +9,10 @@ from fractions import Fraction
 from typing import Any
 
 from fairaudit.errors import InputError, naming, shown
-from fairaudit.tables.arriving import unreadable
+from fairaudit.tables.arriving import is_frame, unreadable
 from fairaudit.tables.csv import read_csv
 from fairaudit.tables.engines.logs import read_log, survey_log
 from fairaudit.tables.engines.paths import form
-from fairaudit.tables.frames import is_frame
 from fairaudit.tables.sources import Source, is_database, source_name
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, column, combine, encode, locator, numbers

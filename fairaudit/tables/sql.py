@@ -8,10 +8,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.tables.binning import RAW, Bins
 from fairaudit.tables.label_text import ACCEPTED, Reader, iso_text
+
+if TYPE_CHECKING:
+    from fairaudit.tables.binning import Bins
+
 
 __all__ = [
     "AS_IS",
@@ -300,6 +304,8 @@ def _case(quoted: str, bins: Bins, dialect: str) -> str:
 
 def _case_of_text(quoted: str, bins: Bins) -> str:
     """Interval of a text column: by float64 where that is certain, else the text itself, which is then read exactly."""
+    from fairaudit.tables.binning import RAW
+
     number = f"try_cast({quoted} as double)"
     plain = f"regexp_full_match({quoted}, '[+-]?[0-9]{{1,300}}([.][0-9]{{0,300}})?([eE][+-]?[0-9]{{1,2}})?')"
     near = " or ".join(f"{number} = cast('{edge}' as double)" for edge in bins.edges)

@@ -6,15 +6,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import groupby
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 from fairaudit.measures.limits import Quantity
 from fairaudit.theorems.assumptions import DECISION_ONLY, GROUP_FREE, INDEPENDENT
 from fairaudit.theorems.bound import ANY_POLICY, ANY_UTILITY, ANY_UTILITY_FLOORED, FLOORED, GAP, MULTIPLIES, THIS_LAW, THIS_POLICY, Bound
-from fairaudit.theorems.case import NEEDS, Case
 from fairaudit.theorems.kind import Kind
 from fairaudit.theorems.registry import KINDS
-from fairaudit.theorems.supremum import Supremum
+
+if TYPE_CHECKING:
+    from fairaudit.theorems.case import Case
+    from fairaudit.theorems.supremum import Supremum
+
 
 CONFIRMED = (GROUP_FREE, DECISION_ONLY, INDEPENDENT, f"the group filter {MULTIPLIES}", GAP)
 """How the sentences begin that a bound rests on and that the table and its filters show: the checker finds the same out by itself."""
@@ -48,6 +51,9 @@ def guarantees(case: Case, tau: Fraction | None, *, all_bounds: bool = False) ->
     all_bounds : bool
         Whether to list bounds that T13 makes superfluous, too.
     """
+    from fairaudit.theorems.case import NEEDS
+    from fairaudit.theorems.supremum import Supremum
+
     found = [
         kind.reaches(case, quantity)
         for kind in KINDS
@@ -105,6 +111,8 @@ def to_judge(bound: Bound) -> tuple[str, ...]:
 
 def applied(kind: Kind, case: Case) -> Bound | None:
     """A bound by a kind of claim; one that rests on more, or less, than the kind says is a mistake in one of the two."""
+    from fairaudit.theorems.case import NEEDS
+
     if kind.applies is None or not all(NEEDS[need](case) for need in kind.needs):
         return None
     bound = kind.applies(case)

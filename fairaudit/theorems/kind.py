@@ -5,18 +5,31 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Literal
 
 from fairaudit.exact.extended import extended_text
 from fairaudit.measures.limits import Quantity
 from fairaudit.theorems.assumptions import SENTENCES
 from fairaudit.theorems.bound import ANY_POLICY, FLOORED, Bound
-from fairaudit.theorems.case import Case
-from fairaudit.theorems.supremum import Supremum
 
-__all__ = ["Kind", "Relation"]
+if TYPE_CHECKING:
+    from fairaudit.theorems.case import Case
+    from fairaudit.theorems.supremum import Supremum
+
+__all__ = ["Kind", "Relation", "later"]
 
 Relation = Literal["=", "<=", ">="]
+
+
+def later(name: str) -> Callable[..., Any]:
+    """A function of this folder by its module and its name, which is loaded when it is called: most audits ask no theorem."""
+
+    def call(*given: Any) -> Any:
+        module, _, own = name.partition(".")
+        return getattr(import_module(f"fairaudit.theorems.{module}"), own)(*given)
+
+    return call
 
 
 @dataclass(frozen=True)

@@ -21,15 +21,7 @@ from fairaudit.theorems.bound import (
     THIS_LAW,
     THIS_POLICY,
 )
-from fairaudit.theorems.kind import Kind
-from fairaudit.theorems.t01 import floor_in, t1_in, t1_paper_in
-from fairaudit.theorems.t02 import t2_in
-from fairaudit.theorems.t03 import t3_any_filter_in, t3_in
-from fairaudit.theorems.t04 import t4_in
-from fairaudit.theorems.t05 import t5_decision_in, t5_in
-from fairaudit.theorems.t08 import t8_in
-from fairaudit.theorems.t12 import t12_in
-from fairaudit.theorems.t13_cases import t13_any_policy_in, t13_floored_in, t13_near_in, t13_range_floored_in, t13_range_in
+from fairaudit.theorems.kind import Kind, later
 from fairaudit.words import DRIFTING, HIDDEN, OBJECTIONS, WHATEVER, WHOEVER
 
 EVERY_UTILITY = "every utility of the class"
@@ -280,7 +272,7 @@ KINDS: tuple[Kind, ...] = (
         anchor="theory.md#t2",
         coq=("T2_pure", "T2_sharp"),
         needs=("a-free", "finite"),
-        applies=t2_in,
+        applies=later("t02.t2_in"),
     ),
     _bound(
         "T12",
@@ -292,7 +284,7 @@ KINDS: tuple[Kind, ...] = (
         anchor="theory.md#t12",
         coq=("T12_contraction",),
         needs=("a-free",),
-        applies=t12_in,
+        applies=later("t12.t12_in"),
     ),
     _bound(
         "T4",
@@ -306,7 +298,7 @@ KINDS: tuple[Kind, ...] = (
         coq=("T4_one_k", "T4_any_policy"),
         needs=("a-free",),
         declares=("gamma", "m"),
-        applies=t4_in,
+        applies=later("t04.t4_in"),
     ),
     _bound(
         "T3",
@@ -319,7 +311,7 @@ KINDS: tuple[Kind, ...] = (
         anchor="theory.md#t3",
         coq=("T3_any_filter", "pure_dp_hockey_stick"),
         needs=("a-free",),
-        applies=t3_any_filter_in,
+        applies=later("t03.t3_any_filter_in"),
     ),
     _bound(
         "floor",
@@ -331,7 +323,7 @@ KINDS: tuple[Kind, ...] = (
         anchor="theory.md#t1",
         coq=("T1_cap",),
         declares=("gamma",),
-        applies=floor_in,
+        applies=later("t01.floor_in"),
     ),
     _bound(
         "T1",
@@ -343,7 +335,7 @@ KINDS: tuple[Kind, ...] = (
         anchor="theory.md#t1",
         coq=("T1_one_k", "T1_additive", "T1_filter", "T1_tight"),
         declares=("gamma",),
-        applies=t1_in,
+        applies=later("t01.t1_in"),
     ),
     _bound(
         "T1-paper",
@@ -356,7 +348,7 @@ KINDS: tuple[Kind, ...] = (
         coq=("T1_paper",),
         needs=("finite",),
         declares=("gamma",),
-        applies=t1_paper_in,
+        applies=later("t01.t1_paper_in"),
     ),
     _bound(
         "T3",
@@ -371,7 +363,7 @@ KINDS: tuple[Kind, ...] = (
         anchor="theory.md#t3",
         coq=("certificate_one_k", "T3_one_k", "T3_K_one_k"),
         declares=("gamma",),
-        applies=t3_in,
+        applies=later("t03.t3_in"),
     ),
     _bound(
         "T5",
@@ -385,7 +377,7 @@ KINDS: tuple[Kind, ...] = (
         coq=("T5_independent_filter",),
         needs=("a-free", "finite", "independent"),
         assumes=("stated-population",),
-        applies=t5_in,
+        applies=later("t05.t5_in"),
     ),
     _bound(
         "T5-decision",
@@ -398,7 +390,7 @@ KINDS: tuple[Kind, ...] = (
         coq=("T5_decision",),
         needs=("g(u)", "finite"),
         assumes=("stated-population",),
-        applies=t5_decision_in,
+        applies=later("t05.t5_decision_in"),
     ),
     _bound(
         "T8",
@@ -410,7 +402,7 @@ KINDS: tuple[Kind, ...] = (
         anchor="theory.md#t8",
         coq=("T8_context_filter", "T8_all_compared"),
         needs=("g(u)", "context filter"),
-        applies=t8_in,
+        applies=later("t08.t8_in"),
     ),
     # The greatest ratio over policies
     _over_policies(
@@ -429,7 +421,7 @@ KINDS: tuple[Kind, ...] = (
             *("T13_merge_surplus", "T17_releases", "T17_releases_global"),
         ),
         may_assume=("releases",),
-        reaches=t13_any_policy_in,
+        reaches=later("t13_cases.t13_any_policy_in"),
     ),
     _over_policies(
         "near",
@@ -443,7 +435,7 @@ KINDS: tuple[Kind, ...] = (
         coq=("T13_near", "T13_near_exists", "T13_near_local", "T13_near_global", "T13_near_attained", "T13_near_attained_global"),
         needs=("one release",),
         assumes=("drift",),
-        reaches=t13_near_in,
+        reaches=later("t13_cases.t13_near_in"),
     ),
     _over_policies(
         "floored",
@@ -460,7 +452,7 @@ KINDS: tuple[Kind, ...] = (
             *("T13_floor_attained", "T13_floor_attained_global"),
         ),
         may_assume=(*OF_FLOORS, "releases"),
-        reaches=t13_floored_in,
+        reaches=later("t13_cases.t13_floored_in"),
     ),
     _over_policies(
         "range-floored",
@@ -475,7 +467,7 @@ KINDS: tuple[Kind, ...] = (
         declares=("gamma", "m"),
         assumes=("declared-range",),
         may_assume=(*OF_FLOORS, "declared-range-in", "releases"),
-        reaches=t13_range_floored_in,
+        reaches=later("t13_cases.t13_range_floored_in"),
     ),
     _over_policies(
         "range",
@@ -490,7 +482,7 @@ KINDS: tuple[Kind, ...] = (
         declares=("gamma", "m"),
         assumes=("declared-range",),
         may_assume=("declared-range-in", "releases"),
-        reaches=t13_range_in,
+        reaches=later("t13_cases.t13_range_in"),
     ),
     # Cells that drift
     _drift(

@@ -21,7 +21,7 @@ from fairaudit import Law, RandomizedResponse, Utility
 from fairaudit.errors import InputError
 from fairaudit.inference.cells import Cell
 from fairaudit.inference.comparisons import Comparison
-from fairaudit.inference.half_split import Selection
+from fairaudit.inference.interval import Selection
 from fairaudit.inference.planning import further_draws, plan
 from fairaudit.inference.policy_comparisons import policy_comparison
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
