@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -111,12 +112,27 @@ def _signature(function: Callable[..., Any]) -> Signature:
 def hints(function: Callable[..., Any]) -> dict[str, Any]:
     """Types of the arguments of a function by name, without those of variable arguments and of libraries that are not loaded."""
     found: dict[str, Any] = {}
+    known = _Known(getattr(function, "__globals__", {}))
     for name, parameter in _signature(function).parameters.items():
         if parameter.annotation is not Parameter.empty and parameter.kind not in (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD):
             named = SimpleNamespace(__annotations__={name: parameter.annotation})
-            with suppress(NameError):
-                found |= typing.get_type_hints(named, globalns=getattr(function, "__globals__", {}))
+            with suppress(AttributeError):
+                found |= typing.get_type_hints(named, globalns={}, localns=known)
     return found
+
+
+class _ByName(type):
+    """The type of a class whose module was not loaded for its function: its instances are known by the name of their class."""
+
+    def __instancecheck__(cls, value: object) -> bool:
+        return any(base.__name__ == cls.__name__ for base in type(value).__mro__)
+
+
+class _Known(dict[str, Any]):
+    """What a module knows by name; a name that it imports for annotations alone is that of a class."""
+
+    def __missing__(self, name: str) -> Any:
+        return vars(builtins)[name] if name in vars(builtins) else _ByName(name, (), {})
 
 
 def fits(value: object, hint: Any) -> bool:

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
+import inspect
+import pkgutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 import pytest
 
-from fairaudit.arguments import accepted, answered, answered_class, fits
+import fairaudit
+from fairaudit.arguments import accepted, answered, answered_class, fits, hints
 from fairaudit.errors import InputError, kind_of
 from fairaudit.exact.rationals import Number
 from fairaudit.tables.sources import Source, Table
 from fairaudit.tables.values import LabelLike
+
+if TYPE_CHECKING:
+    from fairaudit.model.policy import Deployment
 
 
 @pytest.mark.parametrize(
@@ -131,3 +139,40 @@ def test_errors_of_the_function_itself_are_its_own() -> None:
 )
 def test_what_a_value_is(value: object, said: str) -> None:
     assert kind_of(value) == said
+
+
+def test_names_that_are_imported_for_annotations_alone_are_those_of_classes() -> None:
+    """What is not loaded is known by the name of its class, so that no other type may be imported that way where a call is looked at."""
+    looked_at = 0
+    for found in pkgutil.walk_packages(fairaudit.__path__, "fairaudit."):
+        if ".checker" in found.name or "__main__" in found.name or "plugins" in found.name:
+            continue
+        module = importlib.import_module(found.name)
+        members = [module, *(kind for _, kind in inspect.getmembers(module, inspect.isclass) if kind.__module__ == found.name)]
+        functions = {
+            inspect.unwrap(one) for of in members for one in vars(of).values() if inspect.isfunction(one) and hasattr(one, "__wrapped__")
+        }
+        names = {word for one in functions for hint in hints(one).values() for word in by_name(hint)}
+        tree = ast.parse(inspect.getsource(module)) if names else ast.Module([], [])
+        for node in (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)):
+            for name in names & {alias.name for alias in node.names}:
+                assert inspect.isclass(getattr(importlib.import_module(str(node.module)), name)), (found.name, name)
+                looked_at += 1
+    assert looked_at
+
+
+def by_name(hint: Any) -> set[str]:
+    own = {hint.__name__} if type(hint).__name__ == "_ByName" else set()
+    return own.union(*map(by_name, get_args(hint)))
+
+
+def test_what_is_not_loaded_is_known_by_its_name() -> None:
+    @answered
+    def halve(whole: Deployment | None, at: int = 0) -> None:
+        pass
+
+    pie = type("Deployment", (), {})
+    halve(pie())
+    halve(type("ApplePie", (pie,), {})())
+    with pytest.raises(InputError, match=r"^whole is 'pie', a text; a Deployment is accepted$"):
+        halve("pie")  # type: ignore[arg-type]

@@ -105,13 +105,13 @@ def _entry_points() -> list[EntryPoint]:
 
 def _add(commands: Any, given: Sequence[str], *, every: bool) -> None:
     """Declare the command that is named, or all: those on the line, or every one, with their options, the others by what they do."""
-    named = given[:1] if not every and {*given[:1]} & CORE.keys() else CORE
-    for name in named:
+    alone = not every and given[:1] and given[0] in CORE
+    for name in given[:1] if alone else CORE:
         if every or name in given:
             import_module(f"fairaudit.cli.{name.replace('-', '_')}").add(commands)
         else:
             commands.add_parser(name, help=CORE[name])
-    for module in plugins(ENTRY_POINT) if named is CORE else ():
+    for module in () if alone else plugins(ENTRY_POINT):
         module.add(commands)
 
 
@@ -159,7 +159,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     given = with_negative_values(sys.argv[1:] if argv is None else argv)
     completing = "_ARGCOMPLETE" in os.environ and argv is None
-    _add(commands, given, every=completing)
+    if given[:1] != ["--version"]:
+        _add(commands, given, every=completing)
     if completing:
         from fairaudit.cli.completion import complete
 
