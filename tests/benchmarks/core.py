@@ -5,9 +5,6 @@ Run: python tests/benchmarks/core.py
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,17 +13,7 @@ from timing import median
 from fairaudit import Law, Utility, certify
 
 
-def process(*arguments: str) -> Callable[[], Any]:
-    return lambda: subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
-
-
 def main() -> None:
-    numpy_import = median(process("-c", "import numpy"), 11)
-    helped = median(process("-m", "fairaudit", "--help"), 11)
-    audited = median(process("-m", "fairaudit", "certify", "--example", "ucb-admissions"), 11)
-    print(f"import numpy                       {numpy_import:.3f} s")
-    print(f"fairaudit --help                   {helped:.3f} s   {helped / numpy_import:.2f} x import numpy (at most 1.0)")
-    print(f"certify ucb-admissions             {audited:.3f} s   {audited / numpy_import:.2f} x import numpy (at most 2.5)")
     generator = np.random.default_rng(1)
     for shape in ((100, 100, 100), (1000, 10, 100), (5000, 100, 2), (50_000, 2, 10)):
         for kind in ("counts", "probabilities"):
