@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import cache
 from itertools import chain, pairwise, permutations
-from math import comb
+from math import ceil, comb, floor
 from typing import Any
 
 from assumptions import complete
@@ -325,7 +325,7 @@ def read_box(found: Any, cells: list[Cell], blocks: list[list[Form]], ratio: Any
     beta, prime = F(found["levels"]["upper"]), F(found["levels"]["lower"])
     boxes = []
     for key, level in (("upper", beta), ("lower", prime)):
-        box = [(F(lo), F(hi)) for lo, hi in found[key]]
+        box = [(F(lo), F(hi)) for lo, hi in every_end(found[key], cells, level if key == "upper" else None, found["method"])]
         for cell, (lo, hi) in zip(cells, box, strict=True):
             least, most = cell["range"]
             if not least <= lo <= hi <= most or (not informative(cell) and (lo, hi) != (least, most)):
@@ -343,6 +343,48 @@ def read_box(found: Any, cells: list[Cell], blocks: list[list[Form]], ratio: Any
         return bool(ratio[0] == 1)
     b, i, j = found["pair"]
     return bool(ratio[0] > 1 and i != j and inverse(greatest(blocks[b][j], blocks[b][i], boxes[1])) >= ratio[0])
+
+
+def every_end(given: Any, cells: list[Cell], level: Fraction | None, method: str) -> list[Any]:
+    """The ends of all cells: of those that are not listed the range, or at a level the plain ends."""
+    if not isinstance(given, dict):
+        return [*given]
+    listed = dict(zip(given["cells"], given["ends"], strict=True))
+    assert given.keys() == {"cells", "ends"}
+    if sorted(listed) != given["cells"] or not listed.keys() <= {*range(len(cells))}:
+        raise ValueError(given["cells"])
+    return [listed[i] if i in listed else plain_ends(cell, level, method) for i, cell in enumerate(cells)]
+
+
+def plain_ends(cell: Cell, level: Fraction | None, method: str) -> tuple[Fraction, Fraction]:
+    """By the words of docs/certificate-samples.md, with bisection."""
+    low, high = cell["range"]
+    if level is None or not informative(cell):
+        return low, high
+    if not 0 < level < 1 or (not cell["binary"] and method != "hoeffding-kl"):
+        raise ValueError("no plain ends")
+    mp.dps = 60
+    reach = F(int(mp.ceil(mp.log(mp.mpf(level.denominator) / level.numerator) * 2**32)), 2**32)
+    z = (cell["sum"] / cell["draws"] - low) / (high - low)
+    least, most = plain_lower(z, cell["draws"], reach), 1 - plain_lower(1 - z, cell["draws"], reach)
+    return low + (high - low) * least, low + (high - low) * most
+
+
+def plain_lower(z: Fraction, n: int, reach: Fraction) -> Fraction:
+    """b(z)."""
+
+    def reached(p: Fraction) -> bool:
+        middle = min(max(p, F(1, 2)), z)
+        return p < z and n * (p - z) ** 2 >= 2 * middle * (1 - middle) * reach
+
+    if not z:
+        return F(0)
+    inside, outside = 0, 2**32
+    while outside - inside > 1:
+        at = (inside + outside) // 2
+        inside, outside = (at, outside) if reached(F(at, 2**32)) else (inside, at)
+    halved = z / 2 ** ceil(F(13, 9) * (1 + reach / (n * z)))
+    return max(F(inside, 2**32), F(floor(halved * 2**32), 2**32))
 
 
 def box_levels_keep(ends: str, beta: Fraction, prime: Fraction, numbers: tuple[int, int], alpha: Fraction, independent: bool) -> bool:

@@ -22,9 +22,9 @@ def prove_difference_by_box(interval: Interval, evidence: BoxEvidence, compariso
     As for a ratio, the pair with the greatest difference needs one end of each of its means; which pair proves the lower end depends on
     the draws.
     """
-    check_box(interval, evidence, comparison.samples, used, spanned)
+    boxes = check_box(interval, evidence, comparison.samples, used, spanned)
     low, high = (Fraction(*end) for end in interval.ratio)
-    outer, inner = ([(Fraction(*lo), Fraction(*hi)) for lo, hi in box] for box in (evidence.upper, evidence.lower))
+    outer, inner = ([(Fraction(*lo), Fraction(*hi)) for lo, hi in box] for box in boxes)
     for block in comparison.blocks:
         if _widest(block, outer, True) > high:
             raise Unproven("two means can be further apart than the upper end")

@@ -12,7 +12,19 @@ from .difference_contrasts import prove_difference_by_contrasts
 from .difference_regions import prove_difference_by_box, prove_difference_by_pairs
 from .figures import Greatest
 from .header import Cell
-from .intervals import Boxed, BoxEvidence, Change, ContrastEvidence, Interval, PairEvidence, Proven, StreamEvidence, UnitEvidence, Unproven
+from .intervals import (
+    Boxed,
+    BoxEvidence,
+    Change,
+    ContrastEvidence,
+    Ends,
+    Interval,
+    PairEvidence,
+    Proven,
+    StreamEvidence,
+    UnitEvidence,
+    Unproven,
+)
 from .joint_betting import prove_stream
 from .logarithms import log_enclosure
 from .meanings import Undecided, valued
@@ -47,10 +59,13 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
         raise Unproven("samples that share draws are not independent")
     informative = [sample.informative for sample in samples]
     used = {i for block in blocks for form, _ in block for i in form if informative[i]}
+    boxes: tuple[Ends, Ends] | None = None
     if isinstance(interval.evidence, BoxEvidence):
         spanned = max(_spanned([[i for i in form if informative[i]] for form, _ in block]) for block in blocks)
-        prove = prove_difference_by_box if interval.difference else prove_by_box
-        prove(interval, interval.evidence, comparison, len(used), spanned)
+        if interval.difference:
+            prove_difference_by_box(interval, interval.evidence, comparison, len(used), spanned)
+        else:
+            boxes = prove_by_box(interval, interval.evidence, comparison, len(used), spanned)
     elif isinstance(interval.evidence, PairEvidence):
         if interval.difference:
             prove_difference_by_pairs(interval, interval.evidence, comparison)
@@ -66,7 +81,7 @@ def _prove_interval(interval: Interval, table: Table) -> Proven:
     else:
         prove_by_ladders(interval, interval.evidence, comparison, len(used))
     by = "binomial" if all(samples[i].binary for i in used) else interval.method
-    boxed = _boxed(interval, samples) if table.policy is None else None
+    boxed = None if boxes is None or table.policy is not None else _boxed(interval, samples, boxes)
     return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, by, interval.each, boxed)
 
 
@@ -121,13 +136,12 @@ def _check_kind(interval: Interval, table: Table) -> None:
         raise Unproven("no ratio is less than 1")
 
 
-def _boxed(interval: Interval, samples: Sequence[Sample]) -> Boxed | None:
+def _boxed(interval: Interval, samples: Sequence[Sample], boxes: tuple[Ends, Ends]) -> Boxed | None:
     """List the ends of single cells, where both ends of a ratio rest on them, each by itself, and rows are drawn."""
-    if not isinstance(interval.evidence, BoxEvidence) or interval.difference or not interval.each or interval.units is not None:
+    if not interval.each or interval.units is not None:
         return None
     spend(20 * len(samples))
-    listed = (interval.evidence.upper, interval.evidence.lower)
-    upper, lower = ([(Fraction(*low), Fraction(*high)) for low, high in ends] for ends in listed)
+    upper, lower = ([(Fraction(*low), Fraction(*high)) for low, high in ends] for ends in boxes)
     return Boxed(upper, lower, [(sample.low, sample.high) for sample in samples])
 
 

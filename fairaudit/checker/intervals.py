@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from hashlib import sha256
+from itertools import pairwise
 
 from .claims import BETTING, METHODS, ONE_SIDED, OVER_UNITS, POPULATION
 from .figures import EXPECTED_DIFFERENCES
@@ -55,12 +56,20 @@ Place = tuple[int, int, int]  # a block, and the positions of two forms in it, t
 
 
 @dataclass(frozen=True)
+class Listed:
+    """Ends of some cells; those of the others follow."""
+
+    cells: list[int]
+    ends: Ends
+
+
+@dataclass(frozen=True)
 class BoxEvidence:
-    """Ends of all cells, at the levels for the upper and for the lower end of the ratio."""
+    """Ends of all cells, or of some of them, at the levels for the upper and for the lower end of the ratio."""
 
     levels: tuple[Fraction, Fraction]
-    upper: Ends
-    lower: Ends
+    upper: Ends | Listed
+    lower: Ends | Listed
     pair: Place | None
 
 
@@ -237,8 +246,8 @@ def _read_interval(value: object, where: str, name: str, subject: Subject) -> In
     elif of_box:
         evidence = BoxEvidence(
             (_level(levels["upper"], f"{where}.levels.upper"), _level(levels["lower"], f"{where}.levels.lower")),
-            read_pairs(upper, f"{where}.upper", difference),
-            read_pairs(lower, f"{where}.lower", difference),
+            _read_ends(upper, f"{where}.upper", difference),
+            _read_ends(lower, f"{where}.lower", difference),
             pair,
         )
     elif of_contrasts:
@@ -348,6 +357,18 @@ def _read_stream(members: Mapping[str, object], levels: Mapping[str, object], wh
 
 def _level(value: object, where: str) -> Fraction:
     return Fraction(*read_rational(value, where, nonnegative=True))
+
+
+def _read_ends(value: object, where: str, difference: bool) -> Ends | Listed:
+    """Read the ends of all cells, or, of a ratio, those of some."""
+    if difference or not isinstance(value, dict):
+        return read_pairs(value, where, difference)
+    members = read_object(value, where, ("cells", "ends"))
+    cells = [read_integer(item, f"{where}.cells[{i}]") for i, item in enumerate(read_list(members["cells"], f"{where}.cells"))]
+    if any(i >= j for i, j in pairwise(cells)):
+        raise malformed(f"{where}.cells", "must be strictly rising")
+    read_list(members["ends"], f"{where}.ends", len(cells))
+    return Listed(cells, read_pairs(members["ends"], f"{where}.ends"))
 
 
 def _read_ladder(value: object, where: str) -> Ladder:

@@ -13,8 +13,9 @@ from math import prod
 from typing import TypeVar
 
 from .claims import METHODS
-from .intervals import BoxEvidence, Ends, Interval, Ladder, LadderEvidence, PairEvidence, Place, Unproven
+from .intervals import BoxEvidence, Ends, Interval, Ladder, LadderEvidence, Listed, PairEvidence, Place, Unproven
 from .pair_exact import Pair, fault_of_ladder, order_scale
+from .plain_ends import PlainEnds, completed
 from .rationals import INFINITY, ONE, Affine, Rational, as_pair, at_most, bits_of, over_common_denominator
 from .samples import Comparison
 from .split import chosen_by, halves_of, seed_of
@@ -55,32 +56,33 @@ def check_rising(knots: Ladder, where: str) -> None:
 
 def prove_by_box(
     interval: Interval, evidence: BoxEvidence, comparison: Comparison, used: int, spanned: int, tops: Sequence[Sample] | None = None
-) -> None:
-    """Make sure that ends of all means prove an interval of the ratio.
+) -> tuple[Ends, Ends]:
+    """Make sure that ends of all means, which are given back, prove an interval of the ratio.
 
     ``used`` samples say something, and no two forms rest on more than ``spanned`` of them together.  Upper ends are those of
     ``tops``, where draws can have meant more than the samples say.
     """
     blocks = comparison.blocks
-    check_box(interval, evidence, comparison.samples, used, spanned, tops)
+    outer, inner = check_box(interval, evidence, comparison.samples, used, spanned, tops)
     low, high = interval.ratio
     if high != INFINITY:
-        box = _scaled_box(evidence.upper)
+        box = _scaled_box(outer)
         for number, block in enumerate(blocks):
             _check_block(block, number, Fraction(*high), box)
     check_named(interval.ratio, evidence.pair)
     if evidence.pair is not None:
         higher, lower = pair_at(evidence.pair, blocks)
-        box = _scaled_box(evidence.lower)
+        box = _scaled_box(inner)
         nothing = not any(box[i][0] for i in {*higher[0], *lower[0]})  # 0/0 is 1
         if nothing or not _at_most_times(lower, higher, Fraction(low[1], low[0]), box):
             raise Unproven("the least quotient of the pair is less than the lower end")
+    return outer, inner
 
 
 def check_box(
     interval: Interval, evidence: BoxEvidence, samples: Sequence[Sample], used: int, spanned: int, tops: Sequence[Sample] | None = None
-) -> None:
-    """Make sure that the ends of means hold at their levels, which the confidence leaves room for."""
+) -> tuple[Ends, Ends]:
+    """Make sure that the ends of means hold at their levels, which the confidence leaves room for; give back those of all means."""
     confidence = Fraction(*interval.confidence)
     beta, other = evidence.levels
     if not (0 < beta < 1 and 0 < other < 1 if used else beta == other == 0):
@@ -93,17 +95,27 @@ def check_box(
         plain = sum((error * cells for error, cells in wrong), Fraction(0))
         if plain > 1 - confidence and not (interval.independent and _all_hold(wrong, confidence)):
             raise Unproven(f"the levels add up to {shown(as_pair(plain))}")
-    for name, ends, level in (("upper", evidence.upper, beta), ("lower", evidence.lower, other)):
-        if len(ends) != len(samples):
-            raise Unproven(f"{name} must list the ends of {len(samples)} cells, not of {len(ends)}")
-        if tops is None:
-            _check_ends(samples, ends, level, interval.method, name)
+    for name, given, level in (("upper", evidence.upper, beta), ("lower", evidence.lower, other)):
+        if isinstance(given, Listed):
+            numbers, ends = given.cells, given.ends
+            if numbers and numbers[-1] >= len(samples):
+                raise Unproven(f"{name} lists the ends of a cell {numbers[-1]} of {len(samples)}")
         else:
-            _check_outer_ends(samples, tops, ends, level, interval.method, name)
+            numbers, ends = [*range(len(samples))], given
+            if len(ends) != len(samples):
+                raise Unproven(f"{name} must list the ends of {len(samples)} cells, not of {len(ends)}")
+        own = [samples[i] for i in numbers]
+        if tops is None:
+            _check_ends(own, ends, level, interval.method, name)
+        else:
+            _check_outer_ends(own, [tops[i] for i in numbers], ends, level, interval.method, name)
+    of_level = PlainEnds(beta, interval.method)
+    high = samples if tops is None else tops
+    return completed(evidence.upper, samples, high, of_level), completed(evidence.lower, samples, high, None)
 
 
 def _check_ends(samples: Sequence[Sample], listed: Ends, level: Fraction, method: str, name: str) -> None:
-    """Make sure that the draws of all samples exclude what is beyond their ends: quickly of those far from it, else exactly."""
+    """Make sure that the draws of some samples exclude what is beyond their ends: quickly of those far from it, else exactly."""
     reach = reach_of(level) if level else 0
     spend(40 * len(samples))
     for i, (sample, ends) in enumerate(zip(samples, listed, strict=True)):

@@ -66,7 +66,7 @@ class Sample(NamedTuple):
 
 def reach_of(level: Fraction) -> int:
     """Bound 2^COARSE log(1/level) from above."""
-    return -(_log_of_level(level) >> (PRECISION - COARSE))
+    return -(log_of_level(level) >> (PRECISION - COARSE))
 
 
 def are_far(sample: Sample, ends: tuple[Rational, Rational], reach: int) -> bool:
@@ -217,7 +217,7 @@ def tails_at_most(tails: Sequence[Tail], level: Fraction) -> bool:
     known = [rarity for rarity in rarities if rarity is not None]
     if len(known) < len(rarities) or level == 0:
         return len(known) < len(rarities)
-    excess = sum(known) + _log_of_level(level)
+    excess = sum(known) + log_of_level(level)
     if excess >= 0:
         return True
     # Equality cannot be seen by logarithms.
@@ -225,5 +225,6 @@ def tails_at_most(tails: Sequence[Tail], level: Fraction) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _log_of_level(level: Fraction) -> int:
+def log_of_level(level: Fraction) -> int:
+    """Bound 2^PRECISION log(level) from below."""
     return log_form([(Fraction(1), level)])

@@ -5,7 +5,8 @@ Of many cells only those that decide have ends as narrow as can be.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from heapq import nlargest, nsmallest
 from math import inf
@@ -14,13 +15,12 @@ from typing import Any
 from fairaudit.exact.extended import Extended, extended_text
 from fairaudit.inference.cells import Ends
 from fairaudit.inference.comparisons import Comparison
-from fairaudit.inference.ends import Method, ends_of, ends_of_cells, guessed_ends, wide_ends_of
+from fairaudit.inference.ends import Method, ends_of, ends_of_cells, guessed_ends
 from fairaudit.inference.levels import Holding, box_levels
+from fairaudit.inference.plain_ends import PlainEnds, by_promise
 from fairaudit.inference.quotients import are_many, extreme_ratio, moderate_ranges
 
 NARROWED = 3  # cells on either side of a block that floats find outermost; ends in floats and in integers seldom order more of them apart
-
-WIDE_DIGITS = 4  # of ends that do not decide: of many cells then few ends are different, which are quickly read and checked
 
 
 def box_interval(
@@ -30,103 +30,89 @@ def box_interval(
     upper_level, lower_level = box_levels(len(comparison.used), comparison.span, alpha, independent=independent, ends=ends)
     binary = all(cells[i].binary for cells in comparison.valued for i in comparison.used)
     many = are_many(comparison.used) and comparison.single and (binary or method == "hoeffding-kl") and moderate_ranges(comparison)
-    find = _decisive_ends if many else _every_end
-    outer, upper, _ = find(comparison, upper_level, method, upper=True)
-    inner, lower, where = find(comparison, lower_level, method, upper=False)
+    stated: Any
+    if many:
+        listed, upper = decisive_upper(comparison, upper_level, method)
+        shown, lower, where = _decisive_lower(comparison, lower_level, method)
+        stated = _entry(listed if upper < inf else {}), _entry(shown if lower > 1 else {})
+    else:
+        outer, upper, _ = _every_end(comparison, upper_level, method, upper=True)
+        inner, lower, where = _every_end(comparison, lower_level, method, upper=False)
+        stated = _texts(outer), _texts(inner)
     evidence = {
         "levels": {"upper": extended_text(upper_level), "lower": extended_text(lower_level)},
-        "upper": None if ends == "lower" else _texts(outer),
-        "lower": None if ends == "upper" else _texts(inner),
+        "upper": None if ends == "lower" else stated[0],
+        "lower": None if ends == "upper" else stated[1],
         "pair": list(where) if where and lower > 1 and ends != "upper" else None,
     }
     return Fraction(1) if ends == "upper" else lower, inf if ends == "lower" else upper, evidence
 
 
-def _texts(ends: Sequence[Ends]) -> list[list[str]]:
-    """Write ends; of many cells most have some that are one object."""
-    known: dict[int, str] = {}
+def _texts(ends: Iterable[Ends]) -> list[list[str]]:
+    return [[extended_text(low), extended_text(high)] for low, high in ends]
 
-    def written(end: Fraction) -> str:
-        found = known.get(id(end))
-        if found is None:
-            found = known[id(end)] = extended_text(end)
-        return found
 
-    return [[written(low), written(high)] for low, high in ends]
+def _entry(listed: Mapping[int, Ends]) -> dict[str, Any]:
+    """Ends of the cells that decide, by their numbers; those of the others follow (docs/certificate-samples.md)."""
+    numbers = sorted(listed)
+    return {"cells": numbers, "ends": _texts(listed[i] for i in numbers)}
 
 
 def _every_end(
     comparison: Comparison, level: Fraction, method: Method, *, upper: bool
 ) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
     """Ends of all cells, the greatest maximum (or minimum) of a quotient over them, and where it is."""
-    ends = ends_of_cells(comparison, level, method)
-    return (ends, *extreme_ratio(comparison, ends, upper=upper))
+    listed = ends_of_cells(comparison, level, method)
+    return (listed, *extreme_ratio(comparison, listed, upper=upper))
 
 
-def _decisive_ends(
-    comparison: Comparison, level: Fraction, method: Method, *, upper: bool
-) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
-    """The same for many cells, of which only those that decide have ends as narrow as can be.
+def decisive_upper(comparison: Comparison, level: Fraction, method: Method) -> tuple[dict[int, Ends], Any]:
+    """The greatest maximum of a quotient of many cells, with the ends of those that decide; plain ends of the others prove no less.
 
-    For the maximum the others have ends by a cheaper inequality, which their block's quotients cannot lift above it; for the minimum, where
-    one pair is enough, they have their whole range.
+    The outermost ends of a block are narrowed until they are as narrow as can be, or the block cannot decide.
     """
-    if not level:
-        return _every_end(comparison, level, method, upper=upper)
-    used = set(comparison.used)
-    find = _decisive_upper if upper else _decisive_lower
-    ends, best, where = find(comparison, used, level, method)
-    return ends, best, where
-
-
-def _decisive_upper(
-    comparison: Comparison, used: set[int], level: Fraction, method: Method
-) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
-    """Narrow the outermost ends of a block until those are as narrow as can be, or the block cannot decide."""
-    cells, blocks = comparison.cells, comparison.blocks
-    ends = wide_ends_of(comparison, level, WIDE_DIGITS)
-    low, high = ([float(end[k]) for end in ends] for k in (0, 1))
-    narrow = [i not in used for i in range(len(cells))]
-
-    def promise(members: list[int]) -> tuple[float, set[int]]:
-        """Greatest quotient of two cells of a block in floats, and the cells that it can be of."""
-        if len(members) < 2:
-            return 0.0, set()
-        tops, bottoms = nlargest(2, members, key=high.__getitem__), nsmallest(2, members, key=low.__getitem__)
-        if tops[0] != bottoms[0]:
-            tops, bottoms = tops[:1], bottoms[:1]
-        pairs = [(i, j) for i in tops for j in bottoms if i != j]
-        return max(high[i] / low[j] if low[j] else inf if high[i] else 0.0 for i, j in pairs), {*tops, *bottoms}
-
-    listed = [[form[0][0] for form in block] for block in blocks]
+    listed: dict[int, Ends] = {}
+    ends, used = PlainEnds(comparison, level, listed), set(comparison.used) if level else set()
+    low, high = (side.tolist() for side in ends.floats)
     best: Any = Fraction(1)
-    where: tuple[int, int, int] | None = None
-    for value, place in sorted(((promise(members)[0], -b) for b, members in enumerate(listed)), reverse=True):
+    for value, place in by_promise(comparison, ends):
         if best == inf or value * (1 + 1e-9) < best:
             break
+        members = [form[0][0] for form in comparison.blocks[place]]
         while True:
-            value, outer = promise(listed[-place])
-            open_cells = {i for i in outer if not narrow[i]}
-            if value * (1 + 1e-9) < best or not open_cells:
+            value, outer = _promise(members, low, high)
+            wide = [i for i in outer if i in used and i not in listed]
+            if value * (1 + 1e-9) < best or not wide:
                 break
-            for i in open_cells:
-                ends[i], narrow[i] = ends_of(comparison, i, level, method), True
-                low[i], high[i] = map(float, ends[i])
-        if value * (1 + 1e-9) < best:
-            continue
-        found, pair = extreme_ratio(Comparison(cells, (blocks[-place],)), ends, upper=True)
-        if pair and (found > best or where is None):
-            best, where = found, (-place, *pair[1:])
-    return ends, best, where
+            for i in wide:
+                listed[i] = own = ends_of(comparison, i, level, method)
+                low[i], high[i] = map(float, own)
+        if value * (1 + 1e-9) >= best:
+            found, pair = extreme_ratio(replace(comparison, blocks=(comparison.blocks[place],)), ends, upper=True)
+            best = max(best, found) if pair else best
+    return listed, best
 
 
-def _decisive_lower(
-    comparison: Comparison, used: set[int], level: Fraction, method: Method
-) -> tuple[list[Ends], Any, tuple[int, int, int] | None]:
+def _promise(members: list[int], low: Sequence[float], high: Sequence[float]) -> tuple[float, set[int]]:
+    """Greatest quotient of two cells of a block in floats, and the cells that it can be of."""
+    if len(members) < 2:
+        return 0.0, set()
+    tops, bottoms = nlargest(2, members, key=high.__getitem__), nsmallest(2, members, key=low.__getitem__)
+    if tops[0] != bottoms[0]:
+        tops, bottoms = tops[:1], bottoms[:1]
+    pairs = [(i, j) for i in tops for j in bottoms if i != j]
+    return max(_over(high[i], low[j]) for i, j in pairs), {*tops, *bottoms}
+
+
+def _over(above: float, below: float) -> float:
+    return above / below if below else inf if above else 0.0
+
+
+def _decisive_lower(comparison: Comparison, level: Fraction, method: Method) -> tuple[dict[int, Ends], Any, tuple[int, int, int] | None]:
     """Narrow the cells that floats find furthest apart; any pair proves a lower end, so nothing rests on the floats."""
-    cells, blocks = comparison.cells, comparison.blocks
-    ends = [comparison.range_of(i) for i in range(len(cells))]
-    low, high = guessed_ends(comparison, used, float(level))
+    blocks, used, listed = comparison.blocks, set(comparison.used) if level else set(), dict[int, Ends]()
+    ends = PlainEnds(comparison, Fraction(0), listed)
+    low, high = guessed_ends(comparison, used, float(level)) if level else (side.tolist() for side in ends.floats)
     promises = []
     for place, block in enumerate(blocks):
         members = [form[0][0] for form in block]
@@ -141,8 +127,8 @@ def _decisive_lower(
         members = [form[0][0] for form in block]
         outer = {*sorted(members, key=low.__getitem__)[-NARROWED:], *sorted(members, key=high.__getitem__)[:NARROWED]}
         for i in outer & used:
-            ends[i] = ends_of(comparison, i, level, method)
-        found, pair = extreme_ratio(Comparison(cells, (block,)), ends, upper=False)
+            listed[i] = ends_of(comparison, i, level, method)
+        found, pair = extreme_ratio(replace(comparison, blocks=(block,)), ends, upper=False)
         if pair and (found > best or where is None):
             best, where = found, (-place, *pair[1:])
-    return ends, best, where
+    return listed, best, where

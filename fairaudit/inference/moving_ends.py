@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.exact.extended import ONE
-from fairaudit.exact.rationals import rational
 from fairaudit.inference.cells import Cell, Ends
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.interval import Interval
+from fairaudit.inference.plain_ends import ends_of_evidence
 from fairaudit.theorems.t16 import Form
 
 SLACK = 1e-9  # more than float64 loses in a few operations on numbers up to 1
@@ -131,13 +130,5 @@ def ends_that_hold(interval: Interval, comparison: Comparison) -> tuple[list[End
     boxed = interval.region == "box" and interval.ends == "each" and "betting" not in interval.methods
     if not boxed or not comparison.single or comparison.units is not None:
         return None
-    known: dict[str, Fraction] = {"1": ONE}
-
-    def read(text: str) -> Fraction:
-        found = known.get(text)
-        if found is None:
-            found = known[text] = Fraction(*rational(text))
-        return found
-
-    upper, lower = ([(read(low), read(high)) for low, high in evidence[side]] for side in ("upper", "lower"))
+    upper, lower = ([*ends_of_evidence(comparison, evidence, side)] for side in ("upper", "lower"))
     return upper, lower

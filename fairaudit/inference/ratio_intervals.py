@@ -18,7 +18,8 @@ from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Region, Selection
 from fairaudit.inference.levels import Holding, confidence_level
 from fairaudit.inference.paired_region import fits_units, paired_assumptions, paired_drivers, paired_interval, read_profiles
-from fairaudit.inference.quotients import extreme_ratio, sample_ratio, vanishing_pair
+from fairaudit.inference.plain_ends import ends_of_evidence, greatest_of, vanishing_of
+from fairaudit.inference.quotients import sample_ratio
 from fairaudit.measures.ratios import Witness
 from fairaudit.theorems.assumptions import CELLS, SPLIT
 
@@ -230,9 +231,9 @@ def drivers(
     elif evidence["region"] == "box":
         lower = evidence["pair"]
         if evidence["upper"] is not None:
-            ends = [(Fraction(*rational(a)), Fraction(*rational(b))) for a, b in evidence["upper"]]
-            greatest, upper = extreme_ratio(comparison, ends, upper=True)
-            upper = vanishing_pair(comparison, ends) if greatest == inf else upper if greatest > 1 else None
+            boxed = ends_of_evidence(comparison, evidence, "upper")
+            greatest, upper = greatest_of(comparison, boxed)
+            upper = vanishing_of(comparison, boxed) if greatest == inf else upper if greatest > 1 else None
     else:
         lower = None if evidence["lower"] is None else evidence["lower"]["pair"]
         levels = evidence["levels"]["upper"]

@@ -74,6 +74,7 @@ def test_a_plain_certificate_needs_nothing_of_intervals_policies_and_classes(fun
         "worst_case.py",
         "bounds.py",
         "tails.py",
+        "plain_ends.py",
         "samples.py",
         "regions.py",
         "betting.py",
