@@ -7,7 +7,6 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
-from difflib import get_close_matches
 from fractions import Fraction
 from functools import cache, wraps
 from inspect import Parameter, Signature, signature
@@ -282,6 +281,8 @@ def _one_of(parts: Sequence[Any], text: str) -> Iterator[str]:
 
 def _misfit(function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> str:
     """Say which argument a function does not have, or which it lacks."""
+    from difflib import get_close_matches
+
     name = _name(function)
     parameters = list(_signature(function).parameters.values())
     if parameters and parameters[0].name in ("self", "cls"):

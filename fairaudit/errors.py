@@ -20,9 +20,9 @@ __all__ = [
     "without_passwords",
 ]
 
-IN_URL = re.compile(r"(?<![a-z0-9+.-])([a-z][a-z0-9+.-]{0,30}:/*|(?<!/)//+)([^/@:\s]{0,200}):(?:\S{0,300}@|[^/@\n]{0,300}@)", re.IGNORECASE)
+IN_URL = r"(?i)(?<![a-z0-9+.-])([a-z][a-z0-9+.-]{0,30}:/*|(?<!/)//+)([^/@:\s]{0,200}):(?:\S{0,300}@|[^/@\n]{0,300}@)"
 
-TOKEN_IN_URL = re.compile(r"(?<![a-z0-9])((?:http|ftp)s?:/+)[^/@:\s]{1,300}@", re.IGNORECASE)
+ALONE_IN_URL = r"(?i)(?<![a-z0-9])((?:http|ftp)s?:/+)[^/@:\s]{1,300}@"
 
 LONGEST = 1000
 """How many characters beyond those that are shown are looked at, since a password is known by what follows it."""
@@ -32,10 +32,7 @@ NAMES = (
     r"(?<=[?&;])(?:pass|sig)"
 )
 
-BESIDE_NAME = re.compile(
-    rf"((?:{NAMES})[\"'\]]?\s*(?:=>?|(?<=[\"']):|\s(?=['\"]))\s*)('[^']*'?|\"[^\"]*\"?|[^\s&;,'\"]+)",
-    re.IGNORECASE,
-)
+BESIDE_NAME = rf"(?i)((?:{NAMES})[\"'\]]?\s*(?:=>?|(?<=[\"']):|\s(?=['\"]))\s*)('[^']*'?|\"[^\"]*\"?|[^\s&;,'\"]+)"
 
 
 class FairauditError(Exception):
@@ -132,8 +129,8 @@ def without_passwords(text: str) -> str:
     >>> print(without_passwords("Postgres:/me:hush@host/db, postgresql://host/db?user=me&password=hush"))
     Postgres:/me:…@host/db, postgresql://host/db?user=me&password=…
     """
-    text = TOKEN_IN_URL.sub(r"\1…@", IN_URL.sub(r"\1\2:…@", text))
-    return BESIDE_NAME.sub(r"\1…", text)
+    text = re.sub(ALONE_IN_URL, r"\1…@", re.sub(IN_URL, r"\1\2:…@", text))
+    return re.sub(BESIDE_NAME, r"\1…", text)
 
 
 def kind_of(value: object) -> str:

@@ -8,7 +8,6 @@ import os
 import shutil
 import stat
 import tempfile
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -76,6 +75,8 @@ def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
     InputError
         If it cannot be read, or is not TOML.
     """
+    import tomllib
+
     try:
         data = path.read_bytes()
         return tomllib.loads(data.decode("utf-8"), parse_float=str), data

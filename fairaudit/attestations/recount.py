@@ -51,7 +51,7 @@ UNSAID = ("count", "probability", "weight", "wide", "total", "unit", "skip", "ta
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recount:
     """A log counted again, beside the certificate that was made of it.
 

@@ -165,7 +165,7 @@ def refuse_credentials(text: str, what: str, *, query: bool = False) -> None:
     fairaudit.errors.InputError: the query holds what looks like a password ('password'), which no attestation holds; omit or rename it
     """
     forms = f"{text}\n{unicodedata.normalize('NFKC', text)}\n{unquote(text)}"
-    found = "a user before the @ of an address" if IN_URL.search(forms) or USER_IN_URL.search(forms) else ""
+    found = "a user before the @ of an address" if re.search(IN_URL, forms) or USER_IN_URL.search(forms) else ""
     for pattern in (TOKEN, SURE, BEFORE_VALUE) if query else (TOKEN,):
         if not found and (match := pattern.search(forms)):
             found = shown(match[match.lastindex or 0])

@@ -176,7 +176,7 @@ class Stated:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Statement:
     """Who made a certificate, of which files, when and how: an in-toto Statement.
 

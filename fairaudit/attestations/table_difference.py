@@ -56,7 +56,7 @@ class DifferentCell:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TableDifference:
     """In what two tables differ.
 

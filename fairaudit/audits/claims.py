@@ -49,7 +49,7 @@ __all__ = ["Claim"]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Claim:
     """A statement with its scope and evidence, as docs/certificate.md lists them.
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from typing import TYPE_CHECKING, Any
 
 from fairaudit import __version__
 from fairaudit.audits.claims import population_at
+from fairaudit.audits.sentences import evaluation_of
 from fairaudit.certificates.certificate import FORMAT, Certificate, with_table
 from fairaudit.certificates.entries import (
     add_differences,
@@ -33,12 +33,14 @@ if TYPE_CHECKING:
 
 def certificate_of(result: Result) -> Certificate:
     """The certificate of a result: its document, and the table in it or beside it."""
+    from hashlib import sha256
+
     made, given = document(result), result.given_truth
     if result.partial is not None:
         return with_table(made, result.partial.table, embed=result.embed)
     law = result.deployment.policy.law if result.deployment else result.law
     paired = {quantity: interval.evidence["profiles"] for quantity, interval in result.intervals.items() if interval.region == "paired"}
-    digests: dict[str, str] = {quantity: hashlib.sha256(canonical(profiles)).hexdigest() for quantity, profiles in paired.items()}
+    digests: dict[str, str] = {quantity: sha256(canonical(profiles)).hexdigest() for quantity, profiles in paired.items()}
     certificate = with_table(made, Table(law, result.utility, result.deployment, profiles=digests), embed=result.embed)
     if given is not None and certificate.table is None:
         made["metrics"] |= {name: [rate_entry(law, rate) for rate in rates] for name, rates in given.rates.items()}
@@ -121,16 +123,6 @@ def _subject(result: Result) -> dict[str, Any]:
     if result.spellings:
         subject["spellings"] = list(result.spellings)
     return subject
-
-
-def evaluation_of(result: Result) -> dict[str, Any] | None:
-    """What is said of the evaluation log that was counted, if it was one; its cells only where the table may be disclosed."""
-    law = result.law
-    if law.evaluation is None:
-        return None
-    from fairaudit.certificates.evaluation import evaluation_entry
-
-    return evaluation_entry(law, law.evaluation, cells=result.embed is not False)
 
 
 def _add_filters(made: dict[str, Any], result: Result, deployment: Deployment) -> None:

@@ -34,7 +34,7 @@ FEW_CELLS = 20_000
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TableRadius:
     """How far every cell may move, each on its own, while the verdict on a target stands.
 
@@ -85,7 +85,7 @@ Pair = tuple[dict[str, str] | None, dict[str, str], dict[str, str]]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DriftedRatio:
     """The worst and the best ratio within the declared drift, of the table or of the population.
 

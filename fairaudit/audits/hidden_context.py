@@ -28,7 +28,7 @@ __all__ = ["Explanation", "Remaining", "explanations", "judged_with_hidden_conte
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Explanation:
     """What it would take of an unrecorded factor to explain a ratio away.
 
@@ -48,7 +48,7 @@ class Explanation:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Remaining:
     """What a declared hidden context leaves of a ratio at the least.
 

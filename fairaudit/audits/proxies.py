@@ -47,7 +47,7 @@ MOST_DIGITS = 4_000  # of a common denominator
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ProxyRange:
     """What the means and ratios of groups can be among some cells.
 
@@ -70,7 +70,7 @@ class ProxyRange:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ProxyTarget:
     """A limit, and how it was judged.
 
@@ -93,7 +93,7 @@ class ProxyTarget:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ProxyAudit:
     """What is known of the ratios of groups that were not recorded, from the probabilities of their cells.
 

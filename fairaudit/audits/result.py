@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.arguments import answered
 from fairaudit.audits.claims import Claim, claims_of
 from fairaudit.audits.differences import decide_difference, difference_pair, difference_sentence
-from fairaudit.audits.document import certificate_of, evaluation_of
 from fairaudit.audits.drift import DriftedRatio, TableRadius, drifted_of, measures_drift, radius_of
 from fairaudit.audits.faces import Faces
 from fairaudit.audits.hidden_context import Explanation, Remaining, explanations, remaining_ratios
@@ -22,6 +21,7 @@ from fairaudit.audits.sentences import (
     caution,
     change_text,
     decide,
+    evaluation_of,
     few_of_policy,
     foremost,
     headline_pair,
@@ -33,8 +33,6 @@ from fairaudit.audits.sentences import (
 from fairaudit.audits.targets import Target
 from fairaudit.audits.undecided import Undecided, Whatever, whatever_text
 from fairaudit.audits.unknown import Share, Whoever
-from fairaudit.certificates.certificate import Certificate
-from fairaudit.certificates.table import WrittenTable
 from fairaudit.errors import InputError
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method
@@ -60,6 +58,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from fairaudit.audits.origin import Origin
+    from fairaudit.certificates.certificate import Certificate
+    from fairaudit.certificates.table import WrittenTable
     from fairaudit.inference.bounded_differences import Differences
     from fairaudit.inference.changes import Change
     from fairaudit.inference.planning import Planning
@@ -80,7 +80,7 @@ FEW_STEPS = 5_000_000
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Partial:
     """What is kept of contexts that were read in parts.
 
@@ -106,7 +106,7 @@ class Partial:
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result(Faces):
     """What `certify` found. Ratios and distances are exact.
 
@@ -491,6 +491,8 @@ class Result(Faces):
     @cached_property
     def certificate(self) -> Certificate:
         """The certificate, ready to be saved."""
+        from fairaudit.audits.document import certificate_of
+
         return certificate_of(self)
 
 

@@ -65,7 +65,7 @@ WORDS = 30
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Roles:
     """What each column is taken for.
 

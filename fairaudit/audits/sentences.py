@@ -22,6 +22,7 @@ from fairaudit.tables.values import Label
 from fairaudit.words import BENEFIT, ENDS_CROSS, THE_INTERVAL, THIS_TABLE, Words, approximate, percent, place
 
 if TYPE_CHECKING:
+    from fairaudit.audits.result import Result
     from fairaudit.audits.targets import Target
     from fairaudit.model.mechanism import Mechanism
     from fairaudit.model.policy import Deployment
@@ -34,6 +35,7 @@ __all__ = [
     "caution",
     "change_text",
     "decide",
+    "evaluation_of",
     "few_of_policy",
     "foremost",
     "identifier_text",
@@ -207,6 +209,16 @@ def change_text(
         f"The {quantity} ratio changed: {ends[0]} in window {window}, {ends[1]} in the whole stream until then; a constant ratio would "
         f"show this with probability at most {approximate(1 - confidence, 'up')}."
     )
+
+
+def evaluation_of(result: Result) -> dict[str, Any] | None:
+    """What is said of the evaluation log that was counted, if it was one; its cells only where the table may be disclosed."""
+    law = result.law
+    if law.evaluation is None:
+        return None
+    from fairaudit.certificates.evaluation import evaluation_entry
+
+    return evaluation_entry(law, law.evaluation, cells=result.embed is not False)
 
 
 def lost_text(said: Mapping[str, Any] | None) -> str:

@@ -47,7 +47,7 @@ MOST_LISTED = 20_000
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Subgroup:
     """Rows that share some attribute values, beside the rest.
 
@@ -93,7 +93,7 @@ class Subgroup:
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Subgroups:
     """The most unequal subgroups of a log; made by `subgroups`.
 

@@ -27,7 +27,7 @@ __all__ = ["Target"]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Target:
     """A limit on the local or global measure, and how it was judged.
 

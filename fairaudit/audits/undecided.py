@@ -47,7 +47,7 @@ Compared = tuple[dict[str, str] | None, dict[str, str], dict[str, str]]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Undecided:
     """Decisions whose meaning is not known.
 
@@ -72,7 +72,7 @@ class Undecided:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Whatever:
     """Between which ends a ratio of the table lies, whatever the undecided decisions meant.
 

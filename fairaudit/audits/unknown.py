@@ -77,7 +77,7 @@ class Reached:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Whoever:
     """Between which ends a ratio lies, whoever the decisions of unknown group are.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,7 +31,7 @@ LONG = 1_000  # entries of a list that are not indented, which would take most o
 
 @answered_class()
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Certificate:
     """A certificate and the table that it is about.
 
@@ -133,6 +132,8 @@ def with_table(document: dict[str, Any], table: Table | WrittenTable, *, embed: 
 
 def new_salt() -> str:
     """Digits that keep the digest of a table that is not disclosed from being guessed."""
+    import secrets
+
     return secrets.token_hex(16)
 
 

@@ -35,7 +35,7 @@ CONSTANTS = ("gamma", "m", "tau", "lipschitz", "global_tau", "max_drift", "by_co
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Change:
     """A statement of the certificates, before and after.
 
@@ -59,7 +59,7 @@ class Change:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Moved:
     """The expected utility of a group in a context (none for a cell that is in one table only).
 
@@ -78,7 +78,7 @@ class Moved:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CertificateComparison:
     """What moved between two certificates.
 

@@ -37,7 +37,7 @@ Beyond = tuple[Sequence[str], Sequence[str]]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fairness:
     """What is established of the greatest ratio of the new certificate as a multiple of the old one's.
 

@@ -21,7 +21,7 @@ Laws = dict[Place, dict[Any, Fraction]]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Departure:
     """Whether a new table left the radius of a verdict on an old one.
 

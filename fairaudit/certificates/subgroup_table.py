@@ -24,7 +24,7 @@ TABLE_FORMAT = "fairaudit-subgroup-table/1"
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SubgroupTable:
     """How many rows have which attributes and which decision.
 

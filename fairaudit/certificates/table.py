@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import tempfile
 import weakref
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -36,7 +34,7 @@ CANONICAL = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",",
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Table:
     """The canonical text of a law and its utility, or of a policy with filters, population and utility.
 
@@ -177,7 +175,7 @@ class Table:
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class WrittenTable:
     """The canonical text of a table whose rows were written to a file, some at a time.
 
@@ -206,7 +204,9 @@ class WrittenTable:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Write the rows to a file of its own."""
-        file = tempfile.TemporaryFile()  # noqa: SIM115
+        from tempfile import TemporaryFile
+
+        file = TemporaryFile()  # noqa: SIM115
         file.write(state["rows"])
         for name, value in {"header": state["header"], "file": file, "cells": state["cells"]}.items():
             object.__setattr__(self, name, value)
@@ -232,7 +232,9 @@ class WrittenTable:
 
 
 def _digest(parts: Iterator[bytes]) -> str:
-    digest = hashlib.sha256()
+    from hashlib import sha256
+
+    digest = sha256()
     for part in parts:
         digest.update(part)
     return digest.hexdigest()

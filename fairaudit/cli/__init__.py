@@ -156,7 +156,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"fairaudit {__version__}")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+    commands = parser.add_subparsers(prog=parser.prog, metavar="COMMAND", required=True, parser_class=_Parser)
     given = with_negative_values(sys.argv[1:] if argv is None else argv)
     completing = "_ARGCOMPLETE" in os.environ and argv is None
     if given[:1] != ["--version"]:

@@ -45,14 +45,13 @@ def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> Non
     InputError
         If there is one.
     """
-    from fairaudit.certificates.certificate import table_beside
     from fairaudit.errors import InputError
     from fairaudit.reports.endings import form_of
 
     names: list[str] = [*(arguments.output or []), *more]
     stated = [arguments.attest] if getattr(arguments, "attest", None) is not None else []
     inputs = list(_read(arguments)) if names else []
-    tables = [str(table_beside(Path(name))) for name in names if Path(name).suffix.lower() == ".json"]
+    tables = _tables_beside([Path(name) for name in names if Path(name).suffix.lower() == ".json"])
     written, query = (*names, *stated, *tables), getattr(arguments, "query", None) or ""
     named = [path for path in written if re.search(rf"(?<![\w.-]){re.escape(Path(path).name)}(?![\w-])", query)]
     inputs.append((named, "a file that the query names,"))
@@ -67,6 +66,14 @@ def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> Non
         refuse_twice([*tables, *stated])
         if not stated[0].lower().endswith(".json"):
             raise InputError(f"--attest {stated[0]} does not end in .json, as an attestation does; name a file FILE.json")
+
+
+def _tables_beside(certificates: Sequence[Path]) -> list[str]:
+    if not certificates:
+        return []
+    from fairaudit.certificates.certificate import table_beside
+
+    return [str(table_beside(path)) for path in certificates]
 
 
 def check_forms(names: Sequence[str]) -> None:

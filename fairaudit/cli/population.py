@@ -133,13 +133,14 @@ ONLY_SAMPLES = ("interval", "independent_cells", "select", "missing_units", "two
 def findings_beside(arguments: argparse.Namespace, result: Result, utility: Utility, chosen: Mapping[str, Any]) -> list[Finding]:
     """Run the tests that were asked for."""
     from fairaudit.errors import InputError
-    from fairaudit.inference.hypothesis_tests import refute_epsilon
     from fairaudit.inference.levels import confidence_level
     from fairaudit.inference.ratio_intervals import default_region
 
     found: list[Finding] = []
     made = {"confidence": chosen["confidence"], "method": chosen["interval"] or METHODS[0], "independent": chosen["independent"]}
     if arguments.claimed_exp_epsilon is not None:
+        from fairaudit.inference.hypothesis_tests import refute_epsilon
+
         if "local" not in result.comparisons:
             raise InputError("--claimed-exp-epsilon needs an interval for the local ratio, and there is none")
         if result.utility.depends_on_group:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -57,6 +56,8 @@ def each_block(rows: int, step: int, work: Callable[[int, int], None]) -> None:
     if parts == 1:
         every(0)
         return
+    from concurrent.futures import ThreadPoolExecutor
+
     with ThreadPoolExecutor(parts) as pool:
         list(pool.map(every, range(parts)))
 

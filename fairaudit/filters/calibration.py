@@ -48,7 +48,7 @@ UNNEEDED = "the target holds without any filter; no privacy is needed"
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Calibration:
     """A filter for a target, or why there is none.
 

@@ -15,7 +15,7 @@ from fairaudit.words import brief
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Design:
     """A filter for a target, or why there is none.
 

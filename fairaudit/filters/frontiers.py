@@ -21,7 +21,7 @@ from fairaudit.words import brief
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Frontier:
     """Designs of one setting for several targets.
 

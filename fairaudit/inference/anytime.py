@@ -29,7 +29,7 @@ MOST_RATIOS = 8  # of joint bets: each divides the money further
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Arrivals:
     """The order in which cells first appeared in a stream, and how the budget of error was laid out for them.
 

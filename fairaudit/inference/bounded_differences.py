@@ -19,7 +19,7 @@ __all__ = ["Differences", "bound_differences"]
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Differences:
     """What is said of the differences of expected utilities.
 

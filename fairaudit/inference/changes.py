@@ -16,7 +16,7 @@ from fairaudit.words import brief
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Window:
     """A part of a stream, counted by itself.
 
@@ -39,7 +39,7 @@ class Window:
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Change:
     """A window that contradicts the stream: their intervals have no ratio in common.
 

@@ -39,7 +39,7 @@ MissingUnits = Literal["worst", "drop"]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Cells, and the blocks of forms in their means that are compared.
 

@@ -34,7 +34,7 @@ CACHED = 100_000  # pairs of values whose factors are remembered
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Detection:
     """An alarm: the mean of two groups has come apart by more than the limit.
 

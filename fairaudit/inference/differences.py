@@ -31,7 +31,7 @@ from fairaudit.words import brief
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DifferenceInterval:
     """A confidence interval of the greatest difference of two means.
 

@@ -24,7 +24,7 @@ __all__ = ["EpsilonRefutation", "NoiseFloor", "noise_floor", "refute_epsilon"]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EpsilonRefutation:
     """What end-to-end draws say about a claimed ε (T11), and what must be accepted for that.
 
@@ -45,7 +45,7 @@ class EpsilonRefutation:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class NoiseFloor:
     """An effect beside the ratio under edits that should not matter; both intervals hold together at the stated confidence.
 

@@ -23,7 +23,7 @@ Selection = Literal["bonferroni", "half-split"]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Interval:
     """A confidence interval of a fairness ratio.
 

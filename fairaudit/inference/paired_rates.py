@@ -36,7 +36,7 @@ DIRECTIONS = ((NEW, OLD), (OLD, NEW))
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PairedRate:
     """The mean utility of a cell in two logs, with what is known of its change.
 

@@ -51,7 +51,7 @@ SPLIT = ", of the pair that half of the draws chooses"
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Planning:
     """An estimate for planning, not a guarantee.
 

@@ -12,7 +12,7 @@ from fairaudit.words import brief
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class GivenTruth(RatesGivenTruth):
     """Rates given the true label, with intervals as far as they are claimed.
 

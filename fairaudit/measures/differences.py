@@ -23,7 +23,7 @@ __all__ = ["MeanDifference", "furthest_contexts", "global_difference", "least_si
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class MeanDifference:
     """The greatest difference of the expected utilities of two groups.
 

@@ -16,6 +16,7 @@ from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import UNIT
 from fairaudit.measures.blocks import block_starts, equal_blocks
 from fairaudit.model.law import Law
+from fairaudit.tables.values import distinct
 from fairaudit.words import brief
 
 __all__ = ["Distance", "DistanceWitness", "demographic_parity", "equalized_odds", "most_unequal_distances"]
@@ -25,7 +26,7 @@ BLOCK = 1 << 17  # entries of a block that stay in the cache of one core
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DistanceWitness:
     """Where a total variation distance is attained: on the event that the decision is one of `decisions`."""
 
@@ -36,7 +37,7 @@ class DistanceWitness:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Distance:
     """A greatest total variation distance between two groups, exact, with its witness.
 
@@ -187,7 +188,7 @@ def _distance_candidates(rows: _Rows, count: int) -> tuple[Floats, NDArray[np.in
     sizes[equal_blocks(rows.exact_key, rows.starts, np.arange(len(sizes)))] = 0
     kept: list[tuple[Floats, NDArray[np.int64], NDArray[np.int64]]] = []
     floor = 0.0
-    for size in np.unique(sizes[sizes > 1]).tolist():
+    for size in distinct(sizes[sizes > 1])[0].tolist():
         blocks = np.flatnonzero(sizes == size)
         first_rows = rows.starts[:-1][blocks]
         for values, firsts, seconds in _block_distances(rows.floats, first_rows, size):

@@ -53,7 +53,7 @@ class Positive:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Rate:
     """A rate of positive decisions among those with a positive (or another) true label.
 
@@ -79,7 +79,7 @@ class Rate:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Difference:
     """The greatest difference of a rate between two groups, and who they are.
 
@@ -111,7 +111,7 @@ class Difference:
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RatesGivenTruth:
     """What the decisions are given the true label.
 

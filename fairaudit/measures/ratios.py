@@ -35,7 +35,7 @@ __all__ = [
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Witness:
     """Where a ratio is attained.
 
@@ -67,7 +67,7 @@ class Witness:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ratio:
     """A worst ratio between two groups.
 

@@ -35,7 +35,7 @@ FEW_ORDERS = 5_040  # the orders of seven candidates: up to here ways are counte
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Allocation:
     """Position and profile effects of a table of choices.
 

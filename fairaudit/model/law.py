@@ -61,7 +61,7 @@ TOLERANCE = 10**6  # one part in so many is what rows of probabilities may be of
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Law:
     """A discrete law P(u|x,a), exact, with labels.
 

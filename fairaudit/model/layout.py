@@ -47,7 +47,7 @@ class Columns:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Units:
     """Sampling units of a log: a run, a person, a profile, of which each may have several rows.
 
@@ -82,7 +82,7 @@ class Units:
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Truth:
     """True labels beside the decisions: what should have been decided.
 

@@ -44,7 +44,7 @@ class Store(Protocol):
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Factor:
     """A stochastic table over labels, exact.
 
@@ -88,7 +88,7 @@ class Factor:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Mechanism:
     """A privacy filter, the product of independent factors.
 

@@ -57,7 +57,7 @@ class PolicyTable(Protocol):
 
 @answered_class()
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Policy:
     """A black box as a table: the law of its decision for every context x̃ and group ã that it may be shown.
 
@@ -181,7 +181,7 @@ class Policy:
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Deployment:
     """A policy behind filters.
 

@@ -18,7 +18,7 @@ __all__ = ["UnknownRows"]
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class UnknownRows:
     """Counts of decisions of unknown group, by context.
 

@@ -5,7 +5,6 @@ It is at least 0 wherever ratios are formed; one that may be negative is said to
 
 from __future__ import annotations
 
-import difflib
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -44,7 +43,7 @@ Entry = tuple[str, Label, Label]
 
 @answered_class(values=Values)
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Utility:
     """A utility of decisions, contexts and groups.
 
@@ -321,7 +320,7 @@ class Utility:
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class UtilityTable:
     """A utility laid out over a law; made by `Utility.on`.
 
@@ -431,7 +430,11 @@ class UtilityTable:
 def _alike(one: str, other: str) -> bool:
     """Whether two labels are so close that one may be a misspelling of the other."""
     first, second = (" ".join(unicodedata.normalize("NFC", label).casefold().split()) for label in (one, other))
-    return first == second or difflib.SequenceMatcher(None, first, second).ratio() >= MISSPELT
+    if first == second:
+        return True
+    from difflib import SequenceMatcher
+
+    return SequenceMatcher(None, first, second).ratio() >= MISSPELT
 
 
 def _array(values: list[int]) -> NDArray[Any]:

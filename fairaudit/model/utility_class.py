@@ -66,7 +66,7 @@ class ClassOptions(TypedDict, total=False):
 
 @answered_class(terms=Terms, bound=Number)
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LinearRow:
     """A linear constraint Σ coefficient·g ≤ bound on a utility.
 
@@ -112,7 +112,7 @@ class LinearRow:
     rows=Sequence[tuple[Mapping[str, Number], Number]],
 )
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Family:
     """Utilities g(u,x,a) = Σ_k θ_k φ_k(u,x,a) with θ in a polytope.
 
@@ -182,7 +182,7 @@ class Family:
 
 @answered_class(reference=Utility | Values, radius=Number)
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ball:
     """Utilities near a reference, in every context (and for every group, unless the class is blind).
 
@@ -222,7 +222,7 @@ class Ball:
 
 @answered_class(**get_type_hints(ClassOptions))
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class UtilityClass:
     """A class of utilities, by the constraints that its members satisfy; all numbers are exact.
 

@@ -35,7 +35,7 @@ TAIL_BITS = 80
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Composition:
     """Several releases of the same value, each with fresh randomness.
 

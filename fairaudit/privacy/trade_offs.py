@@ -22,7 +22,7 @@ from fairaudit.words import brief
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TradeOff:
     """A trade-off curve: the least false-negative rate of any test of two inputs at a given false-positive rate.
 
@@ -75,7 +75,7 @@ class TradeOff:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Profile:
     """The privacy profile: the least δ as a function of k = e^ε ≥ 1.
 

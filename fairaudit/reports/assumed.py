@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from functools import cache
 
 from fairaudit.theorems.assumptions import SENTENCES
 from fairaudit.words import plain
@@ -70,18 +69,16 @@ def in_short(assumptions: Iterable[str]) -> tuple[str, ...]:
 def _shortened(text: str) -> str:
     if text.endswith(LEFT_OUT):
         return "what was left out is no different from the rest"
-    for pattern, short in _patterns():
-        if found := pattern.fullmatch(text):
+    for name, short in SHORT.items():
+        if found := _filled_in(SENTENCES[name], text):
             return plain(short.format(**found.groupdict()))
     return plain(text)
 
 
-@cache
-def _patterns() -> list[tuple[re.Pattern[str], str]]:
-    """The sentences as patterns, in which a name in braces is what was filled in."""
-    listed = []
-    for name, short in SHORT.items():
-        parts = re.split(r"\{(\w+)\}", SENTENCES[name])
-        filled = [re.escape(part) if i % 2 == 0 else f"(?P<{part}>.*)" for i, part in enumerate(parts)]
-        listed.append((re.compile("".join(filled), re.DOTALL), short))
-    return listed
+def _filled_in(sentence: str, text: str) -> re.Match[str] | None:
+    """What stands for the names in braces, if the text is the sentence with them filled in."""
+    parts = re.split(r"\{(\w+)\}", sentence)
+    if not text.startswith(parts[0]):
+        return None
+    filled = [re.escape(part) if i % 2 == 0 else f"(?P<{part}>.*)" for i, part in enumerate(parts)]
+    return re.fullmatch("".join(filled), text, re.DOTALL)

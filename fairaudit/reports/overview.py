@@ -11,9 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from fairaudit.audits.document import document, evaluation_of
-from fairaudit.audits.sentences import Sizes, change_text, sizes
-from fairaudit.certificates.entries import change_assumptions
+from fairaudit.audits.sentences import Sizes, change_text, evaluation_of, sizes
 from fairaudit.certificates.reader import Subject, mean_difference, number, ratio
 from fairaudit.measures.limits import Quantity
 from fairaudit.measures.rates import NAMES, OVERALL
@@ -183,6 +181,16 @@ def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS)
     comparisons = {**(apart.comparisons if apart else {}), **result.comparisons}
     special = result.whoever or result.hidden_context or result.given_truth or result.undecided or any(t.under for t in result.targets)
     subject = Subject(result.law, result.utility, result.deployment)
+    of_windows: Sequence[str] = ()
+    beside: tuple[str, ...] = ()
+    if result.changed:
+        from fairaudit.certificates.entries import change_assumptions
+
+        of_windows = change_assumptions(result.changed)
+    if special:
+        from fairaudit.audits.document import document
+
+        beside = tuple(_beside(document(result), subject))
     seen = Seen(
         columns=result.columns,
         kind="policy" if result.deployment else result.law.kind,
@@ -208,10 +216,8 @@ def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS)
         preparation=result.preparation,
         lost=lost_answers(evaluation_of(result), result.law),
         meant=None if result.undecided is None else {one.quantity: one.least for one in result.whatever},
-        assumptions=_assumed(
-            [claim.entry for claim in result.claims], result.targets, change_assumptions(result.changed) if result.changed else ()
-        ),
-        beside=tuple(_beside(document(result), subject)) if special else (),
+        assumptions=_assumed([claim.entry for claim in result.claims], result.targets, of_windows),
+        beside=beside,
         spelt=result.spellings,
         changed=_changed(result),
         further=_further(result),

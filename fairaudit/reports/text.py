@@ -9,9 +9,9 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal
 
-from fairaudit.audits.document import document, evaluation_of
+from fairaudit.audits.document import document
 from fairaudit.audits.drift import TableRadius
-from fairaudit.audits.sentences import pair_text, size_text
+from fairaudit.audits.sentences import evaluation_of, pair_text, size_text
 from fairaudit.certificates.entries import change_assumptions
 from fairaudit.certificates.reader import Subject
 from fairaudit.errors import shown

@@ -23,7 +23,7 @@ QUANTITIES: tuple[Quantity, ...] = ("local", "global")
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ByTime:
     """What pairs in time show.
 
@@ -57,7 +57,7 @@ class ByTime:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Look:
     r"""What a moment shows.
 

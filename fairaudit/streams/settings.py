@@ -29,7 +29,7 @@ EARLIER = {"max_local": "max_local_log", "max_global": "max_global_log"}
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Settings:
     """The settings of a monitor. Numbers are kept as the texts of exact rationals.
 

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import bz2
 import codecs
 import csv
-import gzip
 import io
-import lzma
 import os
 import re
-import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -51,7 +47,7 @@ _THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(,\d{3})+\s*", re.ASCII)
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CsvTable:
     """A table of texts, with the line of the file on which each row ends.
 
@@ -310,7 +306,7 @@ def opened(path: Path) -> Iterator[IO[bytes]]:
         raise InputError("there is no such file") from None
     except IsADirectoryError:
         raise InputError("this is a directory; name a CSV file") from None
-    except (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile) as error:
+    except _damages() as error:
         raise InputError(f"the compressed file is damaged: {str(error)[:1].lower()}{str(error)[1:]}") from None
     except OSError as error:
         raise InputError(f"the file cannot be read: {error.strerror or error}") from None
@@ -326,10 +322,27 @@ def _inside(file: IO[bytes], magic: bytes) -> IO[bytes]:
     if magic[:4] in (b"PK\x03\x04", b"PAR1", b"\x28\xb5\x2f\xfd"):
         raise InputError("the file is not text (it looks like Zstandard, a spreadsheet or Parquet); save it as CSV")
     if magic[:2] == b"\x1f\x8b":
+        import gzip
+
         return cast("IO[bytes]", gzip.open(file))
     if magic[:3] == b"BZh":
+        import bz2
+
         return cast("IO[bytes]", bz2.open(file))
-    return cast("IO[bytes]", lzma.open(file)) if magic == b"\xfd7zXZ\x00" else file
+    if magic == b"\xfd7zXZ\x00":
+        import lzma
+
+        return cast("IO[bytes]", lzma.open(file))
+    return file
+
+
+def _damages() -> tuple[type[Exception], ...]:
+    """What readers of compressed files raise where one is damaged."""
+    import gzip
+    import lzma
+    import zlib
+
+    return EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile
 
 
 def _text(path: Path) -> str:

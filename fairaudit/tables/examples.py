@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.resources import files
+from pathlib import Path
 
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError, nearest, shown
@@ -14,7 +14,7 @@ __all__ = ["EXAMPLES", "Example", "example"]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Example:
     """A table that ships with the package.
 
@@ -47,7 +47,7 @@ class Example:
     @property
     def path(self) -> str:
         """Where the file is: a table, or an audit file if there is no decision column."""
-        return str(files("fairaudit.tables").joinpath("data", f"{self.name}.{'csv' if self.decision else 'toml'}"))
+        return str(Path(__file__).with_name("data") / f"{self.name}.{'csv' if self.decision else 'toml'}")
 
     def table(self) -> CsvTable:
         """Read the table."""

@@ -27,7 +27,7 @@ NUMBERS = {"probability", "low", "high"}
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GroupProbabilities:
     """P(group | cell), exact or between two ends.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -157,6 +156,8 @@ def read_label_map(path: str | Path) -> dict[str, dict[str, str]]:
     ...     read_label_map(file)
     {'race': {'BLK': 'Black'}}
     """
+    import tomllib
+
     try:
         document = tomllib.loads(Path(path).read_bytes().decode("utf-8"))
     except (FileNotFoundError, IsADirectoryError):
@@ -180,7 +181,7 @@ def read_label_map(path: str | Path) -> dict[str, dict[str, str]]:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PreparedTable:
     """A table of which some columns have other labels.
 

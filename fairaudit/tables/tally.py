@@ -30,7 +30,7 @@ BATCH = 50_000  # rows that an engine hands over at a time: a few MB
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Tally:
     """A log whose equal rows were counted: the distinct rows, and how often each occurs.
 

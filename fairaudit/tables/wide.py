@@ -75,7 +75,7 @@ class Wide:
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LongTable:
     """A row for each decision of a row, with its count or share.
 

@@ -39,7 +39,7 @@ ANY_CONTEXT_FILTER = "this policy and group filter, any context filter that rele
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Bound:
     """An upper bound on a fairness measure, with what it rests on.
 

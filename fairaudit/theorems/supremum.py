@@ -54,7 +54,7 @@ class PairProof:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Supremum:
     """The greatest ratio that any policy of a scope attains behind given filters, for a given utility.
 

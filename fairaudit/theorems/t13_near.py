@@ -59,7 +59,7 @@ LARGEST_EXPONENT = 10_000  # of limits on logarithms; e^10,000 has 4,343 digits
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DriftRadius:
     """How far, in total variation, the law of the decision may move from that of a policy while a verdict on it stands.
 

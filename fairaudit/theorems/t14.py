@@ -35,7 +35,7 @@ MOST = 10**9
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class HiddenContext:
     """What is declared of an unrecorded factor.
 
@@ -171,7 +171,7 @@ def balanced_strength(ratio: Extended) -> Extended:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Frontier:
     """What it would take of an unrecorded factor to bring a ratio down.
 

@@ -49,7 +49,7 @@ SAFE = 1 << 62
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LawRadius:
     """How far every cell of a table may move, each on its own, while a verdict on it stands.
 
@@ -75,7 +75,7 @@ class LawRadius:
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Extreme:
     """The greatest or the least ratio within a drift, and the pair of cells, or of groups overall, that attains it.
 

@@ -33,7 +33,7 @@ Conjunction = tuple[Condition, ...]
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Rows:
     """Rows of a log by what attributes they have: one entry for each combination that occurs.
 

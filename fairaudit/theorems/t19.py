@@ -20,7 +20,7 @@ Pair = tuple[int, int, int]
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RatioRange:
     """Both ends of the greatest ratio of two means of a block.
 

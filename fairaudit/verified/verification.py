@@ -35,7 +35,7 @@ CertificateLike = Certificate | Certified | Mapping[str, object] | bytes | str |
 
 
 @brief
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Verification:
     """What the checker found of each statement of a certificate.
 

@@ -22,7 +22,7 @@ from fairaudit.worst.setting import Setting
 
 
 @brief
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class WorstCase:
     """The worst utility of a class for a law, between exact ends.
 
