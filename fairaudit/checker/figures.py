@@ -45,6 +45,9 @@ class Setting:
 
 T = TypeVar("T")
 
+BITS = 32  # to which numbers are rounded before they are compared exactly
+LONG = 1 << 200  # a denominator by which that would take long
+
 
 class Greatest(Generic[T]):
     """The greatest value of a metric over the settings so far; the first one that attains it is kept."""
@@ -61,6 +64,25 @@ class Greatest(Generic[T]):
             self.value = value
             self.found = Setting(groups, context, decision), higher, lower, values[higher], values[lower]
 
+    def keeps_ratio(self, rounded: Sequence[int]) -> bool:
+        """Whether no ratio of numbers exceeds the greatest so far; they are rounded down to multiples of 2^-BITS."""
+        if self.found is None or not rounded:
+            return False
+        low = min(rounded)
+        return low >= 0 and (max(rounded) + 1) * self.value[1] <= low * self.value[0]
+
+    def keeps_gap(self, rounded: Sequence[int]) -> bool:
+        """The same of their differences."""
+        if self.found is None or not rounded:
+            return False
+        return (max(rounded) + 1 - min(rounded)) * self.value[1] <= self.value[0] << BITS
+
+    def keeps_distance(self, columns: Sequence[Sequence[int]]) -> bool:
+        """The same of the distances of laws, which are at most half the sum over the decisions of how far their probabilities are apart."""
+        if self.found is None or not columns[0]:
+            return False
+        return sum(max(column) - min(column) + 1 for column in columns) * self.value[1] <= 2 * self.value[0] << BITS
+
     def maximum(self, header: Header) -> Maximum | None:
         """The value and its witness, if anything was compared."""
         if self.found is None:
@@ -68,6 +90,20 @@ class Greatest(Generic[T]):
         setting, higher, lower, one, other = self.found
         witness = setting.witness(header, higher, lower) | self.details(one, other)
         return Maximum(reduced(*self.value), witness, (setting.context, setting.groups[higher], setting.groups[lower]))
+
+
+def _rounded(values: Sequence[Rational]) -> list[int]:
+    """Round down to multiples of 2^-BITS; nothing if that would not be quick."""
+    if any(d > LONG for _, d in values):
+        return []
+    return [(n << BITS) // d for n, d in values]
+
+
+def _columns(laws: Sequence[Law]) -> Sequence[Sequence[int]]:
+    """The probabilities of each decision, likewise."""
+    if any(total > LONG for _, total in laws):
+        return [[]] * len(laws[0][0])
+    return [*zip(*([(weight << BITS) // total for weight in weights] for weights, total in laws), strict=True)]
 
 
 class ComparedGroups:
@@ -88,15 +124,20 @@ class ComparedGroups:
         self.single = Greatest[Rational](widest_ratio, both("probabilities"))
 
     def add(self, groups: Sequence[int], laws: Sequence[Law], means: Sequence[Rational], context: int | None = None) -> None:
-        """Compare at least two groups."""
-        self.means.offer(means, groups, context)
-        if self.apart is not None:
+        """Compare at least two groups, unless rounded numbers show that nothing here exceeds what was found."""
+        rounded = _rounded(means)
+        if not self.means.keeps_ratio(rounded):
+            self.means.offer(means, groups, context)
+        if self.apart is not None and not self.apart.keeps_gap(rounded):
             self.apart.offer(means, groups, context)
         if self.expectations_only:
             return
-        self.laws.offer(laws, groups, context)
-        for u in range(len(self.header.decisions)):
-            self.single.offer([(weights[u], total) for weights, total in laws], groups, context, u)
+        columns = _columns(laws)
+        if not self.laws.keeps_distance(columns):
+            self.laws.offer(laws, groups, context)
+        for u, column in enumerate(columns):
+            if not self.single.keeps_ratio(column):
+                self.single.offer([(weights[u], total) for weights, total in laws], groups, context, u)
 
     def maxima(self, ratio: str, distance: str, supremum: str) -> dict[str, Maximum | None]:
         """The metrics by these names."""
@@ -179,16 +220,19 @@ class Figures:
             self.rarer[context] = _others(groups, len(self.header.groups))
         if len(cells) > 1:
             means = [cell.expectation for cell in cells]
-            least = means[extreme_positions(means)[1]]
-            if self.tau is None or not at_most(self.tau, least):
-                self.tau = least
+            rounded = _rounded(means)
+            if self.tau is None or not rounded or min(rounded) * self.tau[1] < self.tau[0] << BITS:
+                least = means[extreme_positions(means)[1]]
+                if self.tau is None or not at_most(self.tau, least):
+                    self.tau = least
             self.local.add(groups, [cell.law for cell in cells], means, context)
 
     def _add_up(self, cells: Sequence[Cell]) -> None:
         for _, group, (weights, total), mass, expectation, _ in cells:
             self.with_cells[group] = True
             if mass[0]:
-                n, d = reduced(mass[0], mass[1] * total)
+                times, rest = divmod(mass[0], total) if mass[1] == 1 else (0, 1)
+                n, d = reduced(mass[0], mass[1] * total) if rest else (times, 1)
                 self.laws[group].add([n * weight for weight in weights], d)
                 if self.gains is None:
                     self.means[group].add([mass[0] * expectation[0]], mass[1] * expectation[1])

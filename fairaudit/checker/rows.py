@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, product
+from typing import NamedTuple
 
 from .figures import Figures, Watcher
 from .filters import Filter, mixed_laws, read_filters, seen_in_contexts
@@ -18,6 +19,9 @@ from .rationals import ONE, Rational, over_common_denominator, read_rational, re
 from .table import Policy, Table
 from .text import malformed, shown
 from .work import grant_bytes
+
+TOGETHER = 1 << 16  # bytes of lines for which work is granted at once, of which a document has that for a million beforehand
+ROWS = 1 << 9  # different weights that are remembered: many cells of a large table have equal ones
 
 # A line of most tables as the canonical text has it: two short integers and a list of rationals.
 _PLAIN = re.compile(rb'\{"context":(0|[1-9][0-9]{0,17}),"group":(0|[1-9][0-9]{0,17}),"weights":\["([0-9/]+(?:","[0-9/]+)*)"\]\}\n')
@@ -69,7 +73,7 @@ def _read_utility(value: object, where: str, weights: Sequence[int]) -> tuple[Ra
 
 
 def read_table(
-    lines: Iterable[tuple[str, object, bytes | None]],
+    lines: Iterable[tuple[str | Line, object, bytes | None]],
     keep: bool = True,
     positive: Positive | None = None,
     differences: bool = False,
@@ -77,26 +81,64 @@ def read_table(
 ) -> Table:
     """Read a table from (where, value, its canonical text in the file or None if embedded), the header first.
 
+    In the place of the value of a line of a file its plain parts may stand.
+
     What is read is not kept when only the figures of the table are needed.  Figures given the true label need to know what is positive;
     differences of expectations are formed where they are asked for; watchers follow the cells of what is no policy.
     """
     digest = hashlib.sha256()
     reader: _Rows | None = None
+    unread = 0  # bytes of the lines since the last time that work was granted for them
     for where, value, raw in lines:
         if reader is None:
-            header = read_header(value, where)
+            header = read_header(_members(value) if isinstance(value, re.Match) else value, str(where))
             if isinstance(value, dict) and "filters" in value:
                 reader = _PolicyRows(header, differences, *read_filters(header, value["filters"], f"{where}.filters"))
             else:
                 reader = _Rows(header, differences, keep, positive, watchers)
+        elif isinstance(value, re.Match):
+            reader.add_plain(value, where)
         else:
-            reader.add(value, where)
-        if raw is not None:
-            grant_bytes(len(raw))
-        digest.update(canonical_text(value) if raw is None else raw)
+            reader.add(value, str(where))
+        if raw is None:
+            digest.update(canonical_text(value))
+            continue
+        digest.update(raw)
+        unread += len(raw)
+        if unread > TOGETHER:
+            grant_bytes(unread)
+            unread = 0
+    grant_bytes(unread)
     if reader is None:
         raise malformed("the table", "is empty")
     return reader.table(digest.hexdigest())
+
+
+def _members(plain: re.Match[bytes]) -> dict[str, object]:
+    """The value of a plain line."""
+    context, group, weights = plain.groups()
+    return {"context": int(context), "group": int(group), "weights": weights.decode("ascii").split('","')}
+
+
+class Line:
+    """Where a line of a table file is; in words only where something is wrong with it."""
+
+    __slots__ = ("number",)
+
+    def __init__(self) -> None:
+        self.number = 0
+
+    def __str__(self) -> str:
+        """Name the line."""
+        return f"line {self.number} of the table"
+
+
+class _Row(NamedTuple):
+    """What follows from the weights of a line of whole counts."""
+
+    law: Law
+    mass: Rational
+    expectation: Rational
 
 
 class _Rows:
@@ -113,6 +155,43 @@ class _Rows:
         self.keys = _given_with_cells(header)
         self.gains = None if header.utility is None else gains_of(header.utility)
         self.last = (-1, -1)
+        self.counted = header.subject.kind == "counts" and not self.keys and not header.unknown and self.gains is not None
+        self.known: dict[bytes, _Row] = {}
+
+    def add_plain(self, plain: re.Match[bytes], where: str | Line) -> None:
+        """Read one more line by its parts: context, group and weights.  Those of equal weights are read once."""
+        x, a, text = plain.groups()
+        row = self.known.get(text) or (self._row_of(text) if self.counted else None)
+        context, group = int(x), int(a)
+        place = context, group
+        header = self.header
+        if row is None or self.last >= place or context >= len(header.contexts) or group >= len(header.groups):
+            self.add(_members(plain), str(where))
+            return
+        self.last = place
+        cell = Cell(context, group, row.law, row.mass, row.expectation, header.utility or ())
+        self.figures.add(cell)
+        if self.kept is not None:
+            self.kept.append(cell)
+
+    def _row_of(self, text: bytes) -> _Row | None:
+        """Read weights that are short whole numbers, if they are."""
+        items = text.split(b'","')
+        if (
+            b"/" in text
+            or len(items) != len(self.header.decisions)
+            or any(len(item) > 18 or (item[0] == 48 and item != b"0") for item in items)
+        ):
+            return None
+        weights = [*map(int, items)]
+        total = sum(weights)
+        if total == 0 or self.gains is None:
+            return None
+        law = reduced_law(weights, total)
+        if len(self.known) >= ROWS:
+            self.known.clear()
+        self.known[text] = row = _Row(law, (total, 1), mean_of(*law, self.gains))
+        return row
 
     def add(self, value: object, where: str) -> None:
         """Read one more line."""
@@ -186,17 +265,16 @@ def _check_masses(header: Header, masses: Sequence[Rational]) -> None:
         raise malformed("the table", "has masses that do not sum to 1")
 
 
-def lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[str, object, bytes]]:
+def lines_of_file(lines: Iterable[bytes]) -> Iterator[tuple[Line, object, bytes]]:
     """Decode the lines of a table file, as ``read_table`` takes them, and make sure that they are canonical."""
-    for number, line in enumerate(lines, 1):
-        where = f"line {number} of the table"
+    where = Line()
+    for where.number, line in enumerate(lines, 1):
         if plain := _PLAIN.fullmatch(line):
-            context, group, weights = plain.groups()
-            yield where, {"context": int(context), "group": int(group), "weights": weights.decode("ascii").split('","')}, line
+            yield where, plain, line
             continue
-        value = decoded(line, where)
+        value = decoded(line, str(where))
         if line != canonical_text(value):
-            raise malformed(where, "is not the canonical text of its value, ended by one line feed")
+            raise malformed(str(where), "is not the canonical text of its value, ended by one line feed")
         yield where, value, line
 
 
