@@ -18,7 +18,7 @@ from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 from fairaudit.tables.arriving import as_table, is_frame, unreadable
 from fairaudit.tables.columns import LabelledRows, Missing, read_labels
-from fairaudit.tables.csv import CsvTable, decimal_commas, read_csv
+from fairaudit.tables.csv import SMALL, CsvTable, decimal_commas, read_csv
 from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction
 from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels, spelt_alike
 from fairaudit.tables.sources import Source, is_database
@@ -484,14 +484,30 @@ def read_table(
         request = log_request(columns, bins, **where, **roles, report=report, meanwhile=_warm, most=most, by=tuple(by))
         return _with_numbers(counted_log(source, request, access.engine), numeric)
     else:
-        found = read_csv(source)
+        found = _read_text(source, columns, numeric, access, report, roles.get("count"))
     _refuse_what_logs_have(bins, access, spelled)
     try:
         for name in columns:
-            column(found, name)
+            column(dict.fromkeys(found.columns, ()), name)
         return found.with_numbers(numeric)
     except InputError as error:
         raise InputError(f"{found.name}: {error}") from None
+
+
+def _read_text(
+    source: str | os.PathLike[str], columns: Sequence[str], numeric: Sequence[str], access: Access, report: Report | None, count: str | None
+) -> CsvTable:
+    """Read a delimited text row by row: a big one by an engine, where that reads it alike."""
+    path = os.fspath(source)
+    if access.engine == "auto" and Path(path).is_file() and Path(path).stat().st_size > SMALL:
+        from fairaudit.tables.engines.logs import log_request
+        from fairaudit.tables.engines.ordered import read_ordered
+
+        request = log_request(columns, memory=access.memory, report=report, meanwhile=_warm, count=count)
+        found = read_ordered(path, request, numeric)
+        if found is not None:
+            return found
+    return read_csv(source)
 
 
 def _refuse_what_logs_have(bins: Mapping[str, Any], access: Access, spelled: Callable[[str], str]) -> None:

@@ -8,6 +8,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from fairaudit.arguments import answered
 from fairaudit.audits.claims import Claim, claims_of
 from fairaudit.audits.differences import decide_difference, difference_pair, difference_sentence
@@ -516,21 +518,18 @@ def pair_key(witness: Witness) -> tuple[str, ...]:
 
 def not_compared(law: Law) -> list[dict[str, Any]]:
     """Contexts, groups and quantities of a law that are left out of the comparison, and why."""
-    present: list[list[int]] = [[] for _ in law.contexts]
-    for x, a in zip(law.cell_context.tolist(), law.cell_group.tolist(), strict=True):
-        present[x].append(a)
+    present = np.bincount(law.cell_context, minlength=len(law.contexts))
+    ends = np.cumsum(present)
     left_out: list[dict[str, Any]] = []
-    for x, groups in enumerate(present):
-        if len(groups) < len(law.groups):
-            absent = sorted(set(range(len(law.groups))) - set(groups))
-            left_out.append(
-                {"context": law.context_label(x), "groups": [law.group_label(a) for a in absent], "reason": "no decisions recorded"}
-            )
-    left_out += [
-        {"context": law.context_label(x), "reason": "fewer than two groups"} for x, groups in enumerate(present) if len(groups) < 2
-    ]
-    positive = {a for a, m in zip(law.cell_group.tolist(), law.cell_mass, strict=True) if m > 0}
-    weightless = sorted(set(law.cell_group.tolist()) - positive)
+    for x in np.flatnonzero(present < len(law.groups)).tolist():
+        groups = law.cell_group[ends[x] - present[x] : ends[x]].tolist()
+        absent = sorted(set(range(len(law.groups))) - set(groups))
+        left_out.append(
+            {"context": law.context_label(x), "groups": [law.group_label(a) for a in absent], "reason": "no decisions recorded"}
+        )
+    few = np.flatnonzero(present < 2).tolist()
+    left_out += [{"context": law.context_label(x), "reason": "fewer than two groups"} for x in few]
+    weightless = sorted(set(np.unique(law.cell_group).tolist()) - law.groups_with_mass)
     if weightless:
         left_out.append({"groups": [law.group_label(a) for a in weightless], "reason": "no population"})
     if not law.global_groups:

@@ -378,8 +378,8 @@ def sizes(law: Law, witnesses: Sequence[Witness]) -> list[Sizes | None]:
 
     @cache
     def over_contexts(group: int) -> Size | None:
-        chosen = np.flatnonzero(law.cell_group == group).tolist()
-        return Size(Fraction(sum(sum(law.row(cell)) for cell in chosen), law.scale)) if chosen else None
+        chosen = law.totals[law.cell_group == group].tolist()
+        return Size(Fraction(sum(chosen), law.scale)) if chosen else None
 
     def of(context: Label | None, group: int) -> Size | None:
         if context is None:

@@ -98,7 +98,7 @@ def most_unequal_distances(law: Law, count: int, *, within_context: bool) -> tup
     if within_context:
         cells = np.flatnonzero(law.compared)
         rows = _law_rows(law, cells)
-        owner = [int(g) for g in law.cell_group[cells]]
+        owner = law.cell_group[cells].tolist()
     else:
         owner = list(law.global_groups)
         rows = _listed_rows(law.mixed_rows)

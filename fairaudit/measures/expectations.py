@@ -267,6 +267,13 @@ def _group_means(law: Law, utility: UtilityTable) -> list[Pair]:
     """Ē(a) of the globally compared groups of integer rows, exact."""
     if not law.global_groups:
         return []
+    most = float(np.abs(utility.values).max()) if utility.values.dtype == np.int64 else np.inf
+    if law.population == "counts" and law.weights.dtype == np.int64 and float(law.totals.sum(dtype=np.float64)) * max(most, 1.0) < 2.0**62:
+        tops_of, bottoms_of = np.zeros((2, len(law.groups)), dtype=np.int64)
+        values = law.weights @ utility.values if utility.by_decision else (law.weights * utility.values).sum(axis=1)
+        np.add.at(tops_of, law.cell_group, values)
+        np.add.at(bottoms_of, law.cell_group, law.totals)
+        return [(int(tops_of[group]), int(bottoms_of[group]) * utility.scale) for group in law.global_groups]
     coefficients, totals = law.mixing
     if law.weights.dtype == np.int64 == utility.values.dtype and int(law.totals.max()) * int(utility.values.max()) <= INT64:
         tops = law.weights @ utility.values if utility.by_decision else (law.weights * utility.values).sum(axis=1)

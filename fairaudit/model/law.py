@@ -439,8 +439,14 @@ class Law:
         """Groups that the global quantities compare: those of positive mass; empty when those quantities are undefined."""
         if self.population == "equal" and not self.complete:
             return ()
-        positive = {int(g) for g, m in zip(self.cell_group, self.cell_mass, strict=True) if m > 0}
-        return tuple(sorted(positive)) if len(positive) > 1 else ()
+        return tuple(sorted(self.groups_with_mass)) if len(self.groups_with_mass) > 1 else ()
+
+    @cached_property
+    def groups_with_mass(self) -> frozenset[int]:
+        """Groups of positive mass; of counts every row has some."""
+        if self.population == "counts":
+            return frozenset(np.unique(self.cell_group).tolist())
+        return frozenset(a for a, m in zip(self.cell_group.tolist(), self.cell_mass, strict=True) if m > 0)
 
     @cached_property
     def mixing(self) -> tuple[NDArray[Any], dict[int, int]]:
@@ -500,6 +506,11 @@ class Law:
         if not self.complete:
             return False
         shape = (len(self.contexts), len(self.groups))
+        if self.population == "counts":
+            near = self.totals.astype(np.float64).reshape(shape)
+            apart = near * near.sum() - near.sum(axis=1)[:, None] * near.sum(axis=0)[None, :]
+            if bool(np.any(np.abs(apart) > 1e-6 * near * near.sum())):
+                return False
         mass = np.array(self.cell_mass, dtype=object).reshape(shape)
         by_context, by_group, total = mass.sum(axis=1), mass.sum(axis=0), mass.sum()
         return bool(np.all(mass * total == by_context[:, None] * by_group[None, :]))

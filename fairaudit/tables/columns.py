@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, shown
+from fairaudit.tables.cells import Cells
+from fairaudit.tables.csv import CsvTable
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level, scored, unknown_groups, words
 from fairaudit.tables.tally import Tally, counted
@@ -216,7 +218,7 @@ def read_labels(
             done.append(left_out(measured_in, amount, weighed(keep) + amount, {name: weighed(absent[name]) for name in dropped}))
         counts = counts[keep]
         coded = {name: _recode(codes[keep], texts) for name, (codes, texts) in coded.items()}
-        values = {name: [cells[i] for i in kept] for name, cells in values.items()}
+        values = {name: cells[kept] if isinstance(cells, np.ndarray) else [cells[i] for i in kept] for name, cells in values.items()}
         units = [_recode(codes[keep], texts) if (codes[keep] >= 0).all() else (codes[keep], texts) for codes, texts in units]
         everywhere = where
 
@@ -280,7 +282,7 @@ class _Weights:
     """
 
     counts: NDArray[np.int64]
-    values: list[Any] | None
+    values: list[Any] | NDArray[np.int64] | None
     column: str
     unlabelled: NDArray[np.bool_]
     locate: Locate
@@ -295,6 +297,8 @@ class _Weights:
         values = self.values
         if values is None:
             return Fraction(int(self.counts[rows].sum()))
+        if isinstance(values, np.ndarray):
+            return Fraction(int((values[rows] * self.counts[rows]).sum()))
         places = [i for i in np.flatnonzero(rows).tolist() if not self.unlabelled[i] or label_text(values[i]) is not None]
         if not places:
             return Fraction(0)
@@ -311,7 +315,7 @@ def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[s
     for name in used:
         if used.count(name) > 1:
             raise InputError(f"the column {shown(name)} is used twice; each column has one role")
-    lists = {name: table.codes[name] if name in coded else column(table, name) for name in used}
+    lists = {name: table.codes[name] if name in coded else cells_of(table, name) for name in used}
     rows = len(lists[used[0]])
     for name, values in lists.items():
         if len(values) != rows:
@@ -365,16 +369,19 @@ def _recode(codes: NDArray[np.int64], texts: list[str]) -> tuple[NDArray[np.int6
     return ranks, [texts[v] for v in values]
 
 
-def _encoded(table: Any, values: list[Any], name: str, locate: Locate) -> tuple[NDArray[np.int64], list[str]]:
-    """Codes of a column; of a `Tally` only the different values are looked at."""
-    if not isinstance(table, Tally):
+def _encoded(table: Any, values: Any, name: str, locate: Locate) -> tuple[NDArray[np.int64], list[str]]:
+    """Codes of a column; of a `Tally` and of `Cells` only the different values are looked at."""
+    if isinstance(table, Tally):
+        at, levels = table.codes[name], table.levels[name]
+    elif isinstance(values, Cells):
+        at, levels = values.codes, values.levels
+    else:
         return encode(values, name, locate)
-    at = table.codes[name]
 
     def first(level: int) -> str:
         return locate(int(np.flatnonzero(at == level)[0]))
 
-    codes, texts = encode(table.levels[name], name, first)
+    codes, texts = encode(levels, name, first)
     return codes[at], texts
 
 
@@ -393,4 +400,10 @@ def label_codes(table: Any, columns: Sequence[str], locate: Locate) -> list[tupl
     ([0, -1, 0], ['f'])
     """
     held = table.codes if isinstance(table, Tally) else {}
-    return [_encoded(table, [] if name in held else column(table, name), name, locate) for name in columns]
+    return [_encoded(table, [] if name in held else cells_of(table, name), name, locate) for name in columns]
+
+
+def cells_of(table: Any, name: str) -> Any:
+    """Values of a column: of a text that an engine read as it holds them, else as a list."""
+    held = table.texts.get(name) if isinstance(table, CsvTable) else None
+    return held if isinstance(held, (Cells, np.ndarray)) else column(table, name)

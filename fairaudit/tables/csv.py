@@ -14,7 +14,9 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 from operator import itemgetter
 from pathlib import Path
-from typing import IO, cast
+from typing import IO, Any, cast
+
+import numpy as np
 
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
@@ -24,12 +26,14 @@ from fairaudit.tables.values import column
 from fairaudit.words import brief
 
 __all__ = [
+    "SMALL",
     "CsvTable",
     "Layout",
     "count_csv",
     "decimal_commas",
     "first_row",
     "layout",
+    "line_of_row",
     "opened",
     "read_csv",
     "same_layout",
@@ -38,6 +42,7 @@ __all__ = [
     "titled",
 ]
 
+SMALL = 4_000_000  # bytes that our own reader takes less time for than DuckDB takes to be imported
 HEAD = 200_000  # characters that say which separator and which decimal mark a file has
 TOP = 50  # rows that say whether a table begins with a title
 EMPTY = "the file is empty; a header line and at least one row were expected"
@@ -55,9 +60,9 @@ class CsvTable:
     ----------
     name : str
         File name, for messages.
-    texts : dict of str to list of str
-        Column name to its cells.
-    lines : list of int
+    texts : dict of str to sequence of str
+        Column name to its cells; counts may be an array of integers.
+    lines : sequence of int
         Line number of each row.
     delimiter : str
         What separates the columns.
@@ -75,8 +80,8 @@ class CsvTable:
     """
 
     name: str
-    texts: dict[str, list[str]]
-    lines: list[int] = field(repr=False)
+    texts: dict[str, Any]
+    lines: Sequence[int] = field(repr=False)
     delimiter: str = ","
     notes: tuple[str, ...] = ()
     preparation: tuple[Entry, ...] = ()
@@ -86,7 +91,7 @@ class CsvTable:
         """Column names, in order."""
         return list(self.texts)
 
-    def __getitem__(self, name: str) -> list[str]:
+    def __getitem__(self, name: str) -> Any:
         """Cells of a column."""
         return self.texts[name]
 
@@ -112,7 +117,9 @@ class CsvTable:
         texts, notes = dict(self.texts), list(self.notes)
         for name in columns:
             cells = texts.get(name)
-            found = None if self.delimiter == "," or cells is None else decimal_commas(name, cells, self.locate)
+            if self.delimiter == "," or cells is None or isinstance(cells, np.ndarray):
+                continue
+            found = decimal_commas(name, cells, self.locate)
             if found is not None:
                 texts[name] = found
                 notes.append(f"the numbers in column {shown(name)} have decimal commas")
@@ -275,6 +282,21 @@ def first_row(paths: Sequence[str], wanted: Mapping[int, str]) -> str:
             if all(row[position] == text for position, text in wanted.items()):
                 return f"{path}, line {line}" if len(paths) > 1 else f"line {line}"
     return "a row"
+
+
+def line_of_row(path: str, position: int) -> int:
+    """Number of the line on which a row of a text ends, of which the first has the position 0.
+
+    Raises
+    ------
+    InputError
+        If the text has no such row any more.
+    """
+    rows = _rows(text_lines(Path(path)), layout(path).delimiter)
+    found = next(islice(rows, position + 1, None), None)
+    if found is None:
+        raise InputError(f"{path}: the file changed while it was read")
+    return found[0]
 
 
 def same_layout(known: Layout | None, found: Layout) -> Layout:

@@ -55,8 +55,8 @@ def spellings(columns: Iterable[tuple[str, Iterable[str]]]) -> tuple[dict[str, A
     """
     found: list[dict[str, Any]] = []
     for name, labels in columns:
-        known: dict[str, list[str]] = {}
-        for label in labels:
+        labels, known = list(labels), dict[str, list[str]]()
+        for label in () if _plainly_different(labels) else labels:
             if _settled(label):
                 folded = _folded(label)
                 known.setdefault(_number(folded) or folded, []).append(label)
@@ -280,6 +280,18 @@ def _folded(text: str) -> str:
     if text.isascii():
         return " ".join(text.lower().split())
     return " ".join(normalize("NFD", normalize("NFD", text).casefold()).split())
+
+
+def _plainly_different(labels: Sequence[str]) -> bool:
+    """Whether labels of letters without blanks differ by more than their case, which is quickly seen of many."""
+    joined = "".join(labels)
+    if (
+        not joined.isascii()
+        or "".join(joined.split()) != joined
+        or any(label[:1] in STARTS or len(label) > LONGEST_SPELLING for label in labels)
+    ):
+        return False
+    return max(map(len, labels), default=0) <= LONGEST_SPELLING and len({label.lower() for label in labels}) == len(labels)
 
 
 def _settled(text: str) -> bool:

@@ -174,11 +174,13 @@ def combine(parts: Sequence[tuple[NDArray[np.int64], list[str]]], rows: int) -> 
     return joined, labels
 
 
-def numbers(values: list[Any], name: str, locate: Locate) -> tuple[NDArray[Any], int]:
+def numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate) -> tuple[NDArray[Any], int]:
     """Numbers of a column, exact: float64 as they are, everything else as integers over one denominator.
 
-    Negative numbers are an error.
+    Negative numbers are an error. An array of integers was looked at before.
     """
+    if isinstance(values, np.ndarray):
+        return values, 1
     kinds = set(map(type, values))
     if kinds == {float}:
         floats = np.array(values, dtype=np.float64)

@@ -280,3 +280,9 @@ def test_labels_that_only_later_versions_of_unicode_know_are_passed_over() -> No
     law = fa.Law.from_log(merge_labels({"u": ["y", "n", "y"], "a": [*adlam, "b"]}, ["u", "a"], fold=True), decision="u", group="a")
     assert [entry["step"] for entry in law.preparation] == ["folded"]
     assert checker.check(fa.certify(law, {"y": 1}).certificate.text.encode()).ok
+
+
+@given(st.lists(st.text("aAbB1.0 \x1c\t-é", max_size=4), unique=True))
+def test_labels_that_are_plainly_different_are_no_spellings_of_each_other(labels: list[str]) -> None:
+    """A label beyond ASCII makes each of them be looked at by itself."""
+    assert spellings([("x", labels)]) == spellings([("x", [*labels, "ü" * 9])])

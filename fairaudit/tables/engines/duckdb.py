@@ -482,9 +482,8 @@ def _scan(path: str, delimiter: str) -> tuple[bool, int] | None:
     quoted cells, and empty cells at the end of a row with quotes.
     """
     mark = delimiter.encode()
-    suspects = (b' "', b'" ', mark + b"\n", mark + b"\r", mark + b'""\n', mark + b'""\r')
     decoder = codecs.getincrementaldecoder("utf-8")()
-    quoted = suspect = False
+    quoted = False
     delimiters = returns = feeds = pairs = 0
     last = b""
     with opened(Path(path)) as file:
@@ -494,11 +493,9 @@ def _scan(path: str, delimiter: str) -> tuple[bool, int] | None:
                     decoder.decode(block)
             except UnicodeDecodeError:
                 return None
-            joined = last[-4:] + block
             if b"\x00" in block or (not last and block.removeprefix(BOM)[:1] in (b"\r", b"\n")):
                 return None
             quoted = quoted or b'"' in block
-            suspect = suspect or any(part in joined for part in suspects)
             delimiters += block.count(mark)
             feeds += block.count(b"\n")
             if b"\r" in block:
@@ -507,8 +504,20 @@ def _scan(path: str, delimiter: str) -> tuple[bool, int] | None:
             pairs += last[-1:] == b"\r" and block[:1] == b"\n"
             last = block
     mixed = bool(returns) and not (returns == pairs == feeds or not feeds)
-    suspect = suspect or last.endswith((mark, mark + b'""'))
-    return None if mixed or decoder.getstate()[0] or (quoted and suspect) else (quoted, delimiters)
+    return None if mixed or decoder.getstate()[0] or (quoted and _is_suspect(path, mark)) else (quoted, delimiters)
+
+
+def _is_suspect(path: str, mark: bytes) -> bool:
+    """Whether a text with quotes has blanks around quoted cells, or empty cells at the end of a row."""
+    suspects = (b' "', b'" ', mark + b"\n", mark + b"\r", mark + b'""\n', mark + b'""\r')
+    last = b""
+    with opened(Path(path)) as file:
+        while block := file.read(BLOCK):
+            joined = last[-4:] + block
+            if any(part in joined for part in suspects):
+                return True
+            last = block
+    return last.endswith((mark, mark + b'""'))
 
 
 def _types(connection: Any, source: str, columns: Sequence[str]) -> dict[str, str]:

@@ -16,17 +16,15 @@ from typing import Literal
 
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.binning import apply_bins
-from fairaudit.tables.csv import count_csv
+from fairaudit.tables.csv import SMALL, count_csv
 from fairaudit.tables.engines.folders import refuse_table_formats, table_format
 from fairaudit.tables.engines.request import Request
 from fairaudit.tables.tally import Tally
 
-__all__ = ["Form", "expand", "form"]
+__all__ = ["SMALL", "Form", "expand", "form"]
 
 
 Form = Literal["csv", "json", "parquet", "sqlite", "duckdb", "delta", "utf-16", "zip", "spreadsheet", "statistics", "arrow", "orc"]
-
-SMALL = 4_000_000  # bytes that our own reader takes less time for than DuckDB takes to be imported
 
 OLD_SPREADSHEET = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
