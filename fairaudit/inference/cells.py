@@ -9,6 +9,9 @@ from functools import cached_property
 from math import lcm
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fairaudit.errors import InputError
 from fairaudit.exact.extended import extended_text
 
@@ -84,6 +87,28 @@ class Cell:
         """The mean on that scale, correctly rounded."""
         (low, under), (high, over), (total, bottom) = (v.as_integer_ratio() for v in (self.low, self.high, self.total))
         return (total * under - self.draws * low * bottom) * over / (bottom * (high * under - low * over) * self.draws)
+
+
+def informative(cells: Sequence[Cell]) -> list[bool]:
+    """Whether each cell is informative; of many cells most share their ends."""
+    wide: dict[tuple[int, int], bool] = {}
+    found = []
+    for cell in cells:
+        key = id(cell.low), id(cell.high)
+        if key not in wide:
+            wide[key] = cell.high > cell.low
+        found.append(wide[key] and cell.draws > 0)
+    return found
+
+
+def shares(cells: Sequence[Cell]) -> NDArray[np.float64]:
+    """The share of each cell; of many cells most are sums of whole numbers between 0 and 1."""
+    unit = {(id(cell.low), id(cell.high)): cell for cell in cells}.values()
+    if all(not cell.low and cell.high == 1 for cell in unit) and all(cell.total.denominator == 1 for cell in cells):
+        sums, draws = [cell.total.numerator for cell in cells], [cell.draws for cell in cells]
+        if max(draws, default=0) < 2**53:  # whose quotients numpy rounds as Python does
+            return np.array(sums, dtype=np.float64) / np.array(draws, dtype=np.float64)
+    return np.array([cell.share for cell in cells], dtype=np.float64)
 
 
 def pooled_cell(parts: Sequence[Cell], label: tuple[Any, ...]) -> Cell:

@@ -17,7 +17,7 @@ from typing import Any, Literal
 from fairaudit.errors import InputError
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import option_value
-from fairaudit.inference.cells import Cell, Ends, Profiles
+from fairaudit.inference.cells import Cell, Ends, Profiles, informative
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.layout import Units
 from fairaudit.tables.values import Label, names
@@ -130,7 +130,8 @@ class Comparison:
     def used(self) -> tuple[int, ...]:
         """The informative cells of blocks with at least two forms, in order."""
         found = {i for block in self.blocks if len(block) > 1 for form in block for i, _ in form}
-        return tuple(i for i in sorted(found) if any(cells[i].informative for cells in self.valued))
+        known = [informative(cells) for cells in self.valued]
+        return tuple(i for i in sorted(found) if any(own[i] for own in known))
 
     @property
     def valued(self) -> tuple[tuple[Cell, ...], ...]:

@@ -115,10 +115,10 @@ class SampledUtility:
         values = self.common
         assert values is not None  # noqa: S101
         bottom, low, high, binary = values.bottom, values.low, values.high, values.binary
-        return [
-            Cell(n, Fraction(total, bottom), Fraction(squares, bottom * bottom), low, high, binary, label)
-            for (n, total, squares), label in zip((weights @ np.array([[1, v, v * v] for v in values.whole])).tolist(), labels, strict=True)
-        ]
+        sums = (weights @ np.array([[1, v, v * v] for v in values.whole])).tolist()
+        totals = {total: Fraction(total, bottom) for total in {total for _, total, _ in sums}}
+        squares = {square: Fraction(square, bottom * bottom) for square in {square for _, _, square in sums}}
+        return [Cell(n, totals[t], squares[s], low, high, binary, label) for (n, t, s), label in zip(sums, labels, strict=True)]
 
     def _cell(self, index: int, label: tuple[Any, ...]) -> Cell:
         row = whole_counts(self.utility.law, index)

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from fairaudit.exact.enclosures import log_fixed
-from fairaudit.inference.cells import Cell, Ends
+from fairaudit.inference.cells import Cell, Ends, informative, shares
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.float_tails import closed_ends, float_end, float_upper_ends
 from fairaudit.inference.levels import equal_share
@@ -155,9 +155,10 @@ def _guessed(cells: Sequence[Cell], used: set[int], level: float) -> tuple[list[
     shared = {id(end): end for cell in cells for end in (cell.low, cell.high)}  # most cells share their ends
     floats = {key: float(end) for key, end in shared.items()}
     low, high = [floats[id(cell.low)] for cell in cells], [floats[id(cell.high)] for cell in cells]
-    at = sorted(i for i in used if cells[i].informative)
+    known = informative(cells)
+    at = sorted(i for i in used if known[i])
     n = np.array([cells[i].draws for i in at], dtype=np.float64)
-    k = n * np.array([cells[i].share for i in at])
+    k = n * shares([cells[i] for i in at])
     binary = np.array([cells[i].binary for i in at])
     upper, lower = float_upper_ends(n, k, binary, level), 1 - float_upper_ends(n, n - k, binary, level)
     for i, a, b in zip(at, lower.tolist(), upper.tolist(), strict=True):
@@ -170,7 +171,8 @@ def wide_ends_of(comparison: Comparison, level: Fraction, digits: int) -> list[E
     listed = []
     for cells in comparison.valued:
         ends = [(cell.low, cell.high) for cell in cells]
-        drawn = [i for i in comparison.used if cells[i].informative]
+        known = informative(cells)
+        drawn = [i for i in comparison.used if known[i]]
         for i, own in zip(drawn, wide_ends([cells[i] for i in drawn], level, digits), strict=True):
             ends[i] = own
         listed.append(ends)
@@ -179,7 +181,7 @@ def wide_ends_of(comparison: Comparison, level: Fraction, digits: int) -> list[E
 
 def wide_ends(cells: Sequence[Cell], level: Fraction, digits: int = 9) -> list[Ends]:
     """Ends of cells in closed form, which the sharp tail excludes too, rounded outwards to some digits on the scale of [0, 1]."""
-    share, draws = np.array([cell.share for cell in cells]), np.array([float(cell.draws) for cell in cells])
+    share, draws = shares(cells), np.array([float(cell.draws) for cell in cells])
     below, above = closed_ends(share, -log(float(level)) / draws)
     low, high = below * (1 - 1e-6) - 1e-9, above * (1 + 1e-6) + 1e-9
     low, high = np.maximum(0, np.floor(low * 1e9)), np.minimum(1e9, np.ceil(high * 1e9))

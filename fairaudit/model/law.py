@@ -506,7 +506,7 @@ class Law:
         if not self.complete:
             return False
         shape = (len(self.contexts), len(self.groups))
-        if self.population == "counts":
+        if self.population == "counts" and self.totals.dtype == np.int64:
             near = self.totals.astype(np.float64).reshape(shape)
             apart = near * near.sum() - near.sum(axis=1)[:, None] * near.sum(axis=0)[None, :]
             if bool(np.any(np.abs(apart) > 1e-6 * near * near.sum())):
