@@ -475,6 +475,8 @@ class _Asked:
             confidence=self.confidence,
             embed_table=self.embed_table,
             burden=self.burden,
+            count=reading.count,
+            missing="drop" if reading.missing == "drop" else "error",
         )
 
 

@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from typing import IO, Any, TypeVar
+from typing import IO, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import read_columns
 from fairaudit.tables.engines.logs import cut_columns, read_parts
 from fairaudit.tables.engines.request import Report
+from fairaudit.tables.preparation import in_order
 from fairaudit.tables.sources import Source
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import distinct, names
@@ -61,6 +62,8 @@ def certify_in_parts(
     top: int = 3,
     embed_table: bool | None = None,
     burden: bool = False,
+    count: str | None = None,
+    missing: Literal["error", "drop"] = "error",
 ) -> Result:
     """Certify a log of very many contexts: the exact figures and the certificate of `fairaudit.certify`, without its intervals.
 
@@ -70,7 +73,7 @@ def certify_in_parts(
 
     Parameters
     ----------
-    source, bins, table, memory, report
+    source, bins, table, memory, report, count, missing
         As for `fairaudit.tables.engines.logs.read_parts`: Parquet files, or a table of a DuckDB database.
     utility : Utility or mapping
         g, which depends on the decision alone.
@@ -103,8 +106,8 @@ def certify_in_parts(
     """
     columns = Columns(decision, names(group), names(context))
     wanted = (decision, *columns.group, *columns.context)
-    for name in wanted:
-        if wanted.count(name) > 1:
+    for name in (used := (*wanted, *names(count))):
+        if used.count(name) > 1:
             raise InputError(f"the column {shown(name)} is used twice; each column has one role")
     if top < 1:
         raise InputError(f"{top} most unequal pairs cannot be kept; ask for at least 1")
@@ -123,9 +126,12 @@ def certify_in_parts(
     pairs: tuple[Ratio, ...] = ()
     recorded: dict[tuple[str, ...], Sizes] = {}
     floors, left_out, contexts = [], [], list[tuple[str, ...]]()
-    opened = read_parts(source, wanted, columns.context, bins=cut, table=table, memory=memory, report=report)
+    opened = read_parts(source, wanted, columns.context, bins=cut, table=table, memory=memory, report=report, count=count, missing=missing)
     with closing(opened) as parts, _written() as rows:
-        whole = Law.from_log(next(parts), decision=decision, group=columns.group)
+        first = next(parts)
+        whole = Law.from_log(first, decision=decision, group=columns.group)
+        if count is not None:
+            whole = replace(whole, rows_read=None)  # which are fewer than the decisions that they stand for
         g = (utility if isinstance(utility, Utility) else Utility(utility)).on(whole)
         if not g.by_decision:
             raise InputError(
@@ -137,6 +143,11 @@ def certify_in_parts(
             law = _part(tally, columns, whole)
             if contexts and contexts[-1] >= law.contexts[0]:
                 raise InputError(f"the contexts {contexts[-1]} and {law.contexts[0]} do not come in the order of their texts")
+            left_out += [entry for entry in not_compared(law) if "context" in entry]
+            at = len(contexts)
+            contexts += law.contexts
+            if not len(law.weights):
+                continue
             table_of = replace(g, law=law)
             found = local_supremum(law)
             supremum = found if supremum is None or (found is not None and found.ratio > supremum.ratio) else supremum
@@ -147,9 +158,7 @@ def certify_in_parts(
             recorded = {key: recorded[key] for key in (pair_key(ratio.witness) for ratio in pairs)}
             odds = _foremost((*odds, *most_unequal_distances(law, top, within_context=True)), top, lambda distance: distance.value)
             floors.append(least_expectation(law, table_of))
-            left_out += [entry for entry in not_compared(law) if "context" in entry]
-            rows.writelines(count_lines(law, len(contexts)))
-            contexts += law.contexts
+            rows.writelines(count_lines(law, at))
             cells += law.weights.size
             read += int(law.weights.sum())
         if read != int(whole.weights.sum()):
@@ -164,7 +173,7 @@ def certify_in_parts(
     if embed_table is False:
         header["salt"] = new_salt()
     return Result(
-        law=replace(whole, preparation=tuple(sorted(cut_columns(cut), key=lambda entry: wanted.index(entry["column"])))),
+        law=replace(whole, preparation=in_order((*cut_columns(cut), *first.preparation), wanted, dict.fromkeys(wanted, ()))),
         utility=g,
         local=local,
         global_=overall,
@@ -193,6 +202,7 @@ def _part(tally: Tally, columns: Columns, whole: Law) -> Law:
     cells, cell = distinct(x * len(whole.groups) + group_of[a])
     weights = np.zeros((len(cells), len(whole.decisions)), dtype=np.int64)
     np.add.at(weights, (cell, decision_of[u]), coded.counts)
+    full = weights.any(axis=1)
     return Law(
         columns=columns,
         decisions=whole.decisions,
@@ -200,9 +210,9 @@ def _part(tally: Tally, columns: Columns, whole: Law) -> Law:
         contexts=tuple(coded.contexts),
         kind="counts",
         population="counts",
-        cell_context=cells // len(whole.groups),
-        cell_group=cells % len(whole.groups),
-        weights=weights,
+        cell_context=cells[full] // len(whole.groups),
+        cell_group=cells[full] % len(whole.groups),
+        weights=weights[full],
     )
 
 

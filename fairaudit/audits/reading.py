@@ -620,7 +620,6 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
         return f"a log without {reading.spelled('context')}"
     asked: dict[str, object] = {
         "score": reading.above is not None,
-        "count": reading.count,
         "probability": reading.probability,
         "wide": reading.wide,
         "utility_column": reading.utility_column,
@@ -634,7 +633,7 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
         **reading.access.extraction.asked,
         **given,
         "unknown": reading.unknown,
-        "missing": reading.missing != "error",
+        "missing": reading.missing not in ("error", "drop"),
     }
     for name, value in asked.items():
         if value:

@@ -397,6 +397,8 @@ def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = 
             top=arguments.top or LISTED,
             embed_table=False if arguments.no_table else None,
             burden=arguments.burden,
+            count=reading.count,
+            missing="drop" if reading.missing == "drop" else "error",
         )
     return certified(arguments, result, [], attesting=stated)
 

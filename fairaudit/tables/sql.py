@@ -200,6 +200,7 @@ def count_statement(
     enums: Mapping[str, str] | None = None,
     kinds: Mapping[str, Written] | None = None,
     ordered: bool = False,
+    total: str | None = None,
 ) -> str:
     """Write the statement that counts equal rows.
 
@@ -224,6 +225,8 @@ def count_statement(
         How the result writes the values of columns; rows are told apart by the values themselves.
     ordered : bool
         Whether the result is sorted.
+    total : str, optional
+        A column of whole numbers, which are added up instead of rows.
 
     Returns
     -------
@@ -253,12 +256,16 @@ def count_statement(
             quoted = f"try_cast({quoted} as {enums[name]})"
         inner.append(f"{quoted} as {alias}")
     keys = ", ".join(f"{alias}{collated}" for alias in listed)
+    times, number = identifier("times", dialect), "count(*)"
+    if total is not None:
+        inner.append(f"{identifier(total, dialect)} as {times}")
+        number = f"cast(sum({times}) as bigint)"
     counted = f"(select {', '.join(inner)} from {source}) as counted"  # noqa: S608
     selected = [
         alias if (entry := (kinds or {}).get(name, AS_IS)) is AS_IS else f"{entry.of(alias)} as {alias}"
         for name, alias in zip(columns, listed, strict=True)
     ]
-    text = f"select {', '.join(selected)}, count(*) as {identifier(COUNT_COLUMN, dialect)}{''.join(texts)}\nfrom {counted}\ngroup by {keys}"
+    text = f"select {', '.join(selected)}, {number} as {identifier(COUNT_COLUMN, dialect)}{''.join(texts)}\nfrom {counted}\ngroup by {keys}"
     return f"{text}\norder by {', '.join(listed)}" if ordered else text
 
 

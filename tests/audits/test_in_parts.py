@@ -20,7 +20,7 @@ from envelopes import result_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fairaudit import InputError, Law, certify, checker
+from fairaudit import InputError, Law, audit, certify, checker, tally
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.cli import main
@@ -110,6 +110,40 @@ def test_the_certificate_is_that_of_the_log_in_memory(
     assert all(finding.true for finding in report.findings)
 
 
+@settings(max_examples=20, deadline=None)
+@given(logs(), st.lists(st.integers(0, 3), min_size=70, max_size=70), st.sampled_from(["log", "counts", "tallies"]), st.booleans())
+def test_counts_and_missing_labels_in_parts_are_those_in_memory(
+    tmp_path_factory: pytest.TempPathFactory, log: tuple[dict[str, str], list[tuple[Any, ...]]], times: list[int], form: str, drop: bool
+) -> None:
+    """Rows that stand for none, labels that only those have, and labels of blanks; tallies, too."""
+    blanks = [None, "", " \u2003\t"]
+    rows = []
+    for i, ((u, a, x, y), n) in enumerate(zip(log[1], times, strict=False)):
+        rows.append((u, blanks[n % 3] if drop and i % 5 == 4 else a, x, None if drop and i % 7 == 3 else y, n))
+    folder = tmp_path_factory.mktemp("counts")
+    paths: Any = [write(folder / "log.parquet", {**log[0], "n": "integer"}, rows)]
+    asked: dict[str, Any] = {"decision": "u", "group": "a", "context": ["x", "y"], "utility": {"yes": 2, "maybe": "0.3", "no": 0}}
+    asked |= {"missing": "drop" if drop else "error", "confidence": None}
+    if form == "tallies":
+        for part in ("one.parquet", "two.parquet"):
+            tally(paths[0], folder / part, ["u", "a", "x", "y"])
+        paths = [folder / "one.parquet", folder / "two.parquet"]
+
+    def outcome(*, in_parts: bool) -> Any:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(duckdb, "PART", 3)
+            try:
+                found = audit(paths, **asked, in_parts=in_parts, count=None if form == "log" else "n")
+            except InputError as error:
+                return str(error).rpartition(": ")[2].partition(" (")[0]
+        document = copy.deepcopy(found.certificate.document)
+        document["subject"]["table"] = document["subject"]["table"]["sha256"]
+        return without_cells(document), found.law.preparation, found.most_unequal(2)
+
+    found, known = outcome(in_parts=True), outcome(in_parts=False)
+    assert found == known
+
+
 @settings(max_examples=30, deadline=None)
 @given(logs(), st.sampled_from([1, 2, 5]))
 def test_parts_are_the_log(tmp_path_factory: pytest.TempPathFactory, log: tuple[dict[str, str], list[tuple[Any, ...]]], size: int) -> None:
@@ -171,7 +205,11 @@ def test_the_command_line(parquet: str, tmp_path: Path, capsys: pytest.CaptureFi
     ("words", "said"),
     [
         (["--unit", "u"], "--in-parts does not go with --unit"),
-        (["--missing", "drop"], "--in-parts does not go with --missing"),
+        (["--missing", "group"], "--in-parts does not go with --missing"),
+        (["--context", "z", "--missing", "drop", "--group", "w"], "every row has a missing label; nothing is left to audit"),
+        (["--count", "y"], "column 'y' holds DOUBLE; counts of contexts that are read in parts are whole numbers"),
+        (["--count", "v"], "column 'v': -1 is negative; numbers of at least 0 are accepted"),
+        (["--count", "x"], "the column 'x' is used twice"),
         (["--engine", "python"], "--in-parts does not go with --engine python"),
         (["--utility-range", "0,1"], "--in-parts does not go with --utility-range"),
         (["--context", "y"], "column 'y' holds DOUBLE; contexts that are read in parts are texts, whole numbers, or cut into intervals"),
@@ -185,8 +223,8 @@ def test_the_command_line(parquet: str, tmp_path: Path, capsys: pytest.CaptureFi
 )
 def test_what_is_not_read_in_parts(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str) -> None:
     """One sentence, and no file."""
-    kinds = {"u": "varchar", "a": "varchar", "x": "integer", "y": "double", "z": "varchar"}
-    rows = [(u, a, x, x / 2, None if x == 3 else "z") for u, a, x in ROWS]
+    kinds = {"u": "varchar", "a": "varchar", "x": "integer", "y": "double", "z": "varchar", "w": "varchar", "v": "bigint"}
+    rows = [(u, a, x, x / 2, None if x == 3 else "z", "\t\u2003", -1 if x == 5 else x) for u, a, x in ROWS]
     path = write(tmp_path / "log.parquet", kinds, rows)
     target = tmp_path / "c.json"
     assert main(["certify", path, *COLUMNS, "--in-parts", "-o", str(target), *words]) == 2

@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
@@ -18,13 +19,14 @@ import duckdb
 import numpy as np
 
 from fairaudit.errors import InputError, ManyRowsError, shown
-from fairaudit.tables.binning import Bins, apply_bins
+from fairaudit.tables.binning import RAW, Bins, apply_bins
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines.paths import Form, read_text
 from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.engines.tally_files import said_by
 from fairaudit.tables.evaluations.paths import written_path
 from fairaudit.tables.label_text import Reader, json_number
+from fairaudit.tables.preparation import Entry, left_out
 from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written, written_name
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column, distinct
@@ -62,6 +64,7 @@ BOM = codecs.BOM_UTF8
 WHOLE = ("TINYINT", "SMALLINT", "INTEGER", "BIGINT", "UTINYINT", "USMALLINT", "UINTEGER", "BOOLEAN")
 ROUNDED = re.compile(r"TIME|DOUBLE|FLOAT")
 WHOLE_NUMBER = re.compile(r"U?(TINY|SMALL|BIG)INT|U?INTEGER")
+BLANKS = "".join(character for character in map(chr, range(0x3001)) if character.isspace())  # of which a missing label consists
 NUMERIC = re.compile(r"U?(TINY|SMALL|BIG|HUGE)INT|U?INTEGER|FLOAT|DOUBLE|DECIMAL.*")
 
 
@@ -184,13 +187,22 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
     source = f"read_parquet({literals(map(literal_path, paths))})" if request.table is None else database_source(request, "duckdb")
     with connected(request, database) as connection, told(request, paths[0]):
         types = _types(connection, source, request.columns)
+        said = None
         if request.table is None:
             _refuse_rounded(connection, paths, types)
+            said = said_by(connection, paths, literals(map(literal_path, paths)))
+        if said is not None:
+            said.refuse(paths[0], request.columns, request.count, [*request.bins])
         if unfit := _unfit(types, request.bins, by):
             raise InputError(unfit)
+        if request.count is not None:
+            _refuse_counts(connection, source, request.count)
+        done: list[Entry] = [] if said is None else [*said.preparation]
 
         def work() -> tuple[_Counted, list[int]]:
-            counted = _counted(connection, Path(paths[0]).name, source, types, request, quick=True)
+            counted = _counted(connection, Path(paths[0]).name, source, types, request, quick=True, total=request.count)
+            if request.drop:
+                done.extend(_dropped(connection, counted, request.columns))
             keys, others = (", ".join(counted.key(c) for c in request.columns if (c in by) == inside) for inside in (True, False))
             order = ", ".join(f"cast({counted.key(c)} as varchar)" for c in by)
             same = " and ".join(f"a.{counted.key(c)} is not distinct from b.{counted.key(c)}" for c in by)
@@ -207,11 +219,47 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
             return counted, [0, *(np.flatnonzero(np.diff(share)) + 1).tolist(), len(sizes)]
 
         counted, edges = attended(work, connection.interrupt, request, lambda: progress(connection))
-        yield counted.tally(connection, [c for c in request.columns if c not in by], "whole")
-        for done, (first, last) in enumerate(pairwise(edges)):
+        whole = counted.tally(connection, [c for c in request.columns if c not in by], "whole")
+        yield replace(whole, preparation=tuple(done))
+        for place, (first, last) in enumerate(pairwise(edges)):
             if request.report is not None:
-                request.report(done / (len(edges) - 1), None)
+                request.report(place / (len(edges) - 1), None)
             yield counted.tally(connection, request.columns, f"placed where place > {first} and place <= {last}")
+
+
+def _refuse_counts(connection: Any, source: str, count: str) -> None:
+    """Refuse counts that are not whole numbers of at least 0."""
+    kind = _types(connection, source, [count])[count]
+    if not WHOLE_NUMBER.fullmatch(kind):
+        raise InputError(f"column {shown(count)} holds {kind}; counts of contexts that are read in parts are whole numbers")
+    name = identifier(count, "duckdb")
+    wrong = connection.execute(f"select {name} from {source} where {name} is null or {name} < 0 limit 1").fetchall()  # noqa: S608
+    if wrong:
+        said = "the number is missing" if wrong[0][0] is None else f"{wrong[0][0]} is negative; numbers of at least 0 are accepted"
+        raise InputError(f"column {shown(count)}: {said}")
+
+
+def _dropped(connection: Any, counted: _Counted, columns: Sequence[str]) -> list[Entry]:
+    """Drop the rows that have no label in some column, and say how many decisions they stand for."""
+    absent = {}
+    for name in columns:
+        key = counted.key(name)
+        missing = f"{key} is null"
+        if name in counted.tied:
+            missing = f"({missing} or (starts_with({key}, '{RAW}') and trim(substr({key}, {len(RAW) + 1}), {literal(BLANKS)}) = ''))"
+        elif counted.types[name] == "VARCHAR":
+            missing = f"({missing} or trim(cast({key} as varchar), {literal(BLANKS)}) = '')"
+        elif counted.types[name] in ("FLOAT", "DOUBLE") and name not in counted.cut:
+            missing = f"({missing} or isnan({key}))"
+        absent[name] = missing
+    some = " or ".join(absent.values())
+    amounts = ", ".join(f"coalesce(sum({COUNT_COLUMN}) filter (where {missing}), 0)" for missing in (some, *absent.values()))
+    ((of, left, *each),) = connection.execute(f"select coalesce(sum({COUNT_COLUMN}), 0), {amounts} from counted").fetchall()  # noqa: S608
+    connection.execute(f"delete from counted where {some}")  # noqa: S608
+    if not connection.execute("select 1 from counted limit 1").fetchall():
+        raise InputError("every row has a missing label; nothing is left to audit")
+    by_column = {name: Fraction(int(amount)) for name, amount in zip(columns, each, strict=True)}
+    return [left_out("decisions", Fraction(int(left)), Fraction(int(of)), by_column)] if left else []
 
 
 def _unfit(types: dict[str, str], bins: Mapping[str, Bins], by: Sequence[str]) -> str:
@@ -232,7 +280,8 @@ def _count(connection: Any, name: str, source: str, types: dict[str, str], reque
 
     def work() -> Tally:
         counted = _counted(connection, name, source, types, request, quick=quick)
-        if request.most is not None and quick and not _unfit(types, request.bins, request.by):
+        fit = request.count is None or WHOLE_NUMBER.fullmatch(types[request.count])
+        if request.most is not None and quick and fit and not _unfit(types, request.bins, request.by):
             ((rows,),) = connection.execute("select count(*) from counted").fetchall()
             if rows > request.most:
                 raise ManyRowsError(f"the log has {rows} different rows, more than {request.most}")
@@ -244,7 +293,9 @@ def _count(connection: Any, name: str, source: str, types: dict[str, str], reque
     return tally
 
 
-def _counted(connection: Any, name: str, source: str, types: dict[str, str], request: Request, *, quick: bool) -> _Counted:
+def _counted(
+    connection: Any, name: str, source: str, types: dict[str, str], request: Request, *, quick: bool, total: str | None = None
+) -> _Counted:
     """Make the table ``counted``."""
     cut = {c for c in request.bins if NUMERIC.fullmatch(types[c])}
     tied = {c for c in request.bins if types[c] == "VARCHAR"}
@@ -255,7 +306,7 @@ def _counted(connection: Any, name: str, source: str, types: dict[str, str], req
         source = f"(select * replace ({widened}) from {source}) as log"  # noqa: S608
 
     def made(enums: dict[str, str]) -> _Counted:
-        statement = count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied, enums=enums)
+        statement = count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied, enums=enums, total=total)
         connection.execute(f"create or replace temporary table counted as {statement}")
         return _Counted(name, request.columns, types, dict(request.bins), cut, tied, enums)
 

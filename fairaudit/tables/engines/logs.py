@@ -205,6 +205,8 @@ def read_parts(
     table: str | None = None,
     memory: str | None = None,
     report: Report | None = None,
+    count: str | None = None,
+    missing: Literal["error", "drop"] = "error",
 ) -> Generator[Tally, None, None]:
     """Count the equal rows of a log that has too many different ones to hold them all: in Parquet files, or a table of a DuckDB database.
 
@@ -218,6 +220,10 @@ def read_parts(
         Those among them whose values are kept together: texts, whole numbers, or numbers cut into intervals.
     bins, table, memory, report
         As for `read_log`.
+    count : str, optional
+        A column of whole numbers, which say how often each row occurred.
+    missing : {"error", "drop"}
+        Whether rows without some label are left out, which the first tally then says in its `preparation`.
 
     Yields
     ------
@@ -229,7 +235,7 @@ def read_parts(
     InputError
         If the source cannot be read in parts, or a column is not there.
     """
-    request = log_request(columns, bins, table=table, memory=memory, report=report)
+    request = log_request(columns, bins, table=table, memory=memory, report=report, count=count, drop=missing == "drop")
     _check(request, "duckdb")
     from fairaudit.tables.engines import duckdb
     from fairaudit.tables.engines.paths import expand, form

@@ -51,7 +51,9 @@ class Request:
     group, unit : tuple of str
         Which of them are groups, and which the sampling unit.
     count : str or None
-        Which of them says how many decisions a row stands for.
+        Which of them says how many decisions a row stands for; of a log that is read in parts it is none of them.
+    drop : bool
+        Of a log that is read in parts, whether rows without some label are left out.
     extraction : Extraction
         What is asked of an evaluation log beyond columns.
     evaluations : bool
@@ -72,6 +74,7 @@ class Request:
     group: tuple[str, ...] = ()
     unit: tuple[str, ...] = ()
     count: str | None = None
+    drop: bool = False
     extraction: Extraction = NOTHING_ASKED
     evaluations: bool = True
 
