@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fairaudit.audits.reading import Reading, read_rows
 from fairaudit.certificates.subgroup_table import SubgroupTable
 from fairaudit.errors import InputError, naming, shown
-from fairaudit.exact.rationals import rational
+from fairaudit.exact.rationals import exact
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 from fairaudit.tables.columns import LabelledRows, sort_labels
@@ -144,7 +144,7 @@ def _worth_by_row(
             try:
                 if label_text(value) is None:
                     raise InputError("the utility is missing")
-                known[key] = Fraction(*rational(value))
+                known[key] = exact(value)
                 if known[key] < 0:
                     raise InputError(f"{shown(value)} is negative; utilities are at least 0")
             except InputError as error:

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from fractions import Fraction
 
-from fairaudit.exact.rationals import rational_text
+from fairaudit.exact.rationals import number
 
-
-def number(value: Fraction | float) -> str:
-    """A result as a certificate stores it."""
-    return rational_text((value.numerator, value.denominator) if isinstance(value, Fraction) else (1, 0))
+__all__ = ["log_text", "number"]
 
 
 def log_text(value: Decimal) -> str:

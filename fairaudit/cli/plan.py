@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     from fairaudit.cli.options import utility_range
     from fairaudit.errors import InputError
-    from fairaudit.exact.rationals import rational
+    from fairaudit.exact.rationals import exact, rational
     from fairaudit.inference.planning import plan
     from fairaudit.measures.limits import limit_readings, limit_text, one_limit
 
@@ -110,7 +110,7 @@ def run(arguments: argparse.Namespace) -> Answer:
             "unit": unit,
             "limit": limit,
             "readings": limit_readings(unit, limit),
-            "confidence": Fraction(*rational(arguments.confidence)),
+            "confidence": exact(arguments.confidence),
             "power": Fraction(top, bottom),
             "draws": found.draws,
             "total": found.total,

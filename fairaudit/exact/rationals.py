@@ -21,8 +21,10 @@ __all__ = [
     "at_least",
     "common_denominator",
     "decimal_text",
+    "exact",
     "fraction",
     "integer_text",
+    "number",
     "option_value",
     "parse_rational",
     "quotient",
@@ -144,6 +146,25 @@ def rational(value: object) -> tuple[int, int]:
         return parts()
     except (OverflowError, ValueError):
         raise InputError(f"{shown(value)} is not a finite number") from None
+
+
+def exact(value: object, where: str = "") -> Fraction:
+    """Read a number as `rational` does, as a `Fraction`.
+
+    Raises
+    ------
+    InputError
+        If it is not a finite number; the message begins with `where`.
+
+    Examples
+    --------
+    >>> exact("0.1"), exact(0.5)
+    (Fraction(1, 10), Fraction(1, 2))
+    """
+    try:
+        return Fraction(*rational(value))
+    except InputError as error:
+        raise InputError(f"{where}{error}") from None
 
 
 def option_value(value: object) -> tuple[int, int]:
@@ -270,6 +291,17 @@ def rational_text(pair: tuple[int, int]) -> str:
     return integer_text(top) if bottom == 1 else f"{integer_text(top)}/{integer_text(bottom)}"
 
 
+def number(value: Fraction | float) -> str:
+    """Write a result as a certificate stores it: a `Fraction`, or `math.inf`.
+
+    Examples
+    --------
+    >>> number(Fraction(5, 4)), number(inf)
+    ('5/4', 'inf')
+    """
+    return rational_text((value.numerator, value.denominator) if isinstance(value, Fraction) else (1, 0))
+
+
 def decimal_text(value: Fraction) -> str:
     """Write a rational with at most 30 decimals as these, any other as a quotient.
 
@@ -280,7 +312,7 @@ def decimal_text(value: Fraction) -> str:
     """
     places = next((n for n in range(31) if 10**n % value.denominator == 0), None)
     if not places:
-        return rational_text((value.numerator, value.denominator))
+        return number(value)
     digits = integer_text(abs(value.numerator) * (10**places // value.denominator)).rjust(places + 1, "0")
     return f"{'-' * (value < 0)}{digits[:-places]}.{digits[-places:]}"
 

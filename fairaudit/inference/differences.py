@@ -11,7 +11,7 @@ from typing import Any, get_args
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.extended import extended_text
-from fairaudit.exact.rationals import rational
+from fairaudit.exact.rationals import exact
 from fairaudit.inference.cells import Cell, Ends, cell_entries
 from fairaudit.inference.comparisons import Comparison, Estimand, Form, Place, unit_form, witness_of
 from fairaudit.inference.difference_contrasts import (
@@ -173,7 +173,7 @@ def default_difference_region(comparison: Comparison, method: Method | None = No
 
 def difference_drivers(comparison: Comparison, evidence: Mapping[str, Any], upper: Fraction) -> tuple[Witness | None, Witness | None]:
     """Name the pairs that drive the lower and the upper end of an interval, with the means of their draws; None for a lower end of 0."""
-    alpha = 1 - Fraction(*rational(evidence["confidence"]))
+    alpha = 1 - exact(evidence["confidence"])
     if evidence["region"] == "pairs":
         low: Place | None = None if evidence["lower"] is None else evidence["lower"]["pair"]
         high = pairs_driver(comparison, alpha, evidence["ends"], upper, "difference")
@@ -181,7 +181,7 @@ def difference_drivers(comparison: Comparison, evidence: Mapping[str, Any], uppe
         low = evidence["pair"]
         high = difference_contrasts_driver(comparison, alpha, evidence["ends"], upper)
     else:
-        inner, outer = ([(Fraction(*rational(a)), Fraction(*rational(b))) for a, b in evidence[name]] for name in ("lower", "upper"))
+        inner, outer = ([(exact(a), exact(b)) for a, b in evidence[name]] for name in ("lower", "upper"))
         least, low = _extreme(comparison, inner, upper=False)
         low = low if least > 0 else None
         _, high = _extreme(comparison, outer, upper=True)

@@ -14,7 +14,7 @@ import numpy as np
 
 from fairaudit.exact.dense import Floats
 from fairaudit.exact.extended import Extended, extended_text
-from fairaudit.exact.rationals import rational
+from fairaudit.exact.rationals import exact
 from fairaudit.inference.cells import Profiles
 from fairaudit.inference.comparisons import Comparison, Place
 from fairaudit.inference.levels import Holding, equal_share
@@ -103,7 +103,7 @@ def read_profiles(listed: Sequence[Sequence[Sequence[Any]]]) -> tuple[Profiles, 
     """
     known: dict[str | None, Fraction | None] = {None: None}
     for text in {text for block in listed for _, values in block for text in values if text is not None}:
-        known[text] = Fraction(*rational(text))
+        known[text] = exact(text)
     return tuple({tuple(known[text] for text in values): n for n, values in block} for block in listed)
 
 

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import Number, parse_rational, rational
+from fairaudit.exact.rationals import Number, exact, parse_rational
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.tally import counted
 from fairaudit.tables.values import column, locator, names, numbers
@@ -197,7 +197,7 @@ def _totals(total: Totals | None, groups: list[str], spelled: Callable[[str], st
     elif isinstance(total, Mapping):
         of, listed = None, tuple(total.items())
     else:
-        of, listed = Fraction(*rational(total)), ()
+        of, listed = exact(total), ()
     if of is not None:
         if of <= 0:
             raise InputError(f"{what} {shown(total)}: shares are of a number above 0, such as 1, or 100 for percentages")

@@ -90,7 +90,7 @@ def test_every_room_but_the_kit_is_closed_to_plug_ins() -> None:
     closed = set(contract["forbidden_modules"])
     kit_of_logs = ("chat", "choices", "replies")
     assert contract["ignore_imports"] == [f"fairaudit.plugins.** -> fairaudit.tables.evaluations.{name}" for name in kit_of_logs]
-    kit = {"errors", "words", "files", "cli", "plugins", "exact", "__init__", "__main__"}
+    kit = {"errors", "words", "files", "libraries", "cli", "plugins", "exact", "__init__", "__main__"}
     exact = {path.stem for path in (PACKAGE / "exact").glob("*.py")} - {"__init__", "rationals"}
     assert closed == {f"fairaudit.{room}" for room in rooms() - kit} | {f"fairaudit.exact.{name}" for name in exact}
     text = "\n".join(path.read_text("utf-8") for path in (PACKAGE / "plugins").rglob("*.py"))

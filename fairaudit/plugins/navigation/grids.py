@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.files import write_atomically
-from fairaudit.plugins.navigation.libraries import library
+from fairaudit.libraries import library
 
 __all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Frame", "OccupancyGrid", "Pair", "read_grid", "read_scen", "write_ros_map"]
 
@@ -160,7 +160,7 @@ def _bytes(path: Path) -> bytes:
 
 
 def _ros(path: Path) -> OccupancyGrid:
-    yaml = library("yaml")
+    yaml = library("yaml", "navigation")
     try:
         document = yaml.safe_load(_bytes(path).decode("utf-8"))
     except (UnicodeDecodeError, yaml.YAMLError, RecursionError, ValueError) as error:
@@ -220,7 +220,7 @@ def _finite(value: object, key: str) -> float:
 
 def _picture(path: Path) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Mean of the colour channels, 0 to 255, and which pixels are opaque."""
-    pil = library("PIL.Image")
+    pil = library("PIL.Image", "navigation")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # large maps are meant

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
-from fairaudit.plugins.navigation.libraries import library
+from fairaudit.libraries import library
 from fairaudit.plugins.navigation.routes import Route
 
 __all__ = ["Picture", "draw"]
@@ -74,7 +74,7 @@ def draw(
     InputError
         If pillow is missing, or the picture would be larger than 16,384 pixels.
     """
-    image_module, drawing = library("PIL.Image"), library("PIL.ImageDraw")
+    image_module, drawing = library("PIL.Image", "navigation"), library("PIL.ImageDraw", "navigation")
     rows, columns = rgb.shape[:2]
     factor = max(1, round(TARGET_SIDE / max(rows, columns))) if scale is None else scale
     if factor < 1 or factor * max(rows, columns) > LARGEST_SIDE:
@@ -99,7 +99,11 @@ def draw(
 
 def _label(picture: Any, text: str, scale: int) -> None:
     """Write a text in black on white into the upper left corner, in pillow's built-in bitmap font, which is the same everywhere."""
-    image_module, drawing, fonts = library("PIL.Image"), library("PIL.ImageDraw"), library("PIL.ImageFont")
+    image_module, drawing, fonts = (
+        library("PIL.Image", "navigation"),
+        library("PIL.ImageDraw", "navigation"),
+        library("PIL.ImageFont", "navigation"),
+    )
     font = fonts.load_default_imagefont()
     if not text.isascii() or not text.isprintable():
         raise InputError(f"the index {text!r} cannot be drawn; letters, digits and signs of ASCII are accepted")

@@ -353,9 +353,9 @@ def _repaired(path: Path, block: bytes, line: int, columns: int, notes: list[str
 
 
 def _ply(path: Path) -> Iterator[_Block]:
-    from fairaudit.plugins.navigation.libraries import library
+    from fairaudit.libraries import library
 
-    plyfile = library("plyfile")
+    plyfile = library("plyfile", "navigation")
     try:
         vertices = plyfile.PlyData.read(str(path))["vertex"].data
     except (plyfile.PlyParseError, KeyError, ValueError, OSError, EOFError, MemoryError, UnicodeError) as error:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
+from fairaudit.libraries import library
 from fairaudit.plugins.navigation.grids import Frame
-from fairaudit.plugins.navigation.libraries import library
 from fairaudit.plugins.navigation.readers import Part, Points
 
 __all__ = ["footprints", "topology", "topology_json"]
@@ -94,7 +94,7 @@ def topology(points: Points, *, resolution: float = RESOLUTION, reach: float = R
     A shut door lies in a wall: one room is before and one behind it. If both sides are in one room, the door stands open, and the rooms are
     those at its two ends. Doors of one pair of rooms nearer than 0.6 m to each other are one door that both rooms list.
     """
-    networkx = library("networkx")
+    networkx = library("networkx", "navigation")
     xy = points.xyz[:, :2]
     low, high = xy.min(axis=0), xy.max(axis=0)
     frame = Frame.around((float(low[0]), float(low[1]), float(high[0]), float(high[1])), resolution)

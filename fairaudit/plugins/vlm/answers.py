@@ -13,7 +13,8 @@ from functools import lru_cache
 from typing import Any, Final, Literal
 
 from fairaudit.errors import shown
-from fairaudit.plugins.vlm.experiment import Experiment, exact
+from fairaudit.exact.rationals import exact
+from fairaudit.plugins.vlm.experiment import Experiment
 from fairaudit.plugins.vlm.journal import Answer
 from fairaudit.tables.evaluations.chat import message
 from fairaudit.tables.evaluations.choices import Asked, bare, objects_in, read_choice

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import base64
 import email.utils
-import hashlib
 import json
 import random
 import re
@@ -17,13 +16,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from fairaudit.errors import InputError, shown
+from fairaudit.libraries import library
 from fairaudit.plugins.vlm.answers import answer_schema
 from fairaudit.plugins.vlm.experiment import Experiment, Model, environment_key
+from fairaudit.plugins.vlm.images import image_name
 from fairaudit.plugins.vlm.tokens import CAPS
 from fairaudit.tables.evaluations.replies import explanation, fault, parsed
 
 if TYPE_CHECKING:
-    import httpx
+    from httpx import AsyncClient
 
 __all__ = ["Bucket", "Client", "Failure", "Reply", "key_pattern", "request_body", "retry_after"]
 
@@ -104,10 +105,7 @@ class Client(AbstractAsyncContextManager["Client", None]):
     """
 
     def __init__(self, model: Model, meaning: Callable[[Reply], object]) -> None:
-        try:
-            import httpx
-        except ImportError:
-            raise InputError("experiments need jinja2 and httpx; install the extra: pip install 'fairaudit-certify[vlm]'") from None
+        httpx = library("httpx", "vlm")
         self.model, self._meaning = model, meaning
         self._key = environment_key(model)
         if not self._key.isprintable() or not self._key.isascii():
@@ -115,7 +113,7 @@ class Client(AbstractAsyncContextManager["Client", None]):
         self._pattern = key_pattern(self._key)
         self._names = dict(zip(CAPS, CAPS, strict=True))
         try:
-            self._http: httpx.AsyncClient = httpx.AsyncClient(
+            self._http: AsyncClient = httpx.AsyncClient(
                 timeout=httpx.Timeout(model.timeout),
                 limits=httpx.Limits(max_connections=model.concurrency),
                 headers={"Authorization": f"Bearer {self._key}", "User-Agent": "fairaudit"},
@@ -268,8 +266,8 @@ def request_body(experiment: Experiment, model: Model, context: str, slots: tupl
     system, user = experiment.prompt(context, slots)
     content: list[dict[str, Any]] = [{"type": "text", "text": user}]
     for option, path in experiment.pictures(context):
-        url = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
-        content += [{"type": "text", "text": f"Image for {option}:"}, {"type": "image_url", "image_url": {"url": url}}]
+        picture = {"type": "image_url", "image_url": {"url": image_name(path)}}
+        content += [{"type": "text", "text": f"Image for {option}:"}, picture]
     body: dict[str, Any] = {"model": model.name}
     body["messages"] = [{"role": "system", "content": system}] if system else []
     body["messages"].append({"role": "user", "content": user if len(content) == 1 else content})

@@ -19,8 +19,9 @@ from urllib.parse import urlsplit
 
 import fairaudit as fa
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.exact.rationals import at_least, rational
+from fairaudit.exact.rationals import at_least, exact, rational
 from fairaudit.files import check_keys, read_one_of, read_section, read_text, read_toml
+from fairaudit.libraries import library
 from fairaudit.plugins.vlm.images import read_images
 
 __all__ = ["Experiment", "Model", "Setting", "bundled", "fixed", "read_experiment"]
@@ -179,15 +180,20 @@ class Experiment:
     @staticmethod
     def filled(template: str, values: Mapping[str, Any], name: str) -> str:
         """Fill in a template, sandboxed; a fault in it, or a field that is not there, is an error."""
+        jinja2 = library("jinja2", "vlm")
+        environment = library("jinja2.sandbox", "vlm").SandboxedEnvironment(undefined=jinja2.StrictUndefined, autoescape=False)
         try:
-            from jinja2 import StrictUndefined, TemplateError
-            from jinja2.sandbox import SandboxedEnvironment
-        except ImportError:
-            raise InputError("experiments need jinja2 and httpx; install the extra: pip install 'fairaudit-certify[vlm]'") from None
-        environment = SandboxedEnvironment(undefined=StrictUndefined, autoescape=False, keep_trailing_newline=False)
-        try:
-            return environment.from_string(template).render(values).strip()
-        except (TemplateError, ArithmeticError, LookupError, AttributeError, TypeError, ValueError, RuntimeError, MemoryError) as error:
+            return str(environment.from_string(template).render(values)).strip()
+        except (
+            jinja2.TemplateError,
+            ArithmeticError,
+            LookupError,
+            AttributeError,
+            TypeError,
+            ValueError,
+            RuntimeError,
+            MemoryError,
+        ) as error:
             raise InputError(f"the template {name} cannot be filled in: {' '.join(str(error).split())}") from None
 
     def pictures(self, context: str) -> list[tuple[str, Path]]:
@@ -396,14 +402,6 @@ def _is_address(url: str) -> bool:
         return re.fullmatch(r"https?://[^/?#@\s]+(/[^?#@\s]*)?", url) is not None and urlsplit(url).port != 0
     except ValueError:
         return False
-
-
-def exact(value: object, where: str = "") -> Fraction:
-    """A number as the rational that it says."""
-    try:
-        return Fraction(*rational(value))
-    except InputError as error:
-        raise InputError(f"{where}{error}") from None
 
 
 def _labels(given: Any, where: str, least: int = 2) -> tuple[str, ...]:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.files import read_bounded
 
-__all__ = ["image_kind", "read_images"]
+__all__ = ["image_kind", "image_name", "read_images"]
 
 MAX_IMAGE_BYTES = 10_000_000
 IMAGE_KINDS = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
@@ -48,6 +49,11 @@ def image_kind(head: bytes) -> str | None:
     return next((kind for magic, kind in IMAGE_KINDS.items() if head.startswith(magic)), None)
 
 
+def image_name(path: Path) -> str:
+    """What requests in a journal call a picture: its SHA-256."""
+    return f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
+
+
 def _candidate_set(path: Path, options: tuple[str, ...]) -> dict[tuple[str, str], Path]:
     try:
         document = json.loads(path.read_bytes())
@@ -65,21 +71,13 @@ def _candidate_set(path: Path, options: tuple[str, ...]) -> dict[tuple[str, str]
     found = {}
     for label, name, digest in listed:
         picture = _image(path.parent / Path(str(name)).name)
-        if hashlib.sha256(picture.read_bytes()).hexdigest() != digest:
+        if image_name(picture) != f"sha256:{digest}":
             raise InputError(f"the image {picture} is not the one that {path} describes; render the scenario again")
         found["", label] = picture
     return found
 
 
 def _image(path: Path) -> Path:
-    try:
-        size = path.stat().st_size
-        with path.open("rb") as file:
-            head = file.read(8)
-    except (OSError, ValueError) as error:
-        raise InputError(f"the image {path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    if size > MAX_IMAGE_BYTES:
-        raise InputError(f"the image {path} has {size} bytes; at most {MAX_IMAGE_BYTES} are accepted, so draw it smaller")
-    if image_kind(head) is None:
+    if image_kind(read_bounded(path, MAX_IMAGE_BYTES, "picture that is sent to a model")) is None:
         raise InputError(f"the image {path} is neither PNG nor JPEG")
     return path

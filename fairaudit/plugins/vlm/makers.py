@@ -8,8 +8,9 @@ from fractions import Fraction
 from typing import Any
 
 from fairaudit.errors import InputError
+from fairaudit.exact.rationals import exact
 from fairaudit.files import check_keys
-from fairaudit.plugins.vlm.experiment import Experiment, Model, Slots, exact
+from fairaudit.plugins.vlm.experiment import Experiment, Model, Slots
 from fairaudit.plugins.vlm.shares import Maker, softmax
 
 __all__ = ["StandIn", "embedded"]

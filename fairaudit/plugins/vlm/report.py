@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fairaudit.errors import InputError
-from fairaudit.exact.rationals import rational_text
+from fairaudit.exact.rationals import number
 from fairaudit.files import csv_text, write_atomically
 from fairaudit.plugins.vlm.analyse import Finding, Table, certify, logarithm, questions, readings, settings_of, tables
 from fairaudit.plugins.vlm.answers import FAULT, OPEN, read_kept
@@ -261,11 +261,6 @@ def figures(found: Found) -> dict[str, Any]:
         "left_out": list(found.silent),
         "findings": [_entry(model, table, finding) for model, table, finding in found.findings],
     }
-
-
-def number(value: Fraction | float) -> str:
-    """A result as certificates write it."""
-    return rational_text((value.numerator, value.denominator) if isinstance(value, Fraction) else (1, 0))
 
 
 def _entry(model: str, table: Table, finding: Finding) -> dict[str, Any]:

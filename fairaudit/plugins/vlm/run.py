@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import inf
-from pathlib import Path
 from typing import Any
 
 from fairaudit.cli.output import rewritten
@@ -22,7 +21,7 @@ from fairaudit.plugins.vlm.analyse import TABLE
 from fairaudit.plugins.vlm.answers import Reading, read_answer
 from fairaudit.plugins.vlm.client import Bucket, Client, Reply, pause_before, request_body
 from fairaudit.plugins.vlm.experiment import Experiment, Model, Slots
-from fairaudit.plugins.vlm.images import image_kind
+from fairaudit.plugins.vlm.images import image_kind, image_name
 from fairaudit.plugins.vlm.journal import Draw, Journal, Work
 from fairaudit.plugins.vlm.makers import answer_text, embedded
 from fairaudit.plugins.vlm.shares import drawn
@@ -130,7 +129,7 @@ def estimate(experiment: Experiment, model: Model, journal: Journal | None = Non
     total, answered = most.total(), 0
     if journal is not None and model.key in journal.models():
         total, answered = journal.size(model.key)
-    pictures = {_named(path): picture_size(path) for path in set(experiment.images.values())}
+    pictures = {image_name(path): picture_size(path) for path in set(experiment.images.values())}
     sizes = [request_size(capped(request_body(experiment, model, *cell)), pictures) for cell in cells]
     share = Fraction(total - answered, len(cells)) if model.maker == "endpoint" else 0
     used = int(share * sum(s.likely for s in sizes)), int(share * sum(s.answer or 0 for s in sizes))
@@ -214,7 +213,7 @@ class _Asking:
     ) -> None:
         self.experiment, self.model, self.journal, self.budget = experiment, model, journal, budget
         self.report, self.progress, self.limit, self.before = report, progress, limit, report.answered
-        self.files = {_named(path): path for path in set(experiment.images.values())}
+        self.files = {image_name(path): path for path in set(experiment.images.values())}
         self.sizes = {name: picture_size(path) for name, path in self.files.items()}
         self.requests = Bucket(model.requests_per_minute)
         self.fatal, self.in_a_row, self.measured = "", 0, False
@@ -348,11 +347,6 @@ class _Asking:
                 f"the server does not keep the output cap: an answer of at most {size.answer} tokens used {used[1]}; "
                 "requests go one by one, and a limit may be exceeded by what one of them uses"
             )
-
-
-def _named(path: Path) -> str:
-    """What a journal calls a picture."""
-    return f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
 
 
 def _plan(experiment: Experiment, model: Model, journal: Journal) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from bisect import bisect_right
 from collections.abc import Callable
 from fractions import Fraction
+from itertools import accumulate
 from math import exp, lcm
 
 import fairaudit as fa
@@ -53,9 +55,5 @@ def softmax(scores: list[float]) -> tuple[Fraction, ...]:
 def drawn(probabilities: tuple[Fraction, ...], below: Callable[[int], int]) -> int | None:
     """Draw a place exactly by its probability, or None for what they lack to 1."""
     bottom = lcm(*(value.denominator for value in probabilities))
-    point = below(bottom)
-    for place, value in enumerate(probabilities):
-        point -= int(value * bottom)
-        if point < 0:
-            return place
-    return None
+    place = bisect_right([*accumulate(int(value * bottom) for value in probabilities)], below(bottom))
+    return place if place < len(probabilities) else None

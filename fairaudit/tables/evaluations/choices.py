@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.rationals import rational
+from fairaudit.exact.rationals import exact
 
 __all__ = ["Asked", "Choice", "asked_of_log", "bare", "objects_in", "read_choice", "whole_number"]
 
@@ -237,7 +237,7 @@ def _object(given: Mapping[str, Any], asked: Asked) -> Choice:
         if option not in given:
             return Choice("malformed", "", f"{option} is missing")
         try:
-            values[option] = Fraction(*rational(given[option]))
+            values[option] = exact(given[option])
         except InputError:
             return Choice("malformed", "", f"{option} has no number")
     chosen, *others = asked.marks

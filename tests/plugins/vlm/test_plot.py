@@ -27,6 +27,7 @@ from fairaudit.plugins.vlm.report import Found, ceiling, certify_all, said
 from fairaudit.plugins.vlm.run import run
 
 pytest.importorskip("matplotlib")
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 TWO = """
@@ -90,7 +91,7 @@ def test_several_makers_and_two_axes(swept: Found, figures: list[Figure], tmp_pa
     assert len(ratios.get_yticks()) > 3
     for tick, text in zip(ratios.get_yticks(), ratios.get_yticklabels(), strict=True):
         assert exp(tick) == pytest.approx(float(text.get_text()))
-    renderer = figure.canvas.get_renderer()
+    renderer = FigureCanvasAgg(figure).get_renderer()
     page, boxes = figure.bbox, [entry.get_window_extent(renderer) for entry in (*figure.legends, *figure.axes)]
     assert all(page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1 for box in boxes)
 
@@ -175,11 +176,11 @@ def test_bars_of_many_people(figures: list[Figure], tmp_path: Path) -> None:
     bars = [bar.patches[0].get_alpha() for bar in figures[0].axes[0].containers if getattr(bar, "patches", None)]
     assert len(set(bars)) == 5
     experiment, table = found.experiment, found.findings[0][1]
-    low, middle, high = plot._chance(experiment, table, "sick leave", "C")
+    share, below, above = plot._chance(experiment, table, "sick leave", "C")
     answers = [table.rows["sick leave", experiment.slots(order)] for order in experiment.orders]
     chosen = sum(row.get(f"HR{order.index('C') + 1}", 0) for row, order in zip(answers, experiment.orders, strict=True))
     reach = (log(2 / 0.05) / (2 * 100)) ** 0.5
-    assert (low, middle, high) == pytest.approx((max(0, chosen / 100 - reach), chosen / 100, chosen / 100 + reach))
+    assert (share - below, share, share + above) == pytest.approx((max(0, chosen / 100 - reach), chosen / 100, chosen / 100 + reach))
 
 
 class Looking(BaseHTTPRequestHandler):
@@ -256,6 +257,6 @@ def test_an_encoder_that_is_not_installed_is_left_out_and_named(
     minilm.weights.cache_clear()
     monkeypatch.setitem(sys.modules, "tokenizers", None)
     assert main(["experiment", "plot", "pictures-waiting", "--trials", "1", "--folder", str(tmp_path / "run")]) == 0
-    assert "the figure leaves sentence encoder out: the sentence encoder needs safetensors and tokenizers" in capsys.readouterr().err
+    assert "the figure leaves sentence encoder out: tokenizers is not installed" in capsys.readouterr().err
     assert {"L, stand-in", "L, contrary stand-in"} <= set(labels(figures[0]))
     assert main(["experiment", "plot", "pictures-waiting", "--maker", "minilm", "--trials", "1", "--folder", str(tmp_path / "other")]) == 2
