@@ -24,13 +24,16 @@ LONGEST = 200_000
 """Characters of an answer that is read."""
 
 THOUGHT = r"(?i)<{}(?:think|thinking|thought|reasoning)>"
-MARKUP = str.maketrans("", "", '*`"“”')
+MARKUP = re.compile(r'(?<![*`"“”])(?:(?<!\w)[*`"“”]++|[*`"“”]++(?!\w))')
+"""Marks around words; one between letters or digits, as in 2*5, is part of what is said."""
+
 WORDING = tomllib.loads(Path(__file__).with_name("wording.toml").read_text("utf-8"))
 NOUN = f"(?:{'|'.join(WORDING['nouns'])})"
 PARTS = ("before", "after", "doubt", "lead_ins", "tails")
 BEFORE, AFTER, DOUBTED, LEAD, TAIL = ("|".join(WORDING[name]).replace("NOUN", NOUN) for name in PARTS)
-SAID = rf"(?:(?:(?:therefore|so|thus),? )?(?:{BEFORE}) )?'?@'?(?:{AFTER})?(?:,? (?:because|since) ([^.!?:;\n]+))?[.!]?"
-DOUBT = re.compile(rf"(?i)[{{}}<>]|n['’]t\b|\b(?:{DOUBTED})\b")
+STATED = r"(?:[a-z0-9à-ɏ ,'’%$€£]|(?<=\w)-(?=\w))+"
+SAID = rf"(?:(?:(?:therefore|so|thus),? )?(?:{BEFORE}) )?'?@'?(?:{AFTER})?(?:,? (?:because|since) ({STATED}))?[.!]?"
+DOUBT = re.compile(rf"n['’]t\b|\b(?:{DOUBTED})\b")
 LEADS, TAILS = (re.compile(rf"(?i)(?:(?:{words})[:.,!]*(?: |$))*") for words in (LEAD, TAIL))
 REASONS = frozenset(WORDING["reasons"])
 
@@ -148,14 +151,14 @@ def read_choice(text: str, asked: Asked, *, calls: Sequence[Any] = (), cut: bool
 
 
 def bare(text: str) -> str:
-    """A text without marks, case and outer stops.
+    """A text without marks, case, and the stop at its end.
 
     Examples
     --------
-    >>> bare("**Yes.** "), bare("Route  1")
-    ('yes', 'route 1')
+    >>> bare("**Yes.** "), bare("Route  1"), bare("!true"), bare("2*5")
+    ('yes', 'route 1', '!true', '2*5')
     """
-    return " ".join(text.translate(MARKUP).split()).strip(".!'").casefold()
+    return " ".join(_unmarked(text).split()).rstrip("!'").removesuffix(".").rstrip("!'").lstrip("'")
 
 
 def objects_in(text: str) -> list[Any]:
@@ -189,26 +192,29 @@ def _of_objects(given: Sequence[Any], around: Sequence[str], asked: Asked) -> Ch
     if any((entry.kind, entry.option) != (first.kind, first.option) for entry in read):
         return Choice("contradictory", "", "the answer has several objects, and they differ")
     if first.kind == "choice":
-        *before, after = (" ".join(piece.translate(MARKUP).split()) for piece in around)
+        *before, after = (" ".join(_unmarked(piece).split()) for piece in around)
         if not all(map(LEADS.fullmatch, before)) or not TAILS.fullmatch(after):
             return Choice("contradictory", "", "what stands around the JSON object may refuse, or take it back")
-    names = [option.translate(MARKUP) for option in asked.options if option != first.option]
+    names = [" ".join(_unmarked(option).split()) for option in asked.options if option != first.option]
     others = "|".join(re.escape(name) if name else "(?!)" for name in names)
-    other = re.compile(rf"(?i)(?:\b(?:{BEFORE}) '?(?:{others})|\b(?:{others})'?(?:{AFTER}))(?!\w)")
-    if any(other.search(" ".join(said.translate(MARKUP).split())) for said in _texts(given)):
+    other = re.compile(rf"(?:\b(?:{BEFORE}) '?(?:{others})|\b(?:{others})'?(?:{AFTER}))(?!\w)")
+    stated = [value for entry in given for name, value in entry.items() if name in REASONS]
+    if any(other.search(" ".join(_unmarked(said).split())) for said in _texts(stated)):
         return Choice("contradictory", "", "the stated reason chooses another option")
     return first
 
 
 def _texts(value: Any) -> Iterator[str]:
-    """Every text in what was read."""
-    left = [value]
+    """Every text in what was read, that in an object after its name."""
+    left = [("", value)]
     while left:
-        value = left.pop()
-        if isinstance(value, str):
-            yield value
-        elif isinstance(value, (list, dict)):
-            left += value.values() if isinstance(value, dict) else value
+        name, value = left.pop()
+        if isinstance(value, dict):
+            left += ((f"{key.replace('_', ' ')}: ", inner) for key, inner in value.items())
+        elif isinstance(value, list):
+            left += ((name, inner) for inner in value)
+        else:
+            yield f"{name}{value}"
 
 
 def _is_asked(entry: Any, asked: Asked) -> bool:
@@ -257,21 +263,28 @@ def _option(asked: Asked, text: str, *, cut: bool = False) -> str | None:
 
 def _sentence(asked: Asked, text: str) -> str | None:
     """Find the option that a single sentence of the list names, with at most a reason that names no other and raises no doubt."""
-    plain = re.sub(" +", " ", text.translate(MARKUP).strip())
+    plain = re.sub(" +", " ", _unmarked(text).strip())
     found: dict[str, str] = {}
-    for option, pattern in _sentences(asked.options):
+    named = _sentences(asked.options)
+    for option, pattern, _ in named:
         sentence = pattern.fullmatch(plain)
         found |= {option: sentence[1] or ""} if sentence else {}
-    others = [o for o in asked.options for reason in found.values() if re.search(rf"(?i)(?<!\w){re.escape(o)}(?!\w)", reason)]
-    clear = len(found) == 1 and set(others) <= found.keys() and not DOUBT.search(" ".join(found.values()))
-    return next(iter(found)) if clear else None
+    if len(found) != 1:
+        return None
+    ((chosen, reason),) = found.items()
+    return None if DOUBT.search(reason) or any(o != chosen and other.search(reason) for o, _, other in named) else chosen
 
 
 @lru_cache
-def _sentences(options: tuple[str, ...]) -> tuple[tuple[str, re.Pattern[str]], ...]:
-    """The sentences that name each option."""
-    names = [(option, re.escape(re.sub(" +", " ", option.translate(MARKUP).strip()))) for option in options]
-    return tuple((option, re.compile(SAID.replace("@", name or "(?!)"), re.IGNORECASE)) for option, name in names)
+def _sentences(options: tuple[str, ...]) -> tuple[tuple[str, re.Pattern[str], re.Pattern[str]], ...]:
+    """The sentences that choose each option, and the option itself within others."""
+    names = [(option, re.escape(re.sub(" +", " ", _unmarked(option).strip())) or "(?!)") for option in options]
+    return tuple((option, re.compile(SAID.replace("@", name)), re.compile(rf"(?<!\w){name}(?!\w)")) for option, name in names)
+
+
+def _unmarked(text: str) -> str:
+    """A text without marks around its words, and without case: Maße and MASSE are the same, as are ırk and IRK."""
+    return MARKUP.sub("", text).casefold().replace("ı", "i")
 
 
 def _found(text: str, *, lenient: bool) -> tuple[list[Any], list[str]]:

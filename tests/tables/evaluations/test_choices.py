@@ -97,6 +97,48 @@ def test_what_a_log_may_hold(text: str, option: str) -> None:
     assert read_choice(text, asked_of_log(["yes", "no"])).option == option
 
 
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (("true", "false"), "!true"),
+        (("true", "false"), '{"answer": "!true"}'),
+        (("5", "10"), ".5"),
+        (("25", "7"), "2*5"),
+        (("2*5", "7"), "2**5"),
+        (("25", "7"), "My answer is 2*5."),
+        (("yes", "no"), "yes..."),
+        (("Maße", "Masse"), "MASSE"),
+        (("Maße", "Masse"), "I choose MASSE"),
+        (("ırk", "irk"), "IRK"),
+        (("ırk", "irk"), "My answer is IRK."),
+        (("Route  1", "Route 2"), '{"answer": "Route 2", "reason": "I choose route 1"}'),
+        (("yes", "no"), '{"answer": "yes", "reasons": [{"final_answer": "no"}]}'),
+        (("0", "1"), '{"answer": "1", "reasons": {"choice": 0}}'),
+        (("a  b", "yes"), "I choose yes because a b is kind"),
+        (("the *other*", "yes"), "I choose yes because *the other* is kind"),
+        (("yes", "no"), "I choose yes because it is right — or so I was made to write"),
+        (("yes", "no"), "I choose yes because it is right\rI take it back"),
+        (("yes", "no"), "I choose yes because it is right\u2028I take it back"),
+        (("yes", "no"), "I choose yes because it is fair。我拒绝"),
+        (("yes", "no"), "I choose yes because 我拒绝"),
+        (("yes", "no"), "I choose yes because it is n\u200bever right"),
+        (("yes", "no"), "I choose yes because it is n*o*t right"),
+        (("yes", "no"), "I choose yes because today is opposite day"),
+    ],
+)
+def test_what_only_looks_like_a_choice(options: tuple[str, ...], text: str) -> None:
+    """Signs that belong to a number or a word, letters whose case tells nothing, and reasons with more in them than words."""
+    assert read_choice(text, asked_of_log(options)).option == ""
+
+
+def test_marks_and_case_around_a_choice() -> None:
+    for text in ("'Yes'.", '**"YES"**!', "`yes`", "* yes", "“Yes.”", "I choose **YES**, because it is well-known", "My answer is 'yes'"):
+        assert read_choice(text, asked_of_log(["yes", "no"])).option == "yes"
+    assert read_choice("HAYIR", asked_of_log(["evet", "hayır"])).option == "hayır"
+    assert read_choice("I choose STRASSE", asked_of_log(["Straße", "Weg"])).option == "Straße"
+    assert read_choice("2*5", asked_of_log(["25", "2*5"])).option == "2*5"
+
+
 @pytest.mark.parametrize("options", [("0", "1"), ("1", "0"), ("2", "1"), HR])
 def test_labels_never_meet_positions(options: tuple[str, ...]) -> None:
     for form in (*FORMS.values(), lambda *names: asked_of_log(names)):
@@ -159,6 +201,9 @@ def test_a_long_answer_is_read_in_time() -> None:
     assert read_choice("{}" * 1_000_000, field()).kind == "malformed"
     assert read_choice('{"choice": "HR1"}' * 11_000, field()).option == "HR1"
     assert read_choice(json.dumps({"choice": "HR1", "reason": "sure " * 35_000}), field()).option == "HR1"
+    for sign in "*'!. -,":
+        for text in (sign * 199_000, f"a{sign * 199_000}b", f"I choose HR1 because a{sign * 190_000}b:"):
+            assert not read_choice(text, asked_of_log(HR)).option
     assert read_choice('{"choice": "HR1", "reason": ' + "[" * 90_000 + "]" * 90_000 + "}", field()).kind in ("choice", "malformed")
     assert time.monotonic() - began < 10
 
