@@ -87,6 +87,9 @@ def truly_read(subject: Any, of_intervals: bool) -> bool:
     options = said.get("options", ["a", "b"])
     if not isinstance(options, list) or not all(isinstance(option, str) for option in options) or not 1 < len(options) == len({*options}):
         return False
+    occurring = {label for counts in table.values() for label, number in counts.items() if number}
+    if "options" in said and "recipe" not in said and not occurring <= {*options, *LOST[: 4 if said.get("errors") == "bound" else 3]}:
+        return False
     conditions = [value for entry in where for value in (entry["path"], entry["value"])]
     if not all(
         isinstance(text, str) and not any("\ud800" <= c <= "\udfff" for c in text) for text in (*texts, *units, *options, *conditions)

@@ -57,6 +57,7 @@ class Evaluation:
     rows: int  # that were made of them, and were counted or left out
     all_count: bool  # whether there is no condition on samples
     recipe: str  # by which rows were made of samples, without where the answers stand
+    options: Labels  # what there was to choose, if decisions were read out of answers in words
     each: bool  # whether a sample makes a row for each element of a list
     answers: Counts
     cells: tuple[tuple[Place, Counts], ...] | None
@@ -132,7 +133,9 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
         raise malformed(where, "lacks the key 'question', though questions were asked several times")
     cell = (*subject.columns.context, *subject.columns.group)
     said = _possible(question, unit, cell, repeated=epochs > 1)
-    _read_asked(members, where)
+    options = _read_options(members, where)
+    if "where" in members:
+        _read_where(members["where"], f"{where}.where")
     samples = read_object(members["samples"], f"{where}.samples", ("expected", "read", "counted", "rows"))
     expected = samples["expected"]
     if expected is not None:
@@ -150,6 +153,7 @@ def read_evaluation(value: object, where: str, subject: Subject, *, embedded: bo
         read_integer(samples["rows"], f"{where}.samples.rows"),
         "where" not in members,
         recipe,
+        options,
         "each" in members,
         {
             name: read_integer(item, f"{where}.answers.{name}")
@@ -188,15 +192,15 @@ def _possible(question: str, unit: Labels, cell: Labels, *, repeated: bool) -> t
     return (FIXED, NOTHING) if question in cell else () if repeated else (QUESTIONS,)
 
 
-def _read_asked(members: Mapping[str, object], where: str) -> None:
-    """Read what there was to choose, and which samples count, of which nothing is compared."""
-    if "options" in members:
-        options = read_strings(members["options"], f"{where}.options")
-        check_distinct(options, f"{where}.options")
-        if len(options) < 2:
-            raise malformed(f"{where}.options", "must be two or more")
-    if "where" in members:
-        _read_where(members["where"], f"{where}.where")
+def _read_options(members: Mapping[str, object], where: str) -> Labels:
+    """Read what there was to choose."""
+    if "options" not in members:
+        return ()
+    options = read_strings(members["options"], f"{where}.options")
+    check_distinct(options, f"{where}.options")
+    if len(options) < 2:
+        raise malformed(f"{where}.options", "must be two or more")
+    return options
 
 
 def _read_where(value: object, where: str) -> None:
@@ -237,8 +241,21 @@ def check_evaluation(stated: Evaluation, steps: Sequence[Step], table: Table) ->
     left_out = [step.amount for step in steps if step.step == "left out" and step.unit == "decisions"]
     yield compared("subject.evaluation.samples.rows", (stated.rows, 1), sum_of([(sum(stated.answers.values()), 1), *left_out]))
     yield _check_counted(stated, steps)
+    if stated.options and not stated.recipe:  # a recipe makes decisions of what was chosen
+        yield from _check_options(stated.options, held, steps, table)
     if stated.all_count:
         yield compared("subject.evaluation.samples.read", stated.read, stated.counted)
+
+
+def _check_options(options: Labels, held: Sequence[str], steps: Sequence[Step], table: Table) -> Iterator[Finding]:
+    """Compare what there was to choose with the decisions of the table that occur, whose labels may have been merged."""
+    decision = table.header.subject.columns.decision
+    known = {*options, *held, *(step.label for step in steps if step.column == decision)}
+    places = [u for u, label in enumerate(table.header.decisions) if label not in known]
+    occurring = (u for u in places if any(cell.law[0][u] for cell in table.cells) or any(row.counts[u][0] for row in table.unknown))
+    other = next((table.header.decisions[u] for u in occurring), None)
+    fault = "" if other is None else f"the table has the decision {shown(other)}"
+    yield finding_of("subject.evaluation.options: each decision is one of them, or of an answer that decides nothing", not fault, fault)
 
 
 def _check_counted(stated: Evaluation, steps: Sequence[Step]) -> Finding:

@@ -82,6 +82,9 @@ def test_no_alteration_that_says_something_false_of_the_table_is_accepted(errors
         (("format",), "helm", "true"),
         (("extract",), "^(yes|no)", "true"),
         (("options",), ["A", "B"], "true"),
+        (("options",), ["A", "C", "B"], "true"),
+        (("options",), ["A", "C"], "false"),
+        (("options",), ["a", "b"], "false"),
         (("options",), ["A"], "malformed"),
         (("options",), ["A", "A"], "malformed"),
         (("options",), [], "malformed"),
@@ -95,6 +98,20 @@ def test_what_is_changed(path: tuple[Any, ...], value: Any, result: str) -> None
         place = place[step]
     place[path[-1]] = value
     assert outcome(json.dumps(changed).encode()) == result
+
+
+def test_decisions_are_options_as_far_as_labels_stay_what_they_are(tmp_path: Path) -> None:
+    """Labels that were folded, a level for what is missing and decisions of a utility that do not occur are no other choice."""
+    path = tmp_path / "log.jsonl"
+    texts = ["yes", "YES", "no", None]
+    path.write_text("\n".join(json.dumps({"text": text, "who": "ab"[i % 2]}) for text in texts for i in range(6)))
+    options: dict[str, Any] = {"options": ["yes", "YES", "no", "perhaps"], "missing": "group", "fold_labels": True}
+    result = fa.audit(path, decision="text", group="who", utility={"yes": 1, "never": 1}, confidence=None, **options)
+    assert set(result.law.decisions) == {"(missing)", "YES", "no", "never"}
+    document = json.loads(result.certificate.text)
+    assert outcome(json.dumps(document).encode()) == "true"
+    document["subject"]["evaluation"]["options"] = ["Yes", "yes", "perhaps"]
+    assert outcome(json.dumps(document).encode()) == "false"
 
 
 def test_missing_samples_have_to_be_assumed_away() -> None:
