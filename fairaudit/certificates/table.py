@@ -14,7 +14,7 @@ import numpy as np
 
 from fairaudit.exact.rationals import integer_text, rational_text
 from fairaudit.model.law import Law
-from fairaudit.model.layout import Columns
+from fairaudit.model.layout import Columns, dyadic_rows
 from fairaudit.model.utility import UtilityTable
 from fairaudit.words import brief
 
@@ -29,6 +29,12 @@ __all__ = ["Table", "WrittenTable"]
 TABLE_FORMAT = "fairaudit-table/1"
 
 NUMBERS = 100_000  # numbers that are made text at a time
+
+KEPT_BYTES = 1 << 27
+"""Canonical text up to here is written once and kept."""
+
+LONG_BITS = 10_000
+"""Python writes integers of so many bits at once."""
 
 CANONICAL = json.JSONEncoder(ensure_ascii=True, sort_keys=True, separators=(",", ":"))
 
@@ -147,26 +153,48 @@ class Table:
 
     def parts(self) -> Iterator[bytes]:
         """Yield the canonical text, some whole lines at a time."""
-        yield canonical(self.header)
-        law = self.law
-        if (
-            self.deployment is None
-            and law.kind == "counts"
-            and law.scale == 1
-            and law.weights.dtype == np.int64
-            and law.truth is None
-            and self.utility.by_decision
-        ):
-            yield from count_lines(law)
-            yield from map(canonical, self._unknown_rows())
+        kept: list[bytes] | None = vars(self).get("_kept")
+        if kept is not None:
+            yield from kept
             return
+        yield canonical(self.header)
+        yield from self._row_parts()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: not the text."""
+        return {name: value for name, value in vars(self).items() if name != "_kept"}
+
+    def _row_parts(self) -> Iterator[bytes]:
+        """Yield the lines of the rows, some at a time."""
+        law = self.law
+        if self.deployment is None and law.truth is None and self.utility.by_decision:
+            if law.kind == "counts" and law.scale == 1 and law.weights.dtype == np.int64:
+                yield from count_lines(law)
+                yield from map(canonical, self._unknown_rows())
+                return
+            if law.kind == "probabilities" and law.population == "equal":
+                yield from probability_lines(law)
+                return
         for row in self.rows():
             yield canonical(row)
 
     @cached_property
     def sha256(self) -> str:
-        """Digest of the canonical text."""
-        return _digest(self.parts())
+        """Digest of the canonical text, which is kept to be written, too, if it is not very long."""
+        kept, size = [], 0
+
+        def keeping() -> Iterator[bytes]:
+            nonlocal size
+            for part in self.parts():
+                size += len(part)
+                if size <= KEPT_BYTES:
+                    kept.append(part)
+                yield part
+
+        digest = _digest(keeping())
+        if size <= KEPT_BYTES:
+            vars(self)["_kept"] = kept
+        return digest
 
     @property
     def cells(self) -> int:
@@ -257,6 +285,33 @@ def count_lines(law: Law, contexts_before: int = 0) -> Iterator[bytes]:
         yield (line * len(numbers) % tuple(numbers.ravel().tolist())).encode("ascii")
 
 
+def probability_lines(law: Law) -> Iterator[bytes]:
+    """Yield what `canonical` makes of the rows of a law of probabilities without masses, many at a time.
+
+    Examples
+    --------
+    >>> b"".join(probability_lines(Law.from_array([["0.5", "0.5"], ["1/3", "2/3"]]))).decode().splitlines()[1]
+    '{"context":0,"group":1,"weights":["1/3","2/3"]}'
+    """
+    width = law.weights.shape[1]
+    weights = ",".join(['"%d/%d"'] * width)
+    line = f'{{"context":%d,"group":%d,"weights":[{weights}]}}\n'
+    step = max(1, NUMBERS // width)
+    for first in range(0, len(law.weights), step):
+        some = slice(first, first + step)
+        tops = dyadic_rows(law.weights[some]) if law.floating else law.weights[some]
+        totals = tops.sum(axis=1)
+        cells = np.column_stack((law.cell_context[some], law.cell_group[some]))
+        if int(totals.max()).bit_length() > LONG_BITS:
+            for (x, a), row, total in zip(cells.tolist(), tops.tolist(), totals.tolist(), strict=True):
+                yield canonical({"context": x, "group": a, "weights": _texts(row, total)})
+            continue
+        common = np.gcd(tops, totals[:, None])
+        quotients = np.stack((tops // common, totals[:, None] // common), axis=2).reshape(len(tops), 2 * width)
+        numbers = np.column_stack((cells, quotients)).ravel().tolist()
+        yield (line * len(tops) % tuple(numbers)).replace('/1"', '"').encode("ascii")
+
+
 def _factors(mechanism: Mechanism) -> list[dict[str, Any]]:
     return [_factor(factor) for factor in mechanism.factors]
 
@@ -275,7 +330,13 @@ def canonical(value: Any) -> bytes:
 
 
 def _texts(values: list[int], bottom: int) -> list[str]:
+    """Quotients of integers by one denominator as text, in lowest terms."""
     if bottom == 1:
-        return [*map(str, values)] if max(values) < 2**1000 else [integer_text(v) for v in values]
+        return [*map(str, values)] if max(values).bit_length() <= LONG_BITS else [integer_text(v) for v in values]
     common = gcd(bottom, *values)
-    return [rational_text((v // common, bottom // common)) if v else "0" for v in values]
+    if common > 1:
+        values, bottom = [v // common for v in values], bottom // common
+    if max(bottom, *values).bit_length() > LONG_BITS:
+        return [rational_text((v, bottom)) if v else "0" for v in values]
+    shared = [gcd(v, bottom) for v in values]
+    return [f"{v // s}/{bottom // s}" if s != bottom else str(v // s) for v, s in zip(values, shared, strict=True)]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fairaudit.exact.rationals import Number
 
-__all__ = ["Numbers", "Weights", "each_block", "equal_to_previous", "least_and_sums", "products"]
+__all__ = ["Numbers", "Weights", "each_block", "equal_to_previous", "least_and_sums", "products", "quotients"]
 
 
 BLOCK_BYTES = 1 << 22  # 4 MiB: two blocks and their results stay in the cache of one core
@@ -127,3 +127,16 @@ def equal_to_previous(matrix: NDArray[Any], wanted: NDArray[np.bool_]) -> NDArra
 
     each_block(len(matrix), _block_rows(matrix), work)
     return result
+
+
+def quotients(weights: NDArray[Any], sums: NDArray[Any]) -> NDArray[np.float64]:
+    """Rows divided by their sums in float64, each entry off by three roundings at most where these are exact, underflow aside."""
+    if weights.dtype == object or sums.dtype == object:
+        try:
+            weights, sums = weights.astype(np.float64), sums.astype(np.float64)
+        except OverflowError:
+            return np.array(
+                [[w / total for w in row] for row, total in zip(weights.tolist(), sums.tolist(), strict=True)], dtype=np.float64
+            )
+    rows: NDArray[np.float64] = np.divide(weights, sums[:, None], dtype=np.float64)
+    return rows

@@ -101,7 +101,7 @@ def most_unequal_distances(law: Law, count: int, *, within_context: bool) -> tup
         owner = law.cell_group[cells].tolist()
     else:
         owner = list(law.global_groups)
-        rows = _listed_rows(law.mixed_rows)
+        rows = _mixed_rows(law)
         cells = np.zeros(len(owner), dtype=np.int64)
     results = []
     for value, i, j in _rank_distances(rows, count):
@@ -132,6 +132,15 @@ def _listed_rows(rows: Sequence[list[int]]) -> _Rows:
         rows.__getitem__,
         np.array(rows, dtype=object).reshape(len(rows), columns),
     )
+
+
+def _mixed_rows(law: Law) -> _Rows:
+    """P(·|a) of the globally compared groups."""
+    if law.population == "counts" or not law.global_groups:
+        return _listed_rows(law.mixed_rows)
+    floats, relative, _ = law.mixed_floats
+    starts, own = np.array([0, len(floats)], dtype=np.int64), np.arange(len(floats))[:, None]
+    return _Rows(floats, _distance_error(floats.shape[1]) + 4 * relative, starts, law.mixed_row, own)
 
 
 def _object_rows(rows: Sequence[Sequence[int]]) -> Floats:

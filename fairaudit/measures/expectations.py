@@ -6,17 +6,18 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from math import gcd
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
-from fairaudit.exact.dense import Floats, products
+from fairaudit.exact.dense import Floats, products, quotients
 from fairaudit.exact.enclosures import UNIT
+from fairaudit.exact.number_columns import added
 from fairaudit.measures.blocks import block_starts, equal_blocks
 from fairaudit.model.law import Law
+from fairaudit.model.layout import dyadic_rows
 from fairaudit.model.utility import UtilityTable
 from fairaudit.tables.values import INT64
 
@@ -129,8 +130,10 @@ def _row_key(row: NDArray[Any], extra: bytes) -> tuple[bytes, bytes]:
 def _expectation_enclosure(weights: NDArray[Any], sums: NDArray[Any], values: NDArray[Any], *, fine: bool = False) -> tuple[Floats, Floats]:
     """Float bounds on E·scale, all in one common unit; for float rows `values` are floats, and float32 is quick and coarse unless `fine`.
 
+    Integers whose products fit are multiplied as they are; others are divided by their sum first, which is off by three roundings.
+
     For float rows the n products and sums of non-negative numbers carry a relative error of at most (2n+8)·u·1.01, and underflow adds
-    at most (n + Σw)·t to the numerator, with u = 2^-53 and t = 2^-1074 (float32: 2^-24 and 2^-149).
+    at most 2·(n + Σw)·t to the numerator, with u = 2^-53 and t = 2^-1074 (float32: 2^-24 and 2^-149).
     """
     n = weights.shape[1]
     if weights.dtype.kind == "f":
@@ -139,7 +142,7 @@ def _expectation_enclosure(weights: NDArray[Any], sums: NDArray[Any], values: ND
         tops = products(weights, values.astype(np.float32) if coarse else values)
         middle = tops / sums
         relative = (2 * n + 12) * unit * 1.01
-        absolute = (n + sums) * tiny / sums * 1.01 + TINY
+        absolute = 2 * (n + sums) * tiny / sums * 1.01 + TINY
         absolute = np.where(tops > n * tiny * 2.0 ** (30 if coarse else 114), 0.0, absolute)
         return np.maximum(middle * (1 - relative) - absolute, 0.0), middle * (1 + relative) + absolute
     if weights.dtype != object and values.dtype != object:
@@ -151,9 +154,7 @@ def _expectation_enclosure(weights: NDArray[Any], sums: NDArray[Any], values: ND
                 tops = weights @ values if values.ndim == 1 else (weights * values).sum(axis=1)
             middle = tops / sums
             return middle * (1 - 8 * UNIT), middle * (1 + 8 * UNIT)
-    wide, g = weights.astype(object), values.astype(object)
-    numerators = wide @ g if g.ndim == 1 else (wide * g).sum(axis=1)
-    return _enclose(list(zip(numerators.tolist(), sums.tolist(), strict=True)))
+    return _expectation_enclosure(quotients(weights, sums), np.ones(len(weights)), _unit_floats(values))
 
 
 def _unit_floats(values: NDArray[Any]) -> Floats:
@@ -180,26 +181,37 @@ def _enclose(pairs: Sequence[Pair]) -> tuple[Floats, Floats]:
 
 
 def probability_grid(law: Law) -> Grid:
+    """P(u|x,a) of the compared cells."""
     cells = np.flatnonzero(law.compared)
     weights = law.weights if len(cells) == len(law.weights) else law.weights[cells]
     starts = block_starts(law, cells)
     n = weights.shape[1]
-    if weights.dtype == object:
-        flat = [(w, total) for row in weights.tolist() for total in (sum(row),) for w in row]
-        lo, hi = (bound.reshape(weights.shape) for bound in _enclose(flat))
-    else:
-        middle = law.float_rows(cells)
-        relative = (n + 8) * UNIT * 1.01 if weights.dtype.kind == "f" else 8 * UNIT
-        absolute = np.where((middle > 0) & (middle < 2.0**-960), 2 * TINY, 0.0)
-        if weights.dtype.kind == "f":
-            absolute[(middle == 0) & (weights > 0)] = 2 * TINY
-        lo, hi = np.maximum(middle * (1 - relative) - absolute, 0.0), middle * (1 + relative) + absolute
+    middle = law.float_rows(cells)
+    relative = (n + 8) * UNIT * 1.01 if weights.dtype.kind == "f" else 8 * UNIT
+    absolute = np.where((middle > 0) & (middle < 2.0**-960), 2 * TINY, 0.0)
+    if weights.dtype.kind in "fO":
+        absolute[(middle == 0) & np.asarray(weights > 0, dtype=np.bool_)] = 2 * TINY
+    lo, hi = np.maximum(middle * (1 - relative) - absolute, 0.0), middle * (1 + relative) + absolute
 
     def exact(i: int, column: int) -> Pair:
         row = law.row(int(cells[i]))
         return row[column], sum(row)
 
     return Grid(lo, hi, starts, exact, lambda blocks: equal_blocks(weights, starts, blocks))
+
+
+def mixed_grid(law: Law) -> Grid:
+    """P(u|a) of the globally compared groups, a single block."""
+    if law.population == "counts":
+        return listed_grid([[(w, sum(row)) for w in row] for row in law.mixed_rows])
+    middle, relative, absolute = law.mixed_floats
+    lo, hi = np.maximum(middle * (1 - relative) - absolute, 0.0), middle * (1 + relative) + absolute
+
+    def exact(i: int, column: int) -> Pair:
+        row = law.mixed_row(i)
+        return row[column], sum(row)
+
+    return Grid(lo, hi, np.array([0, len(middle)], dtype=np.int64), exact, lambda blocks: np.zeros(len(blocks), dtype=bool))
 
 
 def listed_grid(table: Sequence[Sequence[Pair]]) -> Grid:
@@ -213,54 +225,39 @@ def listed_grid(table: Sequence[Sequence[Pair]]) -> Grid:
 def mean_grid(law: Law, utility: UtilityTable) -> Grid:
     """Ē(a) of the globally compared groups, for a utility of at least 0."""
     _refuse_negative(utility)
-    if law.floating and law.global_groups:
-        return _float_mean_grid(law, utility)
+    apart = law.floating or law.weights.dtype == object or bool((law.totals != law.totals[0]).any())
+    if apart and law.population != "counts" and law.global_groups:
+        return _enclosed_mean_grid(law, utility)
     return listed_grid([[mean] for mean in _group_means(law, utility)])
 
 
-def _float_mean_grid(law: Law, utility: UtilityTable) -> Grid:
-    """Ē(a) of float rows, which share no denominator: enclosed in floats, and exact only where it is asked for."""
-    lo, hi = _expectation_enclosure(law.weights, law.float_sums, _unit_floats(utility.values), fine=True)
-    members = [[i for i in np.flatnonzero(law.cell_group == group).tolist() if law.cell_mass[i]] for group in law.global_groups]
+def _enclosed_mean_grid(law: Law, utility: UtilityTable) -> Grid:
+    """Ē(a) of rows that share no denominator: enclosed in floats, and exact only where it is asked for."""
+    sums, values = (law.float_sums, _unit_floats(utility.values)) if law.floating else (law.totals, utility.values)
+    lo, hi = _expectation_enclosure(law.weights, sums, values, fine=True)
+    members = [law.cells_of(group) for group in law.global_groups]
     totals = [sum(law.cell_mass[i] for i in cells) for cells in members]
     shares = [np.array([law.cell_mass[i] / total for i in cells]) for cells, total in zip(members, totals, strict=True)]
     slack = [(len(cells) + 8) * UNIT for cells in members]
     low = [float(share @ lo[cells]) * (1 - s) for share, cells, s in zip(shares, members, slack, strict=True)]
     high = [float(share @ hi[cells]) * (1 + s) + len(cells) * TINY for share, cells, s in zip(shares, members, slack, strict=True)]
     low = [v if v > 2.0**-960 else 0.0 for v in low]
-    known: dict[bytes, Pair] = {}
     means: dict[int, Pair] = {}
-
-    def expectation(cell: int) -> Pair:
-        key = law.weights[cell].tobytes() + (b"" if utility.by_decision else str(utility.row(cell)).encode())
-        if key not in known:
-            known[key] = cell_expectation(law, utility, cell)
-        return known[key]
 
     def exact(i: int, _: int) -> Pair:
         if i not in means:
-            top, bottom = _sum([(law.cell_mass[cell] * e, d) for cell in members[i] for e, d in (expectation(cell),)])
-            means[i] = top, bottom * totals[i]
+            rows, values = law.weights[members[i]], utility.values
+            rows = dyadic_rows(rows) if law.floating else rows
+            g = (values if values.ndim == 1 else values[members[i]]).astype(object)
+            tops: dict[int, int] = {}
+            for cell, e, d in zip(members[i], (rows * g).sum(axis=1).tolist(), rows.sum(axis=1).tolist(), strict=True):
+                tops[d] = tops.get(d, 0) + law.cell_mass[cell] * e
+            top, bottom = added([(e, d) for d, e in tops.items()])
+            means[i] = top, bottom * totals[i] * utility.scale
         return means[i]
 
     starts = np.array([0, len(members)], dtype=np.int64)
     return Grid(np.array(low)[:, None], np.array(high)[:, None], starts, exact, lambda blocks: np.zeros(len(blocks), dtype=bool))
-
-
-def _sum(pairs: Sequence[Pair]) -> Pair:
-    """Sum of quotients, in lowest terms, by halves so that the numbers stay short for long."""
-    if len(pairs) == 1:
-        top, bottom = pairs[0]
-    else:
-        (a, b), (c, d) = _sum(pairs[: len(pairs) // 2]), _sum(pairs[len(pairs) // 2 :])
-        top, bottom = (a + c, b) if b == d else (a * d + c * b, b * d)
-    common = gcd(top, bottom)
-    if bottom.bit_length() - common.bit_length() > 300_000:
-        raise InputError(
-            "the exact global figures of this table need more than 90,000 digits; give the probabilities as decimals of the "
-            "same length, so that rows share a denominator"
-        )
-    return top // common, bottom // common
 
 
 def _group_means(law: Law, utility: UtilityTable) -> list[Pair]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fairaudit.exact.enclosures import UNIT, log_enclosure
 from fairaudit.exact.rationals import quotient
-from fairaudit.measures.expectations import Grid, Pair, expectation_grid, listed_grid, mean_grid, probability_grid
+from fairaudit.measures.expectations import Grid, Pair, expectation_grid, mean_grid, mixed_grid, probability_grid
 from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.words import brief
@@ -163,10 +163,10 @@ def global_supremum(law: Law) -> Ratio | None:
 
     Source: T6; Coq `T6_global`, `T6_global_attained`.
     """
-    rows, groups = law.mixed_rows, law.global_groups
+    groups = law.global_groups
     if not groups:
         return None
-    grid = listed_grid([[(w, sum(row)) for w in row] for row in rows])
+    grid = mixed_grid(law)
     ((column, high, low),) = _rank(grid, 1)
     values = (Fraction(*grid.exact(high, column)), Fraction(*grid.exact(low, column)))
     witness = Witness(None, law.group_label(groups[high]), law.group_label(groups[low]), values, law.decisions[column])

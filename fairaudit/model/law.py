@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from math import gcd, lcm
+from math import gcd
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
-from fairaudit.exact.dense import Numbers, Weights, least_and_sums
+from fairaudit.exact.dense import Numbers, Weights, least_and_sums, quotients
+from fairaudit.exact.number_columns import NumberColumn, added
 from fairaudit.exact.rationals import common_denominator
 from fairaudit.model.layout import (
     MAX_ENTRIES,
@@ -33,17 +34,29 @@ from fairaudit.model.layout import (
     copies_of_units,
     default_names,
     dyadic,
+    dyadic_rows,
     masses_of_cells,
     refuse_repeats,
     sampling_units,
     spread_truth,
 )
 from fairaudit.model.unknown import UnknownRows, refuse_beside_unknown, unknown_rows
-from fairaudit.tables.columns import Missing, read_columns
+from fairaudit.tables.columns import CodedTable, Missing, read_columns
 from fairaudit.tables.preparation import Entry, assumption
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import Label, LabelLike, LabelsLike, distinct, exact_floats, integers, names, numbers
+from fairaudit.tables.values import (
+    Label,
+    LabelLike,
+    LabelsLike,
+    distinct,
+    exact_floats,
+    exact_numbers,
+    float_numbers,
+    integers,
+    names,
+    numbers,
+)
 from fairaudit.words import brief
 
 if TYPE_CHECKING:
@@ -398,12 +411,7 @@ class Law:
         weights, sums = (self.weights, self.float_sums) if self.floating else (self.weights, self.totals)
         if len(cells) < len(weights):
             weights, sums = weights[cells], sums[cells]
-        if weights.dtype == object:
-            return np.array(
-                [[w / total for w in row] for row, total in zip(weights.tolist(), sums.tolist(), strict=True)], dtype=np.float64
-            )
-        rows: NDArray[np.float64] = np.divide(weights, sums[:, None], dtype=np.float64)
-        return rows
+        return quotients(weights, sums)
 
     def row(self, cell: int) -> list[int]:
         """Weights of a cell as integers, up to a common factor (none for counts)."""
@@ -470,12 +478,7 @@ class Law:
             if self.population == "counts":
                 totals[group] = sum(mass[i] for i in cells)
                 continue
-            bottom = lcm(*{sums[i] for i in cells})
-            if bottom.bit_length() > 300_000:
-                raise InputError(
-                    "the exact global figures of this table need more than 90,000 digits; give the probabilities as decimals of the "
-                    "same length, so that rows share a denominator"
-                )
+            _, bottom = added([(0, total) for total in {sums[i] for i in cells}])
             for i in cells:
                 coefficients[i] = mass[i] * (bottom // sums[i])
             totals[group] = bottom * sum(mass[i] for i in cells)
@@ -491,14 +494,53 @@ class Law:
             np.add.at(mixed, self.cell_group, self.weights)
             rows: list[list[int]] = mixed[list(self.global_groups)].tolist()
             return rows
-        coefficients, _ = self.mixing
-        sums: dict[int, NDArray[Any]] = {}
-        for group, coefficient, row in zip(self.cell_group.tolist(), coefficients.tolist(), self.integer_rows, strict=True):
-            if coefficient:
-                part = np.array(row, dtype=object) * coefficient
-                sums[group] = part if group not in sums else sums[group] + part
-        lists = [sums[group].tolist() for group in self.global_groups]
-        return [[v // common for v in row] for row in lists for common in (gcd(*row),)]
+        return [self.mixed_row(i) for i in range(len(self.global_groups))]
+
+    def mixed_row(self, i: int) -> list[int]:
+        """P(·|a) of one of `global_groups`, by its position, as integers up to a common factor."""
+        if i not in self._mixtures:
+            self._mixtures[i] = self._mixture(self.cells_of(self.global_groups[i]))
+        return self._mixtures[i]
+
+    @cached_property
+    def _mixtures(self) -> dict[int, list[int]]:
+        return {}
+
+    def cells_of(self, group: int) -> list[int]:
+        """The cells of a group that have mass."""
+        return [cell for cell in np.flatnonzero(self.cell_group == group).tolist() if self.cell_mass[cell]]
+
+    def _mixture(self, cells: Sequence[int]) -> list[int]:
+        """The rows of some cells, mixed by their mass, as integers up to a common factor."""
+        counts = self.population == "counts"
+        rows = dyadic_rows(self.weights[cells]) if self.floating else self.weights[cells]
+        totals = [1] * len(cells) if counts else rows.sum(axis=1).tolist()
+        parts = []
+        kinds: dict[int, list[int]] = {}
+        for place, total in enumerate(totals):
+            kinds.setdefault(total, []).append(place)
+        for total, places in kinds.items():
+            some = rows[places].astype(object)
+            if not counts and self.mass is not None:
+                some = some * np.array([[self.mass[cells[i]]] for i in places], dtype=object)
+            parts.append((some.sum(axis=0), total))
+        mixed = added(parts)[0].tolist()
+        common = gcd(*mixed)
+        return [v // common for v in mixed]
+
+    @cached_property
+    def mixed_floats(self) -> tuple[NDArray[np.float64], float, float]:
+        """P(·|a) of each of `global_groups` in float64, the relative error of an entry, and what may be lost where one underflows."""
+        rows = self.float_rows(np.arange(len(self.weights)))
+        members = [self.cells_of(group) for group in self.global_groups]
+        masses = [[self.cell_mass[cell] for cell in cells] for cells in members]
+        shares = [np.array([m / total for m in mass]) for mass in masses for total in (sum(mass),)]
+        mixed = np.array([share @ rows[cells] for share, cells in zip(shares, members, strict=True)])
+        most = max(map(len, members), default=0)
+        tiny = bool(np.any((rows < 2.0**-900) & np.asarray(self.weights > 0, dtype=np.bool_))) or any(
+            (share < 2.0**-60).any() for share in shares
+        )
+        return mixed, (len(self.decisions) + most + 16) * 2.0**-53, 4 * (most + 1) * 2.0**-1074 * tiny
 
     @cached_property
     def independent(self) -> bool:
@@ -569,14 +611,8 @@ def _read(
         unknown=unknown,
     )
     u, x, a = coded.codes
-    weights, scale = (coded.counts, 1) if value is None else numbers(coded.values[value], value, coded.locate)
-    if kind == "counts" and weights.dtype.kind == "f":
-        weights, scale = exact_floats(weights)
-    if value is not None and (coded.counts > 1).any():
-        if kind == "probabilities":
-            at = int(np.flatnonzero(coded.counts > 1)[0])
-            raise InputError(f"{coded.locate(at)} occurs {coded.counts[at]} times; each combination has one row")
-        weights = integers([w * n for w, n in zip(weights.tolist(), coded.counts.tolist(), strict=True)])
+    column = _probabilities(coded, value) if kind == "probabilities" and value is not None else None
+    weights, scale = (coded.counts, 1) if column is not None or value is None else _counts(coded, value)
     unrecorded = unknown_rows(coded, weights)
     if unrecorded is not None:
         u, x, a, weights = (part[a >= 0] for part in (u, x, a, weights))
@@ -588,13 +624,17 @@ def _read(
             "use fewer context columns, or bin numeric ones"
         )
     flat = cell * shape[1] + u
-    entries = np.zeros(shape[0] * shape[1], dtype=weights.dtype)
-    if kind == "counts":
-        np.add.at(entries, flat, weights)
-    else:
+    bottoms: NDArray[Any] | None = None
+    if isinstance(column, NumberColumn):
         refuse_repeats(flat, coded, columns)
-        entries[flat] = weights
-    matrix = entries.reshape(shape)
+        matrix, bottoms = column.rows(flat, shape)
+    else:
+        matrix = np.zeros(shape, dtype=weights.dtype if column is None else column.dtype)
+        if column is None:
+            np.add.at(matrix.ravel(), flat, weights)
+        else:
+            refuse_repeats(flat, coded, columns)
+            matrix.flat[flat] = column
     mass = None if weight is None else masses_of_cells(coded.values[weight], weight, cell, len(cells), coded.locate)
     full = matrix.sum(axis=1) > 0 if kind == "counts" else np.ones(len(cells), dtype=bool)
     units = sampling_units(coded, names(unit), cell, len(cells)) if unit else None
@@ -618,17 +658,38 @@ def _read(
             unknown=unrecorded if unrecorded is not None and len(unrecorded.contexts) else None,
             rows_read=int(coded.counts.sum()),
             evaluation=evaluation,
-        )
+        ),
+        bottoms,
     )
 
 
-def _finish(law: Law) -> Law:
+def _counts(coded: CodedTable, value: str) -> tuple[NDArray[Any], int]:
+    """The counts of a column, each times how often its row occurs, and their denominator."""
+    weights, scale = numbers(coded.values[value], value, coded.locate)
+    if weights.dtype.kind == "f":
+        weights, scale = exact_floats(weights)
+    if (coded.counts > 1).any():
+        weights = integers([w * n for w, n in zip(weights.tolist(), coded.counts.tolist(), strict=True)])
+    return weights, scale
+
+
+def _probabilities(coded: CodedTable, value: str) -> NDArray[np.float64] | NumberColumn:
+    """The probabilities of a column, of which each row occurs once."""
+    floats = float_numbers(coded.values[value], value, coded.locate)
+    column = exact_numbers(coded.values[value], value, coded.locate) if floats is None else floats
+    if (coded.counts > 1).any():
+        at = int(np.flatnonzero(coded.counts > 1)[0])
+        raise InputError(f"{coded.locate(at)} occurs {coded.counts[at]} times; each combination has one row")
+    return column
+
+
+def _finish(law: Law, bottoms: NDArray[Any] | None = None) -> Law:
     """Refuse a law in which nothing can be compared, or whose rows do not sum to 1; note smaller residues."""
     if len(law.groups) < 2:
         raise InputError(f"there is only one group, {shown(', '.join(law.groups[0]))}; fairness compares at least two")
     if not len(law.cell_context):
         raise InputError("every count is zero; nothing is left to audit")
-    residue = _check_sums(law) if law.kind == "probabilities" else ""
+    residue = _check_sums(law, bottoms) if law.kind == "probabilities" else ""
     if residue:
         known = {"float_sums": law.float_sums} if law.floating else {}
         law = replace(law, notes=(*law.notes, residue))
@@ -636,9 +697,9 @@ def _finish(law: Law) -> Law:
     return law
 
 
-def _check_sums(law: Law) -> str:
+def _check_sums(law: Law, bottoms: NDArray[Any] | None) -> str:
     """Refuse rows whose sum is off 1 by more than 1e-6; describe the largest smaller residue, if any."""
-    if law.floating:
+    if bottoms is None:
         off = np.abs(law.float_sums - 1)
         for i in np.flatnonzero(~(off < 0.99e-6)).tolist():
             whole, bottom = common_denominator([v.as_integer_ratio() for v in law.weights[i].tolist()])
@@ -646,12 +707,13 @@ def _check_sums(law: Law) -> str:
                 raise _wrong_sum(law, i, Fraction(sum(whole), bottom))
         worst = float(off.max())
     else:
-        scale = law.scale
-        off = np.abs(law.totals.astype(object) - scale)
-        i = int(np.argmax(off))
-        if off[i] * TOLERANCE > scale:
-            raise _wrong_sum(law, i, Fraction(int(law.totals[i]), scale))
-        worst = (off[i] / scale or 5e-324) if off[i] else 0.0
+        off = np.abs(law.totals - bottoms)
+        wrong = np.flatnonzero(off > bottoms // TOLERANCE)
+        if len(wrong):
+            i = max(wrong.tolist(), key=lambda i: Fraction(int(off[i]), int(bottoms[i])))
+            raise _wrong_sum(law, i, Fraction(int(law.totals[i]), int(bottoms[i])))
+        some = np.flatnonzero(off)
+        worst = max((int(v) / int(bottom) or 5e-324 for v, bottom in zip(off[some], bottoms[some], strict=True)), default=0.0)
     return f"rows were normalised exactly; the largest sum is off 1 by {worst:.2g}" if worst else ""
 
 
@@ -689,7 +751,7 @@ def _from_array(
     if values.ndim != 3 or 0 in values.shape:
         raise InputError(f"an array of shape {np.shape(array)} is not indexed [context, group, decision]")
     x, a, u = values.shape
-    matrix, scale, sums = array_entries(values.reshape(x * a, u), kind)
+    matrix, scale, sums, bottoms = array_entries(values.reshape(x * a, u), kind)
     group_labels = axis_labels(groups, a, "groups")
     context_labels: list[Label] = [()] if single and contexts is None else axis_labels(contexts, x, "contexts")
     decision_labels = axis_labels(decisions, u, "decisions")
@@ -717,4 +779,4 @@ def _from_array(
     )
     if sums is not None and law.floating:
         vars(law)["float_sums"] = sums[full]
-    return _finish(law)
+    return _finish(law, None if bottoms is None else bottoms[full])

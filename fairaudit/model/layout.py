@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from typing import Any, Literal
 
@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.dense import least_and_sums
+from fairaudit.exact.number_columns import NumberColumn
 from fairaudit.exact.rationals import common_denominator, rational
 from fairaudit.tables.columns import CodedTable
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.values import INT64, Label, Locate, combine, distinct, exact_floats, integers, numbers
+from fairaudit.tables.values import INT64, Label, Locate, combine, distinct, exact_floats, number_text, numbers
 from fairaudit.words import brief
 
 __all__ = ["Columns", "Truth", "Units"]
@@ -109,6 +110,24 @@ def dyadic(row: Sequence[float]) -> list[int]:
     pairs = [value.as_integer_ratio() for value in row]
     bottom = max(d for _, d in pairs)
     return [n * (bottom // d) for n, d in pairs]
+
+
+def dyadic_rows(rows: NDArray[Any]) -> NDArray[Any]:
+    """Rows of non-negative floats as integers, each over a power of two of its own: int64 if all sums fit, else Python integers.
+
+    Examples
+    --------
+    >>> [[v / sum(row) for v in row] for row in dyadic_rows(np.array([[0.25, 0.75], [0.0, 3.0]])).tolist()]
+    [[0.25, 0.75], [0.0, 1.0]]
+    """
+    parts, exponents = np.frexp(rows.astype(np.float64, copy=False))
+    tops = (parts * 2.0**53).astype(np.int64)
+    shifts = np.where(tops > 0, exponents, 0).astype(np.int64)
+    least = np.where(tops > 0, exponents, np.iinfo(np.int32).max).min(axis=1)
+    shifts = np.where(tops > 0, shifts - least[:, None], 0)
+    if int(shifts.max(initial=0)) <= 8 and rows.shape[1] <= 2:
+        return np.asarray(tops << shifts)
+    return np.asarray(tops.astype(object) << shifts.astype(object))
 
 
 def spread_truth(
@@ -252,10 +271,10 @@ def axis_labels(labels: Sequence[Any] | None, size: int, axis: str) -> list[Labe
     return listed
 
 
-def array_entries(matrix: NDArray[Any], kind: Kind) -> tuple[NDArray[Any], int, NDArray[np.float64] | None]:
-    """Entries of an array, exact and checked, with the denominator of counts and the row sums of floats."""
+def array_entries(matrix: NDArray[Any], kind: Kind) -> tuple[NDArray[Any], int, NDArray[np.float64] | None, NDArray[Any] | None]:
+    """Entries of an array, exact and checked: the denominator of counts, the row sums of floats, those of rows of other probabilities."""
     scale = 1
-    sums = None
+    sums, bottoms = None, None
     least: Any
     if matrix.dtype.kind == "f" and matrix.dtype.itemsize <= 8:
         if matrix.dtype != np.float32 or kind == "counts":
@@ -266,18 +285,23 @@ def array_entries(matrix: NDArray[Any], kind: Kind) -> tuple[NDArray[Any], int, 
     elif matrix.dtype.kind in "iu":
         least = int(matrix.min())
         wide = float(matrix.max()) * matrix.size >= 2.0**62 and int(matrix.astype(object).sum()) > INT64
-        matrix = matrix.astype(object if wide else np.int64)
+        matrix, bottoms = matrix.astype(object if wide else np.int64), np.ones(len(matrix), dtype=np.int64)
     else:
-        pairs = [rational(v) for v in matrix.ravel().tolist()]
-        least = min(n for n, _ in pairs)
-        whole, scale = common_denominator(pairs)
-        matrix = integers(whole).reshape(matrix.shape)
+        listed = matrix.ravel().tolist()
+        column, left = NumberColumn.of_texts(list(map(number_text, listed)))
+        column = replace(column, others={place: rational(listed[place]) for place in left})
+        least = min((top for top, _ in column.others.values()), default=0)
+        if least >= 0 and kind == "counts":
+            flat, scale = column.over_one_denominator()
+            matrix = flat.reshape(matrix.shape)
+        elif least >= 0:
+            matrix, bottoms = column.rows(np.arange(matrix.size), matrix.shape)
     if least < 0:
         raise InputError("the array has a negative entry; entries of at least 0 are accepted")
     if kind == "counts" and matrix.dtype.kind == "f":
         flat, scale = exact_floats(matrix.ravel())
         matrix = flat.reshape(matrix.shape)
-    return matrix, scale, sums
+    return matrix, scale, sums, bottoms
 
 
 def default_names(stem: str, count: int) -> tuple[str, ...]:

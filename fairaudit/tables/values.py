@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from datetime import date, time
 from decimal import Decimal
 from typing import Any, TypeVar
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, kind_of, nearest, shown
+from fairaudit.exact.number_columns import NumberColumn
 from fairaudit.exact.rationals import common_denominator, rational
 from fairaudit.tables.label_text import PLAIN, label_text, native_values
 
@@ -181,20 +183,35 @@ def numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate) ->
     """
     if isinstance(values, np.ndarray):
         return values, 1
-    kinds = set(map(type, values))
-    if kinds == {float}:
-        floats = np.array(values, dtype=np.float64)
-        for bad, what in (
-            (~np.isfinite(floats), "is not a finite number"),
-            (floats < 0, "is negative; numbers of at least 0 are accepted"),
-        ):
-            if bad.any():
-                at = int(np.flatnonzero(bad)[0])
-                raise InputError(f"column {shown(name)}, {locate(at)}: {shown(values[at])} {what}")
-        return floats, 1
+    floats = float_numbers(values, name, locate)
+    return exact_numbers(values, name, locate).over_one_denominator() if floats is None else (floats, 1)
+
+
+def float_numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate) -> NDArray[np.float64] | None:
+    """Numbers of a column of floats and nothing else; None of any other."""
+    if isinstance(values, np.ndarray) or set(map(type, values)) != {float}:
+        return None
+    floats = np.array(values, dtype=np.float64)
+    for bad, what in (
+        (~np.isfinite(floats), "is not a finite number"),
+        (floats < 0, "is negative; numbers of at least 0 are accepted"),
+    ):
+        if bad.any():
+            at = int(np.flatnonzero(bad)[0])
+            raise InputError(f"column {shown(name)}, {locate(at)}: {shown(values[at])} {what}")
+    return floats
+
+
+def exact_numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate) -> NumberColumn:
+    """Numbers of a column, each exactly as it is. Negative numbers are an error."""
+    if isinstance(values, np.ndarray):
+        return NumberColumn(values, np.zeros_like(values), np.ones_like(values))
+    texts = values if set(map(type, values)) == {str} else list(map(number_text, values))
+    column, left = NumberColumn.of_texts(texts)
+    others: dict[int, tuple[int, int]] = {}
     cache: dict[tuple[type, Any], tuple[int, int]] = {}
-    pairs: list[tuple[int, int]] = []
-    for position, value in enumerate(values):
+    for position in left:
+        value = values[position]
         key = (type(value), value) if isinstance(value, Hashable) else None
         pair = cache.get(key) if key is not None else None
         if pair is None:
@@ -208,9 +225,15 @@ def numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate) ->
                 raise InputError(f"column {shown(name)}, {locate(position)}: {error}") from None
             if key is not None:
                 cache[key] = pair
-        pairs.append(pair)
-    whole, bottom = common_denominator(pairs)
-    return integers(whole), bottom
+        others[position] = pair
+    return replace(column, others=others)
+
+
+def number_text(value: Any) -> str:
+    """A text that says the same as a number exactly, or is empty."""
+    if isinstance(value, str):
+        return value
+    return str(value) if type(value) is Decimal or (type(value) is int and abs(value) < INT64) else ""
 
 
 def integers(values: Iterable[int]) -> NDArray[Any]:
