@@ -159,7 +159,7 @@ def _expectation_enclosure(weights: NDArray[Any], sums: NDArray[Any], values: ND
 
 def _unit_floats(values: NDArray[Any]) -> Floats:
     """Non-negative integers divided by the greatest, each within a relative 2^-52."""
-    top = max(int(values.max()), 1)
+    top = max(int(values.max(initial=0)), 1)
     if values.dtype != object:
         return values.astype(np.float64) / top
     return np.array([int(v) / top for v in values.ravel()], dtype=np.float64).reshape(values.shape)
