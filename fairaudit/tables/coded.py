@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import prod
 from threading import Lock
@@ -12,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import FairauditError
-from fairaudit.exact.dense import each_block
 from fairaudit.tables.label_text import native_values
 
 __all__ = ["DENSE", "Coded", "UnknownValueError", "coded_column", "count_combinations"]
@@ -20,6 +22,7 @@ __all__ = ["DENSE", "Coded", "UnknownValueError", "coded_column", "count_combina
 Codes = NDArray[Any]
 DENSE = 1 << 20  # combinations that are counted in one array of 8 MiB; more are sorted
 BLOCK_ROWS = 1 << 17  # rows whose codes stay in the cache of one core
+PART_ROWS = 1 << 15  # rows for whose codes Arrow does not ask the operating system for memory
 SAMPLE = 100_000  # rows that say which values there are; the rest is checked against them
 FEW = 250  # different values that fit a byte, with room for those that the sample lacked
 SLOT_BITS = 16  # 65,536 slots for at most 250 values: one factor in a few keeps them apart
@@ -79,10 +82,10 @@ def coded_column(column: Any, *, sampled: bool = False) -> Coded | None:
     """
     if isinstance(column, np.ndarray):
         return _whole(column, sampled)
-    from pandas import StringDtype
+    from pandas import CategoricalDtype, StringDtype
 
-    if str(column.dtype) == "category":
-        return Coded.of(column.cat.codes.to_numpy(), [None, *native_values(column.cat.categories.to_series())], -1)
+    if isinstance(column.dtype, CategoricalDtype):
+        return _levels(column.array.codes, native_values(column.dtype.categories.to_series()), sampled)
     if isinstance(column.dtype, np.dtype):
         values = column.to_numpy()
         found = _same_objects(values, sampled) if values.dtype == object else _whole(values, sampled)
@@ -107,31 +110,80 @@ def count_combinations(columns: Sequence[Coded]) -> Iterator[tuple[Any, ...]]:
     [(3, True, 1), (4, True, 2)]
     """
     shape = tuple(len(column.values) for column in columns)
-    counts = np.zeros(prod(shape), dtype=np.int64)
-    adding = Lock()
+    counts = _of_equal_values(_counted(columns, prod(shape)), columns)
+    cells = np.flatnonzero(counts)
+    for place, count in zip(zip(*np.unravel_index(cells, shape), strict=True), counts[cells].tolist(), strict=True):
+        yield (*(column.values[at] for column, at in zip(columns, place, strict=True)), count)
 
-    # Modulo a power of two above the number of combinations: what wraps around on the way is right in the end.
-    kind: type[np.unsignedinteger[Any]] = np.uint16 if len(counts) < 1 << 16 else np.uint32
+
+def _counted(columns: Sequence[Coded], cells: int) -> Codes:
+    """How many rows have each combination; where a byte tells them apart, two rows that follow each other are counted in one step."""
+    rows = columns[0].rows
+    kind = next(kind for kind in (np.uint8, np.uint16, np.uint32) if cells - 1 <= np.iinfo(kind).max)
+    paired = kind is np.uint8 and rows > BLOCK_ROWS
+    counts = np.zeros((1 << 16) + 256 if paired else cells, dtype=np.int64)
+    adding = Lock()
+    blocks = deque(range(0, rows, BLOCK_ROWS))
+
+    # Modulo a power of two, at least the number of combinations: what wraps around on the way is right in the end.
     least = 0
     for column in columns:
         least = least * len(column.values) + column.low
     offset = kind(least % (int(np.iinfo(kind).max) + 1))
 
-    def work(first: int, last: int) -> None:
-        key = columns[0].codes(first, last).astype(kind)
-        for column in columns[1:]:
-            key *= kind(len(column.values))
-            key += column.codes(first, last).astype(kind, copy=False)
-        key -= offset
-        found = np.bincount(key, minlength=len(counts))
+    def work(_: int) -> None:
+        keys: Codes = np.empty(min(rows, BLOCK_ROWS), dtype=kind)
+        spare = np.empty_like(keys)
+        places = np.empty(len(keys), dtype=np.intp)
+        found = np.zeros_like(counts)
+        try:
+            while (first := _next(blocks)) is not None:
+                last = min(first + BLOCK_ROWS, rows)
+                key = keys[: last - first]
+                key[:] = _in_kind(columns[0].codes(first, last), spare)
+                for column in columns[1:]:
+                    key *= kind(len(column.values))
+                    key += _in_kind(column.codes(first, last), spare)
+                if offset:
+                    key -= offset
+                if paired:
+                    if len(key) % 2:
+                        found[(1 << 16) + int(key[-1])] += 1
+                    key = key[: len(key) // 2 * 2].view(np.uint16)
+                place = places[: len(key)]
+                place[:] = key
+                np.add.at(found, place, 1)
+        finally:
+            blocks.clear()  # nothing more has to be counted after an error
         with adding:
             np.add(counts, found, out=counts)
 
-    each_block(columns[0].rows, max(BLOCK_ROWS, len(counts)), work)
-    counts = _of_equal_values(counts, columns)
-    cells = np.flatnonzero(counts)
-    for place, count in zip(zip(*np.unravel_index(cells, shape), strict=True), counts[cells].tolist(), strict=True):
-        yield (*(column.values[at] for column, at in zip(columns, place, strict=True)), count)
+    parts = min(os.cpu_count() or 1, len(blocks))
+    if len(blocks) <= 8:
+        work(0)
+    else:
+        with ThreadPoolExecutor(parts) as pool:
+            list(pool.map(work, range(parts)))
+    if paired:
+        pairs, single = counts[: 1 << 16].reshape(256, 256), counts[1 << 16 :]
+        counts = (pairs.sum(axis=0) + pairs.sum(axis=1) + single)[:cells]
+    return counts
+
+
+def _next(blocks: deque[int]) -> int | None:
+    try:
+        return blocks.popleft()
+    except IndexError:
+        return None
+
+
+def _in_kind(codes: Codes, spare: Codes) -> Codes:
+    """Codes modulo the range of another type of whole numbers, in place where they are as wide."""
+    if codes.itemsize == spare.itemsize and codes.dtype.isnative:
+        return codes.view(spare.dtype)
+    found = spare[: len(codes)]
+    np.copyto(found, codes, casting="unsafe")
+    return found
 
 
 def _of_equal_values(counts: Codes, columns: Sequence[Coded]) -> Codes:
@@ -147,6 +199,20 @@ def _of_equal_values(counts: Codes, columns: Sequence[Coded]) -> Codes:
     return held.ravel()
 
 
+def _levels(held: Codes, values: list[Any], sampled: bool) -> Coded:
+    """Positions in a list of values, -1 where one is missing; none is, if none is in a sample."""
+    if not sampled or held[:SAMPLE].min() < 0:
+        return Coded.of(held, [None, *values], -1)
+
+    def codes(first: int, last: int) -> Codes:
+        block = held[first:last]
+        if block.min() < 0:
+            raise UnknownValueError
+        return block
+
+    return Coded(len(held), values, codes)
+
+
 def _whole(values: NDArray[Any], sampled: bool) -> Coded | None:
     """Whole numbers or truth values of a small range."""
     if values.dtype.kind not in "iub" or not len(values):
@@ -155,10 +221,12 @@ def _whole(values: NDArray[Any], sampled: bool) -> Coded | None:
     low, high = int(seen.min()), int(seen.max())
     if high - low >= DENSE:
         return None
+    unsigned = f"{values.dtype.byteorder}u{values.dtype.itemsize}"
 
     def codes(first: int, last: int) -> Codes:
         block = values[first:last]
-        if sampled and (block.min() < low or block.max() > high):
+        # as unsigned integers, negative ones are above all others
+        if sampled and (block.view(unsigned).max() > high if low == 0 else block.min() < low or block.max() > high):
             raise UnknownValueError
         return block
 
@@ -176,34 +244,44 @@ def _arrow_texts(held: Any, sampled: bool) -> Coded | None:
     known = pc.unique(texts.slice(0, SAMPLE) if sampled else texts).drop_null()
     if not 0 < len(known) <= FEW:
         return None
-    values = pa.array([None, *known.to_pylist()], type=texts.type)
+    listed = [None, *known.to_pylist()] if texts.null_count else known.to_pylist()
+    values = pa.array(listed, type=texts.type)
 
     def codes(first: int, last: int) -> Codes:
-        found = pc.index_in(texts.slice(first, last - first), value_set=values)
-        if found.null_count:
-            raise UnknownValueError
-        whole: Codes = found.to_numpy()
+        whole = np.empty(last - first, dtype=np.uint8)
+        for start in range(0, len(whole), PART_ROWS):
+            part = whole[start : start + PART_ROWS]
+            found = pc.index_in(texts.slice(first + start, len(part)), value_set=values)
+            if found.null_count:
+                raise UnknownValueError
+            part[:] = found.to_numpy()
         return whole
 
-    letters = _letters(texts, values.to_pylist())
-    return Coded(len(texts), values.to_pylist(), letters or codes)
+    return Coded(len(texts), listed, _letters(texts, listed) or codes)
 
 
-def _letters(texts: Any, values: list[Any]) -> Callable[[int, int], Codes] | None:
+def _letters(texts: Any, values: list[str]) -> Callable[[int, int], Codes] | None:
     """Codes of texts that are single ASCII characters: their bytes follow each other, so that none has to be looked up."""
-    if texts.num_chunks != 1 or texts.null_count or not all(value is None or (len(value) == 1 and value.isascii()) for value in values):
+    if texts.num_chunks != 1 or texts.null_count or not all(len(value) == 1 and value.isascii() for value in values):
         return None
     chunk = texts.chunk(0)
     _, places, content = chunk.buffers()
     starts: Codes = np.frombuffer(places, np.int64 if "large" in str(texts.type) else np.int32)[chunk.offset :]
     letters = np.frombuffer(content, np.uint8)
-    table = np.zeros(256, dtype=np.uint8)
-    table[[ord(value) for value in values if value is not None]] = np.arange(1, len(values))
+    table = np.full(256, 255, dtype=np.uint16)
+    table[list(map(ord, values))] = np.arange(len(values))
+    pairs = (table[:, np.newaxis] << 8 | table).ravel()  # the same whichever of two letters a machine writes first
 
     def codes(first: int, last: int) -> Codes:
         ends = starts[first : last + 1]
-        found: Codes = table[letters[ends[0] : ends[-1]]]
-        if (np.diff(ends) != 1).any() or not found.all():
+        steps = ends.astype(np.uint8)  # as many letters as rows, and 1 modulo 256 for each row, is one for each
+        block = letters[ends[0] : ends[-1]]
+        if len(block) != last - first or (steps[1:] - steps[:-1] != 1).any():
+            raise UnknownValueError
+        if len(block) % 2:
+            block = np.append(block, block[-1])
+        found: Codes = pairs.take(block.view(np.uint16)).view(np.uint8)[: last - first]
+        if found.max() == 255:
             raise UnknownValueError
         return found
 

@@ -151,7 +151,7 @@ def _with_texts(frame: Any, names: Sequence[str]) -> Any:
     objects = [name for name in names if str(getattr(frame[name], "dtype", "")) == "object"]
     texts: dict[str, list[str | None]] = {}
     for name in objects:
-        if infer_dtype(frame[name], skipna=True) in MOMENTS:
+        if infer_dtype(frame[name].iloc[:100], skipna=True) != "string" and infer_dtype(frame[name], skipna=True) in MOMENTS:
             try:
                 texts[name] = [label_text(value) for value in frame[name]]
             except InputError as error:
