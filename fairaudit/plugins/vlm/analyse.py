@@ -158,17 +158,13 @@ def certify(
     )
     filtered = applied if not drawn_already else _frame(experiment, setting, question, filtered=True).kernel
     factor: Number = inf if question == "position" else fa.pure_dp(filtered).exp_epsilon
-    measured = {"local": result.local, "global": result.global_}
-    meanings: dict[str, tuple[Number, Number]] = {
-        quantity: (ratio.ratio, ratio.ratio) for quantity, ratio in measured.items() if ratio is not None
-    }
+    measured = (("local", result.local), ("global", result.global_))
+    meanings: dict[str, tuple[Number, Number]] = {name: (ratio.ratio, ratio.ratio) for name, ratio in measured if ratio is not None}
     for found in result.whatever:  # whatever the answers meant, T2 holds of a table that a filter is applied to, and X is independent of A
         meanings[found.quantity] = (found.least, found.greatest if drawn_already else max(found.least, min(found.greatest, factor)))
     interval: dict[str, tuple[Number, Number]] = {quantity: (own.lower, own.upper) for quantity, own in result.intervals.items()}
-    best: dict[str, Number] = {}
-    for bound in result.bounds:
-        if bound.quantity == "local_ratio":
-            best[bound.theorem] = min(best.get(bound.theorem, inf), bound.value)
+    loosest_first = sorted(result.bounds, key=lambda bound: bound.value, reverse=True)
+    best: dict[str, Number] = {bound.theorem: bound.value for bound in loosest_first if bound.quantity == "local_ratio"}
     if drawn_already and factor < inf:
         best["T2"] = factor
     return Finding(question, setting, result, meanings, interval, factor, best, drawn_already)

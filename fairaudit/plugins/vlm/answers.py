@@ -28,18 +28,8 @@ OPEN: Final = "open"
 UNKNOWN = (UNREADABLE, FAULT, OPEN)
 Kind = Literal["choice", "probabilities", "malformed", "refused", "contradictory", "copied", "fault", "open"]
 TOOLS = (
-    "choice",
-    "choose",
-    "answer",
-    "submit",
-    "decide",
-    "decision",
-    "select",
-    "respond",
-    "submit_choice",
-    "submit_answer",
-    "final_answer",
-)
+    "choice", "choose", "answer", "submit", "decide", "decision", "select", "respond", "submit_choice", "submit_answer", "final_answer",
+)  # fmt: skip
 WHOLE = ("none", "stop", "tool_calls", "eos", "eos_token", "end_turn")  # how an answer ends that is whole
 CUT = ("length", "max_tokens", "model_length")  # and one that was cut off
 FULL = {"temperature": (1,), "top_k": (0, -1), "top_p": (1,), "min_p": (0,)}

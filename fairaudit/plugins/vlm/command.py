@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli import plugins
-from fairaudit.cli.options import add_limits, confidence_option, given_limits
+from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits
 from fairaudit.cli.output import Answer, add_format
 
 if TYPE_CHECKING:
@@ -39,8 +39,7 @@ examples:
 
 def add(commands: Any) -> None:
     """Declare the options."""
-    form = argparse.RawDescriptionHelpFormatter
-    parser = commands.add_parser("experiment", help=HELP, description=DESCRIPTION, epilog=EPILOG, formatter_class=form, allow_abbrev=False)
+    parser = add_command(commands, "experiment", None, HELP, DESCRIPTION, EPILOG)
     actions = parser.add_subparsers(metavar="ACTION", required=True, parser_class=type(parser))
     listing = actions.add_parser("list", help="experiment files that ship with fairaudit", allow_abbrev=False)
     listing.set_defaults(run=_list)
@@ -214,12 +213,13 @@ def _dry_run(arguments: argparse.Namespace) -> Answer:
 
 
 def _status(arguments: argparse.Namespace) -> Iterator[Answer]:
-    from fairaudit.plugins.vlm.journal import described
+    from fairaudit.errors import shown
 
     experiment, folder, journal = _open(arguments, create=False)
     with journal:
         models = [_state_of(experiment, journal, model) for model in journal.models()]
-        unknown = [described(entry) for entry in journal.unknown_fate()]
+        fates = journal.unknown_fate()
+        unknown = [f"{e['request'][:12]} trial {e['trial']} of {shown(e['model'])}, sent {e['moment']}: {e['result']}" for e in fates]
     complete = all(found["answered"] == found["total"] for found in models)
     yield _answer(
         "status",
@@ -259,31 +259,25 @@ def _state_of(experiment: Experiment, journal: Journal, model: str) -> dict[str,
 
 
 def _certify(arguments: argparse.Namespace) -> Iterator[Answer]:
-    from fairaudit.plugins.vlm.report import figures, said
+    from fairaudit.plugins.vlm.report import said
 
     experiment, folder, journal = _open(arguments, create=False)
     with journal:
         found = _certified(experiment, arguments, journal, folder, given_limits(arguments) or None)
-    yield _answer(
-        "certify",
-        {**figures(found), "written": found.written},
-        lambda: said(found),
-        verdict=found.verdict,
-        sentence=_about(found),
-        notes=_left_out(found),
-        code={"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3, "depends": 3}[found.verdict],
-    )
+    code = {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3, "depends": 3}[found.verdict]
+    yield _found(found, "certify", lambda: said(found), code=code)
 
 
-def _about(found: Found) -> str:
+def _found(found: Found, action: str, text: Callable[[], str] | None = None, code: int = 0, **more: Any) -> Answer:
+    """All figures, and which decision makers were asked and gave no answer, with how to ask them."""
+    from fairaudit.plugins.vlm.report import figures
+
     models = len({model for model, _, _ in found.findings})
     judged = "no target was set" if found.verdict == "none" else f"the verdict is {found.verdict}"
-    return f"{found.experiment.title}: {len(found.findings)} findings about {models} decision maker{'s' * (models > 1)}; {judged}."
-
-
-def _left_out(found: Found) -> list[str]:
-    """Which decision makers were asked and gave no answer, and how to ask them."""
-    return [f"{model} has no answers and is left out; run with its --model and --base-url asks again" for model in found.silent]
+    said = f"{found.experiment.title}: {len(found.findings)} findings about {models} decision maker{'s' * (models > 1)}; {judged}."
+    left_out = [f"{model} has no answers and is left out; run with its --model and --base-url asks again" for model in found.silent]
+    result = {**figures(found), "written": found.written, **more}
+    return _answer(action, result, text, verdict=found.verdict, sentence=said, notes=left_out, code=code)
 
 
 def _plot(arguments: argparse.Namespace) -> Iterator[Answer]:
@@ -291,7 +285,6 @@ def _plot(arguments: argparse.Namespace) -> Iterator[Answer]:
     from fairaudit.errors import InputError
     from fairaudit.plugins.vlm.makers import embedded
     from fairaudit.plugins.vlm.plot import draw
-    from fairaudit.plugins.vlm.report import figures
     from fairaudit.plugins.vlm.run import run
 
     experiment, folder, journal = _open(arguments, create=True)
@@ -309,14 +302,7 @@ def _plot(arguments: argparse.Namespace) -> Iterator[Answer]:
                     continue
                 run(experiment, model, journal)
         found = _certified(experiment, arguments, journal, folder)
-    path = draw(experiment, found, folder / "figure.png")
-    yield _answer(
-        "plot",
-        {**figures(found), "written": found.written, "figure": path},
-        verdict=found.verdict,
-        sentence=_about(found),
-        notes=_left_out(found),
-    )
+    yield _found(found, "plot", figure=draw(experiment, found, folder / "figure.png"))
 
 
 def _certified(experiment: Experiment, arguments: argparse.Namespace, journal: Journal, folder: Path, targets: Any = None) -> Found:

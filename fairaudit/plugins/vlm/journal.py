@@ -11,12 +11,12 @@ import json
 import secrets
 import sqlite3
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fairaudit.errors import InputError, shown
+from fairaudit.errors import InputError
 from fairaudit.tables.evaluations.replies import fault
 
 __all__ = ["Answer", "Draw", "Journal", "Work"]
@@ -33,6 +33,11 @@ class Work:
     trial: int
     context: str
     slots: tuple[tuple[str, ...], ...]
+
+    @property
+    def named(self) -> dict[str, object]:
+        """What names it in the tables."""
+        return {"request": self.request, "model": self.model, "trial": self.trial}
 
 
 Entry = tuple[Work, int, int, str, bytes, int, int, float]
@@ -155,20 +160,22 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
         with self._said():
             return self._db.execute(query, given).fetchall()
 
+    def _insert(self, table: str, row: Mapping[str, object]) -> int:
+        """Add a row, within a transaction; returns its number."""
+        query = f"INSERT INTO {table} ({', '.join(row)}) VALUES ({', '.join('?' * len(row))})"  # noqa: S608
+        return self._db.execute(query, tuple(row.values())).lastrowid or 0
+
     def models(self) -> list[str]:
         """Models that were planned, in order."""
         return [key for (key,) in self._rows("SELECT model FROM draws GROUP BY model ORDER BY min(id)")]
 
     def plan(self, draws: Iterable[Draw], requests: Iterable[tuple[str, str]]) -> None:
         """Write the draws of a model and the requests that they lead to, all at once."""
-        rows = (
-            (d.model, d.setting, d.context, _list(d.people), d.trial, _list([d.shown_context, d.shown_slots]), d.request, d.occurrence)
-            for d in draws
-        )
-        columns = "model, setting, context, people, trial, shown, request, occurrence"
         with self.transaction():
             self._db.executemany("INSERT OR IGNORE INTO requests VALUES (?, ?)", requests)
-            self._db.executemany(f"INSERT INTO draws ({columns}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)  # noqa: S608
+            for draw in draws:
+                row = {name: value for name, value in vars(draw).items() if not name.startswith("shown_")}
+                self._insert("draws", row | {"people": _list(draw.people), "shown": _list([draw.shown_context, draw.shown_slots])})
 
     def open_work(self, model: str, *, ask_again: bool = False) -> list[Work]:
         """What has no answer yet, first trials first; what met with a fault of the server only if it is to be asked again."""
@@ -199,9 +206,9 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
 
     def largest(self, model: str) -> tuple[int, int]:
         """The most tokens in, and out, that one answer or fault used."""
-        query = "SELECT max(input_tokens), max(output_tokens) FROM charged WHERE model = ?"
+        query = "SELECT coalesce(max(input_tokens), 0), coalesce(max(output_tokens), 0) FROM charged WHERE model = ?"
         ((sent, received),) = self._rows(query, model)
-        return sent or 0, received or 0
+        return sent, received
 
     def spent(self, model: str | None = None) -> tuple[int, float, int]:
         """Tokens and money: of what came back as counted, of requests whose fate is unknown as reserved; and the number of these."""
@@ -216,15 +223,9 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
 
     def intend(self, works: Sequence[Work], tokens: int, cost: float) -> list[int]:
         """Write that requests are about to be sent; returns the numbers of the attempts."""
-        ids = []
+        row = {"started": time.time(), "tokens": tokens, "cost": cost}
         with self.transaction():
-            for work in works:
-                row = (work.request, work.model, work.trial, time.time(), tokens, cost)
-                done = self._db.execute(
-                    "INSERT INTO attempts (request, model, trial, started, tokens, cost) VALUES (?, ?, ?, ?, ?, ?)", row
-                )
-                ids.append(int(done.lastrowid or 0))
-        return ids
+            return [self._insert("attempts", work.named | row) for work in works]
 
     def failed(self, attempt: int, result: str) -> None:
         """Write that an attempt brought no answer, and why."""
@@ -234,24 +235,17 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
     def record(self, entries: Sequence[Entry], why: str = "") -> None:
         """Write raw answers, or faults, if `why` says what was wrong."""
         now, table, result = time.time(), "faults" if why else "answers", f"fault: {why}" if why else "answered"
-        columns = "request, model, trial, attempt, status, content_type, body, input_tokens, output_tokens, cost, received"
+        names = ("attempt", "status", "content_type", "body", "input_tokens", "output_tokens", "cost")
         with self.transaction():
-            for work, attempt, *rest in entries:
-                self._db.execute(
-                    f"INSERT INTO {table} ({columns}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",  # noqa: S608
-                    (work.request, work.model, work.trial, attempt, *rest, now),
-                )
-                self._db.execute("UPDATE attempts SET ended = ?, result = ? WHERE id = ?", (now, result, attempt))
+            for work, *rest in entries:
+                self._insert(table, work.named | dict(zip(names, rest, strict=True)) | {"received": now})
+                self._db.execute("UPDATE attempts SET ended = ?, result = ? WHERE id = ?", (now, result, rest[0]))
 
     def answers(self, model: str) -> Iterator[Answer]:
         """All draws in the order of the plan, with the answer, or the last fault, or nothing yet."""
-        columns = (
-            "setting, context, people, trial, shown, request, occurrence, state, status, content_type, body, "
-            "input_tokens, output_tokens, cost"
-        )
         with self._said():
-            rows = self._db.execute(f"SELECT {columns} FROM replies WHERE model = ? ORDER BY id", (model,))  # noqa: S608
-            for setting, context, people, trial, text, request, occurrence, *rest in rows:
+            rows = self._db.execute("SELECT * FROM replies WHERE model = ? ORDER BY id", (model,))
+            for _, _, setting, context, people, trial, text, request, occurrence, *rest in rows:
                 draw = Draw(model, setting, context, tuple(json.loads(people)), trial, *_shown(text), request, occurrence)
                 yield Answer(draw, *rest)
 
@@ -261,8 +255,8 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
 
     def unknown_fate(self) -> list[dict[str, Any]]:
         """Requests that were sent and whose answer never came back: they may have been paid for."""
-        names = ("request", "model", "trial", "started", "result")
-        rows = self._rows(f"SELECT {', '.join(names)} FROM unknown_fate ORDER BY id")  # noqa: S608
+        names = ("request", "model", "trial", "moment", "result")
+        rows = self._rows("SELECT request, model, trial, datetime(started, 'unixepoch', 'localtime'), result FROM unknown_fate ORDER BY id")
         return [dict(zip(names, row, strict=True)) for row in rows]
 
     def attempt_results(self, model: str) -> dict[str, int]:
@@ -291,9 +285,3 @@ def _shown(text: str) -> tuple[str, tuple[tuple[str, ...], ...]]:
 
 def _list(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
-
-
-def described(entry: dict[str, Any]) -> str:
-    """One line for a request of unknown fate."""
-    moment = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(entry["started"]))
-    return f"{entry['request'][:12]} trial {entry['trial']} of {shown(entry['model'])}, sent {moment}: {entry['result']}"

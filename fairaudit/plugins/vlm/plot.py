@@ -10,6 +10,7 @@ from math import inf, isfinite, log, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import fairaudit as fa
 from fairaudit.files import write_atomically
 from fairaudit.libraries import library
 from fairaudit.plugins.vlm.analyse import Finding, Table, logarithm
@@ -246,8 +247,8 @@ def _ticks(axes: Axes, order: Sequence[Setting], xs: Sequence[float], epsilons: 
 def _epsilon(experiment: Experiment, setting: Setting, by_context: bool, found: Found, question: str) -> float:
     if not by_context:
         return logarithm(next(f for _, _, f in found.findings if (f.question, f.setting) == (question, setting)).exp_epsilon)
-    lie = (1 - setting.context_keep) / (len(experiment.contexts) - 1) if len(experiment.contexts) > 1 else Fraction(0)
-    return abs(log(setting.context_keep / lie)) if lie and setting.context_keep else inf
+    mechanism = experiment.context_filter(setting)
+    return inf if mechanism is None else logarithm(fa.pure_dp(mechanism).exp_epsilon)
 
 
 def _short(model: str) -> str:

@@ -23,12 +23,6 @@ from fairaudit.words import approximate, harmless, plain
 
 __all__ = ["Found", "ceiling", "certify_all", "figures", "filled_text", "said", "worsened"]
 
-TITLES = {
-    "slot": "slot 1, whoever's profile stands there (A = the profiles by slot; profile bias)",
-    "person": "a person, in whichever slot (profile bias, and position bias where the order is fixed)",
-    "position": "whoever stands in a slot, people in random order (position bias)",
-}
-
 
 @dataclass(frozen=True)
 class Found:
@@ -131,7 +125,6 @@ def said(found: Found) -> str:
         targets=dict.fromkeys(target.text for _, _, finding in found.findings for target in finding.result.targets),
         groups={key: rows for key, rows in groups.items() if rows},
         questions=asked,
-        titles=TITLES,
         line=_line,
         sparse=_sparse,
         notes=lambda model, finding: _notes(found, model, finding),

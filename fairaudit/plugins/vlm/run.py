@@ -27,7 +27,7 @@ from fairaudit.plugins.vlm.makers import answer_text, embedded
 from fairaudit.plugins.vlm.shares import drawn
 from fairaudit.plugins.vlm.tokens import DEFAULT_CAP, Size, capped, picture_size, request_size, usage
 
-__all__ = ["MAX_UNREADABLE", "Budget", "Progress", "Report", "estimate", "run"]
+__all__ = ["MAX_UNREADABLE", "Budget", "Report", "estimate", "run"]
 
 BATCH = 500
 MAX_UNREADABLE = 20
@@ -99,20 +99,17 @@ class Report:
         return self.answered == self.total
 
 
-class Progress:
-    """Calls, spend, rate and time left, said after each answer."""
+def progress(model: str, report: Report, budget: Budget, say: Callable[[str], None]) -> Callable[[int], None]:
+    """What counts answers, and says spend, rate and time left."""
+    first, start = report.answered, time.monotonic()
 
-    def __init__(self, model: str, report: Report, budget: Budget, say: Callable[[str], None]) -> None:
-        self._model, self._report, self._first, self._budget, self._say = model, report, report.answered, budget, say
-        self._start = time.monotonic()
+    def step(count: int) -> None:
+        report.answered += count
+        rate, left = (report.answered - first) / max(time.monotonic() - start, 1e-9), report.total - report.answered
+        spend = f", {budget.spent_money:.4f} spent" if budget.spent_money else ""
+        say(f"{model}: {report.answered}/{report.total} answers{spend}, {rate:.1f}/s, {left / rate:.0f} s left")
 
-    def step(self, count: int = 1) -> None:
-        """Count answers."""
-        self._report.answered += count
-        done, total = self._report.answered, self._report.total
-        rate = (done - self._first) / max(time.monotonic() - self._start, 1e-9)
-        spend = f", {self._budget.spent_money:.4f} spent" if self._budget.spent_money else ""
-        self._say(f"{self._model}: {done}/{total} answers{spend}, {rate:.1f}/s, {(total - done) / rate:.0f} s left")
+    return step
 
 
 def estimate(experiment: Experiment, model: Model, journal: Journal | None = None) -> dict[str, Any]:
@@ -185,16 +182,16 @@ def run(
     total, done = journal.size(model.key)
     report = Report(total, done)
     with rewritten() as say:
-        progress = Progress(model.key, report, limit, say)
+        step = progress(model.key, report, limit, say)
         if model.maker != "endpoint":
             for start in range(0, len(works), BATCH):
                 part = works[start : start + BATCH]
                 attempts = journal.intend(part, 0, 0.0)
                 texts = [answer_text(experiment, drawn(maker.probabilities(w.context, w.slots), below)) for w in part]
                 journal.record([(w, a, 0, "text/plain", t, 0, 0, 0.0) for w, a, t in zip(part, attempts, texts, strict=True)])
-                progress.step(len(part))
+                step(len(part))
         while works and model.maker == "endpoint":
-            asking = _Asking(experiment, model, journal, limit, report, progress, max_unreadable)
+            asking = _Asking(experiment, model, journal, limit, report, step, max_unreadable)
             asyncio.run(asking.all(works))
             if asking.fatal:
                 raise InputError(asking.fatal)
@@ -209,10 +206,17 @@ class _Asking:
     """Asking an endpoint, several requests at a time."""
 
     def __init__(
-        self, experiment: Experiment, model: Model, journal: Journal, budget: Budget, report: Report, progress: Progress, limit: int
+        self,
+        experiment: Experiment,
+        model: Model,
+        journal: Journal,
+        budget: Budget,
+        report: Report,
+        step: Callable[[int], None],
+        limit: int,
     ) -> None:
         self.experiment, self.model, self.journal, self.budget = experiment, model, journal, budget
-        self.report, self.progress, self.limit, self.before = report, progress, limit, report.answered
+        self.report, self.step, self.limit, self.before = report, step, limit, report.answered
         self.files = {image_name(path): path for path in set(experiment.images.values())}
         self.sizes = {name: picture_size(path) for name, path in self.files.items()}
         self.requests = Bucket(model.requests_per_minute)
@@ -331,7 +335,7 @@ class _Asking:
     def answered(self, reply: Reply, used: tuple[int, int] | None, size: Size) -> None:
         """Count an answer, and stop after too many in a row that choose nothing."""
         self.measured = self.measured or reply.status == 200
-        self.progress.step()
+        self.step(1)
         reading = self.read(reply)
         self.in_a_row = 0 if reading.kind in ("choice", "probabilities") else self.in_a_row + 1
         if self.in_a_row >= self.limit > 0 and self.report.answered < self.report.total:
