@@ -143,7 +143,7 @@ def certify(
     level = confidence if table.sampled and not table.fixed else None
     frame = _frame(experiment, setting, question, filtered=not drawn_already)
     limits: Mapping[str, Any] = experiment.targets if targets is None else targets
-    context_filter = None if drawn_already else experiment.context_filter(setting)
+    context_filter = None if drawn_already or setting.context_keep == 1 else experiment.context_filter(setting)
     policy = _policy(experiment, table, frame)
     applied = frame.kernel
     declared = {"gamma": max(experiment.chosen, experiment.other), "m": min(experiment.chosen, experiment.other)}

@@ -141,24 +141,22 @@ class Experiment:
         """M of one profile: randomized response on each attribute."""
         return fa.Product({name: _response(values, setting.keep) for name, values in self.attributes.items()})
 
-    def context_filter(self, setting: Setting) -> fa.Mechanism | None:
-        """M_X; None where the context is released as it is."""
-        return None if setting.context_keep == 1 else _response(self.contexts, setting.context_keep)
+    def context_filter(self, setting: Setting) -> fa.Mechanism:
+        """M_X."""
+        return _response(self.contexts, setting.context_keep)
 
     def shown_contexts(self, setting: Setting, context: str) -> list[str]:
         """Contexts that can be released."""
         mechanism = self.context_filter(setting)
-        return [context] if mechanism is None else [x for x in self.contexts if mechanism.probability(context, x)]
+        return [x for x in self.contexts if mechanism.probability(context, x)]
 
     def shown_slots(self, setting: Setting, order: Sequence[str]) -> dict[Slots, Fraction]:
         """Profiles by slot that can be released for an order, with their probabilities."""
         mechanism = self.profile_filter(setting)
-        rows: list[dict[Profile, Fraction]] = []
-        for profile in self.slots(order):
-            row = zip(mechanism.outputs, mechanism.row(profile), strict=True)
-            rows.append({output: Fraction(weight, mechanism.denominator) for output, weight in row if weight})
-        released = itertools.product(*(row.items() for row in rows))
-        return {tuple(part for part, _ in parts): prod((p for _, p in parts), start=Fraction(1)) for parts in released}
+        rows = [zip(mechanism.outputs, mechanism.row(profile), strict=True) for profile in self.slots(order)]
+        released = itertools.product(*([(profile, weight) for profile, weight in row if weight] for row in rows))
+        whole = mechanism.denominator ** len(rows)
+        return {tuple(profile for profile, _ in parts): Fraction(prod(weight for _, weight in parts), whole) for parts in released}
 
     def cells(self) -> list[tuple[str, Slots]]:
         """Everything that can be shown, in order."""
@@ -374,8 +372,7 @@ def _checked(model: Model) -> Model:
     for name, kind in kinds.items():
         if type(getattr(model, name)) is not kind:
             raise InputError(f"[[model]] {name} is {shown(getattr(model, name))}, which is no {kind.__name__}")
-    if model.maker not in MAKERS:
-        raise InputError(f"[[model]] maker is {shown(model.maker)}; {nearest(str(model.maker), MAKERS)}")
+    read_one_of(vars(model), "maker", MAKERS, "[[model]]")
     if model.maker == "endpoint" and not _is_address(model.base_url):
         raise InputError(
             f"the base URL {shown(model.base_url)} is not accepted; give one such as https://host/v1, without a key or query in it"
@@ -416,10 +413,7 @@ def _profile(name: str, given: Any, attributes: Mapping[str, tuple[str, ...]]) -
     if not isinstance(given, dict):
         raise InputError(f"[people] {name} must be a section [people.{name}] with a value for each attribute")
     check_keys(given, tuple(attributes), f"[people.{name}]")
-    for attribute, values in attributes.items():
-        if given.get(attribute) not in values:
-            raise InputError(f"[people.{name}] {attribute} is {shown(given.get(attribute))}; {nearest(str(given.get(attribute)), values)}")
-    return tuple(given[attribute] for attribute in attributes)
+    return tuple(read_one_of(given, attribute, values, f"[people.{name}]") for attribute, values in attributes.items())
 
 
 def _probabilities(section: Mapping[str, Any], key: str) -> tuple[Fraction, ...]:

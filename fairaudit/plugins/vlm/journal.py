@@ -17,11 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError
-from fairaudit.tables.evaluations.replies import fault
 
 __all__ = ["Answer", "Draw", "Journal", "Work"]
 
-VERSIONS = ("fairaudit-journal/1", "fairaudit-journal/2")
+VERSION = "fairaudit-journal/2"
 
 
 @dataclass(frozen=True)
@@ -58,6 +57,12 @@ class Draw:
     request: str
     occurrence: int
 
+    @property
+    def row(self) -> dict[str, Any]:
+        """As journals and logs have it: what is shown stands together."""
+        rest = {name: value for name, value in vars(self).items() if not name.startswith("shown_")}
+        return rest | {"shown": [self.shown_context, self.shown_slots]}
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -89,13 +94,13 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
             self._db.execute("PRAGMA journal_mode=WAL")
             self._db.execute("PRAGMA synchronous=FULL")
             if create and not self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-                pairs = (("version", VERSIONS[-1]), ("experiment", digest), ("trials", str(trials)), ("run", secrets.token_hex(8)))
-                self._script(_sql("schema") + _sql("faults"), *(("INSERT INTO meta VALUES (?, ?)", pair) for pair in pairs))
+                pairs = (("version", VERSION), ("experiment", digest), ("trials", str(trials)), ("run", secrets.token_hex(8)))
+                self._script(_sql("schema"), *(("INSERT INTO meta VALUES (?, ?)", pair) for pair in pairs))
         found, wrong = {}, ""
         with contextlib.suppress(sqlite3.Error):
             found = dict(self._db.execute("SELECT key, value FROM meta"))
-        if found.get("version") not in VERSIONS:
-            wrong = f"is not a journal of a version that is read ({', '.join(VERSIONS)}); name another folder"
+        if found.get("version") != VERSION:
+            wrong = f"is not a journal of the version that is read ({VERSION}); name another folder"
         elif found["experiment"] != digest:
             wrong = (
                 f"belongs to another experiment file (it starts with {found['experiment'][:12]}, this one with {digest[:12]}); "
@@ -109,9 +114,6 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
             self.close()
             raise InputError(f"{path} {wrong}")
         self.run = found.get("run", "")  # a part of each idempotency key, so that a server answers another journal anew
-        if found["version"] != VERSIONS[-1]:  # the first version took faults for answers
-            self._db.create_function("fault", 3, fault, deterministic=True)
-            self._script(_sql("faults") + _sql("upgrade"), ("UPDATE meta SET value = ? WHERE key = 'version'", (VERSIONS[-1],)))
         self._script(_sql("views"))
 
     def _script(self, statements: str, *more: tuple[str, tuple[str, ...]]) -> None:
@@ -174,8 +176,7 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
         with self.transaction():
             self._db.executemany("INSERT OR IGNORE INTO requests VALUES (?, ?)", requests)
             for draw in draws:
-                row = {name: value for name, value in vars(draw).items() if not name.startswith("shown_")}
-                self._insert("draws", row | {"people": _list(draw.people), "shown": _list([draw.shown_context, draw.shown_slots])})
+                self._insert("draws", {name: _list(v) if name in ("people", "shown") else v for name, v in draw.row.items()})
 
     def open_work(self, model: str, *, ask_again: bool = False) -> list[Work]:
         """What has no answer yet, first trials first; what met with a fault of the server only if it is to be asked again."""

@@ -247,8 +247,7 @@ def _ticks(axes: Axes, order: Sequence[Setting], xs: Sequence[float], epsilons: 
 def _epsilon(experiment: Experiment, setting: Setting, by_context: bool, found: Found, question: str) -> float:
     if not by_context:
         return logarithm(next(f for _, _, f in found.findings if (f.question, f.setting) == (question, setting)).exp_epsilon)
-    mechanism = experiment.context_filter(setting)
-    return inf if mechanism is None else logarithm(fa.pure_dp(mechanism).exp_epsilon)
+    return logarithm(fa.pure_dp(experiment.context_filter(setting)).exp_epsilon)
 
 
 def _short(model: str) -> str:

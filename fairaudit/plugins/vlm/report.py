@@ -219,25 +219,18 @@ def _exports(experiment: Experiment, journal: Journal, model: str, read: Sequenc
 def _lines(experiment: Experiment, journal: Journal, model: str) -> Iterator[bytes]:
     for answer in journal.answers(model):
         draw, reading = answer.draw, read_kept(experiment, answer)
-        entry = {
-            "model": model,
-            "setting": draw.setting + 1,
-            "context": draw.context,
-            "people": list(draw.people),
-            "trial": draw.trial,
-            "shown": [draw.shown_context, [list(profile) for profile in draw.shown_slots]],
-            "request": draw.request,
-            "occurrence": draw.occurrence,
-            "decision": reading.decision,
-            "kind": reading.kind,
-            "reason": reading.reason,
-            "probabilities": None if reading.probabilities is None else [number(p) for p in reading.probabilities],
-            "status": answer.status,
-            "content_type": answer.content_type,
-            "body": answer.body.decode("utf-8", "backslashreplace"),
-            "tokens": [answer.input_tokens, answer.output_tokens],
-        }
-        yield json.dumps(entry, ensure_ascii=True).encode() + b"\n"
+        entry = (
+            draw.row
+            | vars(reading)
+            | {
+                "setting": draw.setting + 1,
+                "status": answer.status,
+                "content_type": answer.content_type,
+                "body": answer.body.decode("utf-8", "backslashreplace"),
+                "tokens": [answer.input_tokens, answer.output_tokens],
+            }
+        )
+        yield json.dumps(entry, ensure_ascii=True, default=number).encode() + b"\n"
 
 
 def _write(path: Path, rows: Sequence[Sequence[Any]]) -> Path:

@@ -25,7 +25,7 @@ from fairaudit.plugins.vlm.images import image_kind, image_name
 from fairaudit.plugins.vlm.journal import Draw, Journal, Work
 from fairaudit.plugins.vlm.makers import answer_text, embedded
 from fairaudit.plugins.vlm.shares import drawn
-from fairaudit.plugins.vlm.tokens import DEFAULT_CAP, Size, capped, picture_size, request_size, usage
+from fairaudit.plugins.vlm.tokens import Size, capped, picture_size, request_size, usage
 
 __all__ = ["MAX_UNREADABLE", "Budget", "Report", "estimate", "run"]
 
@@ -59,7 +59,7 @@ class Budget:
 
     def most(self, size: Size) -> tuple[int, int]:
         """Tokens in and out that a request may use at the most."""
-        return max(size.most, self.largest[0]), max(size.answer or DEFAULT_CAP, self.largest[1])
+        return max(size.most, self.largest[0]), max(size.answer, self.largest[1])
 
     def reserve(self, most: tuple[int, int]) -> bool:
         """Set aside what a request may use; False if that would go beyond the budget, or another one has to come back first."""
@@ -129,7 +129,7 @@ def estimate(experiment: Experiment, model: Model, journal: Journal | None = Non
     pictures = {image_name(path): picture_size(path) for path in set(experiment.images.values())}
     sizes = [request_size(capped(request_body(experiment, model, *cell)), pictures) for cell in cells]
     share = Fraction(total - answered, len(cells)) if model.maker == "endpoint" else 0
-    used = int(share * sum(s.likely for s in sizes)), int(share * sum(s.answer or 0 for s in sizes))
+    used = int(share * sum(s.likely for s in sizes)), int(share * sum(s.answer for s in sizes))
     prices = model.price_input, model.price_output
     return {
         "model": model.key,
@@ -227,16 +227,11 @@ class _Asking:
 
         Requests go one by one until one was answered, so that its usage is known, and what is wrong is found out once.
         """
-        bodies = {digest: self.body(work) for digest, work in {work.request: work for work in works}.items()}
+        bodies = {digest: self.journal.request(digest) for digest in {work.request for work in works}}
         sizes = {digest: request_size(body, self.sizes) for digest, body in bodies.items()}
-        if any(size.answer is None for size in sizes.values()) and (self.budget.money is not None or self.budget.tokens is not None):
-            raise InputError(
-                f"{self.journal.path} was planned by a version that sent no output cap, so that no limit can be kept; "
-                "go on without --max-cost and --max-tokens, or name another folder"
-            )
-        self.tokens = Bucket(self.model.tokens_per_minute, max(size.likely + (size.answer or DEFAULT_CAP) for size in sizes.values()))
+        self.tokens = Bucket(self.model.tokens_per_minute, max(size.likely + size.answer for size in sizes.values()))
         self.budget.largest = self.journal.largest(self.model.key)
-        self.budget.alone = self.budget.largest[1] > max(size.answer or DEFAULT_CAP for size in sizes.values())
+        self.budget.alone = self.budget.largest[1] > max(size.answer for size in sizes.values())
         queue = iter(works)
 
         async def worker(*, first: bool = False) -> None:
@@ -259,11 +254,6 @@ class _Asking:
             for _ in range(min(self.model.concurrency, len(works))):
                 tasks.create_task(worker())
 
-    def body(self, work: Work) -> dict[str, Any]:
-        """A request as it was planned; the fields of those of the first version are put into the order in which they were sent."""
-        planned, made = self.journal.request(work.request), request_body(self.experiment, self.model, work.context, work.slots)
-        return made if made == planned else planned
-
     def read(self, reply: Reply) -> Reading:
         """What a reply says."""
         return read_answer(self.experiment, reply.status, reply.content_type, reply.body)
@@ -273,7 +263,7 @@ class _Asking:
         retry = 0
         while (most := await self.reserved(size)) is not None:
             await self.requests.take()
-            await self.tokens.take(size.likely + (size.answer or DEFAULT_CAP))
+            await self.tokens.take(size.likely + size.answer)
             if self.fatal or self.report.stopped:
                 self.budget.settle(most, (0, 0))
                 break
@@ -346,7 +336,7 @@ class _Asking:
             )
         if used is None and reply.status == 200:
             self.report.notes["usage"] = "the server does not say what an answer used: each counts as what it may use at the most"
-        elif used is not None and size.answer is not None and used[1] > size.answer:
+        elif used is not None and used[1] > size.answer:
             self.report.notes["cap"] = (
                 f"the server does not keep the output cap: an answer of at most {size.answer} tokens used {used[1]}; "
                 "requests go one by one, and a limit may be exceeded by what one of them uses"
@@ -383,7 +373,7 @@ def _cells(experiment: Experiment) -> Iterator[tuple[int, str, tuple[str, ...], 
         for context in experiment.contexts:
             for order in experiment.orders:
                 for trial in range(experiment.trials):
-                    seen = context if contexts is None else contexts.release(context)
+                    seen = contexts.release(context)
                     released = [profiles.release(profile) for profile in experiment.slots(order)]
                     slots = tuple(given if isinstance(given, tuple) else (given,) for given in released)
                     yield number, context, order, trial, seen, slots

@@ -27,13 +27,13 @@ OVERHEAD = 64
 class Size:
     """Tokens of a request.
 
-    Sent: likely (four characters each) and at the most (a byte each); then the cap of the answer, if it has
-    one, and whether the formula for each picture is known.
+    Sent: likely (four characters each) and at the most (a byte each); then the cap of the answer, and whether the formula for each
+    picture is known.
     """
 
     likely: int
     most: int
-    answer: int | None
+    answer: int
     known: bool
 
 
@@ -118,14 +118,14 @@ def capped(body: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def request_size(body: Mapping[str, Any], pictures: Mapping[str, tuple[int, int] | None]) -> Size:
-    """Tokens of a request whose pictures are named; `pictures` has their sizes by these names."""
+    """Tokens of a request that is `capped` and names its pictures; `pictures` has their sizes by these names."""
     parts = [part for message in body["messages"] if isinstance(message["content"], list) for part in message["content"]]
     sizes = [pictures.get(part["image_url"]["url"]) for part in parts if part.get("type") == "image_url"]
     counted = [None if size is None else picture_tokens(str(body["model"]), *size) for size in sizes]
     images = sum(ASSUMED_PICTURE if tokens is None else tokens for tokens in counted)
     text = json.dumps(body, ensure_ascii=False)
-    caps = [body[name] for name in CAPS if name in body]
-    return Size(len(text) // 4 + images, len(text.encode()) + OVERHEAD + images, min(caps, default=None), None not in counted)
+    cap = next(body[name] for name in CAPS if name in body)
+    return Size(len(text) // 4 + images, len(text.encode()) + OVERHEAD + images, cap, None not in counted)
 
 
 def usage(body: bytes) -> tuple[int, int] | None:

@@ -431,36 +431,6 @@ def test_a_content_filter_is_a_refusal() -> None:
         assert read_answer(read_experiment("document-delivery"), status, JSON, json.dumps(document).encode()).kind == "refused"
 
 
-def test_a_journal_of_the_first_version_gives_its_faults_back(tmp_path: Path) -> None:
-    """What it took for answers, a page and a firewall's words, are faults, still paid for; what it had answered stays."""
-    written(tmp_path)
-    with serving() as server:
-        experiment, model, _ = asked(tmp_path, server)
-        database = sqlite3.connect(tmp_path / "journal.sqlite")
-        database.executescript("DROP TABLE faults; UPDATE meta SET value = 'fairaudit-journal/1' WHERE key = 'version'")
-        numbers = [n for (n,) in database.execute("SELECT attempt FROM answers ORDER BY attempt LIMIT 3")]
-        for number, status, kind, body in zip(
-            numbers, (200, 403, 400), ("text/html", "text/html", JSON), (b"<p>", b"safety", json.dumps(AZURE).encode()), strict=True
-        ):
-            database.execute("UPDATE answers SET status = ?, content_type = ?, body = ? WHERE attempt = ?", (status, kind, body, number))
-        database.commit()
-        database.close()
-        with Journal(tmp_path / "journal.sqlite", experiment.digest, experiment.trials, create=False) as journal:
-            assert journal.size(model.key) == (16, 14)
-            assert journal.unanswered_faults(model.key) == 2
-            assert journal.spent(model.key)[0] == 16 * 150
-            assert journal.attempt_results(model.key) == {
-                "answered": 14,
-                "fault: a reply of the type 'text/html', not JSON": 1,
-                "fault: status 403": 1,
-            }
-        assert sorted(outcomes(tmp_path, experiment, model).values()) == ["choice"] * 13 + ["fault"] * 2 + ["refused"]
-        assert asked(tmp_path, server)[2].faults == 2
-        assert len(server.keys) == 16
-        assert asked(tmp_path, server, ask_again=True)[2].complete
-        assert len(server.keys) == 18
-
-
 def test_an_endpoint_that_never_answered_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """One that refuses every request, and one where nobody listens, block neither figures nor certificates of the one that answers."""
     path, folder = written(tmp_path), tmp_path / "out"

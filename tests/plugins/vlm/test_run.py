@@ -209,27 +209,6 @@ def test_what_is_in_flight_when_a_run_stops_is_waited_for(tmp_path: Path) -> Non
         assert [n for n in server.attempts.values() if n > 1] == [2]
 
 
-def test_a_plan_without_a_cap_is_finished_without_a_budget(tmp_path: Path) -> None:
-    """Journals of the first version: what they planned is asked as it was planned, and no limit is promised for it."""
-    path = written(tmp_path)
-    experiment = read_experiment(str(path))
-    with serving() as server:
-        server.fault = lambda key, attempt: "500"
-        with pytest.raises(InputError, match="gives no answer"):
-            asked(tmp_path, server, retries=0)
-        with Journal(tmp_path / "journal.sqlite", experiment.digest, experiment.trials, create=False) as journal:
-            for digest, text in journal._db.execute("SELECT hash, body FROM requests").fetchall():
-                body = json.loads(text)
-                del body["request"]["max_tokens"]
-                journal._db.execute("UPDATE requests SET body = ? WHERE hash = ?", (json.dumps(body, sort_keys=True), digest))
-        server.fault = lambda key, attempt: ""
-        with pytest.raises(InputError, match="sent no output cap"):
-            asked(tmp_path, server, Budget(tokens=10**6))
-        assert asked(tmp_path, server)[2].complete
-        assert ["max_tokens" in body for body in server.bodies] == [True] + [False] * 16
-        assert [*server.bodies[1]] == [*server.bodies[0]][:-1]
-
-
 def test_what_a_request_may_use_is_not_less_than_what_it_uses() -> None:
     """A byte is at least a token's worth of text, in any script; the cap is the file's, or the default."""
     body: dict[str, Any] = {"model": "m", "messages": [{"role": "user", "content": "公平 🤖 " * 50}]}
@@ -237,4 +216,3 @@ def test_what_a_request_may_use_is_not_less_than_what_it_uses() -> None:
     assert found.most >= len(body["messages"][0]["content"].encode())
     assert (found.answer, found.known) == (1000, True)
     assert request_size(capped({**body, "max_completion_tokens": 7}), {}).answer == 7
-    assert request_size(body, {}).answer is None
