@@ -62,43 +62,35 @@ def tables(experiment: Experiment, journal: Journal, model: str, *, as_shown: bo
     """Read what a journal holds of a model: a table for each filter that was drawn from, or, as shown, one of all that was asked."""
     if model not in journal.models():
         raise InputError(f"the journal {journal.path} has no answers of {model}; its models: {', '.join(journal.models()) or 'none yet'}")
-    counted: dict[int, dict[tuple[str, Slots], Counter[str]]] = defaultdict(dict)
-    masses: dict[tuple[str, Slots], dict[str, Fraction]] = {}
+    found: dict[int, dict[tuple[str, Slots], dict[str, Fraction]]] = defaultdict(lambda: defaultdict(lambda: defaultdict(Fraction)))
     kinds: dict[int, Counter[str]] = defaultdict(Counter)
     shared: set[tuple[str, int]] = set()
-    outside = (Fraction(0), "")
+    sampled, outside = experiment.answer != "logprobs", (Fraction(0), "")
     for draw, reading in readings(experiment, journal, model):
         setting = TABLE if as_shown else draw.setting
         if as_shown and (draw.request, draw.occurrence) in shared:
             continue
         shared.add((draw.request, draw.occurrence))
         kinds[setting][reading.kind] += 1
-        if experiment.answer == "logprobs":
-            shares = reading.probabilities or (Fraction(0),) * len(experiment.options)
-            found = dict(zip(experiment.options, shares, strict=True))
-            masses[draw.shown_context, draw.shown_slots] = found | {reading.decision: 1 - sum(shares, Fraction(0))}
-            outside = max(outside, (1 - sum(shares, Fraction(0)), reading.reason if reading.probabilities else ""))
-            continue
         cell = (draw.shown_context, draw.shown_slots) if setting == TABLE else (draw.context, experiment.slots(draw.people))
-        counted[setting].setdefault(cell, Counter())[reading.decision] += 1
+        if sampled:
+            found[setting][cell][reading.decision] += 1
+        else:
+            shares = reading.probabilities or (Fraction(0),) * len(experiment.options)
+            rest = 1 - sum(shares, Fraction(0))
+            found[setting][cell] |= {**dict(zip(experiment.options, shares, strict=True)), reading.decision: rest}
+            outside = max(outside, (rest, reading.reason if reading.probabilities else ""))
+    note, same = f"Of the probabilities of a first token, in the cell with the most, {outside[1]}." if outside[1] else "", ""
+    if sampled and " at http" in model:
+        request = journal.request(draw.request)
+        note, same = sampling_note(request), fixed({key: request[key] for key in request.keys() - PROMPT})
+        if same:
+            same = f"with {same} all answers to a request are one answer"
+        elif journal.repeated(model):
+            same = "several answers have one id, so that the server repeated what it had answered before"
     total, done = journal.size(model)
-    done += journal.unanswered_faults(model)
-    if masses:
-        note = f"Of the probabilities of a first token, in the cell with the most, {outside[1]}." if outside[1] else ""
-        return [Table(-1, masses, sampled=False, complete=total == done, kinds=kinds[TABLE], note=note)]
-    request = journal.request(draw.request) if counted and " at http" in model else {}
-    note, same = sampling_note(request) if request else "", fixed({key: request[key] for key in request.keys() - PROMPT})
-    if same:
-        same = f"with {same} all answers to a request are one answer"
-    elif journal.repeated(model):
-        same = "several answers have one id, so that the server repeated what it had answered before"
-    return [
-        Table(
-            setting, {cell: {u: Fraction(n) for u, n in row.items()} for cell, row in rows.items()}, True, total == done, kinds[setting],
-            note, same,
-        )
-        for setting, rows in sorted(counted.items())
-    ]  # fmt: skip
+    complete = total == done + journal.unanswered_faults(model)
+    return [Table(setting, dict(rows), sampled, complete, kinds[setting], note, same) for setting, rows in sorted(found.items())]
 
 
 def readings(experiment: Experiment, journal: Journal, model: str) -> Iterable[tuple[Draw, Reading]]:
@@ -119,11 +111,6 @@ def exact_table(experiment: Experiment, probabilities: Any) -> Table:
 def questions(experiment: Experiment) -> tuple[Question, ...]:
     """What can be asked: with a fixed order only what happens to people."""
     return ("slot", "person", "position") if experiment.order != "fixed" else ("person",)
-
-
-def settings_of(experiment: Experiment, table: Table) -> list[Setting]:
-    """The settings that a table answers: all, or the one whose filter drew it."""
-    return list(experiment.settings) if table.setting < 0 else [experiment.settings[table.setting]]
 
 
 def certify(
@@ -191,32 +178,30 @@ def _frame(experiment: Experiment, setting: Setting, question: Question, *, filt
     """Inputs, outputs and probabilities of a question; `places` says which slots an output shows, and which of them is the person's."""
     orders = experiment.orders
     shares = {order: experiment.shown_slots(setting, order) if filtered else {experiment.slots(order): Fraction(1)} for order in orders}
+    rows: dict[tuple[str, ...], dict[tuple[Slots, int | None], Fraction]] = defaultdict(lambda: defaultdict(Fraction))
+    labels = list(experiment.options) if question == "position" else list(experiment.people)
     if question == "slot":
         columns = tuple(f"{option} {name}" for option in experiment.options for name in experiment.attributes)
-        groups: list[tuple[tuple[str, ...], dict[tuple[Slots, int | None], Fraction]]] = []
-        groups += [(sum(experiment.slots(order), ()), {(slots, None): p for slots, p in shares[order].items()}) for order in orders]
         chosen, other = experiment.options[0], "another"
+        for order in orders:
+            rows[sum(experiment.slots(order), ())] |= {(slots, None): p for slots, p in shares[order].items()}
     else:
         width = len(experiment.options)
         who = ("own", *(("other",) if width == 2 else tuple(f"other {i}" for i in range(1, width))))
         columns = ("slot", *(f"{name} {attribute}" for name in who for attribute in experiment.attributes))
-        groups = []
-        labels = list(experiment.people) if question == "person" else list(experiment.options)
+        chosen, other = "chosen", "not chosen"
         for index, label in enumerate(labels):
-            row: dict[tuple[Slots, int | None], Fraction] = defaultdict(Fraction)
+            row = rows[_label(experiment, label, question)]
             for order in orders:
                 slot = order.index(label) if question == "person" else index
                 for slots, p in shares[order].items():
                     row[slots, slot] += p / len(orders)
-            groups.append((_label(experiment, label, question), row))
-        chosen, other = "chosen", "not chosen"
-    places = tuple(dict.fromkeys(place for _, row in groups for place in row))
-    outputs = tuple(_output(experiment, place) for place in places)
-    inputs = tuple(label for label, _ in groups)
-    if len(set(inputs)) < len(inputs):
+    if len(rows) < len(orders if question == "slot" else labels):
         raise InputError("two people have the same profile; give them different ones")
-    rows = [[row.get(place, Fraction(0)) for place in places] for _, row in groups]
-    return _Frame(columns, fa.Mechanism.from_array(rows, inputs, outputs), places, chosen, other)
+    places = tuple(dict.fromkeys(place for row in rows.values() for place in row))
+    outputs = tuple(_output(experiment, place) for place in places)
+    table = [[row.get(place, Fraction(0)) for place in places] for row in rows.values()]
+    return _Frame(columns, fa.Mechanism.from_array(table, tuple(rows), outputs), places, chosen, other)
 
 
 def _label(experiment: Experiment, label: str, question: Question) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from typing import Any, Literal
 from urllib.parse import urlsplit
 
 import fairaudit as fa
-from fairaudit.errors import InputError, nearest, shown
+from fairaudit.errors import InputError, naming, nearest, shown
 from fairaudit.exact.rationals import at_least, exact, rational
 from fairaudit.files import check_keys, read_one_of, read_section, read_text, read_toml
 from fairaudit.libraries import library
@@ -225,10 +225,8 @@ def read_experiment(given: str, *, trials: int | None = None) -> Experiment:
             )
         path = known[given]
     document, data = read_toml(path)
-    try:
+    with naming(str(path)):
         return _experiment(path, data, document, trials)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def _experiment(path: Path, data: bytes, document: Mapping[str, Any], trials: int | None) -> Experiment:

@@ -135,9 +135,7 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
     def claim(self) -> None:
         """Be the only one who runs this journal, until the process ends, or say that another one does."""
         with self._said():
-            self._lock = sqlite3.connect(
-                self.path.resolve().with_name(self.path.resolve().name + ".lock"), isolation_level=None, timeout=0.2
-            )
+            self._lock = sqlite3.connect(f"{self.path.resolve()}.lock", isolation_level=None, timeout=0.2)
             try:
                 self._lock.execute("BEGIN EXCLUSIVE")
             except sqlite3.OperationalError as error:

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor, inf
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from fairaudit.errors import InputError
 from fairaudit.exact.rationals import number
 from fairaudit.files import csv_text, write_atomically
-from fairaudit.plugins.vlm.analyse import Finding, Table, certify, logarithm, questions, readings, settings_of, tables
+from fairaudit.plugins.vlm.analyse import TABLE, Finding, Table, certify, logarithm, questions, readings, tables
 from fairaudit.plugins.vlm.answers import FAULT, OPEN, read_kept
 from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.journal import Journal
@@ -34,11 +34,10 @@ class Found:
     silent: tuple[str, ...] = ()  # models that were asked and gave no answer, of which nothing is said
 
     @property
-    def verdict(self) -> Literal["none", "within", "exceeds", "inconclusive", "depends"]:
+    def verdict(self) -> str:
         """Of all findings: the first of exceeds, inconclusive, depends (on what answers meant) and within that one of them has."""
         found = {judged(table, finding) for _, table, finding in self.findings}
-        known: tuple[Literal["exceeds", "inconclusive", "depends", "within"], ...] = ("exceeds", "inconclusive", "depends", "within")
-        return next((v for v in known if v in found), "none")
+        return next((v for v in ("exceeds", "inconclusive", "depends", "within") if v in found), "none")
 
 
 def judged(table: Table, finding: Finding) -> str:
@@ -88,7 +87,7 @@ def certify_all(
     names: list[str] = []
     for model in (model for model in models if model not in silent):
         for table in read[model]:
-            for setting in settings_of(experiment, table):
+            for setting in experiment.settings if table.setting == TABLE else [experiment.settings[table.setting]]:
                 numbered = "" if len(experiment.settings) == 1 else f".{experiment.settings.index(setting) + 1:02d}"
                 for question in questions(experiment):
                     chosen = {} if question == "position" else targets

@@ -358,7 +358,7 @@ def test_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypat
     assert "is 'Marie'" in refused(good.replace('name = "Mary"', 'name = "Marie"'), tmp_path, capsys)
     large = tmp_path / "large.png"
     large.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(10_000_001))
-    assert "at most 10000000" in refused(good + '\n[images]\nHR1 = "large.png"\n', tmp_path, capsys)
+    assert "longer than 10000000 bytes" in refused(good + '\n[images]\nHR1 = "large.png"\n', tmp_path, capsys)
     large.write_bytes(b"GIF89a")
     assert "neither PNG nor JPEG" in refused(good + '\n[images]\nHR1 = "large.png"\n', tmp_path, capsys)
     assert "there is no experiment 'document-delivry'" in (main(["experiment", "status", "document-delivry"]), capsys.readouterr().err)[1]
