@@ -23,11 +23,11 @@ from fairaudit.attestations.sources import Taken, take
 from fairaudit.attestations.statement import Rows, Statement
 from fairaudit.attestations.table_difference import TableDifference, compare_tables
 from fairaudit.attestations.verification import read_attestation, signed_by, stated_in
-from fairaudit.audits.reading import uncollected
 from fairaudit.certificates.certificate import FORMAT, Certificate
 from fairaudit.certificates.evaluation import evaluation_entry
 from fairaudit.certificates.table import Table, canonical
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded, shown
+from fairaudit.exact.collecting import uncollected
 from fairaudit.measures.rates import given_truth
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Units

@@ -23,12 +23,12 @@ from fairaudit.audits.reading import (
     read_audited,
     refuse_half_a_score,
     refuse_two_utilities,
-    uncollected,
     unfit_for_parts,
 )
 from fairaudit.audits.result import Result
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, ManyRowsError, naming
+from fairaudit.exact.collecting import uncollected
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.comparisons import MissingUnits
 from fairaudit.inference.ends import Method

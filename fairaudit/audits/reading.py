@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import gc
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,7 +40,6 @@ __all__ = [
     "read_rows",
     "read_table",
     "read_table_of",
-    "uncollected",
     "unfit_for_parts",
 ]
 
@@ -639,15 +636,3 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
         if value:
             return reading.spelled(name)
     return "" if reading.access.engine in ("auto", "duckdb") else f"{reading.spelled('engine')} {reading.access.engine}"
-
-
-@contextmanager
-def uncollected() -> Iterator[None]:
-    """Spare the search for reference cycles, of which there are none: among millions of cells it would take a quarter of the time."""
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fairaudit.arguments import answered
-from fairaudit.audits.reading import Access, Reading, refuse_two_utilities, uncollected
+from fairaudit.audits.reading import Access, Reading, refuse_two_utilities
 from fairaudit.audits.subgroup_rows import SubgroupLog, read_subgroup_log
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, shown
+from fairaudit.exact.collecting import uncollected
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import Number, option_value
 from fairaudit.inference.cells import Cell, Ends

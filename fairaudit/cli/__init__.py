@@ -17,6 +17,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from fairaudit import __version__
+from fairaudit.exact.collecting import uncollected
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -160,7 +161,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     given = with_negative_values(sys.argv[1:] if argv is None else argv)
     completing = "_ARGCOMPLETE" in os.environ and argv is None
     if given[:1] != ["--version"]:
-        _add(commands, given, every=completing)
+        with uncollected():
+            _add(commands, given, every=completing)
     if completing:
         from fairaudit.cli.completion import complete
 

@@ -27,6 +27,7 @@ from fairaudit.cli.source import (
     progress,
     reading_of,
 )
+from fairaudit.exact.collecting import uncollected
 from fairaudit.measures.limits import LIMITS
 from fairaudit.tables.sources import is_audit_file, source_name
 
@@ -223,6 +224,11 @@ def _refuse_beside(arguments: argparse.Namespace) -> None:
 
 def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
+    with uncollected():
+        return _answer(arguments)
+
+
+def _answer(arguments: argparse.Namespace) -> Answer:
     from fairaudit.errors import InputError
 
     if arguments.list_examples:
@@ -260,10 +266,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         return certify_choices(arguments)
     if arguments.winner is not None or arguments.profile_exp_epsilon is not None:
         raise InputError("--winner and --profile-exp-epsilon go with --slots")
-    from fairaudit.audits.reading import uncollected
-
-    with uncollected():
-        return ready(_certify_in_parts(arguments) if arguments.in_parts else _certify(arguments), arguments.format)
+    return ready(_certify_in_parts(arguments) if arguments.in_parts else _certify(arguments), arguments.format)
 
 
 def _check_unknown(arguments: argparse.Namespace) -> None:
