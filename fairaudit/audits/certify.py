@@ -25,7 +25,6 @@ from fairaudit.audits.population import (
 from fairaudit.audits.result import Result, not_compared
 from fairaudit.audits.targets import judged, judged_by_window
 from fairaudit.audits.undecided import ask_undecided, excluding, judged_whatever, undecided_of_log, whatever, with_meanings
-from fairaudit.audits.unknown import ask_shares, judged_whoever, refuse_beside_unknown_groups, whoever
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.comparisons import Comparison, MissingUnits
@@ -46,6 +45,7 @@ from fairaudit.theorems.bound import ANY_POLICY, NEAR_POLICY
 from fairaudit.theorems.t14 import HiddenContext
 
 if TYPE_CHECKING:
+    from fairaudit.audits.unknown import Share, Whoever
     from fairaudit.inference.anytime import Arrivals
     from fairaudit.inference.changes import Window
     from fairaudit.model.policy import Deployment
@@ -212,8 +212,7 @@ def certify(
         raise InputError("the law of a policy is not read from an evaluation log; audit the log itself, without filters")
     if level is not None and law.evaluation is not None:
         refuse_nothing_drawn(law.evaluation)
-    refuse_beside_unknown_groups(law, difference=difference, drift=max_drift is not None)
-    shares = ask_shares(unknown_share or {}, law)
+    shares = _shares(law, unknown_share or {}, difference=difference, drift=max_drift is not None)
     of_table, limits = (limits, []) if law.unknown is not None else ([], limits)
     local, overall = (None, None) if table.signed else _both(law, table)
     differences = measured_differences(law, table) if difference else {}
@@ -311,8 +310,10 @@ def certify(
         verdict = foremost_verdict(target.verdict for target in targets)
     if change is not None:
         targets, verdict = judged_by_window(targets, verdict, change)
-    unknown = whoever(law, table, measured, shares)
+    unknown = _whoever(law, table, measured, shares)
     if of_table:
+        from fairaudit.audits.unknown import judged_whoever
+
         targets = judged_whoever(unknown, of_table, law, table, measured)
         verdict = foremost_verdict(target.verdict for target in targets)
     ranges = whatever(meanings, table, measured)
@@ -380,6 +381,25 @@ def laid_out(subject: Law | Deployment, utility: Utility) -> tuple[Law | Deploym
 
     deployment = replace(subject, policy=Policy(utility.over(subject.policy.law)))
     return deployment, replace(table, law=deployment.law)
+
+
+def _shares(law: Law, given: Mapping[LabelLike | Label, Sequence[Number]], *, difference: bool, drift: bool) -> tuple[Share, ...]:
+    """The declared shares of decisions of unknown group; what does not go with these is refused."""
+    if law.unknown is None and not given:
+        return ()
+    from fairaudit.audits.unknown import ask_shares, refuse_beside_unknown_groups
+
+    refuse_beside_unknown_groups(law, difference=difference, drift=drift)
+    return ask_shares(given, law)
+
+
+def _whoever(law: Law, table: UtilityTable, measured: Mapping[Quantity, Ratio | None], shares: tuple[Share, ...]) -> tuple[Whoever, ...]:
+    """The range of the ratios, whoever decisions of unknown group are; none where there are no such decisions."""
+    if law.unknown is None:
+        return ()
+    from fairaudit.audits.unknown import whoever
+
+    return whoever(law, table, measured, shares)
 
 
 def _case(deployment: Deployment, law: Law, table: UtilityTable, constants: Constants, constants_in: Mapping[Label, Constants]) -> Case:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fairaudit.audits.drift import TableRadius, evidence_of, radius_evidence
-from fairaudit.audits.unknown import Levels
 from fairaudit.certificates.numbers import number
 from fairaudit.exact.extended import extended_text
 from fairaudit.inference.interval import Interval
@@ -207,6 +206,8 @@ def _ends(kind: Kind, quantity: str, key: str, interval: Interval | DifferenceIn
 
 def claims_about_unknown(found: Whoever, result: Result) -> Iterator[Claim]:
     """Both ends of a ratio, whoever the decisions of unknown group are; what was left out as unknown is not left out of these."""
+    from fairaudit.audits.unknown import Levels
+
     law, quantity = result.law, f"{found.quantity}_ratio"
     of_unknown = {assumption(entry) for entry in law.preparation if entry["step"] == "unknown"}
     left_out = tuple(text for text in law.assumptions if text not in of_unknown)

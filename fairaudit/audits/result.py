@@ -34,7 +34,6 @@ from fairaudit.audits.sentences import (
 )
 from fairaudit.audits.targets import Target
 from fairaudit.audits.undecided import Undecided, Whatever, whatever_text
-from fairaudit.audits.unknown import Share, Whoever
 from fairaudit.errors import InputError
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method
@@ -60,6 +59,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from fairaudit.audits.origin import Origin
+    from fairaudit.audits.unknown import Share, Whoever
     from fairaudit.certificates.certificate import Certificate
     from fairaudit.certificates.table import WrittenTable
     from fairaudit.inference.bounded_differences import Differences

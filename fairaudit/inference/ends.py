@@ -12,7 +12,7 @@ import numpy as np
 
 from fairaudit.exact.enclosures import log_fixed
 from fairaudit.inference.cells import Cell, Ends, informative, shares
-from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.comparisons import Comparison, Form
 from fairaudit.inference.float_tails import closed_ends, float_end, float_upper_ends
 from fairaudit.inference.levels import equal_share
 from fairaudit.inference.rounding import BITS
@@ -21,6 +21,8 @@ from fairaudit.inference.tails import ONE, tail_bound
 Method = Literal["hoeffding-kl", "empirical-bernstein", "intersection"]
 
 DIGITS = 7  # of an end, rounded outwards: one part in a million wider, and short to read and to check
+
+MOST_FORMS = 64  # cells of one mean, beyond which its ends would take seconds to find again
 
 NEAR = 1e-9  # how much less a guess may be than the power of ten that it means
 
@@ -142,6 +144,15 @@ def ends_of(comparison: Comparison, cell: int, level: Fraction, method: Method) 
     least, most = comparison.valued[0][cell], comparison.valued[-1][cell]
     low, high = cell_ends(least, level, method)
     return (low, high) if most is least else (low, cell_ends(most, level, method)[1])
+
+
+def form_ends(comparison: Comparison, form: Form, confidence: Fraction, method: Method) -> Ends | None:
+    """Between which ends a mean lies in the population, by itself at a confidence; None where it is of too many cells."""
+    if len(form) > MOST_FORMS:
+        return None
+    level = (1 - confidence) / 2 / max(1, sum(any(cells[i].informative for cells in comparison.valued) for i, _ in form))
+    found = [(ends_of(comparison, i, level, method), w) for i, w in form]
+    return sum((w * lo for (lo, _), w in found), Fraction(0)), sum((w * hi for (_, hi), w in found), Fraction(0))
 
 
 def guessed_ends(comparison: Comparison, used: set[int], level: float) -> tuple[list[float], list[float]]:

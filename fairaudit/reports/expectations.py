@@ -15,31 +15,20 @@ from fairaudit.audits.sentences import Size, amount_text
 from fairaudit.audits.undecided import Undecided, with_meanings
 from fairaudit.certificates.reader import Subject
 from fairaudit.inference.cells import Ends
-from fairaudit.inference.comparisons import Comparison, Form
-from fairaudit.inference.ends import Method, ends_of
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.ends import Method, form_ends
 from fairaudit.inference.table_comparisons import global_comparison, local_comparison
 from fairaudit.measures.expectations import cell_expectation
 from fairaudit.model.utility import Utility, UtilityTable
 from fairaudit.reports.words import Value, named, quotient
 from fairaudit.tables.values import Label
 
-__all__ = ["Expectations", "Matrix", "Member", "Panel", "form_ends"]
+__all__ = ["Expectations", "Matrix", "Member", "Panel"]
 
 
 PANELS = 8  # contexts on a page; the table has all
 
 MEMBERS = 12  # groups of a context on a page
-
-MOST_FORMS = 64  # cells of one mean, beyond which its ends would take seconds to find again
-
-
-def form_ends(comparison: Comparison, form: Form, confidence: Fraction, method: Method) -> Ends | None:
-    """Between which ends a mean lies in the population, by itself at a confidence; None where it is of too many cells."""
-    if len(form) > MOST_FORMS:
-        return None
-    level = (1 - confidence) / 2 / max(1, sum(any(cells[i].informative for cells in comparison.valued) for i, _ in form))
-    found = [(ends_of(comparison, i, level, method), w) for i, w in form]
-    return sum((w * lo for (lo, _), w in found), Fraction(0)), sum((w * hi for (_, hi), w in found), Fraction(0))
 
 
 @dataclass(frozen=True)

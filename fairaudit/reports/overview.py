@@ -19,7 +19,6 @@ from fairaudit.measures.ratios import Witness
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
 from fairaudit.reports.assumed import in_short
-from fairaudit.reports.lost_answers import lost_answers
 from fairaudit.reports.overview_parts import Compared, GroupLine, Known, Parts, Seen, amount_name, counted_decisions, rate_text
 from fairaudit.reports.overview_verdict import cautions, chance, figure, sentences, target_lines
 from fairaudit.reports.words import Value, named
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from fairaudit.audits.targets import Target
     from fairaudit.model.policy import Deployment
     from fairaudit.reports.content import Content
+    from fairaudit.reports.lost_answers import LostAnswers
 
 __all__ = ["Overview", "of_content", "of_result", "overview"]
 
@@ -214,7 +214,7 @@ def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS)
         burden=result.burden,
         not_compared=result.not_compared,
         preparation=result.preparation,
-        lost=lost_answers(evaluation_of(result), result.law),
+        lost=_lost(result),
         meant=None if result.undecided is None else {one.quantity: one.least for one in result.whatever},
         assumptions=_assumed([claim.entry for claim in result.claims], result.targets, of_windows),
         beside=beside,
@@ -225,6 +225,15 @@ def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS)
         labels=result.partial.table.header["contexts"] if result.partial else None,
     )
     return overview(subject, seen, groups=groups, contexts=contexts)
+
+
+def _lost(result: Result) -> LostAnswers | None:
+    said = evaluation_of(result)
+    if said is None:
+        return None
+    from fairaudit.reports.lost_answers import lost_answers
+
+    return lost_answers(said, result.law)
 
 
 def of_content(content: Content, *, groups: int = GROUPS, contexts: int = CONTEXTS) -> Overview | None:

@@ -16,14 +16,13 @@ from fairaudit.certificates.reader import Subject
 from fairaudit.errors import InputError
 from fairaudit.exact.extended import Extended
 from fairaudit.inference.comparisons import Comparison
-from fairaudit.inference.ends import Method
+from fairaudit.inference.ends import Method, form_ends
 from fairaudit.measures.differences import MeanDifference, furthest_contexts, signed_means
 from fairaudit.measures.limits import Quantity
 from fairaudit.measures.ratios import Ratio, Witness, most_unequal_contexts
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
 from fairaudit.model.utility import UtilityTable
-from fairaudit.reports.expectations import form_ends
 from fairaudit.reports.words import Value, clip, named, quotient
 from fairaudit.tables.preparation import Entry, said
 from fairaudit.words import approximate, percent, plain

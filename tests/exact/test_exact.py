@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from decimal import Decimal
 from fractions import Fraction
 
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fairaudit.errors import InputError
+from fairaudit.exact.collecting import uncollected
 from fairaudit.exact.enclosures import compare_log, log_enclosure
 from fairaudit.exact.rationals import common_denominator, integer_text, parse_rational, rational, rational_text
 
@@ -117,3 +119,19 @@ def test_comparison_at_the_ends() -> None:
     assert compare_log((10**4000 + 1, 10**4000), (1, 10**4000)) == -1
     assert compare_log((10**4000, 1), (10**4000, 1)) == -1
     assert compare_log((1, 0), (10**4000, 1)) == 1
+
+
+def test_reference_cycles_are_searched_for_again_afterwards() -> None:
+    with uncollected():
+        assert not gc.isenabled()
+    assert gc.isenabled()
+    with pytest.raises(InputError), uncollected():
+        parse_rational("x")
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        with uncollected():
+            pass
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
