@@ -529,7 +529,7 @@ def not_compared(law: Law) -> list[dict[str, Any]]:
         )
     few = np.flatnonzero(present < 2).tolist()
     left_out += [{"context": law.context_label(x), "reason": "fewer than two groups"} for x in few]
-    weightless = sorted(set(np.unique(law.cell_group).tolist()) - law.groups_with_mass)
+    weightless = sorted({*np.flatnonzero(np.bincount(law.cell_group)).tolist()} - law.groups_with_mass)
     if weightless:
         left_out.append({"groups": [law.group_label(a) for a in weightless], "reason": "no population"})
     if not law.global_groups:

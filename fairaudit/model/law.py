@@ -453,7 +453,7 @@ class Law:
     def groups_with_mass(self) -> frozenset[int]:
         """Groups of positive mass; of counts every row has some."""
         if self.population == "counts":
-            return frozenset(np.unique(self.cell_group).tolist())
+            return frozenset(np.flatnonzero(np.bincount(self.cell_group)).tolist())
         return frozenset(a for a, m in zip(self.cell_group.tolist(), self.cell_mass, strict=True) if m > 0)
 
     @cached_property
