@@ -32,7 +32,7 @@ claims          ``sentences``, ``claims``: what they assume, and their rules; ``
 of classes      ``utility_class``, ``program``, ``worst_case``
 of populations  ``intervals``, ``tails``, ``plain_ends``, ``samples``, ``pair_exact``, ``split``, ``regions``, ``difference_regions``,
                 ``betting``, ``paired_betting``, ``symmetric_betting``, ``contrasts``, ``difference_contrasts``, ``joint_betting``,
-                ``meanings`` of decisions that are not known, ``interval_proofs``
+                ``meanings`` of decisions that are not known, ``passing``, ``interval_proofs``
 of unknowns     ``unknown_evidence``, ``unknown_groups``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
                 ``floored``, ``near``

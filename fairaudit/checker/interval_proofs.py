@@ -29,6 +29,7 @@ from .joint_betting import prove_stream
 from .logarithms import log_enclosure
 from .meanings import Undecided, valued
 from .paired_betting import prove_by_units
+from .passing import PassingBox
 from .rates import DIFFERENCES, Share
 from .rationals import ONE, Rational, as_pair, at_most, bits_of, reduced, widest_gap, widest_ratio
 from .regions import prove_by_box, prove_by_ladders, prove_by_pairs
@@ -41,14 +42,16 @@ from .text import Finding, compared, finding_of, shown
 from .work import spend, working_on
 
 
-def _prove_interval(interval: Interval, table: Table) -> Proven:
-    """Make sure that the evidence of an interval proves it."""
+def _prove_interval(interval: Interval, table: Table, passed: PassingBox | None = None) -> Proven:
+    """Make sure that the evidence of an interval proves it, the cells of the table having passed or being kept."""
     _check_limits(interval, table)
     _check_sign(interval, table)
     if isinstance(interval.evidence, StreamEvidence):
         prove_stream(interval, interval.evidence, table)
         return Proven(interval.ratio, 1 - Fraction(*interval.confidence), interval.scope, BETTING)
     _check_kind(interval, table)
+    if passed is not None:
+        return passed.proven()
     comparison = _compared(interval, table)
     samples, blocks = comparison.samples, comparison.blocks
     if not blocks:
@@ -123,7 +126,9 @@ def _check_limits(interval: Interval, table: Table) -> None:
     """Make sure that no utility is outside the declared limits."""
     if interval.limits is not None:
         low, high = interval.limits
-        values = {g for utility in {tuple(cell.utility) for cell in table.cells} for g in utility if g is not None}
+        common = table.header.utility
+        utilities = {tuple(cell.utility) for cell in table.cells} if common is None else {common}
+        values = {g for utility in utilities for g in utility if g is not None}
         if not all(low <= Fraction(*g) <= high for g in values):
             raise Unproven("a utility in the table is outside the limits")
 
@@ -194,7 +199,7 @@ def _check_measured(stated: Mapping[str, object], samples: Sequence[Sample], tab
 
 
 def check_intervals(
-    stated: Mapping[str, Interval], table: Table, undecided: Undecided | None = None
+    stated: Mapping[str, Interval], table: Table, undecided: Undecided | None, passed: Mapping[str, PassingBox]
 ) -> tuple[list[Finding], dict[str, Proven]]:
     """Check the intervals of ratios and differences of expectations, and say what holds by those that are proven."""
     findings: list[Finding] = []
@@ -211,7 +216,9 @@ def check_intervals(
                         raise Unproven("the units are not those of the other local interval")
                 elif any(sum(rows) > 1 for cell in units for _, rows in cell) or interval.independent:
                     raise Unproven("the units of the local interval are no independent draws of the groups")
-            proven[name] = _prove_interval(interval, table) if undecided is None else prove_whatever(interval, table, undecided)
+            proven[name] = (
+                _prove_interval(interval, table, passed.get(name)) if undecided is None else prove_whatever(interval, table, undecided)
+            )
         except Unproven as error:
             fault = str(error)
         ends = " and ".join(map(shown, interval.ratio))

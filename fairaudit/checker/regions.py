@@ -66,23 +66,49 @@ def prove_by_box(
     outer, inner = check_box(interval, evidence, comparison.samples, used, spanned, tops)
     low, high = interval.ratio
     if high != INFINITY:
-        box = _scaled_box(outer)
+        box = scaled_box(outer)
         for number, block in enumerate(blocks):
             _check_block(block, number, Fraction(*high), box)
-    check_named(interval.ratio, evidence.pair)
     if evidence.pair is not None:
-        higher, lower = pair_at(evidence.pair, blocks)
-        box = _scaled_box(inner)
-        nothing = not any(box[i][0] for i in {*higher[0], *lower[0]})  # 0/0 is 1
-        if nothing or not _at_most_times(lower, higher, Fraction(low[1], low[0]), box):
-            raise Unproven("the least quotient of the pair is less than the lower end")
+        check_lower(low, *pair_at(evidence.pair, blocks), inner)
     return outer, inner
+
+
+def check_lower(ratio: Rational, higher: Affine, lower: Affine, inner: Ends) -> None:
+    """Make sure that one form is at least ``ratio`` times another one everywhere in a box."""
+    box = scaled_box(inner)
+    nothing = not any(box[i][0] for i in {*higher[0], *lower[0]})  # 0/0 is 1
+    if nothing or not _at_most_times(lower, higher, Fraction(ratio[1], ratio[0]), box):
+        raise Unproven("the least quotient of the pair is less than the lower end")
 
 
 def check_box(
     interval: Interval, evidence: BoxEvidence, samples: Sequence[Sample], used: int, spanned: int, tops: Sequence[Sample] | None = None
 ) -> tuple[Ends, Ends]:
     """Make sure that the ends of means hold at their levels, which the confidence leaves room for; give back those of all means."""
+    check_levels(interval, evidence, used, spanned)
+    beta, other = evidence.levels
+    for name, given, level in (("upper", evidence.upper, beta), ("lower", evidence.lower, other)):
+        if isinstance(given, Listed):
+            numbers, ends = given.cells, given.ends
+            if numbers and numbers[-1] >= len(samples):
+                raise Unproven(f"{name} lists the ends of a cell {numbers[-1]} of {len(samples)}")
+        else:
+            numbers, ends = [*range(len(samples))], given
+            if len(ends) != len(samples):
+                raise Unproven(f"{name} must list the ends of {len(samples)} cells, not of {len(ends)}")
+        own = [samples[i] for i in numbers]
+        if tops is None:
+            check_ends(own, ends, level, interval.method, name)
+        else:
+            _check_outer_ends(own, [tops[i] for i in numbers], ends, level, interval.method, name)
+    of_level = PlainEnds(beta, interval.method)
+    high = samples if tops is None else tops
+    return completed(evidence.upper, samples, high, of_level), completed(evidence.lower, samples, high, None)
+
+
+def check_levels(interval: Interval, evidence: BoxEvidence, used: int, spanned: int) -> None:
+    """Make sure that the confidence leaves room for the levels, and that a pair is named where the lower end needs one."""
     confidence = Fraction(*interval.confidence)
     beta, other = evidence.levels
     if not (0 < beta < 1 and 0 < other < 1 if used else beta == other == 0):
@@ -95,26 +121,11 @@ def check_box(
         plain = sum((error * cells for error, cells in wrong), Fraction(0))
         if plain > 1 - confidence and not (interval.independent and _all_hold(wrong, confidence)):
             raise Unproven(f"the levels add up to {shown(as_pair(plain))}")
-    for name, given, level in (("upper", evidence.upper, beta), ("lower", evidence.lower, other)):
-        if isinstance(given, Listed):
-            numbers, ends = given.cells, given.ends
-            if numbers and numbers[-1] >= len(samples):
-                raise Unproven(f"{name} lists the ends of a cell {numbers[-1]} of {len(samples)}")
-        else:
-            numbers, ends = [*range(len(samples))], given
-            if len(ends) != len(samples):
-                raise Unproven(f"{name} must list the ends of {len(samples)} cells, not of {len(ends)}")
-        own = [samples[i] for i in numbers]
-        if tops is None:
-            _check_ends(own, ends, level, interval.method, name)
-        else:
-            _check_outer_ends(own, [tops[i] for i in numbers], ends, level, interval.method, name)
-    of_level = PlainEnds(beta, interval.method)
-    high = samples if tops is None else tops
-    return completed(evidence.upper, samples, high, of_level), completed(evidence.lower, samples, high, None)
+    if not interval.difference:
+        check_named(interval.ratio, evidence.pair)
 
 
-def _check_ends(samples: Sequence[Sample], listed: Ends, level: Fraction, method: str, name: str) -> None:
+def check_ends(samples: Sequence[Sample], listed: Ends, level: Fraction, method: str, name: str) -> None:
     """Make sure that the draws of some samples exclude what is beyond their ends: quickly of those far from it, else exactly."""
     reach = reach_of(level) if level else 0
     spend(40 * len(samples))
@@ -156,7 +167,7 @@ def _all_hold(wrong: Sequence[tuple[Fraction, int]], confidence: Fraction) -> bo
     return log_form([*((Fraction(cells), chance) for chance, cells in right), (Fraction(-1), confidence)]) >= 0
 
 
-def _scaled_box(box: Ends) -> list[tuple[int, int]]:
+def scaled_box(box: Ends) -> list[tuple[int, int]]:
     """Multiply all ends by one number, which no quotient depends on."""
     ends, _ = over_common_denominator([*chain.from_iterable(box)])
     return [*zip(ends[::2], ends[1::2], strict=True)]
@@ -184,6 +195,17 @@ def _too_far_apart(ends: Mapping[int, tuple[int, int]], ratio: Fraction) -> tupl
     return next(apart, None)
 
 
+def _beyond(i: int, j: int, number: int) -> Unproven:
+    return Unproven(f"forms {i} and {j} of block {number} can have a greater quotient than the upper end")
+
+
+def check_single(ends: Sequence[tuple[int, int]], number: int, ratio: Fraction) -> None:
+    """Make sure that no mean of different single cells can be more than ``ratio`` times another one of their block."""
+    lows, highs = zip(*ends, strict=True)
+    if max(highs) * ratio.denominator > min(lows) * ratio.numerator and (pair := _too_far_apart(dict(enumerate(ends)), ratio)):
+        raise _beyond(*pair, number)
+
+
 def _check_block(block: Sequence[Affine], number: int, ratio: Fraction, box: Sequence[tuple[int, int]]) -> None:
     """Make sure that no form of a block can be more than ``ratio`` times another one."""
     single = [i for form, unit in block if len(form) == 1 for i in form if form[i] == unit]
@@ -191,8 +213,7 @@ def _check_block(block: Sequence[Affine], number: int, ratio: Fraction, box: Seq
         spend(4 * len(block))
         if (pair := _too_far_apart({i: box[i] for i in single}, ratio)) is None:
             return
-        i, j = map(single.index, pair)
-        raise Unproven(f"forms {i} and {j} of block {number} can have a greater quotient than the upper end")
+        raise _beyond(single.index(pair[0]), single.index(pair[1]), number)
     ends = [(sum(c * box[i][side] for i, c in form.items()), unit) for side in (0, 1) for form, unit in block]
     values, unit = over_common_denominator(ends)
     spend(4 * len(values) + len(block) ** 2, max(map(int.bit_length, values)) + unit.bit_length(), 256 + bits_of(ratio))
@@ -201,7 +222,7 @@ def _check_block(block: Sequence[Affine], number: int, ratio: Fraction, box: Seq
     for (i, top), (j, bottom) in product(enumerate(greatest), enumerate(least)):
         # Most pairs are far from it, even if the cells that two forms share were different ones.
         if top > bottom and i != j and not _at_most_times(block[i], block[j], ratio, box):
-            raise Unproven(f"forms {i} and {j} of block {number} can have a greater quotient than the upper end")
+            raise _beyond(i, j, number)
 
 
 def prove_by_ladders(interval: Interval, evidence: LadderEvidence, comparison: Comparison, used: int) -> None:

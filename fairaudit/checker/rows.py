@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, product
 from typing import NamedTuple
@@ -74,7 +74,7 @@ def _read_utility(value: object, where: str, weights: Sequence[int]) -> tuple[Ra
 
 def read_table(
     lines: Iterable[tuple[str | Line, object, bytes | None]],
-    keep: bool = True,
+    keep: Callable[[Header], bool] = lambda _: True,
     positive: Positive | None = None,
     differences: bool = False,
     watchers: Sequence[Watcher] = (),
@@ -83,7 +83,8 @@ def read_table(
 
     In the place of the value of a line of a file its plain parts may stand.
 
-    What is read is not kept when only the figures of the table are needed.  Figures given the true label need to know what is positive;
+    Cells are not kept where the header says that the figures of the table are all that is needed.  Figures given the true label need to
+    know what is positive;
     differences of expectations are formed where they are asked for; watchers follow the cells of what is no policy.
     """
     digest = hashlib.sha256()
@@ -95,7 +96,7 @@ def read_table(
             if isinstance(value, dict) and "filters" in value:
                 reader = _PolicyRows(header, differences, *read_filters(header, value["filters"], f"{where}.filters"))
             else:
-                reader = _Rows(header, differences, keep, positive, watchers)
+                reader = _Rows(header, differences, keep(header), positive, watchers)
         elif isinstance(value, re.Match):
             reader.add_plain(value, where)
         else:

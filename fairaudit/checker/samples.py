@@ -35,7 +35,7 @@ Units = Sequence[tuple[int, Sequence[int]]]  # how many draws had which counts
 Draws = Sequence[tuple[int, Fraction]]  # how many draws had which value
 
 
-class _Range:
+class Range:
     """The range of a utility and what it is counted in: a draw is so many times 1/unit.
 
     Draws are of two values only if the utility says so of whatever could have been drawn, which a declared range does not.
@@ -102,12 +102,27 @@ def compared_cells(quantity: str, table: Table) -> list[list[list[Cell]]]:
     return [[by_group[a] for a in groups] for groups in [globally_compared(table)] if groups]
 
 
-def whole_counts(cell: Cell, table: Table) -> list[int]:
+def counts_of(cell: Cell) -> list[int]:
     """List how often each decision was drawn in a cell."""
     (weights, total), (n, d) = cell.law, cell.mass
     if n % (d * total):
-        raise Unproven(f"the counts are not integers {place_of(table, cell)}")
+        raise Unproven("the counts are not integers")
     return [weight * (n // (d * total)) for weight in weights]
+
+
+def whole_counts(cell: Cell, table: Table) -> list[int]:
+    """The same of a cell that is named where they are not whole."""
+    try:
+        return counts_of(cell)
+    except Unproven as error:
+        raise Unproven(f"{error} {place_of(table, cell)}") from None
+
+
+def common_range(interval: Interval, utility: Utility) -> Range:
+    """The range of a utility of the decisions alone."""
+    values = [Fraction(*g) for g in utility if g is not None]
+    limits = interval.limits or (min(Fraction(0), *values), max(Fraction(0), *values))
+    return Range({tuple(utility)}, limits, interval.limits is not None)
 
 
 class Sampling:
@@ -123,7 +138,7 @@ class Sampling:
         self.greatest = max((Fraction(*g) for g in given if g is not None), default=Fraction(0))
         self.common = None if common is None else self._range({common})
 
-    def _range(self, utilities: Iterable[Utility]) -> _Range:
+    def _range(self, utilities: Iterable[Utility]) -> Range:
         """The range of g in some cells; if g is not given somewhere, it may be anything up to the greatest one there is."""
         if self.interval.limits is not None:
             limits = self.interval.limits
@@ -132,15 +147,17 @@ class Sampling:
         else:
             values = [Fraction(*g) for utility in utilities for g in set(utility) if g is not None]
             limits = min(Fraction(0), *values), max(Fraction(0), *values)
-        return _Range(utilities, limits, self.declared)
+        return Range(utilities, limits, self.declared)
 
-    def range_of(self, cells: Iterable[Cell]) -> _Range:
+    def range_of(self, cells: Iterable[Cell]) -> Range:
         """The range of g in some cells, for all of which it is often the same."""
         return self.common or self._range({cell.utility for cell in cells})
 
     def of_counts(self) -> Comparison:
         """Take a sample from each cell that is compared, or from each group, whose rows are pooled over the contexts."""
         table, units = self.table, self.interval.units
+        if table.kept is None:
+            return self._of_groups()
         blocks = compared_cells(self.interval.quantity, table)
         pools = [*chain.from_iterable(blocks)]
         if units is not None and len(units) != len(pools):
@@ -165,6 +182,19 @@ class Sampling:
                 tallies.append(_tally(known.draws(parts) if units is None else known.means(parts[0][1], units[i])))
         numbers = iter(range(len(samples)))
         return Comparison(samples, [[({next(numbers): 1}, 1) for _ in block] for block in blocks], False, tallies)
+
+    def _of_groups(self) -> Comparison:
+        """Take a sample from each group, of a table whose cells are not kept: what its laws add up to."""
+        groups, utility = globally_compared(self.table), self.table.header.utility
+        if utility is None or self.common is None:
+            raise Unproven("the cells of the table are not kept")
+        samples = []
+        for a in groups:
+            counts, unit = self.table.figures.laws[a].value()
+            if unit != 1:
+                raise Unproven("the counts are not integers")
+            samples.append(self.common.sample(counts, utility))
+        return Comparison(samples, [[({i: 1}, 1) for i in range(len(groups))]] if groups else [], False, [])
 
     def of_policy(self, policy: Policy) -> Comparison:
         """Take a sample from each released context and group, for each true context and group if the utility depends on them."""

@@ -53,6 +53,11 @@ class Sample(NamedTuple):
         return Fraction(self.high_parts, self.unit)
 
     @property
+    def range(self) -> tuple[Rational, Rational]:
+        """Both, in integers."""
+        return (self.low_parts, self.unit), (self.high_parts, self.unit)
+
+    @property
     def informative(self) -> bool:
         """Whether the draws say more of the mean than the range does."""
         return self.draws > 0 and self.low_parts < self.high_parts

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from .assumptions import check_assumptions
 from .certificate import Certificate, read_certificate
+from .claims import LAW
 from .declared import check_declared
-from .drift import watches_of
+from .drift import about_drift, watches_of
 from .drifts import Watch
 from .evaluation import ERROR, check_evaluation
+from .figures import Watcher
+from .header import Header
 from .interval_proofs import check_change, check_differences, check_intervals
-from .intervals import Proven
+from .intervals import BoxEvidence, Proven
 from .json_values import decoded, other_kind, without_page
 from .judgement import Facts, check_claims, faults_of_claims
 from .meanings import check_undecided
 from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
 from .outline import outline_of
+from .passing import PassingBox, passing_box
 from .preparation import MEDIAN, check_preparation, check_spellings, counted_of
 from .program import Program
 from .proxies import PROXIES_FORMAT, check_proxies
@@ -95,7 +99,8 @@ def _checked_certificate(document: object, lines: Iterable[bytes] | None) -> Rep
     working_on("the table")
     findings: list[Finding] = []
     watches = watches_of(stated.claims, stated.max_drift)
-    table = _read_law(stated, lines, findings, watches)
+    boxes = _passing(stated)
+    table = _read_law(stated, lines, findings, watches, boxes)
     _check_sign(stated, table)
     _check_unknown(stated, table)
     if stated.undecided is not None:
@@ -120,7 +125,7 @@ def _checked_certificate(document: object, lines: Iterable[bytes] | None) -> Rep
     if table.policy is not None:
         findings += check_unfiltered(stated.unfiltered, table.policy)
     findings.append(check_not_compared(stated.not_compared, table))
-    proven, window = _check_intervals(stated, table, findings)
+    proven, window = _check_intervals(stated, table, findings, {} if table.kept is not None else boxes)
     declared = stated.declared, program, proven, stated.declared_in, stated.shares, watches, stated.max_drift, stated.undecided
     facts = Facts(table, metrics, *declared)
     faults = faults_of_claims(stated.claims, facts)
@@ -151,16 +156,37 @@ def _checked_as(form: str, document: object, lines: Iterable[bytes] | None) -> R
         raise
 
 
-def _read_law(stated: Certificate, lines: Iterable[bytes] | None, findings: list[Finding], watches: Sequence[Watch]) -> Table:
-    """Read the table, wherever it is; the figures of a plain one are all that is kept of it."""
-    keep = (stated.change or stated.evaluation or stated.undecided) is not None or (
-        stated.utilities is not None or bool(stated.intervals) or any(step.step in ("level", MEDIAN) for step in stated.preparation)
+def _passing(stated: Certificate) -> dict[str, PassingBox]:
+    """What proves the local interval while cells pass by; nothing where cells have to be kept."""
+    own = stated.intervals.get("local")
+    local = None if own is None else passing_box(own)
+    others = [interval for name, interval in stated.intervals.items() if name != "local"]
+    pooled = all(isinstance(other.evidence, BoxEvidence) and other.quantity == "global" and not other.difference for other in others)
+    of_cells = any((about := about_drift(claim.key)) is not None and about.scope != LAW for claim in stated.claims)
+    return {"local": local} if local is not None and pooled and not of_cells and stated.subject.kind == "counts" else {}
+
+
+def _read_law(
+    stated: Certificate,
+    lines: Iterable[bytes] | None,
+    findings: list[Finding],
+    watches: Sequence[Watch],
+    boxes: Mapping[str, PassingBox],
+) -> Table:
+    """Read the table, wherever it is; the figures of a plain one are all that is kept of it, and what proves intervals."""
+    needed = (stated.change or stated.evaluation or stated.undecided) is not None or (
+        stated.utilities is not None or any(step.step in ("level", MEDIAN) for step in stated.preparation)
     )
+
+    def keep(header: Header) -> bool:
+        return needed or (bool(stated.intervals) and (not boxes or header.utility is None))
+
+    watchers: list[Watcher] = [*watches, *boxes.values()]
     if stated.embedded is None and lines is None:
         raise TableNeeded("The certificate does not embed its table; the file of the table has to be given: add --table FILE.")
     if stated.embedded is None:
-        return read_table(lines_of_file(lines or ()), keep, stated.positive, stated.of_differences, watches)
-    table = read_table(embedded_lines(stated.embedded), keep, stated.positive, stated.of_differences, watches)
+        return read_table(lines_of_file(lines or ()), keep, stated.positive, stated.of_differences, watchers)
+    table = read_table(embedded_lines(stated.embedded), keep, stated.positive, stated.of_differences, watchers)
     if lines is not None:
         findings.append(compared_file(lines, table.digest))
     return table
@@ -184,9 +210,11 @@ def _check_sign(stated: Certificate, table: Table) -> None:
         )
 
 
-def _check_intervals(stated: Certificate, table: Table, findings: list[Finding]) -> tuple[dict[str, Proven], Proven | None]:
+def _check_intervals(
+    stated: Certificate, table: Table, findings: list[Finding], boxes: Mapping[str, PassingBox]
+) -> tuple[dict[str, Proven], Proven | None]:
     """Check all intervals, and say what holds by them: of each quantity, and of a window that contradicts the stream."""
-    found, proven = check_intervals(stated.intervals, table, stated.undecided)
+    found, proven = check_intervals(stated.intervals, table, stated.undecided, boxes)
     findings += found
     found, of_differences = check_differences(stated.differences, stated.intervals, table)
     findings += found

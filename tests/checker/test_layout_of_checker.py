@@ -75,6 +75,7 @@ def test_a_plain_certificate_needs_nothing_of_intervals_policies_and_classes(fun
         "bounds.py",
         "tails.py",
         "plain_ends.py",
+        "passing.py",
         "samples.py",
         "regions.py",
         "betting.py",
