@@ -77,11 +77,13 @@ class Greatest(Generic[T]):
             return False
         return (max(rounded) + 1 - min(rounded)) * self.value[1] <= self.value[0] << BITS
 
-    def keeps_distance(self, columns: Sequence[Sequence[int]]) -> bool:
-        """The same of the distances of laws, which are at most half the sum over the decisions of how far their probabilities are apart."""
-        if self.found is None or not columns[0]:
+    def keeps_distance(self, rounded: Sequence[Sequence[int]]) -> bool:
+        """The same of the distances of laws, each of which is at most half the sum of how far the two are from any third one."""
+        if self.found is None or not rounded:
             return False
-        return sum(max(column) - min(column) + 1 for column in columns) * self.value[1] <= 2 * self.value[0] << BITS
+        middle = [sum(column) // len(rounded) for column in zip(*rounded, strict=True)]
+        far: list[int] = sorted(sum([abs(a - b) for a, b in zip(own, middle, strict=True)]) for own in rounded)
+        return (far[-1] + far[-2] + 2 * len(middle)) * self.value[1] <= 2 * self.value[0] << BITS
 
     def maximum(self, header: Header) -> Maximum | None:
         """The value and its witness, if anything was compared."""
@@ -99,11 +101,11 @@ def _rounded(values: Sequence[Rational]) -> list[int]:
     return [(n << BITS) // d for n, d in values]
 
 
-def _columns(laws: Sequence[Law]) -> Sequence[Sequence[int]]:
-    """The probabilities of each decision, likewise."""
+def _rounded_laws(laws: Sequence[Law]) -> list[list[int]]:
+    """The probabilities of the decisions, likewise."""
     if any(total > LONG for _, total in laws):
-        return [[]] * len(laws[0][0])
-    return [*zip(*([(weight << BITS) // total for weight in weights] for weights, total in laws), strict=True)]
+        return []
+    return [[(weight << BITS) // total for weight in weights] for weights, total in laws]
 
 
 class ComparedGroups:
@@ -132,9 +134,10 @@ class ComparedGroups:
             self.apart.offer(means, groups, context)
         if self.expectations_only:
             return
-        columns = _columns(laws)
-        if not self.laws.keeps_distance(columns):
+        shares = _rounded_laws(laws)
+        if not self.laws.keeps_distance(shares):
             self.laws.offer(laws, groups, context)
+        columns = [*zip(*shares, strict=True)] or [()] * len(self.header.decisions)
         for u, column in enumerate(columns):
             if not self.single.keeps_ratio(column):
                 self.single.offer([(weights[u], total) for weights, total in laws], groups, context, u)

@@ -19,7 +19,7 @@ def reduced_law(weights: Sequence[int], total: int) -> Law:
         spend(2 * len(weights), bits, bits)
         keep(len(weights), bits)
     divisor = gcd(*weights)
-    return tuple(weight // divisor for weight in weights), total // divisor
+    return (tuple(weights), total) if divisor == 1 else (tuple([weight // divisor for weight in weights]), total // divisor)
 
 
 def gains_of(utility: Sequence[Rational | None]) -> Vector:
@@ -72,7 +72,7 @@ def widest_distance(laws: Sequence[Law]) -> tuple[Rational, int, int]:
 
 def _distance(left: Law, right: Law) -> Rational:
     (p, m), (q, n) = left, right
-    return sum(e for a, b in zip(p, q, strict=True) if (e := a * n - b * m) > 0), m * n
+    return sum([e for a, b in zip(p, q, strict=True) if (e := a * n - b * m) > 0]), m * n
 
 
 class _Screen:

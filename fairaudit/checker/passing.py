@@ -75,7 +75,7 @@ class PassingBox:
         found = self.known.get(key)
         if found is None:
             sample = known.sample(counts_of(cell), cell.utility)
-            found = sample, ((0, 0) if self.bound is None else (self.plain.of(sample, 0)[0], self.plain.of(sample, 1)[0]))
+            found = sample, ((0, 0) if self.bound is None else self.plain.numerators(sample))
             if len(self.known) >= KNOWN:
                 self.known.clear()
             self.known[key] = found

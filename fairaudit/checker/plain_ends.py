@@ -14,6 +14,7 @@ from .tails import PRECISION, Sample, log_of_level
 from .text import shown
 from .work import keep, spend
 
+KNOWN = 1 << 10  # different draws whose ends are remembered
 BITS = 32  # plain ends are multiples of 2^-BITS of the range, as is the logarithm of a level that they rest on
 
 
@@ -77,17 +78,20 @@ class PlainEnds:
         if found is None:
             spend(40)
             found = below(n, k, one, self.reach), (1 << BITS) - below(n, one - k, one, self.reach)
-            if len(self.known) < 1 << 16:
+            if len(self.known) < KNOWN:
                 keep(3)
                 self.known[n, k, one] = found
         return found
 
+    def numerators(self, sample: Sample) -> tuple[int, int]:
+        """The ends of a sample, those of the range where it says nothing, as multiples of 2^-BITS of what draws are counted in."""
+        low, high = sample.low_parts, sample.high_parts
+        least, most = self.parts(sample) if sample.informative and self.reach else (0, 1 << BITS)
+        return (low << BITS) + (high - low) * least, (low << BITS) + (high - low) * most
+
     def of(self, sample: Sample, side: int) -> Rational:
-        """One end of a sample: that of the range where it says nothing."""
-        low, high, unit = sample.low_parts, sample.high_parts, sample.unit
-        if not sample.informative or not self.reach:
-            return (high if side else low), unit
-        return (low << BITS) + (high - low) * self.parts(sample)[side], unit << BITS
+        """One of them."""
+        return self.numerators(sample)[side], sample.unit << BITS
 
 
 def completed(given: Ends | Listed, samples: Sequence[Sample], tops: Sequence[Sample], plain: PlainEnds | None) -> Ends:

@@ -26,6 +26,8 @@ ROWS = 1 << 9  # different weights that are remembered: many cells of a large ta
 # A line of most tables as the canonical text has it: two short integers and a list of rationals.
 _PLAIN = re.compile(rb'\{"context":(0|[1-9][0-9]{0,17}),"group":(0|[1-9][0-9]{0,17}),"weights":\["([0-9/]+(?:","[0-9/]+)*)"\]\}\n')
 
+_WHOLE = re.compile(rb'(?:0|[1-9][0-9]{0,17})(?:","(?:0|[1-9][0-9]{0,17}))*')  # whole numbers among them
+
 
 def _read_row(
     value: object, where: str, header: Header, keys: Sequence[str], optional: Sequence[str] = ()
@@ -81,11 +83,9 @@ def read_table(
 ) -> Table:
     """Read a table from (where, value, its canonical text in the file or None if embedded), the header first.
 
-    In the place of the value of a line of a file its plain parts may stand.
-
-    Cells are not kept where the header says that the figures of the table are all that is needed.  Figures given the true label need to
-    know what is positive;
-    differences of expectations are formed where they are asked for; watchers follow the cells of what is no policy.
+    In the place of the value of a line of a file its plain parts may stand.  Cells are not kept where the header says that the figures
+    of the table are all that is needed.  Figures given the true label need to know what is positive; differences of expectations are
+    formed where they are asked for; watchers follow the cells of what is no policy.
     """
     digest = hashlib.sha256()
     reader: _Rows | None = None
@@ -178,11 +178,7 @@ class _Rows:
     def _row_of(self, text: bytes) -> _Row | None:
         """Read weights that are short whole numbers, if they are."""
         items = text.split(b'","')
-        if (
-            b"/" in text
-            or len(items) != len(self.header.decisions)
-            or any(len(item) > 18 or (item[0] == 48 and item != b"0") for item in items)
-        ):
+        if len(items) != len(self.header.decisions) or not _WHOLE.fullmatch(text):
             return None
         weights = [*map(int, items)]
         total = sum(weights)

@@ -190,6 +190,20 @@ def test_cells_are_not_held(kind: str) -> None:
     assert peaks[1] - peaks[0] < 300 * 27 * KEPT / 8, peaks
 
 
+def test_cells_are_not_held_for_intervals() -> None:
+    """The ends of those that decide are listed; those of the others are found while they pass by."""
+    peaks = []
+    for n_groups in (10, 60):
+        counts = np.random.default_rng(1).integers(1, 90, (150, n_groups, 2))
+        document = json.loads(fa.certify(fa.Law.from_array(counts, kind="counts"), {"0": 1}).certificate.text)
+        assert isinstance(document["intervals"]["local"]["upper"], dict)
+        certificate, lines = detached(document)
+        found, true = peak(raw(certificate), lines)
+        assert true
+        peaks.append(found)
+    assert peaks[1] - peaks[0] < 150 * 50 * KEPT / 8, peaks
+
+
 def test_pairs_that_are_left_out_are_not_held() -> None:
     """A short table can leave out many pairs of contexts and groups."""
     n = 1500
