@@ -9,17 +9,18 @@ import os
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from operator import itemgetter
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import IO, Any
 
 import numpy as np
 
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
+from fairaudit.tables import compressed
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
@@ -46,6 +47,10 @@ SMALL = 4_000_000  # bytes that our own reader takes less time for than DuckDB t
 HEAD = 200_000  # characters that say which separator and which decimal mark a file has
 TOP = 50  # rows that say whether a table begins with a title
 EMPTY = "the file is empty; a header line and at least one row were expected"
+NO_TEXT = dict.fromkeys((b"\xff\xfe", b"\xfe\xff"), "the file is UTF-16; save it as UTF-8") | dict.fromkeys(
+    (b"PK\x03\x04", b"PAR1", compressed.ZSTANDARD),
+    "the file is not text (it looks like Zstandard, a spreadsheet or Parquet); save it as CSV",
+)
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 _THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(,\d{3})+\s*", re.ASCII)
@@ -317,54 +322,9 @@ def _wrong_width(line: int, cells: int, width: int) -> str:
     return f"line {line} has {cells} {'cell' if cells == 1 else 'cells'} where the header has {width}"
 
 
-@contextmanager
-def opened(path: Path) -> Iterator[IO[bytes]]:
-    """Open a file, or what is inside if it is compressed; whatever goes wrong while it is read is a sentence."""
-    try:
-        with path.open("rb") as file:
-            magic = file.peek(6)[:6]
-            yield _inside(file, magic)
-    except FileNotFoundError:
-        raise InputError("there is no such file") from None
-    except IsADirectoryError:
-        raise InputError("this is a directory; name a CSV file") from None
-    except _damages() as error:
-        raise InputError(f"the compressed file is damaged: {str(error)[:1].lower()}{str(error)[1:]}") from None
-    except OSError as error:
-        raise InputError(f"the file cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
-        if isinstance(error, (InputError, UnicodeError)):
-            raise
-        raise InputError(f"the file cannot be read: {error}") from None
-
-
-def _inside(file: IO[bytes], magic: bytes) -> IO[bytes]:
-    if magic[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise InputError("the file is UTF-16; save it as UTF-8")
-    if magic[:4] in (b"PK\x03\x04", b"PAR1", b"\x28\xb5\x2f\xfd"):
-        raise InputError("the file is not text (it looks like Zstandard, a spreadsheet or Parquet); save it as CSV")
-    if magic[:2] == b"\x1f\x8b":
-        import gzip
-
-        return cast("IO[bytes]", gzip.open(file))
-    if magic[:3] == b"BZh":
-        import bz2
-
-        return cast("IO[bytes]", bz2.open(file))
-    if magic == b"\xfd7zXZ\x00":
-        import lzma
-
-        return cast("IO[bytes]", lzma.open(file))
-    return file
-
-
-def _damages() -> tuple[type[Exception], ...]:
-    """What readers of compressed files raise where one is damaged."""
-    import gzip
-    import lzma
-    import zlib
-
-    return EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile
+def opened(path: Path) -> AbstractContextManager[IO[bytes]]:
+    """Open a file of text, or what is inside if it is compressed."""
+    return compressed.opened(path, NO_TEXT)
 
 
 def _text(path: Path) -> str:

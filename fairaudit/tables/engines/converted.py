@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.tables.compressed import is_compressed
 from fairaudit.tables.csv import TOP, opened, title_rows, titled
 from fairaudit.tables.engines.paths import Form, form
 from fairaudit.tables.engines.request import Request
@@ -61,13 +62,13 @@ def converted(paths: Sequence[str], request: Request) -> Iterator[tuple[list[str
             raise type(error)(said) from None
 
 
-def format_of_file(path: str) -> Format | None:
-    """The format of an evaluation log, by its content whatever its name; None of a table.
+def format_of_file(path: str, *, named: bool = False) -> Format | None:
+    """The format of an evaluation log, by its content whatever its name; None of a table, or of objects of a format that is `named`.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or is compressed in a way in which no log is read.
+        If the file cannot be read, or is compressed and holds objects of no known format under a name that says nothing of them.
     """
     kind = "folder" if os.path.isdir(path) else form(path)  # noqa: PTH112
     if kind == "csv" and not _like_json(path):
@@ -76,7 +77,13 @@ def format_of_file(path: str) -> Format | None:
         return None
     from fairaudit.tables.evaluations.detection import detect
 
-    return detect(path)
+    found = detect(path)
+    if found is None and not named and kind == "csv" and _packed_objects(path):
+        raise InputError(
+            f"{path}: what is compressed begins like JSON, and is no log of a known format; unpack it first, or compress it by gzip, and "
+            "let its name end in .jsonl.gz"
+        )
+    return found
 
 
 def refuse_another_format(path: str, named: str) -> None:
@@ -87,7 +94,7 @@ def refuse_another_format(path: str, named: str) -> None:
     InputError
         If it is none, or cannot be read.
     """
-    found = format_of_file(path)
+    found = format_of_file(path, named=True)
     if found is not None:
         from fairaudit.tables.evaluations.detection import could_be
 
@@ -98,20 +105,27 @@ def refuse_another_format(path: str, named: str) -> None:
 
 
 def _like_json(path: str) -> bool:
-    """Whether a text begins as JSON does; refused if a compressed one does that is no log as it stands, or holds an archive."""
+    """Whether a text begins as JSON does; refused if what is compressed is an archive."""
     try:
-        with Path(path).open("rb") as file:
-            magic = file.read(2)
-        with opened(Path(path)) as text:
-            start = text.read(BLOCK)
+        start = _start(path)
     except InputError:
         return False  # what is wrong is said by the reader of tables
     if start.startswith(b"PK\x03\x04"):
         raise InputError(f"{path}: what is compressed is an archive, such as a log of inspect; unpack it first, and name what comes out")
-    start = start.removeprefix(b"\xef\xbb\xbf").lstrip()
-    if magic in (b"BZ", b"\xfd7") and start.startswith(b"{"):
-        raise InputError(f"{path}: what is compressed begins like JSON; unpack it first, or compress it by gzip")
     return start.startswith((b"{", b"[")) or not start
+
+
+def _packed_objects(path: str) -> bool:
+    """Whether an object begins what is compressed."""
+    with Path(path).open("rb") as file:
+        packed = is_compressed(file.read(6))
+    return packed and _start(path).startswith(b"{")
+
+
+def _start(path: str) -> bytes:
+    """How a text begins, blanks aside."""
+    with opened(Path(path)) as text:
+        return text.read(BLOCK).removeprefix(b"\xef\xbb\xbf").lstrip()
 
 
 def _refuse_log(copy: str, done: str) -> None:

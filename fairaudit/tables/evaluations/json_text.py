@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import codecs
-import gzip
 import json
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from decimal import Decimal, InvalidOperation
 from functools import partial
 from itertools import islice
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from fairaudit.errors import InputError, kind_of, shown
+from fairaudit.tables import compressed
 
 __all__ = [
     "DECODER",
@@ -253,33 +253,10 @@ class Document:
         return InputError(f"{self.name}: no JSON at character {self._before + at + 1:,}: {what[0].lower()}{what[1:]}")
 
 
-@contextmanager
-def opened(path: str) -> Iterator[IO[bytes]]:
-    """Open a file, compressed by gzip or not.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
-    """
-    try:
-        with Path(path).open("rb") as file:
-            packed = file.peek(2)[:2] == b"\x1f\x8b"
-            if file.peek(4)[:4] == b"\x28\xb5\x2f\xfd":
-                raise InputError(f"{path}: the file is compressed by Zstandard; unpack it first, or compress it by gzip")
-            if packed:
-                with gzip.open(file) as unpacked:
-                    yield unpacked  # type: ignore[misc]
-            else:
-                yield file
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except EOFError:
-        raise InputError(f"{path}: the compressed file ends too early; it was cut") from None
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+def opened(path: str) -> AbstractContextManager[IO[bytes]]:
+    """Open a file, or what is inside if it is compressed; messages begin with its name."""
+    unfit = {compressed.ZSTANDARD: "the file is compressed by Zstandard; unpack it first, or compress it by gzip"}
+    return compressed.opened(Path(path), unfit, f"{path}: ")
 
 
 @contextmanager
