@@ -496,7 +496,7 @@ def _read_text(
 ) -> CsvTable:
     """Read a delimited text row by row: a big one by an engine, where that reads it alike."""
     path = os.fspath(source)
-    if access.engine == "auto" and Path(path).is_file() and Path(path).stat().st_size > SMALL:
+    if access.engine == "auto" and os.path.isfile(path) and Path(path).stat().st_size > SMALL:  # noqa: PTH113
         from fairaudit.tables.engines.logs import log_request
         from fairaudit.tables.engines.ordered import read_ordered
 
