@@ -130,9 +130,10 @@ def files_of(names: Sequence[str], beside: Sequence[str] = ()) -> Files:
     """
     audit = len(names) == 1 and is_audit_file(names[0])
     data, further = _held_in(names[0]) if audit else (names, [])
-    with_logs = [file for name in data if not in_database(name) for path in paths_of(name) for file in _of_log(path)[1:]]
+    held = {name: paths_of(name) for name in data if not in_database(name)}
+    with_logs = [file for paths in held.values() for path in paths for file in _of_log(path)[1:]]
     others = [*(names if audit else []), *further, *beside, *(file for file in with_logs if file not in data)]
-    listed = {_kept(name): tuple(paths_of(name)) for name in dict.fromkeys((*data, *others))}
+    listed = {_kept(name): tuple(held[name] if name in held else paths_of(name)) for name in dict.fromkeys((*data, *others))}
     states = {path: state_of(path) for paths in listed.values() for path in paths}
     behind = [file for name in (*data, *others) if in_database(name) for file in files_behind(name)]
     read = {state[:2] for state in (*states.values(), *map(state_of, behind)) if state}

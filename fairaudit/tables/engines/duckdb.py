@@ -83,16 +83,23 @@ def read_files(paths: Sequence[str], kind: Form, request: Request) -> Tally:
         if said is None:
             return _count(connection, Path(paths[0]).name, source, types, request, quick=True)
         said.refuse(paths[0], request.columns, request.count, [*request.bins])
-        source = source if len(paths) == 1 else _added_up(source, types, said.count)
+        source = source if len(paths) == 1 else _added_up(connection, source, types, request)
         tally = _count(connection, Path(paths[0]).name, source, types, request, quick=True)
         return replace(tally, preparation=said.preparation)
 
 
-def _added_up(source: str, types: Mapping[str, str], count: str) -> str:
-    """Write counts as those of all their files together."""
-    others = ", ".join(identifier(name, "duckdb") for name in types if name != count)
-    quoted = identifier(count, "duckdb")
-    return f"(select {others}, sum({quoted})::{types[count]} as {quoted} from {source} group by {others}) as added_up"  # noqa: S608
+def _added_up(connection: Any, source: str, types: Mapping[str, str], request: Request) -> str:
+    """Add up the counts of several files, each of which is opened once; what stands after ``from`` for the sums."""
+    quoted = identifier(request.count or "", "duckdb")
+    others = ", ".join(identifier(name, "duckdb") for name in types if name != request.count)
+    sums = f"select {others}, sum({quoted})::{types[request.count or '']} as {quoted} from {source} group by {others}"  # noqa: S608
+    attended(
+        lambda: connection.execute(f"create temporary table added_up as {sums}"),
+        connection.interrupt,
+        replace(request, meanwhile=None),
+        lambda: progress(connection),
+    )
+    return "added_up"
 
 
 def read_database(path: str, request: Request) -> Tally:

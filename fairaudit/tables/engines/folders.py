@@ -50,7 +50,7 @@ def refuse_table_formats(paths: Iterable[str]) -> None:
     known: set[Path] = set()
     for path in paths:
         for place in dict.fromkeys((Path(path).absolute(), Path(path).resolve())):
-            for folder in (place, *place.parents):
+            for folder in (*([] if place.is_file() else [place]), *place.parents):
                 if folder in known:
                     break
                 known.add(folder)
