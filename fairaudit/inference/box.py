@@ -17,8 +17,10 @@ from fairaudit.inference.cells import Ends
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method, ends_of, ends_of_cells, guessed_ends
 from fairaudit.inference.levels import Holding, box_levels
-from fairaudit.inference.plain_ends import PlainEnds, by_promise
+from fairaudit.inference.plain_ends import PlainEnds, by_promise, foremost
 from fairaudit.inference.quotients import are_many, extreme_ratio, moderate_ranges
+
+FOREMOST = 10_000  # blocks in which ends in closed form are furthest apart, among which the one that decides is sought
 
 NARROWED = 3  # cells on either side of a block that floats find outermost; ends in floats and in integers seldom order more of them apart
 
@@ -32,8 +34,9 @@ def box_interval(
     many = are_many(comparison.used) and comparison.single and (binary or method == "hoeffding-kl") and moderate_ranges(comparison)
     stated: Any
     if many:
-        listed, upper = decisive_upper(comparison, upper_level, method)
-        shown, lower, where = _decisive_lower(comparison, lower_level, method)
+        plain = PlainEnds(comparison, upper_level, {})
+        listed, upper = _decisive_upper(comparison, plain, upper_level, method)
+        shown, lower, where = _decisive_lower(comparison, plain.at(lower_level), lower_level, method)
         stated = _entry(listed if upper < inf else {}), _entry(shown if lower > 1 else {})
     else:
         outer, upper, _ = _every_end(comparison, upper_level, method, upper=True)
@@ -66,16 +69,16 @@ def _every_end(
     return (listed, *extreme_ratio(comparison, listed, upper=upper))
 
 
-def decisive_upper(comparison: Comparison, level: Fraction, method: Method) -> tuple[dict[int, Ends], Any]:
+def _decisive_upper(comparison: Comparison, plain: PlainEnds, level: Fraction, method: Method) -> tuple[dict[int, Ends], Any]:
     """The greatest maximum of a quotient of many cells, with the ends of those that decide; plain ends of the others prove no less.
 
     The outermost ends of a block are narrowed until they are as narrow as can be, or the block cannot decide.
     """
     listed: dict[int, Ends] = {}
     ends, used = PlainEnds(comparison, level, listed), set(comparison.used) if level else set()
-    low, high = (side.tolist() for side in ends.floats)
+    low, high = (side.tolist() for side in plain.floats)
     best: Any = Fraction(1)
-    for value, place in by_promise(comparison, ends):
+    for value, place in by_promise(comparison, plain):
         if best == inf or value * (1 + 1e-9) < best:
             break
         members = [form[0][0] for form in comparison.blocks[place]]
@@ -108,13 +111,17 @@ def _over(above: float, below: float) -> float:
     return above / below if below else inf if above else 0.0
 
 
-def _decisive_lower(comparison: Comparison, level: Fraction, method: Method) -> tuple[dict[int, Ends], Any, tuple[int, int, int] | None]:
+def _decisive_lower(
+    comparison: Comparison, plain: PlainEnds, level: Fraction, method: Method
+) -> tuple[dict[int, Ends], Any, tuple[int, int, int] | None]:
     """Narrow the cells that floats find furthest apart; any pair proves a lower end, so nothing rests on the floats."""
     blocks, used, listed = comparison.blocks, set(comparison.used) if level else set(), dict[int, Ends]()
-    ends = PlainEnds(comparison, Fraction(0), listed)
-    low, high = guessed_ends(comparison, used, float(level)) if level else (side.tolist() for side in ends.floats)
+    ends, places = PlainEnds(comparison, Fraction(0), listed), foremost(comparison, plain, FOREMOST)
+    near = {form[0][0] for place in places for form in blocks[place]}
+    low, high = guessed_ends(comparison, used & near, float(level)) if level else (side.tolist() for side in ends.floats)
     promises = []
-    for place, block in enumerate(blocks):
+    for place in places:
+        block = blocks[place]
         members = [form[0][0] for form in block]
         most, least = max(map(low.__getitem__, members)), min(map(high.__getitem__, members))
         promises.append((most / least if least else inf if most else 0.0, -place))

@@ -177,19 +177,6 @@ def _guessed(cells: Sequence[Cell], used: set[int], level: float) -> tuple[list[
     return low, high
 
 
-def wide_ends_of(comparison: Comparison, level: Fraction, digits: int) -> list[Ends]:
-    """Ends of the cells of a comparison in closed form; of those that are not informative or not compared the range."""
-    listed = []
-    for cells in comparison.valued:
-        ends = [(cell.low, cell.high) for cell in cells]
-        known = informative(cells)
-        drawn = [i for i in comparison.used if known[i]]
-        for i, own in zip(drawn, wide_ends([cells[i] for i in drawn], level, digits), strict=True):
-            ends[i] = own
-        listed.append(ends)
-    return listed[0] if len(listed) == 1 else [(low, high) for (low, _), (_, high) in zip(*listed, strict=True)]
-
-
 def wide_ends(cells: Sequence[Cell], level: Fraction, digits: int = 9) -> list[Ends]:
     """Ends of cells in closed form, which the sharp tail excludes too, rounded outwards to some digits on the scale of [0, 1]."""
     share, draws = shares(cells), np.array([float(cell.draws) for cell in cells])

@@ -10,14 +10,15 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from math import inf, isqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fairaudit.exact.dense import Floats
 from fairaudit.exact.enclosures import log_fixed
 from fairaudit.exact.rationals import rational
-from fairaudit.inference.cells import Cell, Ends
+from fairaudit.inference.cells import Cell, Ends, informative, shares
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.quotients import extreme_ratio, vanishing_pair
 
@@ -119,25 +120,48 @@ class PlainEnds(Sequence[Ends]):
     @cached_property
     def floats(self) -> tuple[Floats, Floats]:
         """Numbers below the lower ends of all cells, and above the upper ones; those of what is listed, too, but for rounding."""
-        low = self._side(self.comparison.valued[0], upper=False)
-        high = self._side(self.comparison.valued[-1], upper=True)
+        sides = [_side(self._rounded[0], self.reach, upper=False), _side(self._rounded[-1], self.reach, upper=True)]
+        low, high = sides
         for i, (below, above) in self.listed.items():
             low[i], high[i] = float(below) * (1 - 1e-12), float(above) * (1 + 1e-12)
         return low, high
 
-    def _side(self, cells: Sequence[Cell], *, upper: bool) -> Floats:
-        shared = {id(end): end for cell in cells for end in (cell.low, cell.high)}
-        values = {key: float(end) for key, end in shared.items()}
-        least, most = (np.array([values[id(end)] for end in ends]) for ends in zip(*((cell.low, cell.high) for cell in cells), strict=True))
-        drawn = np.array([i for i, cell in enumerate(cells) if self.reach and cell.informative], dtype=np.int64)
-        found: Floats = (most if upper else least).copy()
-        if len(drawn):
-            z = np.array([cells[i].share for i in drawn.tolist()])
-            draws = np.array([float(cells[i].draws) for i in drawn.tolist()])
-            own = float_plain(1 - z if upper else z, draws, self.reach / UNIT) - SLACK
-            end = np.minimum(1, 1 - own) if upper else np.maximum(0, own)
-            found[drawn] = least[drawn] + (most - least)[drawn] * end
-        return np.asarray(found * (1 + 1e-12 if upper else 1 - 1e-12))
+    @cached_property
+    def _rounded(self) -> list[_Rounded]:
+        return [_in_floats(cells) for cells in self.comparison.valued]
+
+    def at(self, level: Fraction) -> PlainEnds:
+        """The same at another level, of which nothing is listed."""
+        other = PlainEnds(self.comparison, level, {})
+        other.__dict__["_rounded"] = self._rounded
+        return other
+
+
+class _Rounded(NamedTuple):
+    """The ranges of cells, and the draws and means of those that are informative, in floats."""
+
+    least: Floats
+    most: Floats
+    drawn: NDArray[np.int64]
+    draws: Floats
+    shares: Floats
+
+
+def _in_floats(cells: Sequence[Cell]) -> _Rounded:
+    shared = {id(end): float(end) for end in {id(end): end for cell in cells for end in (cell.low, cell.high)}.values()}
+    least, most = (np.array([shared[id(end)] for end in ends]) for ends in ([c.low for c in cells], [c.high for c in cells]))
+    drawn = np.flatnonzero(informative(cells))
+    own = [cells[i] for i in drawn.tolist()]
+    return _Rounded(least, most, drawn, np.array([cell.draws for cell in own], dtype=np.float64), shares(own))
+
+
+def _side(cells: _Rounded, reach: int, *, upper: bool) -> Floats:
+    found: Floats = (cells.most if upper else cells.least).copy()
+    if reach and len(cells.drawn):
+        own = float_plain(1 - cells.shares if upper else cells.shares, cells.draws, reach / UNIT) - SLACK
+        end = np.minimum(1, 1 - own) if upper else np.maximum(0, own)
+        found[cells.drawn] = cells.least[cells.drawn] + (cells.most - cells.least)[cells.drawn] * end
+    return np.asarray(found * (1 + 1e-12 if upper else 1 - 1e-12))
 
 
 def float_plain(z: Floats, draws: Floats, reach: float) -> Floats:
@@ -178,6 +202,17 @@ def by_promise(comparison: Comparison, ends: PlainEnds) -> list[tuple[float, int
         found = np.where(bottom > 0, top / bottom, np.where(top > 0, np.inf, 0.0))
     order = np.argsort(-found, kind="stable")
     return [*zip(found[order].tolist(), order.tolist(), strict=True)]
+
+
+def foremost(comparison: Comparison, ends: PlainEnds, most: int) -> list[int]:
+    """The numbers of so many blocks in which plain ends are furthest apart, or of all if there are no more."""
+    if len(comparison.blocks) <= most:
+        return [*range(len(comparison.blocks))]
+    blocks = [[form[0][0] for form in block] for block in comparison.blocks]
+    low, high = (side[[i for block in blocks for i in block]] for side in ends.floats)
+    starts = np.cumsum([0, *map(len, blocks)])[:-1]
+    apart = np.maximum.reduceat(low, starts) / np.maximum(1e-300, np.minimum.reduceat(high, starts))
+    return sorted(np.argsort(-apart, kind="stable")[:most].tolist())
 
 
 def greatest_of(comparison: Comparison, ends: Sequence[Ends]) -> tuple[Any, tuple[int, int, int] | None]:
