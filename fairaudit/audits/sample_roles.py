@@ -167,7 +167,8 @@ def _decision(survey: Survey, samples: Samples) -> tuple[str | None, str]:
     if right:
         return right, "C"
     levels = {} if decision is None else decision.levels
-    labels = [label for label in levels if label not in UNDECIDED and len(label) <= MOST_SHOWN and label.isprintable() and label.strip()]
+    nothing = {*UNDECIDED, *samples.never_read}
+    labels = [label for label in levels if label not in nothing and len(label) <= MOST_SHOWN and label.isprintable() and label.strip()]
     if decision is None or not labels or decision.different > MANY or not _short(levels):
         return samples.decision, ""
     index = decision.name.startswith("argmax(")

@@ -71,6 +71,8 @@ class Samples:
         The path of what names a question; empty where none does.
     short : bool
         Whether the log holds fewer samples than it should.
+    never_read : frozenset of str
+        What stands where the decision does only in samples that have no answer, or one that decides nothing.
     """
 
     format: str
@@ -81,6 +83,7 @@ class Samples:
     technical: frozenset[str] = frozenset()
     question: str = ""
     short: bool = False
+    never_read: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -146,7 +149,9 @@ def of_samples(paths: Sequence[str], log: Format, request: Request) -> Survey:
     again = again or (asked is not None and len(asked.different) < min(asked.seen, MOST + 1))
     unit = "PATH" if log.name and not log.question else log.question if again else ""
     short = wanted > found.samples
-    samples = Samples(log.name, found.answer(log), unit, found.outcomes["error"], where, found.technical(log), log.question, short)
+    answer = found.answer(log)
+    unread = frozenset() if answer is None else found.leaves[answer].never_read
+    samples = Samples(log.name, answer, unit, found.outcomes["error"], where, found.technical(log), log.question, short, unread)
     return Survey(found.samples, seen, tuple(notes), samples)
 
 

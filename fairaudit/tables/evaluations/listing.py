@@ -34,9 +34,15 @@ class Leaf:
     levels: Counter[str] = field(default_factory=Counter)
     seen: int = 0
     different: set[int] = field(default_factory=set)
+    unread: Counter[str] = field(default_factory=Counter)
     fault: str = ""
 
-    def add(self, value: Any) -> None:
+    @property
+    def never_read(self) -> frozenset[str]:
+        """What is there only in samples that have no answer, or one that decides nothing."""
+        return frozenset(label for label, count in self.unread.items() if count == self.levels[label])
+
+    def add(self, value: Any, *, read: bool = True) -> None:
         """Count a value."""
         try:
             text = label_text(value)
@@ -49,6 +55,8 @@ class Leaf:
         label = text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
         if label in self.levels or len(self.levels) < MOST:
             self.levels[label] += 1
+            if not read:
+                self.unread[label] += 1
         if len(self.different) <= MOST:  # one more says that there are more
             self.different.add(hash(text))
 
@@ -148,7 +156,7 @@ def listing(paths: Sequence[str], log: Format, report: Callable[[float | None, i
                 if name not in leaves and len(leaves) >= PATHS:
                     more.add(name)
                 else:
-                    leaves.setdefault(name, Leaf()).add(value)
+                    leaves.setdefault(name, Leaf()).add(value, read=sample.outcome == "read")
     if not outcomes:
         raise InputError(f"{', '.join(paths[:3])}: the log has no samples")
     leaves = {name: leaf for name, leaf in leaves.items() if leaf.levels or not name.startswith("argmax(")}
