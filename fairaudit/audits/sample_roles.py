@@ -76,6 +76,7 @@ def roles_of_samples(survey: Survey, samples: Samples) -> Roles:
     context = tuple(name for name in roles.context if name not in group)
     return replace(
         Roles(decision, best or "DECISION", False, group, context, roles.bins, unit=unit or None, said=tuple(said)),
+        missing=any(columns[name].missing for name in (*group, *context)),
         errors=samples.errors > 0,
         where=samples.where,
         missing_samples=samples.short,

@@ -125,19 +125,21 @@ def test_an_answer_that_is_an_object_has_its_decision_inside(tmp_path: Path, cap
     assert main(command[1:]) == 0
 
 
-def test_a_label_that_only_refused_answers_have_is_not_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_label_that_only_refused_answers_have_is_not_counted_and_groups_may_be_missing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     rows = [
         {
             "promptIdx": 0,
             "testCase": {},
             "failureReason": 0,
             "testIdx": n,
-            "vars": {"name": f"n{n}", "sex": "fm"[n % 2]},
+            "vars": {"name": f"n{n}", "sex": ("f", "m", "f", "m", None)[n % 5]},
             "response": {"output": ["yes", "no", "maybe"][n % 3], "isRefusal": n % 3 == 0},
         }
         for n in range(24)
     ]
     (tmp_path / "log.jsonl").write_text("\n".join(map(json.dumps, rows)))
     command, _, complete = proposed(capsys, tmp_path / "log.jsonl")
-    assert complete and command[-2:] in (["--utility", "no"], ["--utility", "maybe"])
+    assert complete and command[command.index("--utility") + 1] in ("no", "maybe") and command[-2:] == ["--missing", "drop"]
     assert main(command[1:]) == 0
