@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
@@ -65,7 +66,7 @@ class CsvTable:
     ----------
     name : str
         File name, for messages.
-    texts : dict of str to sequence of str
+    texts : mapping of str to sequence of str
         Column name to its cells; counts may be an array of integers.
     lines : sequence of int
         Line number of each row.
@@ -85,7 +86,7 @@ class CsvTable:
     """
 
     name: str
-    texts: dict[str, Any]
+    texts: Mapping[str, Sequence[str] | NDArray[np.int64]]
     lines: Sequence[int] = field(repr=False)
     delimiter: str = ","
     notes: tuple[str, ...] = ()
