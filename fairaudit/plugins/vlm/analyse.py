@@ -132,18 +132,17 @@ def certify(
     limits: Mapping[str, Any] = experiment.targets if targets is None else targets
     context_filter = None if drawn_already or setting.context_keep == 1 else experiment.context_filter(setting)
     policy = _policy(experiment, table, frame)
-    applied = frame.kernel
     declared = {"gamma": max(experiment.chosen, experiment.other), "m": min(experiment.chosen, experiment.other)}
     unknown = _unknown(table)
     result = fa.certify(
-        policy.behind(group=applied, context=context_filter, population=_population(experiment, frame)),
+        policy.behind(group=frame.kernel, context=context_filter, population=_population(experiment, frame)),
         {frame.chosen: experiment.chosen, frame.not_chosen: experiment.other, **dict.fromkeys(unknown, experiment.other)},
         **limits,
         confidence=level,
         declared=declared,
         undecided=unknown,
     )
-    filtered = applied if not drawn_already else _frame(experiment, setting, question, filtered=True).kernel
+    filtered = frame.kernel if not drawn_already else _frame(experiment, setting, question, filtered=True).kernel
     factor: Number = inf if question == "position" else fa.pure_dp(filtered).exp_epsilon
     measured = (("local", result.local), ("global", result.global_))
     meanings: dict[str, tuple[Number, Number]] = {name: (ratio.ratio, ratio.ratio) for name, ratio in measured if ratio is not None}

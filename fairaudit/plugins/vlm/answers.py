@@ -113,12 +113,9 @@ def _content(experiment: Experiment, text: str, calls: Sequence[Any], *, whole: 
 
 def _asked(experiment: Experiment) -> Asked:
     """What an answer may look like."""
-    examples = _examples(experiment.first_prompts)
-    if experiment.answer == "json":
-        return Asked(experiment.options, marks=tuple(map(exact, experiment.values)), examples=examples)
-    return Asked(
-        experiment.options, ("choice",) * (experiment.answer == "choice"), one_token=experiment.answer == "token", examples=examples
-    )
+    form, marks = experiment.answer, tuple(map(exact, experiment.values))
+    fields = ("choice",) * (form == "choice")
+    return Asked(experiment.options, fields, marks * (form == "json"), form == "token", _examples(experiment.first_prompts))
 
 
 def _logprobs(experiment: Experiment, choice: Any) -> Reading:

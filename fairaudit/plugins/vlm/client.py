@@ -11,7 +11,7 @@ import re
 import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from contextlib import AbstractAsyncContextManager
+from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -98,13 +98,14 @@ class Bucket:
                 await asyncio.sleep(pause + TICK)
 
 
-class Client(AbstractAsyncContextManager["Client", None]):
+class Client(AsyncExitStack):
     """One endpoint, used as an asynchronous context manager.
 
     `meaning` gives what a reply decides: the key is not cut out of a reply that would then decide something else.
     """
 
     def __init__(self, model: Model, meaning: Callable[[Reply], object]) -> None:
+        super().__init__()
         httpx = library("httpx", "vlm")
         self.model, self._meaning = model, meaning
         self._key = environment_key(model)
@@ -120,10 +121,7 @@ class Client(AbstractAsyncContextManager["Client", None]):
             )
         except (ImportError, ValueError, httpx.InvalidURL) as error:
             raise InputError(f"the proxy that the environment names cannot be used: {self._clean(error)}") from None
-
-    async def __aexit__(self, *_: object) -> None:
-        """Close the connections."""
-        await self._http.aclose()
+        self.push_async_callback(self._http.aclose)
 
     async def send(self, body: Mapping[str, Any], name: str) -> Reply | Failure:
         """Send a request once; `name` goes along as its idempotency key, so that a server that knows such keys answers a retry for free."""

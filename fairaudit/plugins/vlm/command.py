@@ -6,12 +6,14 @@ Each action answers as it goes, of `run` for each decision maker; as JSON an ans
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli import plugins
 from fairaudit.cli.options import add_command, add_limits, confidence_option, given_limits
-from fairaudit.cli.output import Answer, add_format
+from fairaudit.cli.output import Answer, add_format, note
+from fairaudit.errors import InputError, nearest, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -118,7 +120,6 @@ def _models(experiment: Experiment, arguments: argparse.Namespace) -> list[Model
     """The models that the options name, with what they say instead of the file."""
     from dataclasses import fields
 
-    from fairaudit.errors import InputError, nearest
     from fairaudit.plugins.vlm.experiment import Model, with_overrides
 
     changes = {entry.name: getattr(arguments, entry.name, None) for entry in fields(Model) if entry.name not in ("name", "maker")}
@@ -143,7 +144,6 @@ def _models(experiment: Experiment, arguments: argparse.Namespace) -> list[Model
 
 
 def _open(arguments: argparse.Namespace, *, create: bool) -> tuple[Experiment, Path, Journal]:
-    from fairaudit.errors import InputError
     from fairaudit.plugins.vlm.experiment import read_experiment
     from fairaudit.plugins.vlm.journal import Journal
 
@@ -182,14 +182,11 @@ def _run(arguments: argparse.Namespace) -> Iterator[Answer]:
 
 def _go_on(why: str) -> bool:
     """Ask on a terminal whether to go on; elsewhere nobody is there to say so."""
-    import sys
-
     from fairaudit.words import plain
 
     if not (sys.stdin and sys.stdin.isatty() and sys.stderr.isatty()):
         return False
-    sys.stderr.write(f"\n{plain(why)}\nGo on all the same? [y/N] ")
-    sys.stderr.flush()
+    print(f"\n{plain(why)}\nGo on all the same? [y/N] ", end="", file=sys.stderr, flush=True)
     return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
@@ -213,8 +210,6 @@ def _dry_run(arguments: argparse.Namespace) -> Answer:
 
 
 def _status(arguments: argparse.Namespace) -> Iterator[Answer]:
-    from fairaudit.errors import shown
-
     experiment, folder, journal = _open(arguments, create=False)
     with journal:
         models = [_state_of(experiment, journal, model) for model in journal.models()]
@@ -281,8 +276,6 @@ def _found(found: Found, action: str, text: Callable[[], str] | None = None, cod
 
 
 def _plot(arguments: argparse.Namespace) -> Iterator[Answer]:
-    from fairaudit.cli.output import note
-    from fairaudit.errors import InputError
     from fairaudit.plugins.vlm.makers import embedded
     from fairaudit.plugins.vlm.plot import draw
     from fairaudit.plugins.vlm.run import run

@@ -78,7 +78,7 @@ class Answer:
     cost: float
 
 
-class Journal(contextlib.AbstractContextManager["Journal", None]):
+class Journal(contextlib.ExitStack):
     """An open journal of the experiment with a digest; it is made if it does not exist and `create` is set.
 
     A journal of another experiment, or planned with another number of trials, answers per cell, is refused.
@@ -88,9 +88,9 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
         self.path = path
         if not create and not path.is_file():
             raise InputError(f"there is no journal {path}; start the experiment with fairaudit experiment run")
-        self._lock: sqlite3.Connection | None = None
+        super().__init__()
         with self._said():
-            self._db = sqlite3.connect(path, isolation_level=None, timeout=30)
+            self._db = self.enter_context(contextlib.closing(sqlite3.connect(path, isolation_level=None, timeout=30)))
             self._db.execute("PRAGMA journal_mode=WAL")
             self._db.execute("PRAGMA synchronous=FULL")
             if create and not self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
@@ -121,23 +121,12 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
             for statement, given in (*((text, ()) for text in statements.split(";\n")), *more):
                 self._db.execute(statement, given)
 
-    def close(self) -> None:
-        """Close it."""
-        self._db.close()
-        if self._lock is not None:
-            self._lock.close()
-            self._lock = None
-
-    def __exit__(self, *_: object) -> None:
-        """Close it."""
-        self.close()
-
     def claim(self) -> None:
-        """Be the only one who runs this journal, until the process ends, or say that another one does."""
+        """Be the only one who runs this journal, until it is closed, or say that another one does."""
         with self._said():
-            self._lock = sqlite3.connect(f"{self.path.resolve()}.lock", isolation_level=None, timeout=0.2)
+            lock = self.enter_context(contextlib.closing(sqlite3.connect(f"{self.path.resolve()}.lock", isolation_level=None, timeout=0.2)))
             try:
-                self._lock.execute("BEGIN EXCLUSIVE")
+                lock.execute("BEGIN EXCLUSIVE")
             except sqlite3.OperationalError as error:
                 if "locked" not in str(error):
                     raise
@@ -217,8 +206,7 @@ class Journal(contextlib.AbstractContextManager["Journal", None]):
 
     def unpriced(self) -> int:
         """Tokens that were spent without prices."""
-        ((tokens,),) = self._rows("SELECT sum(tokens) FROM spending WHERE cost = 0")
-        return tokens or 0
+        return int(self._rows("SELECT coalesce(sum(tokens), 0) FROM spending WHERE cost = 0")[0][0])
 
     def intend(self, works: Sequence[Work], tokens: int, cost: float) -> list[int]:
         """Write that requests are about to be sent; returns the numbers of the attempts."""

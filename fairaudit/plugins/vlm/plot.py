@@ -230,11 +230,10 @@ def _beyond(axes: Axes, xs: Sequence[float], values: Sequence[float], colour: st
 
 def _ticks(axes: Axes, order: Sequence[Setting], xs: Sequence[float], epsilons: Sequence[float], by_context: bool) -> None:
     """Ticks of ε below, and above it the paper's axis, the odds p/(1−p) of one attribute."""
-    marked = [(x, e) for x, e in zip(xs, epsilons, strict=True)]
     kept: list[int] = []
     width = (max(xs) - min(xs)) or 1.0
-    for place in range(len(marked)):
-        if not kept or marked[place][0] - marked[kept[-1]][0] > 0.07 * width:
+    for place, x in enumerate(xs):
+        if not kept or x - xs[kept[-1]] > 0.07 * width:
             kept.append(place)
     axes.set_xticks([xs[i] for i in kept], ["∞" if epsilons[i] == inf else f"{epsilons[i]:.3g}" for i in kept], fontsize=8)
     second = axes.secondary_xaxis("top")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -193,10 +192,9 @@ def _log(value: Fraction | float, rounding: Callable[[float], int] = round) -> s
     return "infinite" if found == inf else f"{rounding(found * 1000) / 1000:.3f}"
 
 
-def _exports(experiment: Experiment, journal: Journal, model: str, read: Sequence[Table], folder: Path) -> list[Path]:
+def _exports(experiment: Experiment, journal: Journal, model: str, read: Sequence[Table], folder: Path) -> Iterator[Path]:
     """Counts for `fairaudit certify`, one row per answer with the stated reason, and the same as JSON lines with the raw answer."""
     stem, slots = _stem(model), [f"{option} {name}" for option in experiment.options for name in experiment.attributes]
-    paths = []
     for table in read:
         name = f"{stem}.counts{'' if table.setting < 0 else f'.{table.setting + 1:02d}'}.csv"
         value = "count" if table.sampled else "probability"
@@ -204,31 +202,23 @@ def _exports(experiment: Experiment, journal: Journal, model: str, read: Sequenc
         for (context, shown), weights in table.rows.items():
             for decision, weight in weights.items():
                 rows.append([context, *sum(shown, ()), decision, int(weight) if table.sampled else str(weight)])
-        paths.append(_write(folder / name, rows))
+        yield _write(folder / name, rows)
     log: list[list[Any]] = [["setting", experiment.context_column, *slots, "trial", "decision", "kind", "reason"]]
     for draw, reading in readings(experiment, journal, model):
         cells = [draw.setting + 1, draw.shown_context, *sum(draw.shown_slots, ()), draw.trial]
         log.append([*cells, reading.decision, reading.kind, harmless(reading.reason)])
-    paths.append(_write(folder / f"{stem}.answers.csv", log))
+    yield _write(folder / f"{stem}.answers.csv", log)
     lines = folder / f"{stem}.answers.jsonl"
     write_atomically(lines, _lines(experiment, journal, model))
-    return [*paths, lines]
+    yield lines
 
 
 def _lines(experiment: Experiment, journal: Journal, model: str) -> Iterator[bytes]:
     for answer in journal.answers(model):
         draw, reading = answer.draw, read_kept(experiment, answer)
-        entry = (
-            draw.row
-            | vars(reading)
-            | {
-                "setting": draw.setting + 1,
-                "status": answer.status,
-                "content_type": answer.content_type,
-                "body": answer.body.decode("utf-8", "backslashreplace"),
-                "tokens": [answer.input_tokens, answer.output_tokens],
-            }
-        )
+        text, tokens = answer.body.decode("utf-8", "backslashreplace"), [answer.input_tokens, answer.output_tokens]
+        came = {"status": answer.status, "content_type": answer.content_type, "body": text, "tokens": tokens}
+        entry = draw.row | vars(reading) | came | {"setting": draw.setting + 1}
         yield json.dumps(entry, ensure_ascii=True, default=number).encode() + b"\n"
 
 
@@ -253,17 +243,16 @@ def _entry(model: str, table: Table, finding: Finding) -> dict[str, Any]:
         return {quantity: [number(low), number(high)] for quantity, (low, high) in ends.items()}
 
     setting = finding.setting
-    odds = None if setting.keep == 1 else number(setting.keep / (1 - setting.keep))
     return {
         "model": model,
         "question": finding.question,
         "design": "end-to-end" if finding.drawn else "table",
         "keep_probability": number(setting.keep),
         "context_keep_probability": number(setting.context_keep),
-        "odds_of_truth": odds,
+        "odds_of_truth": None if setting.keep == 1 else number(setting.keep / (1 - setting.keep)),
         "exp_epsilon": number(finding.exp_epsilon),
         "complete": table.complete,
-        "kinds": dict(Counter(table.kinds)),
+        "kinds": dict(table.kinds),
         "note": table.note,
         "table": both(finding.meanings),
         "interval": both(finding.interval),

@@ -120,10 +120,8 @@ def estimate(experiment: Experiment, model: Model, journal: Journal | None = Non
     """
     cells = experiment.cells()
     counted = Counter((setting, seen, slots) for setting, _, _, _, seen, slots in _cells(experiment))
-    most: Counter[tuple[str, Slots]] = Counter()  # equal requests of different settings share their answers
-    for (_, seen, slots), n in counted.items():
-        most[seen, slots] = max(n, most[seen, slots])
-    total, answered = most.total(), 0
+    most = {(seen, slots): n for (_, seen, slots), n in reversed(counted.most_common())}  # settings share answers to equal requests
+    total, answered = sum(most.values()), 0
     if journal is not None and model.key in journal.models():
         total, answered = journal.size(model.key)
     pictures = {image_name(path): picture_size(path) for path in set(experiment.images.values())}
