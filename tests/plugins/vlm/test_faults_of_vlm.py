@@ -431,6 +431,22 @@ def test_a_content_filter_is_a_refusal() -> None:
         assert read_answer(read_experiment("document-delivery"), status, JSON, json.dumps(document).encode()).kind == "refused"
 
 
+def test_a_journal_of_another_version_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
+    written(tmp_path)
+    with serving() as server:
+        experiment, model, _ = asked(tmp_path, server)
+        path = tmp_path / "journal.sqlite"
+        for version, expected in (("fairaudit-journal/1", "not a journal of the version that is read"), ("fairaudit-journal/2", "")):
+            with sqlite3.connect(path) as database:
+                database.execute("UPDATE meta SET value = ? WHERE key = 'version'", (version,))
+            database.close()
+            if expected:
+                with pytest.raises(InputError, match=expected):
+                    asked(tmp_path, server)
+        assert len(server.keys) == 16
+        assert set(outcomes(tmp_path, experiment, model).values()) == {"choice"}
+
+
 def test_an_endpoint_that_never_answered_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """One that refuses every request, and one where nobody listens, block neither figures nor certificates of the one that answers."""
     path, folder = written(tmp_path), tmp_path / "out"
