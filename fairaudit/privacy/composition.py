@@ -17,8 +17,8 @@ from fairaudit.model.releases import check_releases
 from fairaudit.privacy.columns import Budget, Column, TooManyColumns, merged_columns, powered_columns
 from fairaudit.privacy.currencies import Enclosure
 from fairaudit.privacy.epsilon_delta import epsilon_enclosure, exp_epsilon, exp_epsilon_below
-from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_laws
-from fairaudit.privacy.trade_offs import TradeOff, interpolated, lower_hull, pair_trade_off
+from fairaudit.privacy.pairs import PairLaw, hockey_stick
+from fairaudit.privacy.trade_offs import TradeOff, lower_hull, undominated, worst_pair_laws
 from fairaudit.words import brief
 
 MAX_POWER_WORK = 100_000_000
@@ -130,7 +130,7 @@ def compose(mechanism: Mechanism, releases: int, *, exact: bool | None = None) -
     once = exp_epsilon(mechanism)
     together = once**releases if isinstance(once, Fraction) else inf
     epsilon = epsilon_enclosure(_ratio(together))
-    laws = _undominated(pair_laws(mechanism))
+    laws = undominated(worst_pair_laws(mechanism))
     if exact is not False:
         composed = _exact_powers(laws, releases, inf if exact else MAX_POWER_WORK)
         if composed is not None:
@@ -142,23 +142,6 @@ def compose(mechanism: Mechanism, releases: int, *, exact: bool | None = None) -
 
 def _ratio(value: Fraction | float) -> Column:
     return (value.numerator, value.denominator) if isinstance(value, Fraction) else (1, 0)
-
-
-def _undominated(laws: Sequence[PairLaw]) -> tuple[PairLaw, ...]:
-    """Pairs whose trade-off curve is not everywhere at or above that of another pair kept."""
-    if len(laws) > 200:
-        return tuple(laws)
-    kept: list[tuple[PairLaw, TradeOff]] = []
-
-    def above(upper: TradeOff, lower: TradeOff) -> bool:
-        return all(interpolated(lower.vertices, a) <= b for a, b in upper.vertices)
-
-    for law in laws:
-        curve = pair_trade_off(law)
-        if not any(above(curve, other) for _, other in kept):
-            kept = [(one, other) for one, other in kept if not above(other, curve)]
-            kept.append((law, curve))
-    return tuple(law for law, _ in kept)
 
 
 def _dominating(curve: TradeOff) -> PairLaw:

@@ -13,7 +13,8 @@ from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.privacy.columns import Column
 from fairaudit.privacy.currencies import ApproxDP, AttributeDP, Enclosure, PureDP
 from fairaudit.privacy.multiplied_out import hockey_sticks_of_rows, whole_table, worth_multiplying_out
-from fairaudit.privacy.pairs import any_pair, hockey_stick, pair_laws
+from fairaudit.privacy.pairs import any_pair, hockey_stick
+from fairaudit.privacy.trade_offs import worst_pair_laws
 from fairaudit.tables.values import Label
 
 EXP_BITS = 64
@@ -114,7 +115,7 @@ def approx_dp(mechanism: Mechanism, exp_epsilon: Number) -> ApproxDP:
                     top, bottom, at = value, scale * other, (i, j)
         pair = (mechanism.inputs[at[0]], mechanism.inputs[at[1]]) if at else None
         return ApproxDP(k, Fraction(top, bottom * k.denominator), pair)
-    worst = max(pair_laws(mechanism), key=lambda law: hockey_stick(law, k), default=None)
+    worst = max(worst_pair_laws(mechanism), key=lambda law: hockey_stick(law, k), default=None)
     if worst is None:
         return ApproxDP(k, Fraction(0), None)
     return ApproxDP(k, hockey_stick(worst, k), (worst.first, worst.second))

@@ -226,7 +226,7 @@ def kinds_of_pairs(mechanism: Mechanism, releases: int = 1) -> PairKinds:
     found: dict[tuple[Column, ...], tuple[Positions, Positions]] = {((1, 1),): ((), ())}
     steps = []
     for factor in mechanism.factors:
-        once, of_pair = _factor_kinds(factor)
+        once, of_pair = factor_kinds(factor)
         classes = {powered_columns(columns, releases, budget): pair for columns, pair in once.items()}
         if len(found) * len(classes) > MAX_KINDS:
             raise InputError(f"the filter has more than {MAX_KINDS} kinds of ordered pairs; use fewer or simpler factors")
@@ -260,7 +260,7 @@ def kinds_of_row(mechanism: Mechanism, kinds: PairKinds, row: int) -> list[int]:
     return listed
 
 
-def _factor_kinds(factor: Factor) -> tuple[dict[tuple[Column, ...], tuple[int, int]], NDArray[np.int64] | None]:
+def factor_kinds(factor: Factor) -> tuple[dict[tuple[Column, ...], tuple[int, int]], NDArray[np.int64] | None]:
     """Kinds of the ordered pairs of rows of a factor with an example of each, and the kind of each pair."""
     size = len(factor.inputs)
     alike = pairs_alike(factor)
