@@ -45,7 +45,7 @@ def run(*words: str) -> tuple[float, float, float]:
     started = time.perf_counter()
     process = subprocess.Popen([sys.executable, *words], stdout=subprocess.DEVNULL)
     _, status, used = os.wait4(process.pid, 0)
-    if os.waitstatus_to_exitcode(status) not in (0, 3):
+    if os.waitstatus_to_exitcode(status) not in (0, 1, 3):
         raise SystemExit(f"{words} failed")
     return time.perf_counter() - started, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e6
 
