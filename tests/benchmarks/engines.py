@@ -150,11 +150,12 @@ def timed(work: Callable[[], Any], repeats: int) -> tuple[float, float]:
     return wall, cpu
 
 
-def peers(rows: int, repeats: int, with_fairlearn: int) -> None:
-    """One process, everything imported, frames in memory, 120 cells: 2 x 5 x 3 groups in 4 contexts."""
-    import pandas as pd
+GROUPS = ["sex", "ethnic", "age"]
 
-    import fairaudit as fa
+
+def people(rows: int) -> dict[str, Any]:
+    """Frames of the same rows, 120 cells: 2 x 5 x 3 groups in 4 contexts. Aequitas takes texts as objects only, in one column."""
+    import pandas as pd
 
     generator = np.random.default_rng(1)
     labels = {"sex": ["f", "m"], "ethnic": list("ABCDE"), "age": ["young", "middle", "old"], "dept": list("wxyz")}
@@ -162,58 +163,63 @@ def peers(rows: int, repeats: int, with_fairlearn: int) -> None:
     frame = pd.DataFrame({name: np.array(listed)[codes[name]] for name, listed in labels.items()})
     frame["score"], frame["label_value"] = generator.integers(0, 2, rows), generator.integers(0, 2, rows)
     frame["cell"] = frame.sex + "|" + frame.ethnic + "|" + frame.age + "|" + frame.dept
-    groups = ["sex", "ethnic", "age"]
-    objects = frame.astype(dict.fromkeys([*labels, "cell"], object))  # the only texts that Aequitas takes
-    kinds = {
+    return {
         "texts": frame,
-        "objects": objects,
+        "objects": frame.astype(dict.fromkeys([*labels, "cell"], object)),
         "categories": frame.astype(dict.fromkeys(labels, "category")),
         "integers": frame.assign(**codes),
     }
 
-    def ours(table: Any, confidence: Any) -> Any:
-        law = fa.Law.from_log(table, decision="score", group=groups, context="dept")
-        return fa.certify(law, {"1": 1}, confidence=confidence)
 
-    ours(frame.head(1000), 0.95)
-    times: dict[str, float] = {}
+def ours(table: Any, confidence: Any) -> Any:
+    """The audit of a frame of people."""
+    import fairaudit as fa
+
+    law = fa.Law.from_log(table, decision="score", group=GROUPS, context="dept")
+    return fa.certify(law, {"1": 1}, confidence=confidence)
+
+
+def cells_of_people(kinds: dict[str, Any], library: str, rows: int) -> Callable[[], Any]:
+    """What another tool says of the first rows of them."""
+    if library == "aequitas":
+        from aequitas.group import Group
+
+        few = kinds["objects"].head(rows)[["cell", "score", "label_value"]]
+        return lambda: Group().get_crosstabs(few.copy(), attr_cols=["cell"])
+    from fairlearn.metrics import MetricFrame, selection_rate
+
+    few = kinds["texts"].head(rows)
+    columns = {"y_true": few.label_value, "y_pred": few.score, "sensitive_features": few[GROUPS], "control_features": few[["dept"]]}
+    return lambda: MetricFrame(metrics=selection_rate, **columns).ratio()
+
+
+def peers(rows: int, repeats: int, with_fairlearn: int) -> None:
+    """One process, everything imported, frames in memory."""
+    kinds = people(rows)
+    ours(kinds["texts"].head(1000), 0.95)
+    times: dict[str, tuple[float, float]] = {}
     print(f"\n{rows:.0e} rows in one process, 120 cells")
     for kind, table in kinds.items():
         for confidence in (None, 0.95):
             wall, cpu = timed(lambda table=table, confidence=confidence: ours(table, confidence), repeats)
-            times[f"{kind} {confidence}"] = wall
+            times[f"{kind} {confidence}"] = wall, cpu
             print(
                 f"  fairaudit, pandas {kind:<11} {'with intervals' if confidence else 'exact figures':<15} {wall:8.3f} s  CPU {cpu:8.3f} s"
             )
-    try:
-        from aequitas.group import Group
-    except ImportError:
-        print("  aequitas is not installed")
-    else:
-        wall, cpu = timed(lambda: Group().get_crosstabs(objects[["cell", "score", "label_value"]].copy(), attr_cols=["cell"]), repeats)
-        ratios = ", ".join(f"{kind} {wall / times[f'{kind} None']:.1f}" for kind in kinds)
-        print(f"  aequitas crosstab, texts                     {wall:8.3f} s  CPU {cpu:8.3f} s   times as long as ours: {ratios}")
-    if with_fairlearn:
-        from fairlearn.metrics import MetricFrame, selection_rate
-
-        few = frame.head(with_fairlearn)
-
-        def metric_frame() -> Any:
-            found = MetricFrame(
-                metrics=selection_rate,
-                y_true=few.label_value,
-                y_pred=few.score,
-                sensitive_features=few[groups],
-                control_features=few[["dept"]],
-            )
-            return found.ratio()
-
-        wall, cpu = timed(metric_frame, 1)
-        scale = rows / with_fairlearn
-        said = "" if scale == 1 else f", times {scale:.0f} for as many rows"
-        ratios = ", ".join(f"{kind} {wall * scale / times[f'{kind} None']:.0f}" for kind in kinds)
-        print(f"  fairlearn MetricFrame.ratio, {with_fairlearn:.0e} rows   {wall:8.1f} s  CPU {cpu:8.1f} s{said}")
-        print(f"    times as long as ours: {ratios}")
+    for library, taken in (("aequitas", rows), ("fairlearn", with_fairlearn)):
+        if not taken:
+            continue
+        try:
+            work = cells_of_people(kinds, library, taken)
+        except ImportError:
+            print(f"  {library} is not installed")
+            continue
+        seconds = [one * rows / taken for one in timed(work, repeats if library == "aequitas" else 1)]
+        scaled = "" if taken == rows else f", times {rows / taken:.0f}"
+        print(f"  {library}, {taken:.0e} rows{scaled}: {seconds[0]:.3f} s  CPU {seconds[1]:.3f} s")
+        for what, theirs, place in (("on the clock", seconds[0], 0), ("of the processor", seconds[1], 1)):
+            said = ", ".join(f"{kind} {theirs / times[f'{kind} None'][place]:.1f}" for kind in kinds)
+            print(f"    times as long as ours {what}: {said}")
     print(f"  most memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.1f} GB")
 
 

@@ -36,8 +36,8 @@ def turns(commands: dict[str, list[tuple[str, ...]]], repeats: int) -> None:
         print(f"  {label:<44} {wall:7.2f} s  CPU {cpu:6.2f} s, {cpu / base:5.2f} times  {memory:.2f} GB", flush=True)
 
 
-def table(folder: Path, contexts: int, repeats: int) -> None:
-    """Counts of 8 groups and 2 decisions in very many contexts, as CSV."""
+def counts(folder: Path, contexts: int) -> Path:
+    """Counts of 8 groups and 2 decisions in very many contexts, as CSV; made once."""
     import duckdb
 
     path = folder / f"counts-{contexts}.csv"
@@ -45,6 +45,12 @@ def table(folder: Path, contexts: int, repeats: int) -> None:
         cells = f"range({contexts}) s(i), range(8) g(j), range(2) d(k)"
         columns = "'shop' || i as shop, chr(97 + j::int) as sex, if(k = 0, 'yes', 'no') as hired, 1 + hash(i * 16 + j * 2 + k) % 500 as n"
         duckdb.execute(f"copy (select {columns} from {cells} order by i, j, k) to '{path}' (format csv, header)")
+    return path
+
+
+def table(folder: Path, contexts: int, repeats: int) -> None:
+    """Counts in a CSV, beside DuckDB's own reading."""
+    path = counts(folder, contexts)
     certify = ("-m", "fairaudit", "certify", str(path), *ROLES, "--count", "n")
     print(f"\n{contexts * 16:.1e} counts as CSV")
     ways = {"DuckDB reads and groups them": GROUPED, "certify --confidence none": "", "certify": ""}
@@ -55,23 +61,30 @@ def table(folder: Path, contexts: int, repeats: int) -> None:
     turns(commands, repeats)
 
 
+def tally(log: Path, part: str) -> tuple[str, ...]:
+    """Words that count a day."""
+    return ("-m", "fairaudit", "tally", str(log), *ROLES[:6], "-o", part)
+
+
+def daily(folder: Path, count: int, rows: int) -> tuple[list[Path], list[str]]:
+    """Logs of some days and another one, and where their tallies are; all are counted."""
+    columns = "['yes', 'no', 'maybe'][1 + (hash(i + {0}) % 3)::int] as hired, 'g' || (hash(i * 7 + {0}) % 8) as sex"
+    columns += ", 's' || (hash(i * 11 + {0}) % 50) as shop"
+    paths = [made(folder / f"day-{rows}-{day}.parquet", columns.format(day * rows), rows) for day in range(count + 1)]
+    parts = [str(folder / f"tally-{rows}-{day}.parquet") for day in range(count + 1)]
+    for path, part in zip(paths, parts, strict=True):
+        run(*tally(path, part))
+    return paths, parts
+
+
 def days(folder: Path, count: int, rows: int, repeats: int) -> None:
     """Another day after many that were counted: its tally, and the certificate of all."""
     import duckdb
 
-    columns = "['yes', 'no', 'maybe'][1 + (hash(i + {0}) % 3)::int] as hired, 'g' || (hash(i * 7 + {0}) % 8) as sex"
-    columns += ", 's' || (hash(i * 11 + {0}) % 50) as shop"
-    paths = [made(folder / f"day-{rows}-{day}.parquet", columns.format(day * rows), rows) for day in range(count + 1)]
+    paths, parts = daily(folder, count, rows)
     text = folder / f"day-{rows}.csv"
     if not text.exists():
         duckdb.execute(f"copy (from '{paths[-1]}') to '{text}' (format csv, header)")
-    parts = [str(folder / f"tally-{rows}-{day}.parquet") for day in range(count + 1)]
-
-    def tally(log: Path, part: str) -> tuple[str, ...]:
-        return ("-m", "fairaudit", "tally", str(log), *ROLES[:6], "-o", part)
-
-    for path, part in zip(paths, parts, strict=True):
-        run(*tally(path, part))
     whole = ("-m", "fairaudit", "certify", *parts, *ROLES, "--count", "n")
     for kind, log in (("Parquet", paths[-1]), ("CSV", text)):
         print(f"\n{count} days of {rows:.0e} rows that were counted, and another one, {kind}")
