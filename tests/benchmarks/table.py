@@ -188,7 +188,9 @@ ROWS = {
         (1_000_000, 100_000_000),
         queried("200 groups, texts"),
     ),
-    "day": Row("another day of {} rows after 100 tallies: `tally`, `certify`", "`certify` of that day", (10_000, 1_000_000), another_day),
+    "day": Row(
+        "another day of {} rows after many that are tallies: `tally`, `certify`", "`certify` of that day", (10_000, 1_000_000), another_day
+    ),
     "texts-aequitas": Row("a pandas frame of {} rows, texts", "Aequitas", (100_000, 10_000_000), peer("texts", "aequitas"), "aequitas"),
     "categories-aequitas": Row(
         "a pandas frame of {} rows, categories", "Aequitas", (100_000, 10_000_000), peer("categories", "aequitas"), "aequitas"

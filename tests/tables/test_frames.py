@@ -241,7 +241,8 @@ def test_texts_and_numbers_that_the_first_rows_do_not_have_are_counted(data: st.
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(coded, "SAMPLE", data.draw(st.sampled_from([1, 2, 100])))
         patch.setattr(coded, "FEW", data.draw(st.sampled_from([1, 2, 100])))
-        patch.setattr(coded, "BLOCK_ROWS", data.draw(st.sampled_from([1, 2, 100])))
+        patch.setattr(coded, "BLOCK_ROWS", data.draw(st.sampled_from([1, 2, 5, 100])))
+        patch.setattr(coded, "PART_ROWS", data.draw(st.sampled_from([1, 3, 100])))
         for frame in frames:
             expected = Counter(zip(texts[first:], whole[first:].tolist(), strict=True))
             assert counts(read_log(frame.iloc[first:], ["a", "n"])) == expected
