@@ -12,6 +12,8 @@ import sys
 from resource import RUSAGE_CHILDREN, getrusage
 from time import perf_counter
 
+from timing import environment
+
 EXAMPLE = ["-m", "fairaudit", "certify", "--example", "ucb-admissions"]
 
 PROCESSES = {
@@ -31,7 +33,7 @@ COUNT = "import importlib.metadata as m; print(len({one.name for one in m.distri
 def run(words: list[str]) -> tuple[float, float]:
     """Seconds on the clock and of the processor."""
     before, start = getrusage(RUSAGE_CHILDREN), perf_counter()
-    subprocess.run(words, check=True, capture_output=True)
+    subprocess.run(words, check=True, capture_output=True, env=environment())
     clock, after = perf_counter() - start, getrusage(RUSAGE_CHILDREN)
     return clock, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 

@@ -31,6 +31,7 @@ from engines import PLAIN, cells_of_people, generated, ours, people
 from evaluations import FORMATS, parsed
 from startup import EXAMPLE
 from tallies import GROUPED, ROLES, counts, daily, tally
+from timing import environment
 
 Work = Sequence[str] | Callable[[], Any]
 
@@ -215,7 +216,9 @@ def run(work: Work) -> float:
     before = used()
     if callable(work):
         work()
-    elif (answer := subprocess.run([sys.executable, *work], capture_output=True, text=True, check=False)).returncode not in (0, 3):
+        return used() - before
+    answer = subprocess.run([sys.executable, *work], capture_output=True, text=True, check=False, env=environment())
+    if answer.returncode not in (0, 3):
         raise SystemExit(f"{work} failed: {answer.stderr}")
     return used() - before
 

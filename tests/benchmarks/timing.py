@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import statistics
 import time
 from collections.abc import Callable
@@ -16,3 +17,8 @@ def median(work: Callable[[], Any], repeats: int = 5, clock: Callable[[], float]
         work()
         times.append(clock() - start)
     return statistics.median(times)
+
+
+def environment() -> dict[str, str]:
+    """The environment of a process that is timed: as users have it, who keep the bytecode of what they installed."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
