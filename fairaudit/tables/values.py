@@ -17,7 +17,10 @@ from fairaudit.exact.number_columns import NumberColumn
 from fairaudit.exact.rationals import common_denominator, rational
 from fairaudit.tables.label_text import PLAIN, label_text, native_values
 
-__all__ = ["column", "combine", "distinct", "integers", "locator", "names", "numbers"]
+__all__ = ["MARK", "column", "combine", "distinct", "integers", "locator", "names", "numbers", "refuse_tally"]
+
+MARK = "fairaudit-tally/1"
+"""A column of this name says that the rows are counts that `fairaudit.tally` wrote, whatever reads the file or holds a copy of it."""
 
 
 Label = tuple[str, ...]
@@ -87,6 +90,7 @@ def locator(table: Any) -> Locate:
 def column(table: Any, name: str) -> list[Any]:
     """Values of a column of a frame or mapping as a list of Python values."""
     known = [c for c in (table.columns if hasattr(table, "columns") else table) if isinstance(c, str)]
+    refuse_tally(known)
     if name not in known:
         parts = [part.strip() for part in name.split(",")]
         if len(parts) > 1 and set(parts) <= set(known):
@@ -108,6 +112,21 @@ def column(table: Any, name: str) -> list[Any]:
         return native_values(values)
     except InputError as error:
         raise InputError(f"column {shown(name)}: {error}") from None
+
+
+def refuse_tally(columns: Iterable[str]) -> None:
+    """Refuse a table that was read from a tally as if each of its rows were one decision.
+
+    Raises
+    ------
+    InputError
+        If it has the column that marks one.
+    """
+    if MARK in columns:
+        raise InputError(
+            "these are counts that fairaudit tally wrote, not a log; give the file itself, FILE.parquet, with count (--count NAME), and "
+            "without an engine"
+        )
 
 
 def _nameless(table: Any) -> str:

@@ -23,13 +23,13 @@ from fairaudit.tables.binning import RAW, Bins, apply_bins
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines.paths import Form, read_text
 from fairaudit.tables.engines.request import Request, attended, database_source
-from fairaudit.tables.engines.tally_files import said_by
+from fairaudit.tables.engines.tally_files import refuse_others, said_by
 from fairaudit.tables.evaluations.paths import written_path
 from fairaudit.tables.label_text import Reader, json_number
 from fairaudit.tables.preparation import Entry, left_out
 from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written, written_name
 from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import column, distinct
+from fairaudit.tables.values import MARK, column, distinct
 
 __all__ = [
     "JSON",
@@ -77,9 +77,9 @@ def read_files(paths: Sequence[str], kind: Form, request: Request) -> Tally:
     listed = literals(map(literal_path, paths))
     source = f"read_parquet({listed})"
     with connected(request) as connection, told(request, paths[0]):
-        types = _types(connection, source, request.columns)
-        _refuse_rounded(connection, paths, types)
         said = said_by(connection, paths, listed)
+        types = _types(connection, source, request.columns, tally=said is not None)
+        _refuse_rounded(connection, paths, types)
         if said is None:
             return _count(connection, Path(paths[0]).name, source, types, request, quick=True)
         said.refuse(paths[0], request.columns, request.count, [*request.bins])
@@ -193,17 +193,16 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
     database = paths[0] if request.table is not None else ":memory:"
     source = f"read_parquet({literals(map(literal_path, paths))})" if request.table is None else database_source(request, "duckdb")
     with connected(request, database) as connection, told(request, paths[0]):
-        types = _types(connection, source, request.columns)
-        said = None
+        said = None if request.table is not None else said_by(connection, paths, literals(map(literal_path, paths)))
+        types = _types(connection, source, request.columns, tally=said is not None)
         if request.table is None:
             _refuse_rounded(connection, paths, types)
-            said = said_by(connection, paths, literals(map(literal_path, paths)))
         if said is not None:
             said.refuse(paths[0], request.columns, request.count, [*request.bins])
         if unfit := _unfit(types, request.bins, by):
             raise InputError(unfit)
         if request.count is not None:
-            _refuse_counts(connection, source, request.count)
+            _refuse_counts(connection, source, request.count, tally=said is not None)
         done: list[Entry] = [] if said is None else [*said.preparation]
 
         def work() -> tuple[_Counted, list[int]]:
@@ -234,9 +233,9 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
             yield counted.tally(connection, request.columns, f"placed where place > {first} and place <= {last}")
 
 
-def _refuse_counts(connection: Any, source: str, count: str) -> None:
+def _refuse_counts(connection: Any, source: str, count: str, *, tally: bool) -> None:
     """Refuse counts that are not whole numbers of at least 0."""
-    kind = _types(connection, source, [count])[count]
+    kind = _types(connection, source, [count], tally=tally)[count]
     if not WHOLE_NUMBER.fullmatch(kind):
         raise InputError(f"column {shown(count)} holds {kind}; counts of contexts that are read in parts are whole numbers")
     name = identifier(count, "duckdb")
@@ -578,9 +577,11 @@ def _is_suspect(path: str, mark: bytes) -> bool:
     return last.endswith((mark, mark + b'""'))
 
 
-def _types(connection: Any, source: str, columns: Sequence[str]) -> dict[str, str]:
+def _types(connection: Any, source: str, columns: Sequence[str], *, tally: bool = False) -> dict[str, str]:
     """Types of the columns that are wanted."""
     known = {name: str(kind) for name, kind, *_ in connection.execute(f"describe select * from {source}").fetchall()}  # noqa: S608
+    if tally:
+        known.pop(MARK, None)
     for name in columns:
         column(dict.fromkeys(known, ()), name)
         writing(known[name], name)
@@ -592,6 +593,11 @@ def parquet_faults(connection: Any, paths: Sequence[str], types: Mapping[str, st
 
     It takes the types of the first file for those of all, wide decimals for floats, and moments in the old format of 96 bits (and, in
     older versions, those with a zone) for microseconds.
+
+    Raises
+    ------
+    InputError
+        If only some of the files are tallies, whose columns DuckDB and Spark may pass over.
     """
     suspects = [name for name, kind in types.items() if len(paths) > 1 or ROUNDED.match(kind)]
     if not suspects:
@@ -605,6 +611,9 @@ def parquet_faults(connection: Any, paths: Sequence[str], types: Mapping[str, st
         entry = dict(zip(words, row, strict=True))
         schemas.setdefault(entry["file_name"], []).append(entry)
     connection.execute("set preserve_insertion_order = false")
+    marked = {path for path, entries in schemas.items() if any(entry["name"] == MARK for entry in entries)}
+    if marked and (others := schemas.keys() - marked):
+        refuse_others(min(marked), min(others))
     first: dict[str, tuple[str, str]] = {}
     for entry in chain.from_iterable(_leading(schemas[path]) for path in sorted(schemas)):
         name = entry["name"]

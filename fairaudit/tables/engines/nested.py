@@ -12,6 +12,7 @@ from fairaudit.tables.engines.request import Request
 from fairaudit.tables.evaluations.json_text import DECODER
 from fairaudit.tables.evaluations.samples import Format, Run, Sample
 from fairaudit.tables.sql import identifier
+from fairaudit.tables.values import refuse_tally
 
 __all__ = ["NESTED", "columns_of", "nested_rows"]
 
@@ -28,6 +29,7 @@ def nested_rows(request: Request) -> Format:
         with connected(request) as connection, told(request, path):
             types = {name: str(kind) for name, kind, *_ in connection.execute(f"describe select * from {source}").fetchall()}  # noqa: S608
             number = types.popitem()[0]
+            refuse_tally(types)
             held = [name for name in types if name in wanted or not wanted]
             if not held:
                 raise InputError(f"none of the columns {', '.join(map(shown, sorted(wanted)))} is there; {nearest(min(wanted), types)}")

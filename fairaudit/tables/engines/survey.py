@@ -11,6 +11,7 @@ import numpy as np
 
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.csv import count_csv, layout
+from fairaudit.tables.engines.tally_files import said_by
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sql import Written, common_statement
 
@@ -179,7 +180,11 @@ def of_files(paths: Sequence[str], kind: Form, request: Request) -> Survey:
         return _of_csv(paths, request)
     if kind == "parquet":
         with engine.connected(request) as connection, engine.told(request, paths[0]):
-            source = f"read_parquet({engine.literals(map(engine.literal_path, paths))})"
+            listed = engine.literals(map(engine.literal_path, paths))
+            source = f"read_parquet({listed})"
+            if (said := said_by(connection, paths, listed)) is not None:
+                columns = ", ".join(map(shown, said.values))
+                raise InputError(f"{paths[0]} is a tally of the columns {columns}; certify takes it with count (--count {said.count})")
             return _of_source(connection, source, request, engine.parquet_faults(connection, paths, _types(connection, source)))
     form, lines = engine.json_form(paths)
     with engine.connected(request) as connection:

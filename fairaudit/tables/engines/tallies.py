@@ -22,7 +22,7 @@ from fairaudit.tables.engines.request import Report, Request
 from fairaudit.tables.engines.tally_files import KEY, Said
 from fairaudit.tables.sources import Source
 from fairaudit.tables.tally import Tally, merged
-from fairaudit.tables.values import locator, names
+from fairaudit.tables.values import MARK, locator, names
 
 __all__ = ["COUNT", "check_ending", "tally"]
 
@@ -165,6 +165,7 @@ def _parquet(made: Tally, said: Said) -> Iterator[bytes]:
     held: dict[str, Any] = {f"c{i}": np.array(made.levels[name], dtype=object)[made.codes[name]] for i, name in enumerate(made.columns)}
     listed = [f"cast(c{i} as varchar) as {identifier(name, 'duckdb')}" for i, name in enumerate(made.columns)]
     listed.append(f"cast(n as bigint) as {identifier(said.count, 'duckdb')}")
+    listed.append(f"true as {identifier(MARK, 'duckdb')}")
     request = Request((), {})
     with tempfile.TemporaryDirectory(prefix="fairaudit-") as folder, connected(request) as connection, told(request, "the tally"):
         path = Path(folder) / "tally.parquet"

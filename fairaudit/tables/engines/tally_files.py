@@ -10,11 +10,12 @@ from typing import Any
 
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.preparation import Entry
+from fairaudit.tables.values import MARK
 
-__all__ = ["KEY", "Said", "said_by"]
+__all__ = ["KEY", "Said", "refuse_others", "said_by"]
 
-KEY = "fairaudit-tally/1"
-"""Under which a Parquet file says so, in JSON."""
+KEY = MARK
+"""Under which a Parquet file says so, in JSON; the column of this name is for those who do not look there."""
 
 ENTRY = ("step", "column", "edges")
 """What it says of a column that was cut into intervals, in the order in which a certificate has it."""
@@ -90,13 +91,18 @@ def said_by(connection: Any, paths: Sequence[str], listed: str) -> Said | None:
     first = next(iter(found))
     for path in paths:
         if path not in found:
-            raise InputError(f"{first} is a tally and {path} is none; count {path}, too (fairaudit tally), or leave it out")
-        _refuse_others(found[first], found[path], first, path)
+            refuse_others(first, path)
+        _refuse_differences(found[first], found[path], first, path)
     values = {name: kind for said in found.values() for name, kind in said.values.items() if kind != "none"}
     return Said(found[first].count, found[first].preparation, values)
 
 
-def _refuse_others(one: Said, other: Said, first: str, path: str) -> None:
+def refuse_others(first: str, path: str) -> None:
+    """Refuse a tally, the first, beside a file that is none."""
+    raise InputError(f"{first} is a tally and {path} is none; count {path}, too (fairaudit tally), or leave it out")
+
+
+def _refuse_differences(one: Said, other: Said, first: str, path: str) -> None:
     """Refuse files that were not counted in the same way."""
     if one.count != other.count:
         raise InputError(f"the counts are in column {shown(one.count)} of {first} and in column {shown(other.count)} of {path}; {AGAIN}")

@@ -17,6 +17,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from logs import COLUMNS, as_csv, certificate, counts, log
 from servers import absent
@@ -24,6 +25,7 @@ from servers import absent
 from fairaudit import InputError, Law, audit, certify
 from fairaudit.cli import main
 from fairaudit.tables.engines.logs import read_log, survey_log
+from fairaudit.tables.engines.tallies import tally
 from fairaudit.tables.tally import Tally
 
 COMMAND = ("--decision", "answer", "--group", "sex", "--context", "dept", "--utility", "yes")
@@ -146,6 +148,25 @@ def test_spark_gives_the_certificate_of_duckdb(spark: object, tmp_path: Path) ->
             read_log(tmp_path / name, COLUMNS, engine=spark)
     with pytest.raises(InputError, match="there is no column 'gender'"):
         read_log(tmp_path / "log.csv", ("answer", "gender"), engine=spark)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_spark_does_not_take_counts_of_a_tally_for_decisions(spark: object, tmp_path: Path) -> None:
+    """Nor beside a file that is none, whose columns Spark may take for those of both."""
+    part, other = tmp_path / "part.parquet", tmp_path / "log.parquet"
+    held = {name: [row[name] for row in log(50)] for name in COLUMNS}
+    pd.DataFrame(held).to_parquet(other)
+    tally(other, part, COLUMNS)
+    frame = spark.read.parquet(str(part))  # type: ignore[attr-defined]
+    for source, engine, said in (
+        (part, spark, "these are counts that fairaudit tally wrote"),
+        ([part, other], spark, "is a tally and .* is none|these are counts"),
+        ([other, part], spark, "is a tally and .* is none|these are counts"),
+        (frame, "auto", "these are counts that fairaudit tally wrote"),
+    ):
+        for count in (None, "n"):
+            with pytest.raises(InputError, match=said):
+                read_log(source, COLUMNS, engine=engine, count=count)
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sqlite3
+from contextlib import closing
 from datetime import date
 from decimal import Decimal
 from pathlib import Path
@@ -11,6 +13,9 @@ from typing import Any
 import duckdb
 import numpy as np
 import pandas as pd
+import polars as pl
+import pyarrow.dataset
+import pyarrow.parquet
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -212,6 +217,49 @@ def test_wrong_uses_are_one_sentence(tmp_path: Path) -> None:
         with pytest.raises(fa.InputError, match=r"does not end in .parquet|cannot be written"):
             fa.tally(day, tmp_path / name, ["u", "a"])
     assert not (tmp_path / "new.parquet").exists()
+
+
+def test_whatever_reads_a_tally_or_a_copy_of_it_does_not_take_its_rows_for_decisions(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    part, copy, log = (tmp_path / f"{name}.parquet" for name in ("part", "copy", "log"))
+    fa.tally(frame(0), part, ["u", "a"])
+    frame(0).to_parquet(log)
+    held = pd.read_parquet(part)
+    held.to_parquet(copy)
+    held.to_csv(tmp_path / "copy.csv", index=False)
+    with duckdb.connect(str(tmp_path / "copy.db")) as connection:
+        connection.execute(f"create table log as from '{part}'")
+    with closing(sqlite3.connect(tmp_path / "copy.sqlite")) as lite:
+        held.to_sql("log", lite)
+    database = {"table": "log"}
+    sources: list[tuple[Any, dict[str, Any]]] = [
+        (held, {}),
+        (held, {"count": "n"}),
+        (held.to_dict("list"), {}),
+        (held.to_dict("records"), {}),
+        (pl.read_parquet(part), {}),
+        (pl.scan_parquet(part), {}),
+        (pyarrow.parquet.read_table(part), {}),
+        (pyarrow.dataset.dataset(part), {}),
+        (pyarrow.parquet.read_table(part).to_reader(), {}),
+        (duckdb.sql(f"from '{part}'"), {}),
+        (copy, {}),
+        (copy, {"count": "n"}),
+        (tmp_path / "copy.csv", {}),
+        (part, {"where": ["u=yes"]}),
+        (f"duckdb:{tmp_path / 'copy.db'}", database),
+        (f"duckdb:{tmp_path / 'copy.db'}", {"query": "select * from log where a = 'f'"}),
+        (f"sqlite:{tmp_path / 'copy.sqlite'}", database),
+    ]
+    for source, options in sources:
+        with pytest.raises(fa.InputError, match="these are counts that fairaudit tally wrote, not a log; give the file itself"):
+            fa.audit(source, **ASKED | {"utility": "yes", "missing": "drop"} | options)
+    for several in ([log, copy], [copy, log], [log, part], str(tmp_path / "*.parquet")):
+        with pytest.raises(fa.InputError, match=r"is a tally and .* is none|counts that fairaudit tally wrote"):
+            fa.audit(several, **ASKED | {"utility": "yes"})
+    assert main(["inspect", str(part)]) == 2
+    assert "is a tally of the columns 'a', 'u'; certify takes it with count (--count n)" in capsys.readouterr().err
 
 
 def test_a_label_that_could_be_two_values_is_refused(tmp_path: Path) -> None:
