@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, get_args
 
+from fairaudit.audits.reading import read_text_table
 from fairaudit.audits.sections import ATTESTATION_KEYS, check_targets
-from fairaudit.errors import InputError, nearest, shown
+from fairaudit.errors import InputError, naming, nearest, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.files import check_keys, read_one_of, read_section, read_text, read_toml
 from fairaudit.inference.comparisons import MissingUnits
@@ -28,7 +29,7 @@ from fairaudit.tables.evaluations.extraction import NAMES
 from fairaudit.tables.labels import merge_labels, read_label_map, spelt_alike
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import Label, LabelLike, names
+from fairaudit.tables.values import Label, LabelLike, column, names
 
 __all__ = ["SAID_THERE", "Audit", "audit_of", "read_audit", "read_policy", "refuse_beside"]
 
@@ -302,13 +303,20 @@ def _table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[s
 def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tuple[str, ...]) -> CsvTable | Tally:
     path = folder / _text(section, "table", where)
     samples = _samples(section, where, folder)
+    keys = ("decision", "group", "context", "truth", "unit", "count", "probability", "weight")
     if (path.is_file() or path.is_dir()) and (samples or form(str(path)) != "csv"):
-        keys = ("decision", "group", "context", "truth", "unit", "count", "probability", "weight")
         roles: dict[str, Any] = {key: _columns(section, key, where) for key in ("group", "unit")} | {"count": section.get("count")}
         wanted = [*(name for key in keys for name in _columns(section, key, where)), *valued]
         return read_log(path, wanted, decision=_text(section, "decision", where), **roles, **samples)
-    table = read_csv(path)
-    return table.with_numbers(str(section[key]) for key in ("count", "probability", "weight") if key in section)
+    numeric = [str(section[key]) for key in ("count", "probability", "weight") if key in section]
+    if "count" not in section and "probability" not in section:
+        return read_csv(path).with_numbers(numeric)
+    wanted = [*(name for key in keys[:5] for name in _columns(section, key, where)), *numeric, *valued]
+    found = read_text_table(path, list(dict.fromkeys(wanted)), numeric, count=section.get("count"))
+    with naming(found.name):
+        for name in wanted:
+            column(dict.fromkeys(found.columns, ()), name)
+        return found.with_numbers(numeric)
 
 
 def _samples(section: Mapping[str, Any], where: str, folder: Path) -> dict[str, Any]:

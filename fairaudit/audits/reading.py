@@ -40,6 +40,7 @@ __all__ = [
     "read_rows",
     "read_table",
     "read_table_of",
+    "read_text_table",
     "unfit_for_parts",
 ]
 
@@ -481,7 +482,7 @@ def read_table(
         request = log_request(columns, bins, **where, **roles, report=report, meanwhile=_warm, most=most, by=tuple(by))
         return _with_numbers(counted_log(source, request, access.engine), numeric)
     else:
-        found = _read_text(source, columns, numeric, access, report, roles.get("count"))
+        found = read_text_table(source, columns, numeric, access, report, count=roles.get("count"))
     _refuse_what_logs_have(bins, access, spelled)
     try:
         for name in columns:
@@ -491,10 +492,31 @@ def read_table(
         raise InputError(f"{found.name}: {error}") from None
 
 
-def _read_text(
-    source: str | os.PathLike[str], columns: Sequence[str], numeric: Sequence[str], access: Access, report: Report | None, count: str | None
+def read_text_table(
+    source: str | os.PathLike[str],
+    columns: Sequence[str],
+    numeric: Sequence[str],
+    access: Access = Access(),
+    report: Report | None = None,
+    *,
+    count: str | None = None,
 ) -> CsvTable:
-    """Read a delimited text row by row: a big one by an engine, where that reads it alike."""
+    """Read counts or probabilities in a delimited text row by row: a big one by an engine, where that reads it alike.
+
+    Parameters
+    ----------
+    source : path
+        The file.
+    columns, numeric, access, report
+        As for `read_table`.
+    count : str, optional
+        The column of counts.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or a big one lacks a column.
+    """
     path = os.fspath(source)
     if access.engine == "auto" and os.path.isfile(path) and Path(path).stat().st_size > SMALL:  # noqa: PTH113
         from fairaudit.tables.engines.logs import log_request

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit.audits import reading
+from fairaudit.audits.audit_file import read_audit
 from fairaudit.cli import main
 from fairaudit.tables.engines.logs import log_request
 from fairaudit.tables.engines.ordered import read_ordered
@@ -154,3 +155,34 @@ def test_a_bad_cell_of_a_big_table_is_named_with_its_line(
         assert said in capsys.readouterr().err
     assert main([word if word != "shop" else "shp" for word in words]) == 2
     assert "t.csv: there is no column 'shp'; known: 'shop', 'sex', 'hired', 'n'; did you mean 'shop'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("role", ["count", "probability"])
+def test_an_audit_file_reads_its_table_as_the_command_line_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, role: str) -> None:
+    """By the same engine where it is big, to the same certificate, and in the same words where something is wrong with it."""
+    path, asked = tmp_path / "table.csv", tmp_path / "AUDIT.toml"
+    cells = ["5", "7", "1", "2"] if role == "count" else ["0.3", "0.7", "0.123456789012345678901", "0.876543210987654321099"]
+    rows = [f"{'yes' if i % 2 else 'no'},{'fm'[i // 2 % 2]},{i // 4},other,{cells[i % 4]}" for i in range(40)]
+    asked.write_text(
+        f"[law]\ntable = 'table.csv'\ndecision = 'hired'\ngroup = 'sex'\ncontext = 'shop'\n{role} = 'n'\n[utility]\nvalues = {{yes = 1}}\n"
+    )
+    by_engine: list[str] = []
+
+    def read(*given: Any) -> Any:
+        by_engine.append(given[0])
+        return read_ordered(*given)
+
+    monkeypatch.setattr("fairaudit.tables.engines.ordered.read_ordered", read)
+    for header, last in (("hired,sex,shop,note,n", ""), ("hired,sex,shop,note,m", ""), ("hired,sex,shop,note,n", "yes,f,9,,x\n")):
+        path.write_text("\n".join([header, *rows]) + "\n" + last)
+        said = []
+        for small in (10**18, -1):
+            monkeypatch.setattr(reading, "SMALL", small)
+            try:
+                found = read_audit(str(asked))
+                assert isinstance(found.subject, fa.Law)
+                said.append(fa.certify(found.subject, found.utility).certificate.text)
+            except fa.InputError as error:
+                said.append(str(error))
+        assert said[0] == said[1]
+    assert by_engine == [str(path)] * 3
