@@ -30,9 +30,9 @@ filters         ``filters``
 figures         ``figures``, ``rates``, ``table``, ``rows``, ``metrics``: what the lines of a table add up to, and what is stated of it
 claims          ``sentences``, ``claims``: what they assume, and their rules; ``summary``: how they are said; then by family
 of classes      ``utility_class``, ``program``, ``worst_case``
-of populations  ``intervals``, ``tails``, ``plain_ends``, ``samples``, ``pair_exact``, ``split``, ``regions``, ``difference_regions``,
-                ``betting``, ``paired_betting``, ``symmetric_betting``, ``contrasts``, ``difference_contrasts``, ``joint_betting``,
-                ``meanings`` of decisions that are not known, ``passing``, ``interval_proofs``
+of populations  ``moved_ends``, ``intervals``, ``tails``, ``plain_ends``, ``samples``, ``pair_exact``, ``split``, ``regions``,
+                ``difference_regions``, ``betting``, ``paired_betting``, ``symmetric_betting``, ``contrasts``,
+                ``difference_contrasts``, ``joint_betting``, ``meanings`` of decisions that are not known, ``passing``, ``interval_proofs``
 of unknowns     ``unknown_evidence``, ``unknown_groups``
 of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, ``policy_facts``, ``bounds``, ``suprema``, ``ranges``,
                 ``floored``, ``near``

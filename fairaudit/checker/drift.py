@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
 from .claims import DRIFTING, LAW, Claim, without_objection
-from .drifts import Cellwise, Move, Watch, greatest_quotient, quotient
+from .drifts import Cellwise, Move, Watch
 from .figures import Maximum
 from .intervals import Box, Boxed, Proven
 from .json_values import Labels, read_choice, read_label_lists, read_object
 from .logarithms import log_at_most
+from .moved_ends import EndMove, Found, MovedEnds, Side
 from .policy_evidence import Attained, read_attained
-from .rationals import INFINITY, ONE, ZERO, Rational, as_pair, at_most, read_rational, reduced
+from .rationals import INFINITY, ONE, ZERO, Rational, at_most, greatest_quotient, quotient, read_rational, reduced
 from .table import Table, globally_compared
 from .text import malformed, shown
 from .work import spend
@@ -89,23 +90,25 @@ def watches_of(claims: Iterable[Claim], drift: Rational | None) -> list[Watch]:
     return found
 
 
-@dataclass(frozen=True)
-class Side:
-    """Of a mean of a pair: the end that counts, the end of its range, and the total variation from which on it is that."""
+def end_move_of(claim: Claim, about: About, evidence: Drifted, drift: Rational | None) -> EndMove | None:
+    """How far ends of single cells have to be moved for a claim about a population; none where they cannot."""
+    amount = (claim.value if claim.value != INFINITY else ONE) if about.unit else drift or ZERO
+    if not (at_most(ZERO, amount) and at_most(amount, ONE)):
+        return None
+    place = evidence.place
+    named = None if place is None else (place.context, place.higher, place.lower)
+    return EndMove(Fraction(*amount), evidence.verdict == "within" if about.unit else claim.key[1] == "<=", named)
 
-    end: Rational
-    last: Rational
-    reached: Rational
-    constant: bool  # whether no factor changes it
 
-
-@dataclass(frozen=True)
-class Found:
-    """The greatest ratio that a move allows, or cannot avoid, or what bounds it; and the sides of the pair that is named."""
-
-    greatest: Rational
-    pair: tuple[Side, Side] | None
-    bounded: bool = False  # whether some means are not followed
+def end_moves_of(claims: Iterable[Claim], drift: Rational | None) -> list[EndMove]:
+    """All of them that are about the local ratio."""
+    found: dict[EndMove, None] = {}
+    for claim in claims:
+        about, evidence = about_drift(claim.key), claim.evidence
+        if about is not None and about.scope != LAW and about.quantity == "local" and isinstance(evidence, Drifted):
+            move = end_move_of(claim, about, evidence, drift)
+            found |= {} if move is None else {move: None}
+    return [*found]
 
 
 def fault_of_drift(
@@ -141,14 +144,13 @@ def fault_of_drift(
         interval = proven.get(about.quantity)
         if interval is None or interval.scope != about.scope or interval.boxed is None:
             return "no interval proves ends of single cells for this scope"
-        amount = (claim.value if claim.value != INFINITY else ONE) if about.unit else drift or ZERO
-        if not (at_most(ZERO, amount) and at_most(amount, ONE)):
-            return f"no cell can move by {shown(claim.value)}"
+        move = end_move_of(claim, about, evidence, drift)
+        if move is None:
+            return f"no cell can move by {shown(claim.value if about.unit else drift or ZERO)}"
         if evidence.followed:
             return "nothing is followed where ends are known alone"
-        upper = evidence.verdict == "within" if about.unit else claim.key[1] == "<="
-        found = _boxed(interval.boxed, table, about.quantity == "local", evidence.place, Fraction(*amount), upper)
-        decided = interval.ratio[1 if upper else 0]
+        found = _boxed(interval.boxed, table, about.quantity, move)
+        decided = interval.ratio[1 if move.upper else 0]
     if not about.unit:
         return _fault_of_ratio(claim.value, evidence.place, found)
     below = _at_most_limit(decided, evidence.limit or ONE, about.unit)
@@ -269,43 +271,17 @@ def _overall(watch: Watch, table: Table) -> Found:
     return Found(greatest, (sides[0], sides[1]), len(exact) < len(groups))
 
 
-def _boxed(boxed: Boxed, table: Table, local: bool, place: Attained | None, eta: Fraction, upper: bool) -> Found:
-    """What the ends of cells that an interval proves give when each may move by eta times the range."""
-    box: Box = boxed.upper if upper else boxed.lower
-    names = _names(table) if local else [[(None, table.header.groups[a]) for a in globally_compared(table)]]
-    greatest = ONE
-    sides: dict[object, Side] = {}
-    numbers = iter(range(len(box)))
-    for block in names:
-        members = [next(numbers) for _ in block]
-        spend(60 * len(members))
-        ends = [_moved(box[i], boxed.ranges[i], eta) for i in members]
-        tops = [as_pair(high if upper else low) for low, high in ends]
-        bottoms = [as_pair(low if upper else high) for low, high in ends]
-        found = greatest_quotient(tops, bottoms) if len(members) > 1 else ONE
-        greatest = greatest if at_most(found, greatest) else found
-        if place is not None:
-            for label, i, (low, high) in zip(block, members, ends, strict=True):
-                if label[0] == place.context and label[1] in (place.higher, place.lower):
-                    up = upper is (label[1] == place.higher)
-                    (least, most), (lo, hi) = boxed.ranges[i], box[i]
-                    way = (most - hi if up else lo - least) / (most - least) if most > least else Fraction(0)
-                    sides[label[1]] = Side(as_pair(high if up else low), as_pair(most if up else least), as_pair(way), least == most)
-    greatest = reduced(*greatest)
-    if place is None or place.higher == place.lower or sides.keys() != {place.higher, place.lower}:
-        return Found(greatest, None)
-    return Found(greatest, (sides[place.higher], sides[place.lower]))
-
-
-def _moved(ends: tuple[Fraction, Fraction], limits: tuple[Fraction, Fraction], eta: Fraction) -> tuple[Fraction, Fraction]:
-    least, most = limits
-    way = eta * (most - least)
-    return max(least, ends[0] - way), min(most, ends[1] + way)
-
-
-def _names(table: Table) -> Sequence[Sequence[tuple[Labels | None, Labels]]]:
-    """The labels of the cells that are compared, by context."""
-    header = table.header
-    return [
-        [(header.contexts[cell.context], header.groups[cell.group]) for cell in cells] for cells in table.by_context() if len(cells) > 1
-    ]
+def _boxed(boxed: Boxed | Mapping[EndMove, Found], table: Table, quantity: str, move: EndMove) -> Found:
+    """What the ends of cells that an interval proves give when each may move; of cells that passed, it is known."""
+    if not isinstance(boxed, Boxed):
+        return boxed[move]
+    box: Box = boxed.upper if move.upper else boxed.lower
+    header, moved, first = table.header, MovedEnds(move), 0
+    cells = [cells for cells in table.by_context() if len(cells) > 1] if quantity == "local" else []
+    blocks = [(header.contexts[own[0].context], [cell.group for cell in own]) for own in cells]
+    for context, groups in blocks if quantity == "local" else [(None, globally_compared(table))]:
+        here = slice(first, first + len(groups))
+        named = move.place is not None and context == move.place[0]
+        moved.take(box[here], boxed.ranges[here], [header.groups[a] for a in groups] if named else None)
+        first += len(groups)
+    return moved.found()

@@ -13,7 +13,7 @@ from .header import Cell, Header
 from .json_values import Labels
 from .laws import gains_of
 from .policy_evidence import Attained
-from .rationals import INFINITY, ONE, ZERO, Rational, RunningTotal, at_most, extreme_positions, reduced
+from .rationals import INFINITY, ONE, ZERO, Rational, RunningTotal, at_most, extreme_positions, greatest_quotient, quotient, reduced
 from .work import spend
 
 Ends = tuple[Rational, Rational]  # the least and the greatest expectation
@@ -86,13 +86,6 @@ def _first(parts: Sequence[tuple[int, int]], left: int, unit: int) -> int:
         found += part * g
         left -= part
     return found
-
-
-def quotient(top: Rational, bottom: Rational) -> Rational:
-    """Divide, 0/0 being 1 and c/0 infinite."""
-    if not bottom[0]:
-        return INFINITY if top[0] else ONE
-    return top[0] * bottom[1], top[1] * bottom[0]
 
 
 @dataclass
@@ -218,19 +211,3 @@ def _over(mass: Rational, below: int, total: int) -> Rational:
 
 def _greater(one: Rational, other: Rational) -> Rational:
     return one if at_most(other, one) else reduced(*other)
-
-
-def greatest_quotient(tops: Sequence[Rational], bottoms: Sequence[Rational]) -> Rational:
-    """The greatest quotient of the end of one and another end of another one, at least 1."""
-    i, j = extreme_positions(tops)[0], extreme_positions(bottoms)[1]
-    if i != j:
-        pairs = [(i, j)]
-    else:
-        rest = [k for k in range(len(tops)) if k != i]
-        second, other = (rest[extreme_positions([ends[k] for k in rest])[side]] for side, ends in ((0, tops), (1, bottoms)))
-        pairs = [(second, j), (i, other)]
-    best = ONE
-    for one, another in pairs:
-        found = quotient(tops[one], bottoms[another])
-        best = found if not at_most(found, best) else best
-    return best

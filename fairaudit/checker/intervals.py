@@ -23,6 +23,7 @@ from .json_values import (
     read_strings,
 )
 from .metrics import read_metric
+from .moved_ends import EndMove, Found
 from .rationals import Rational, as_pair, read_extended, read_pairs, read_rational, read_rationals, read_two, read_two_signed
 from .text import malformed, shown
 
@@ -173,14 +174,17 @@ class Boxed:
 
 @dataclass(frozen=True)
 class Proven:
-    """An interval that holds but with the probability ``error``, of each end if it is so, and what claims about it have to say."""
+    """An interval that holds but with the probability ``error``, of each end if it is so, and what claims about it have to say.
+
+    The ends of single cells, where it proves any, or, of cells that passed, what follows where they move.
+    """
 
     ratio: tuple[Rational, Rational]
     error: Fraction
     scope: str
     by: str
     each: bool = False
-    boxed: Boxed | None = None
+    boxed: Boxed | Mapping[EndMove, Found] | None = None
 
 
 def _read_difference(value: object, where: str, name: str) -> Interval:

@@ -8,7 +8,8 @@ from fractions import Fraction
 from .claims import METHODS
 from .header import Cell, Header
 from .intervals import BoxEvidence, Interval, Listed, Proven, Unproven
-from .plain_ends import PlainEnds
+from .moved_ends import EndMove, MovedEnds
+from .plain_ends import BITS, PlainEnds
 from .rationals import INFINITY, Rational
 from .regions import check_ends, check_levels, check_lower, check_single, pair_at, scaled_box
 from .samples import Range, common_range, counts_of
@@ -18,20 +19,20 @@ from .work import spend
 KNOWN = 1 << 9  # different counts whose samples are remembered: many cells of a large table have equal ones
 
 
-def passing_box(interval: Interval) -> PassingBox | None:
-    """What proves an interval of counts while cells pass by, if it lists few ends of single cells."""
+def passing_box(interval: Interval, moves: Sequence[EndMove] = ()) -> PassingBox | None:
+    """What proves an interval of counts while cells pass by, if it lists few ends of single cells, and what follows where these move."""
     evidence = interval.evidence
     if not isinstance(evidence, BoxEvidence) or interval.units is not None or interval.difference or interval.quantity != "local":
         return None
     if not isinstance(evidence.upper, Listed) or not isinstance(evidence.lower, Listed) or interval.method != METHODS[0]:
         return None
-    return PassingBox(interval, evidence, evidence.upper, evidence.lower)
+    return PassingBox(interval, evidence, evidence.upper, evidence.lower, moves)
 
 
 class PassingBox:
     """What the cells of each context add to the proof of an interval, of counts and a utility that depends on the decision alone."""
 
-    def __init__(self, interval: Interval, evidence: BoxEvidence, upper: Listed, lower: Listed) -> None:
+    def __init__(self, interval: Interval, evidence: BoxEvidence, upper: Listed, lower: Listed, moves: Sequence[EndMove]) -> None:
         self.interval, self.evidence = interval, evidence
         self.upper, self.lower = (dict(zip(given.cells, given.ends, strict=True)) for given in (upper, lower))
         self.coming = sorted({*self.upper, *self.lower}, reverse=True)  # the numbers of the listed cells that did not pass yet
@@ -40,12 +41,16 @@ class PassingBox:
         self.known: dict[tuple[tuple[int, ...], Rational], tuple[Sample, tuple[int, int]]] = {}
         self.cells, self.blocks, self.used, self.spanned = 0, 0, 0, 0
         self.range: Range | None = None
+        self.moved = [MovedEnds(move) for move in (moves if interval.each else ())]
+        self.needs_plain = self.bound is not None or any(moved.move.upper for moved in self.moved)
         self.fault = ""
 
     def begin(self, header: Header) -> None:
         """Read the first line."""
         if header.utility is not None:
             self.range = common_range(self.interval, header.utility)
+        for moved in self.moved:
+            moved.begin(header)
 
     def take(self, cells: Sequence[Cell]) -> None:
         """Take in the cells of a context."""
@@ -65,9 +70,13 @@ class PassingBox:
         self.used, self.spanned = self.used + informative, max(self.spanned, min(2, informative))
         pair = self.evidence.pair
         if (self.coming and self.coming[-1] < self.cells) or (pair is not None and pair[0] == number):
-            self._take_listed(samples, first, number)
-        elif self.bound is not None:
+            self._take_listed(cells, samples, first, number)
+            return
+        if self.bound is not None:
             check_single(ends, number, self.bound)
+        spend(8 * len(cells) * len(self.moved))
+        for moved in self.moved:
+            moved.take_plain(cells, ends, (known.low << BITS, known.high << BITS), known.unit << BITS)
 
     def _sample(self, cell: Cell, known: Range) -> tuple[Sample, tuple[int, int]]:
         """What was drawn in a cell, and its plain ends as multiples of a number that all cells have in common."""
@@ -75,13 +84,13 @@ class PassingBox:
         found = self.known.get(key)
         if found is None:
             sample = known.sample(counts_of(cell), cell.utility)
-            found = sample, ((0, 0) if self.bound is None else self.plain.numerators(sample))
+            found = sample, (self.plain.numerators(sample) if self.needs_plain else (0, 0))
             if len(self.known) >= KNOWN:
                 self.known.clear()
             self.known[key] = found
         return found
 
-    def _take_listed(self, samples: Sequence[Sample], first: int, number: int) -> None:
+    def _take_listed(self, cells: Sequence[Cell], samples: Sequence[Sample], first: int, number: int) -> None:
         """Take in a context some of whose cells are listed, or whose cells prove the lower end."""
         numbers = range(first, first + len(samples))
         while self.coming and self.coming[-1] < numbers.stop:
@@ -90,16 +99,19 @@ class PassingBox:
             here = [i for i in numbers if i in listed]
             own = [samples[i - first] for i in here]
             check_ends(own, [listed[i] for i in here], self.evidence.levels[level], self.interval.method, name)
+        outer = [
+            self.upper[i] if i in self.upper else (self.plain.of(sample, 0), self.plain.of(sample, 1))
+            for i, sample in zip(numbers, samples, strict=True)
+        ]
+        inner = [self.lower.get(i, sample.range) for i, sample in zip(numbers, samples, strict=True)]
         if self.bound is not None:
-            outer = [
-                self.upper[i] if i in self.upper else (self.plain.of(sample, 0), self.plain.of(sample, 1))
-                for i, sample in zip(numbers, samples, strict=True)
-            ]
             check_single(scaled_box(outer), number, self.bound)
         if self.evidence.pair is not None and self.evidence.pair[0] == number:
-            inner = [self.lower.get(i, sample.range) for i, sample in zip(numbers, samples, strict=True)]
             forms = [({i: 1}, 1) for i in range(len(samples))]
             check_lower(self.interval.ratio[0], *pair_at((0, *self.evidence.pair[1:]), [forms]), inner)
+        for moved in self.moved:
+            ends = [(Fraction(*low), Fraction(*high)) for low, high in (outer if moved.move.upper else inner)]
+            moved.take_cells(cells, ends, (samples[0].low, samples[0].high))
 
     def proven(self) -> Proven:
         """Say what is proven, now that all cells have passed."""
@@ -113,4 +125,5 @@ class PassingBox:
         if self.evidence.pair is not None and self.evidence.pair[0] >= self.blocks:
             raise Unproven("the pair is not one that is compared")
         by = "binomial" if self.range.binary or not self.used else self.interval.method
-        return Proven(self.interval.ratio, 1 - Fraction(*self.interval.confidence), self.interval.scope, by, self.interval.each)
+        found = {moved.move: moved.found() for moved in self.moved} if self.interval.each else None
+        return Proven(self.interval.ratio, 1 - Fraction(*self.interval.confidence), self.interval.scope, by, self.interval.each, found)

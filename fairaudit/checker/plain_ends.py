@@ -33,7 +33,7 @@ def below(n: int, k: int, one: int, reach: int) -> int:
     if one.bit_length() > 128:
         spend(24, 2 * one.bit_length(), 2 * one.bit_length())
     least = (1 << BITS) - _above(n, one - k, one, reach)
-    if not k:
+    if not k or k << BITS <= least * one << 2:  # m is at least 2
         return least
     successes = n * k << BITS
     halvings = -(-13 * (successes + reach * one) // (9 * successes))
@@ -47,7 +47,7 @@ def _above(n: int, k: int, one: int, reach: int) -> int:
     """
     half, unit = 1 << (BITS - 1), 1 << BITS
     if 2 * k >= one:  # (j one - k unit)^2 n >= 2 reach unit k (one - k), as of the others in integers
-        return min(unit, -(-(k * unit + _root(2 * reach * unit * k * (one - k), n)) // one))
+        return min(unit, -(-((k << BITS) + _root(reach * k * (one - k) << BITS + 1, n)) // one))
     if n * (one - 2 * k) ** 2 * unit < 2 * reach * one**2:  # 1/2 is not far enough
         return min(unit, -(-(k * unit + _root(reach * half * one**2, n)) // one))
     scaled, twice = n * unit, 2 * reach
@@ -86,8 +86,9 @@ class PlainEnds:
     def numerators(self, sample: Sample) -> tuple[int, int]:
         """The ends of a sample, those of the range where it says nothing, as multiples of 2^-BITS of what draws are counted in."""
         low, high = sample.low_parts, sample.high_parts
-        least, most = self.parts(sample) if sample.informative and self.reach else (0, 1 << BITS)
-        return (low << BITS) + (high - low) * least, (low << BITS) + (high - low) * most
+        least, most = self.parts(sample) if sample.draws and low < high and self.reach else (0, 1 << BITS)
+        start, width = low << BITS, high - low
+        return start + width * least, start + width * most
 
     def of(self, sample: Sample, side: int) -> Rational:
         """One of them."""

@@ -233,6 +233,29 @@ def widest_ratio(values: Sequence[Rational]) -> tuple[Rational, int, int]:
     return (n * q, d * p), top, low
 
 
+def quotient(top: Rational, bottom: Rational) -> Rational:
+    """Divide, 0/0 being 1 and c/0 infinite."""
+    if not bottom[0]:
+        return INFINITY if top[0] else ONE
+    return top[0] * bottom[1], top[1] * bottom[0]
+
+
+def greatest_quotient(tops: Sequence[Rational], bottoms: Sequence[Rational]) -> Rational:
+    """The greatest quotient of the end of one and another end of another one, at least 1."""
+    i, j = extreme_positions(tops)[0], extreme_positions(bottoms)[1]
+    if i != j:
+        pairs = [(i, j)]
+    else:
+        rest = [k for k in range(len(tops)) if k != i]
+        second, other = (rest[extreme_positions([ends[k] for k in rest])[side]] for side, ends in ((0, tops), (1, bottoms)))
+        pairs = [(second, j), (i, other)]
+    best = ONE
+    for one, another in pairs:
+        found = quotient(tops[one], bottoms[another])
+        best = found if not at_most(found, best) else best
+    return best
+
+
 def widest_gap(values: Sequence[Rational]) -> tuple[Rational, int, int]:
     """Find the greatest difference of two of the values, and the first positions (higher, lower) that attain it."""
     top, low = extreme_positions(values)

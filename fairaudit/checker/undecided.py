@@ -11,13 +11,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from .claims import LAW, ONE_SIDED, POPULATION, WHATEVER, Claim, without_objection
-from .drifts import greatest_quotient, quotient
 from .figures import Maximum
 from .intervals import Proven
 from .json_values import Labels, read_choice, read_object
 from .meanings import Undecided, valued
 from .policy_evidence import Attained, read_attained
-from .rationals import ONE, Rational, at_most, extreme_positions, reduced, sum_of
+from .rationals import ONE, Rational, at_most, extreme_positions, greatest_quotient, quotient, reduced, sum_of
 from .table import Table, globally_compared
 from .text import shown
 from .work import spend

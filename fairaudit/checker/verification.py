@@ -8,9 +8,8 @@ from dataclasses import replace
 
 from .assumptions import check_assumptions
 from .certificate import Certificate, read_certificate
-from .claims import LAW
 from .declared import check_declared
-from .drift import about_drift, watches_of
+from .drift import end_moves_of, watches_of
 from .drifts import Watch
 from .evaluation import ERROR, check_evaluation
 from .figures import Watcher
@@ -159,11 +158,10 @@ def _checked_as(form: str, document: object, lines: Iterable[bytes] | None) -> R
 def _passing(stated: Certificate) -> dict[str, PassingBox]:
     """What proves the local interval while cells pass by; nothing where cells have to be kept."""
     own = stated.intervals.get("local")
-    local = None if own is None else passing_box(own)
+    local = None if own is None else passing_box(own, end_moves_of(stated.claims, stated.max_drift))
     others = [interval for name, interval in stated.intervals.items() if name != "local"]
     pooled = all(isinstance(other.evidence, BoxEvidence) and other.quantity == "global" and not other.difference for other in others)
-    of_cells = any((about := about_drift(claim.key)) is not None and about.scope != LAW for claim in stated.claims)
-    return {"local": local} if local is not None and pooled and not of_cells and stated.subject.kind == "counts" else {}
+    return {"local": local} if local is not None and pooled and stated.subject.kind == "counts" else {}
 
 
 def _read_law(

@@ -76,6 +76,7 @@ def test_a_plain_certificate_needs_nothing_of_intervals_policies_and_classes(fun
         "tails.py",
         "plain_ends.py",
         "passing.py",
+        "moved_ends.py",
         "samples.py",
         "regions.py",
         "betting.py",
