@@ -476,7 +476,7 @@ class _Asked:
             embed_table=self.embed_table,
             burden=self.burden,
             count=reading.count,
-            missing="drop" if reading.missing == "drop" else "error",
+            missing=reading.missing if reading.missing != "unknown" else "error",
         )
 
 

@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from typing import IO, Any, Literal, TypeVar
+from typing import IO, Any, TypeVar
 
 import numpy as np
 
@@ -26,10 +26,10 @@ from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
 from fairaudit.model.utility import Utility, Values
 from fairaudit.tables.binning import Bins
-from fairaudit.tables.columns import read_columns
+from fairaudit.tables.columns import MISSING_LABEL, read_columns
 from fairaudit.tables.engines.logs import cut_columns, read_parts
-from fairaudit.tables.engines.request import Report
-from fairaudit.tables.preparation import in_order
+from fairaudit.tables.engines.request import PartsMissing, Report
+from fairaudit.tables.preparation import in_order, words
 from fairaudit.tables.sources import Source
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import distinct, names
@@ -63,7 +63,7 @@ def certify_in_parts(
     embed_table: bool | None = None,
     burden: bool = False,
     count: str | None = None,
-    missing: Literal["error", "drop"] = "error",
+    missing: PartsMissing = "error",
 ) -> Result:
     """Certify a log of very many contexts: the exact figures and the certificate of `fairaudit.certify`, without its intervals.
 
@@ -129,7 +129,7 @@ def certify_in_parts(
     opened = read_parts(source, wanted, columns.context, bins=cut, table=table, memory=memory, report=report, count=count, missing=missing)
     with closing(opened) as parts, _written() as rows:
         first = next(parts)
-        whole = Law.from_log(first, decision=decision, group=columns.group)
+        whole = Law.from_log(first, decision=decision, group=columns.group, missing=missing)
         if count is not None:
             whole = replace(whole, rows_read=None)  # which are fewer than the decisions that they stand for
         g = (utility if isinstance(utility, Utility) else Utility(utility)).on(whole)
@@ -140,7 +140,7 @@ def certify_in_parts(
         whole = g.law
         cells = read = 0
         for tally in parts:
-            law = _part(tally, columns, whole)
+            law = _part(tally, columns, whole, missing)
             if contexts and contexts[-1] >= law.contexts[0]:
                 raise InputError(f"the contexts {contexts[-1]} and {law.contexts[0]} do not come in the order of their texts")
             left_out += [entry for entry in not_compared(law) if "context" in entry]
@@ -168,12 +168,13 @@ def certify_in_parts(
             raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
     targets, verdict = judged(measured, limits, level, {})
+    absent = [words(entry) for entry in first.preparation if entry["step"] in ("left out", "level")]
     left_out.sort(key=lambda entry: "groups" not in entry)
     header = {**Table(whole, g).header, "columns": column_names(columns), "contexts": [list(label) for label in contexts]}
     if embed_table is False:
         header["salt"] = new_salt()
     return Result(
-        law=replace(whole, preparation=in_order((*cut_columns(cut), *first.preparation), wanted, dict.fromkeys(wanted, ()))),
+        law=replace(whole, preparation=in_order((*cut_columns(cut), *first.preparation), wanted, dict.fromkeys(wanted, (MISSING_LABEL,)))),
         utility=g,
         local=local,
         global_=overall,
@@ -185,16 +186,16 @@ def certify_in_parts(
         not_compared=(*left_out, *(entry for entry in not_compared(whole) if "context" not in entry)),
         targets=targets,
         verdict=verdict,
-        notes=(*whole.notes, *(() if confidence is None else (UNCLAIMED,))),
+        notes=(*dict.fromkeys((*absent, *whole.notes)), *(() if confidence is None else (UNCLAIMED,))),
         embed=embed_table,
         partial=Partial(columns, pairs, odds, WrittenTable(header, rows, cells), recorded),
         burden=burden,
     )
 
 
-def _part(tally: Tally, columns: Columns, whole: Law) -> Law:
+def _part(tally: Tally, columns: Columns, whole: Law, missing: PartsMissing) -> Law:
     """The law of some contexts, over the decisions and groups of the whole log."""
-    coded = read_columns(tally, columns.decision, columns.group, columns.context, [], "error", ordered=True)
+    coded = read_columns(tally, columns.decision, columns.group, columns.context, [], missing, ordered=True)
     u, x, a = coded.codes
     decision_of = np.array([whole.decisions.index(label) for label in coded.decisions])
     place_of = {label: place for place, label in enumerate(whole.groups)}

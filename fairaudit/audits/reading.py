@@ -652,7 +652,7 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
         **reading.access.extraction.asked,
         **given,
         "unknown": reading.unknown,
-        "missing": reading.missing not in ("error", "drop"),
+        "missing": reading.missing == "unknown",
     }
     for name, value in asked.items():
         if value:

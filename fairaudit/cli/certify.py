@@ -401,7 +401,7 @@ def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = 
             embed_table=False if arguments.no_table else None,
             burden=arguments.burden,
             count=reading.count,
-            missing="drop" if reading.missing == "drop" else "error",
+            missing=reading.missing if reading.missing != "unknown" else "error",
         )
     return certified(arguments, result, [], attesting=stated)
 

@@ -22,7 +22,7 @@ from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level,
 from fairaudit.tables.tally import Tally, counted
 from fairaudit.tables.values import Label, Locate, column, combine, encode, exact_floats, in_order_of_appearance, locator, names, numbers
 
-__all__ = ["CodedTable", "LabelledRows", "label_codes", "read_columns", "read_labels", "sort_labels"]
+__all__ = ["CodedTable", "LabelledRows", "label_codes", "label_is_there", "read_columns", "read_labels", "sort_labels"]
 
 
 Missing = Literal["error", "drop", "group", "unknown"]
@@ -351,8 +351,13 @@ def _missing_labels(
             "missing=drop (--missing drop) leaves such rows out, missing=group (--missing group) makes them a level"
         )
     if MISSING_LABEL in texts:
-        raise InputError(f"column {shown(name)} already has a label {MISSING_LABEL!r}; rename it, or use missing=drop")
+        raise InputError(label_is_there(name))
     return np.where(absent, len(texts), codes), [*texts, MISSING_LABEL]
+
+
+def label_is_there(name: str) -> str:
+    """Say that missing labels would have the name of a label that a column has."""
+    return f"column {shown(name)} already has a label {MISSING_LABEL!r}; rename it, or use missing=drop"
 
 
 def sort_labels(codes: NDArray[np.int64], labels: list[Any]) -> tuple[NDArray[np.int64], list[Any]]:

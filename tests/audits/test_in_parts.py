@@ -111,19 +111,33 @@ def test_the_certificate_is_that_of_the_log_in_memory(
 
 
 @settings(max_examples=20, deadline=None)
-@given(logs(), st.lists(st.integers(0, 3), min_size=70, max_size=70), st.sampled_from(["log", "counts", "tallies"]), st.booleans())
+@given(
+    logs(),
+    st.lists(st.integers(0, 3), min_size=70, max_size=70),
+    st.sampled_from(["log", "counts", "tallies"]),
+    st.sampled_from(["error", "drop", "group"]),
+    st.booleans(),
+)
 def test_counts_and_missing_labels_in_parts_are_those_in_memory(
-    tmp_path_factory: pytest.TempPathFactory, log: tuple[dict[str, str], list[tuple[Any, ...]]], times: list[int], form: str, drop: bool
+    tmp_path_factory: pytest.TempPathFactory,
+    log: tuple[dict[str, str], list[tuple[Any, ...]]],
+    times: list[int],
+    form: str,
+    missing: str,
+    named: bool,
 ) -> None:
-    """Rows that stand for none, labels that only those have, and labels of blanks; tallies, too."""
+    """Rows that stand for none, labels that only those have, labels of blanks, and one that says it is missing; tallies, too."""
     blanks = [None, "", " \u2003\t"]
     rows = []
     for i, ((u, a, x, y), n) in enumerate(zip(log[1], times, strict=False)):
-        rows.append((u, blanks[n % 3] if drop and i % 5 == 4 else a, x, None if drop and i % 7 == 3 else y, n))
+        lacks = missing != "error"
+        seen = [label if label != "zz" or not named else "(missing)" for label in (x, y)]
+        empty = blanks[i % 3] if isinstance(y, str) else None
+        rows.append((u, blanks[n % 3] if lacks and i % 5 == 4 else a, seen[0], empty if lacks and i % 7 == 3 else seen[1], n))
     folder = tmp_path_factory.mktemp("counts")
     paths: Any = [write(folder / "log.parquet", {**log[0], "n": "integer"}, rows)]
     asked: dict[str, Any] = {"decision": "u", "group": "a", "context": ["x", "y"], "utility": {"yes": 2, "maybe": "0.3", "no": 0}}
-    asked |= {"missing": "drop" if drop else "error", "confidence": None}
+    asked |= {"missing": missing, "confidence": None}
     if form == "tallies":
         for part in ("one.parquet", "two.parquet"):
             tally(paths[0], folder / part, ["u", "a", "x", "y"])
@@ -138,7 +152,8 @@ def test_counts_and_missing_labels_in_parts_are_those_in_memory(
                 return str(error).rpartition(": ")[2].partition(" (")[0]
         document = copy.deepcopy(found.certificate.document)
         document["subject"]["table"] = document["subject"]["table"]["sha256"]
-        return without_cells(document), found.law.preparation, found.most_unequal(2)
+        notes = [note for note in found.notes if "label" in note]
+        return without_cells(document), found.law.preparation, found.most_unequal(2), notes
 
     found, known = outcome(in_parts=True), outcome(in_parts=False)
     assert found == known
@@ -205,7 +220,7 @@ def test_the_command_line(parquet: str, tmp_path: Path, capsys: pytest.CaptureFi
     ("words", "said"),
     [
         (["--unit", "u"], "--in-parts does not go with --unit"),
-        (["--missing", "group"], "--in-parts does not go with --missing"),
+        (["--missing", "unknown"], "--in-parts does not go with --missing"),
         (["--context", "z", "--missing", "drop", "--group", "w"], "every row has a missing label; nothing is left to audit"),
         (["--count", "y"], "column 'y' holds DOUBLE; counts of contexts that are read in parts are whole numbers"),
         (["--count", "v"], "column 'v': -1 is negative; numbers of at least 0 are accepted"),

@@ -20,13 +20,14 @@ import numpy as np
 
 from fairaudit.errors import InputError, ManyRowsError, shown
 from fairaudit.tables.binning import RAW, Bins, apply_bins
+from fairaudit.tables.columns import MISSING_LABEL, label_is_there
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines.paths import Form, read_text
 from fairaudit.tables.engines.request import Request, attended, database_source
 from fairaudit.tables.engines.tally_files import refuse_others, said_by
 from fairaudit.tables.evaluations.paths import written_path
 from fairaudit.tables.label_text import Reader, json_number
-from fairaudit.tables.preparation import Entry, left_out
+from fairaudit.tables.preparation import Entry, left_out, level
 from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written, written_name
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import MARK, column, distinct
@@ -207,10 +208,12 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
 
         def work() -> tuple[_Counted, list[int]]:
             counted = _counted(connection, Path(paths[0]).name, source, types, request, quick=True, total=request.count)
-            if request.drop:
+            if request.missing == "drop":
                 done.extend(_dropped(connection, counted, request.columns))
+            elif request.missing == "group":
+                done.extend(_levels(connection, counted, request.columns))
             keys, others = (", ".join(counted.key(c) for c in request.columns if (c in by) == inside) for inside in (True, False))
-            order = ", ".join(f"cast({counted.key(c)} as varchar)" for c in by)
+            order = ", ".join(f"coalesce(cast({counted.key(c)} as varchar), {literal(MISSING_LABEL)})" for c in by)
             same = " and ".join(f"a.{counted.key(c)} is not distinct from b.{counted.key(c)}" for c in by)
             steps = {
                 "whole": f"select {others}, sum({COUNT_COLUMN})::bigint as {COUNT_COLUMN} from counted group by all",  # noqa: S608
@@ -245,8 +248,8 @@ def _refuse_counts(connection: Any, source: str, count: str, *, tally: bool) -> 
         raise InputError(f"column {shown(count)}: {said}")
 
 
-def _dropped(connection: Any, counted: _Counted, columns: Sequence[str]) -> list[Entry]:
-    """Drop the rows that have no label in some column, and say how many decisions they stand for."""
+def _absent(counted: _Counted, columns: Sequence[str]) -> dict[str, str]:
+    """Say of each column when a row has no label in it."""
     absent = {}
     for name in columns:
         key = counted.key(name)
@@ -258,6 +261,29 @@ def _dropped(connection: Any, counted: _Counted, columns: Sequence[str]) -> list
         elif counted.types[name] in ("FLOAT", "DOUBLE") and name not in counted.cut:
             missing = f"({missing} or isnan({key}))"
         absent[name] = missing
+    return absent
+
+
+def _levels(connection: Any, counted: _Counted, columns: Sequence[str]) -> list[Entry]:
+    """Make one value of all missing labels of a column, and say how many decisions have none."""
+    done = []
+    for name, missing in _absent(counted, columns).items():
+        key = counted.key(name)
+        wanted = f"select count(*), sum({COUNT_COLUMN}) from counted where {missing}"  # noqa: S608
+        ((rows, amount),) = connection.execute(wanted).fetchall()
+        if not rows:
+            continue
+        if connection.execute(f"select 1 from counted where cast({key} as varchar) = {literal(MISSING_LABEL)} limit 1").fetchall():  # noqa: S608
+            raise InputError(label_is_there(name))
+        connection.execute(f"update counted set {key} = null where {missing}")  # noqa: S608
+        if amount:
+            done.append(level(name, MISSING_LABEL, "decisions", Fraction(int(amount))))
+    return done
+
+
+def _dropped(connection: Any, counted: _Counted, columns: Sequence[str]) -> list[Entry]:
+    """Drop the rows that have no label in some column, and say how many decisions they stand for."""
+    absent = _absent(counted, columns)
     some = " or ".join(absent.values())
     amounts = ", ".join(f"coalesce(sum({COUNT_COLUMN}) filter (where {missing}), 0)" for missing in (some, *absent.values()))
     ((of, left, *each),) = connection.execute(f"select coalesce(sum({COUNT_COLUMN}), 0), {amounts} from counted").fetchall()  # noqa: S608

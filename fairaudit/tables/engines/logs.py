@@ -15,7 +15,7 @@ from fairaudit.exact.rationals import Number
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.engines.databases import listed, tables_of
 from fairaudit.tables.engines.folders import table_format
-from fairaudit.tables.engines.request import Report, Request, database_source
+from fairaudit.tables.engines.request import PartsMissing, Report, Request, database_source
 from fairaudit.tables.evaluations.extraction import Errors, MissingSamples, extraction_of
 from fairaudit.tables.preparation import Entry, intervals
 from fairaudit.tables.sources import Source, source_name
@@ -206,7 +206,7 @@ def read_parts(
     memory: str | None = None,
     report: Report | None = None,
     count: str | None = None,
-    missing: Literal["error", "drop"] = "error",
+    missing: PartsMissing = "error",
 ) -> Generator[Tally, None, None]:
     """Count the equal rows of a log that has too many different ones to hold them all: in Parquet files, or a table of a DuckDB database.
 
@@ -222,8 +222,8 @@ def read_parts(
         As for `read_log`.
     count : str, optional
         A column of whole numbers, which say how often each row occurred.
-    missing : {"error", "drop"}
-        Whether rows without some label are left out, which the first tally then says in its `preparation`.
+    missing : {"error", "drop", "group"}
+        Whether rows without some label are left out, or have a level of their own; the first tally says so in its `preparation`.
 
     Yields
     ------
@@ -235,7 +235,7 @@ def read_parts(
     InputError
         If the source cannot be read in parts, or a column is not there.
     """
-    request = log_request(columns, bins, table=table, memory=memory, report=report, count=count, drop=missing == "drop")
+    request = log_request(columns, bins, table=table, memory=memory, report=report, count=count, missing=missing)
     _check(request, "duckdb")
     from fairaudit.tables.engines import duckdb
     from fairaudit.tables.engines.paths import expand, form

@@ -5,19 +5,22 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction, Wanted
 from fairaudit.tables.sql import table_name
 
-__all__ = ["FOR_CERTIFY", "Request", "attended", "database_source"]
+__all__ = ["FOR_CERTIFY", "PartsMissing", "Request", "attended", "database_source"]
 
 FOR_CERTIFY = "an evaluation log is audited by certify, and its certificate says which answers were lost"
 
 
 Report = Callable[[float | None, int | None], None]
+
+PartsMissing = Literal["error", "drop", "group"]
+"""What an empty label may mean where contexts are read in parts."""
 
 T = TypeVar("T")
 
@@ -52,8 +55,8 @@ class Request:
         Which of them are groups, and which the sampling unit.
     count : str or None
         Which of them says how many decisions a row stands for; of a log that is read in parts it is none of them.
-    drop : bool
-        Of a log that is read in parts, whether rows without some label are left out.
+    missing : {"error", "drop", "group"}
+        Of a log that is read in parts, what an empty label means.
     extraction : Extraction
         What is asked of an evaluation log beyond columns.
     evaluations : bool
@@ -74,7 +77,7 @@ class Request:
     group: tuple[str, ...] = ()
     unit: tuple[str, ...] = ()
     count: str | None = None
-    drop: bool = False
+    missing: PartsMissing = "error"
     extraction: Extraction = NOTHING_ASKED
     evaluations: bool = True
 
