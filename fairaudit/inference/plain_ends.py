@@ -126,15 +126,17 @@ class PlainEnds(Sequence[Ends]):
             low[i], high[i] = float(below) * (1 - 1e-12), float(above) * (1 + 1e-12)
         return low, high
 
-    @cached_property
+    @property
     def _rounded(self) -> list[_Rounded]:
-        return [_in_floats(cells) for cells in self.comparison.valued]
+        """What all ends of a comparison follow from, found once for each comparison."""
+        kept = self.comparison.__dict__
+        if "rounded" not in kept:
+            kept["rounded"] = [_in_floats(cells) for cells in self.comparison.valued]
+        return kept["rounded"]  # type: ignore[no-any-return]
 
     def at(self, level: Fraction) -> PlainEnds:
         """The same at another level, of which nothing is listed."""
-        other = PlainEnds(self.comparison, level, {})
-        other.__dict__["_rounded"] = self._rounded
-        return other
+        return PlainEnds(self.comparison, level, {})
 
 
 class _Rounded(NamedTuple):

@@ -169,9 +169,9 @@ def further_draws(
     (None, True, True)
     """
     cells = comparison.cells
-    if any(not cells[i].draws for block in comparison.blocks for form in block for i, _ in form):
+    if not all(cell.draws for cell in cells) and any(not cells[i].draws for block in comparison.blocks for form in block for i, _ in form):
         return Planning(None, None, "Planning estimate: some cells have no draws; draw from every cell first.")
-    if any(cell.high > GREATEST_UTILITY for cell in cells):
+    if any(high > GREATEST_UTILITY for high in {id(cell.high): cell.high for cell in cells}.values()):
         return Planning(None, None, "Planning estimate: none for utilities above 10^300, which floating point does not hold.")
     goal = _Goal(*one_limit(max_ratio, max_log), 1 - confidence_level(confidence))
     interval = interval or ratio_interval(comparison, confidence, ends="each")
@@ -180,7 +180,7 @@ def further_draws(
     design = _Design(comparison, goal, power, interval.evidence["independent"], method, select)
     measured = sample_ratio(comparison) or Fraction(1)
     side = goal.side(measured)
-    means = [float(cell.mean) for cell in cells]
+    means = [_rounded_mean(cell) for cell in cells]
     found = design.least(means, side)
     by_chance = interval.lower <= 1 and side != "within"
     if_equal = None
@@ -284,10 +284,12 @@ def _foremost(comparison: Comparison, means: Sequence[float]) -> list[int]:
     """The blocks whose greatest ratios, two standard errors up, are greatest."""
     blocks = [(b, [form[0][0] for form in block]) for b, block in enumerate(comparison.blocks) if len(block) > 1]
     flat = [i for _, members in blocks for i in members]
-    share = np.array([(means[i] / float(comparison.cells[i].high) if means[i] else 0.0) for i in flat])
+    greatest = np.array(_in_floats([comparison.cells[i].high for i in flat]))
+    values = np.array([means[i] for i in flat])
+    share = np.divide(values, greatest, out=np.zeros(len(flat)), where=values != 0)
     draws = np.array([comparison.cells[i].draws for i in flat], dtype=np.float64)
     share = (share * draws + 0.5) / (draws + 1)
-    log_means = np.log(share) + np.log([float(comparison.cells[i].high) for i in flat])
+    log_means = np.log(share) + np.log(greatest)
     errors = 2 * np.sqrt(np.maximum(1 - share, 0) / share / (draws + 1))
     starts = np.cumsum([0, *(len(members) for _, members in blocks[:-1])])
     apart = np.maximum.reduceat(log_means + errors, starts) - np.minimum.reduceat(log_means - errors, starts)
@@ -333,8 +335,15 @@ def _audit(
 
     used = {i for block in comparison.blocks if len(block) > 1 for form in block for i, _ in form}
     span = 2 if comparison.single else replace(comparison, cells=tuple(replace(c, draws=1, total=c.low) for c in comparison.cells)).span
-    counts = comparison.pairs, sum(comparison.cells[i].high > comparison.cells[i].low for i in used), span
+    counts = comparison.pairs, sum(wide for i, wide in enumerate(_wide(comparison.cells)) if i in used), span
     return Audit(comparison, supposed, side, goal.ratio, goal.alpha, method or "hoeffding-kl", independent, region, *counts, select)
+
+
+def _wide(cells: Sequence[Cell]) -> list[bool]:
+    """Whether draws of each cell can differ; most cells share their ends."""
+    shared = {(id(cell.low), id(cell.high)): cell for cell in cells}
+    known = {key: cell.high > cell.low for key, cell in shared.items()}
+    return [known[id(cell.low), id(cell.high)] for cell in cells]
 
 
 def _method(audit: Audit, factor: float) -> str:
@@ -344,7 +353,7 @@ def _method(audit: Audit, factor: float) -> str:
 
 def _vanishing(comparison: Comparison, means: Sequence[float]) -> bool:
     """Whether a form is supposed to have the mean 0, so that no number of draws bounds its ratios."""
-    return any(not any(means[i] for i, _ in form) for block in comparison.blocks if len(block) > 1 for form in block)
+    return not all(means) and any(not any(means[i] for i, _ in form) for block in comparison.blocks if len(block) > 1 for form in block)
 
 
 def _least(enough: Callable[[int], bool], start: int, greatest: int) -> int | None:
@@ -364,12 +373,25 @@ def _equal_means(comparison: Comparison) -> list[float]:
     """Means of the cells if the forms of each block were equal, as near to the draws as that."""
     cells = comparison.cells
     sets = [[i for form in block for i, _ in form] for block in comparison.blocks] if comparison.single else [list(range(len(cells)))]
-    means = [float(cell.mean) for cell in cells]
+    means = [_rounded_mean(cell) for cell in cells]
+    least, most = _in_floats([cell.low for cell in cells]), _in_floats([cell.high for cell in cells])
     for members in sets:
-        pooled = float(exact_sum([cells[i].total for i in members]) / sum(cells[i].draws for i in members))
+        total, draws = exact_sum([cells[i].total for i in members]), sum(cells[i].draws for i in members)
+        pooled = total.numerator / (total.denominator * draws)
         for i in members:
-            means[i] = min(max(pooled, float(cells[i].low)), float(cells[i].high))
+            means[i] = min(max(pooled, least[i]), most[i])
     return means
+
+
+def _rounded_mean(cell: Cell) -> float:
+    """The mean of the draws of a cell, correctly rounded."""
+    return cell.total.numerator / (cell.total.denominator * cell.draws)
+
+
+def _in_floats(ends: Sequence[Fraction]) -> list[float]:
+    """Ends of ranges, which most cells share."""
+    shared = {key: float(end) for key, end in {id(end): end for end in ends}.items()}
+    return [shared[id(end)] for end in ends]
 
 
 def _measured_sentence(

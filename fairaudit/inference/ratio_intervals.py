@@ -100,7 +100,7 @@ def ratio_interval(
         raise InputError(f"the selection {shown(select)} is not known; {nearest(str(select), get_args(Selection))}")
     if not any(len(block) > 1 for block in comparison.blocks):
         raise InputError("nothing is compared: no context has two groups")
-    if any(cell.low < 0 for cell in comparison.cells):
+    if any(cell.low.numerator < 0 for cell in comparison.cells):
         raise InputError("ratios depend on the origin of the utility, which may be negative here; bound differences instead")
     if independent and comparison.dependent:
         raise InputError("cells share draws or sampling units, so they are not independent")
