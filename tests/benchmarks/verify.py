@@ -32,6 +32,8 @@ SHAPES: dict[str, tuple[tuple[int, int, int, int], tuple[str, ...]]] = {
     "20 contexts × 5,000 groups": ((20, 5_000, 2, 200), ()),
     "20,000 contexts × 8 groups × 10 decisions": ((20_000, 8, 10, 125), ()),
     "50 contexts × 40 groups": ((50, 40, 2, 500), ()),
+    "20,000 contexts × 8 groups, probabilities": ((20_000, 8, 2, 1_000), WITHOUT),
+    "50 contexts × 8 groups, 100,000 units of three rows": ((50, 8, 2, 100_000), ()),
 }
 
 
@@ -50,6 +52,27 @@ def table(path: Path, shape: tuple[int, int, int, int]) -> None:
         file.write("x,a,u,n\n" + "c%d,g%d,%d,%d\n" * len(lines) % tuple(lines.ravel().tolist()))
 
 
+def probabilities(path: Path, shape: tuple[int, int, int, int]) -> None:
+    """The same as probabilities, each cell with a denominator of its own."""
+    table(path, shape)
+    rows = [line.split(",") for line in path.read_text().splitlines()[1:]]
+    pairs = zip(rows[::2], rows[1::2], strict=True)
+    lines = (f"{x},{a},{u},{n}/{int(one[3]) + int(other[3])}\n" for one, other in pairs for x, a, u, n in (one, other))
+    path.write_text("x,a,u,n\n" + "".join(lines))
+
+
+def units(path: Path, shape: tuple[int, int, int, int]) -> None:
+    """A log of sampling units, each with three rows in one context."""
+    contexts, groups, decisions, number = shape
+    pick = np.random.default_rng(0)
+    unit = np.repeat(np.arange(number), 3)
+    columns = unit, unit % contexts, pick.integers(0, groups, len(unit)), pick.integers(0, decisions, len(unit))
+    path.write_text("unit,x,a,u\n" + "v%d,c%d,g%d,%d\n" * len(unit) % tuple(np.column_stack(columns).ravel().tolist()))
+
+
+KINDS = {"probabilities": (probabilities, ("--probability", "n")), "units": (units, ("--unit", "unit"))}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()))
@@ -59,8 +82,9 @@ def main() -> None:
     log, certificate, beside = (given.folder / name for name in ("counts.csv", "v.json", "v.table.jsonl"))
     for name, (shape, options) in SHAPES.items():
         beside.unlink(missing_ok=True)
-        table(log, shape)
-        _, certified, _ = run("-m", "fairaudit", "certify", str(log), *COLUMNS, "--count", "n", *options, "-o", str(certificate))
+        make, number = next((KINDS[kind] for kind in KINDS if kind in name), (table, ("--count", "n")))
+        make(log, shape)
+        _, certified, _ = run("-m", "fairaudit", "certify", str(log), *COLUMNS, *number, *options, "-o", str(certificate))
         files = [str(path) for path in (certificate, beside) if path.exists()]
         words = ("-m", "fairaudit", "verify", files[0], *(("--table", files[1]) if len(files) > 1 else ()))
         found = [(run("-c", LOADS, *files), run(*words)) for _ in range(given.repeats)]
