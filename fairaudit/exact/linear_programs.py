@@ -15,13 +15,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from math import inf
+from math import inf, lcm
 from typing import Any
 
 import numpy as np
 
 from fairaudit.exact.dense import Floats
 from fairaudit.exact.extended import ONE, ZERO, Extended
+from fairaudit.exact.lifting import MOST_UNKNOWNS, solve_by_lifting
 
 Row = Iterable[tuple[int, Fraction]]
 """Variables and their coefficients."""
@@ -34,6 +35,9 @@ LARGEST = Fraction(10) ** 200
 
 ROUNDING = 2**44
 """Multipliers are rounded to this grid: what a double near 1 still tells apart from noise, in numbers that stay short."""
+
+PATIENCE = 1_000
+"""Numbers that elimination may change before another way is looked for: a millisecond or two."""
 
 
 # Weak duality
@@ -218,8 +222,13 @@ def eliminate(
 
     None if one of the first `needed` (all by default) contradicts those before it, later ones that do are left out; or if an
     unknown that they leave free has no guess; or if a number on the way is longer than `most_bits`.
+
+    Equations that fill up, so that more numbers are changed than a full matrix holds, are solved by `solve_by_lifting` where they have
+    one solution: it is the same one, and nothing on the way to it is long. Where they do not, whoever gave `most_bits` gets None.
     """
     needed = len(equations) if needed is None else needed
+    unknowns = len({j for given, _ in equations for j in given})
+    left: float = max(PATIENCE, min(unknowns, MOST_UNKNOWNS) ** 2)
     pivots: list[tuple[int, dict[int, Fraction], Fraction]] = []
     where: dict[int, int] = {}
     for number, (given, bound) in enumerate(equations):
@@ -229,6 +238,14 @@ def eliminate(
             if not known:
                 break
             unknown, others, value = pivots[min(known)]
+            left -= len(others)
+            if left < 0:
+                alone = _only_solution(equations, most_bits)
+                if alone is not None:
+                    return {**guess, **alone}
+                if most_bits < inf:
+                    return None
+                left = inf
             factor = terms.pop(unknown)
             rest -= factor * value
             for j, a in others.items():
@@ -254,6 +271,18 @@ def eliminate(
     for unknown, others, value in reversed(pivots):
         solved[unknown] = value - sum((a * solved[j] for j, a in others.items()), ZERO)
     return solved
+
+
+def _only_solution(equations: Sequence[tuple[Mapping[int, Fraction], Fraction]], most_bits: float) -> dict[int, Fraction] | None:
+    """The solution of equations that have one and no other; None where that is not so, or not quickly found."""
+    unknowns = sorted({j for terms, _ in equations for j, a in terms.items() if a})
+    rows, right = [], []
+    for terms, bound in equations:
+        scale = lcm(bound.denominator, *(a.denominator for a in terms.values()))
+        rows.append([int(terms[j] * scale) if j in terms else 0 for j in unknowns])
+        right.append(int(bound * scale))
+    found = solve_by_lifting(rows, right, most_bits)
+    return None if found is None else dict(zip(unknowns, found, strict=True))
 
 
 def _bits(value: Fraction) -> int:

@@ -20,11 +20,11 @@ from fairaudit.model.mechanism import Mechanism
 MOST_BITS = 12_000
 """Exact filters with a common denominator beyond 3,600 digits are given up: numbers of 4,000 digits are not read again."""
 
-MAX_UNKNOWNS = 90
-"""Entries above 0 up to which the equations are solved: they fill up, and their solutions grow with the number of unknowns."""
+MOST_BITS_OF_TABLES = 2**20
+"""The same for a whole table, of which every entry above 0 may be as long as the denominator: what is written stays below a megabyte."""
 
-MAX_AUXILIARY = 1_000
-"""The same with auxiliary variables, of which each stands in a short equation of its own."""
+MAX_UNKNOWNS = 3_000
+"""Entries and auxiliary variables above 0 up to which the equations are solved: about a second, where few stand in each equation."""
 
 TIGHT = 1e-9
 """What is this near to 0 is taken for 0: ten times the tolerance of the solver. A wrong guess is noticed, and costs the exact solution."""
@@ -98,15 +98,16 @@ def exact_vertex(problem: Problem, program: TableProgram, values: Sequence[float
     """Solve the constraints that are active at the answer exactly; None where that is hard, long, or does not hold."""
     size = problem.size
     unknowns = [v for v, value in enumerate(values) if value > TIGHT]
-    if sum(v < size * size for v in unknowns) > MAX_UNKNOWNS or len(unknowns) > MAX_AUXILIARY:
+    if len(unknowns) > MAX_UNKNOWNS:
         return None
+    bits = min(bits, MOST_BITS_OF_TABLES // max(1, sum(v < size * size for v in unknowns)))
     kept = set(unknowns)
     equations: list[tuple[dict[int, Fraction], Fraction]] = [({v: ONE for v in part if v in kept}, ONE) for part in table_rows(size)]
     for row, bound in program.linear.rows:
         terms = {v: c for v, c in row if v in kept}
         if terms and abs(sum(solver_float(c) * values[v] for v, c in terms.items()) - solver_float(bound)) < TIGHT:
             equations.append((terms, bound))
-    solution = eliminate(equations, {}, most_bits=4 * MOST_BITS)
+    solution = eliminate(equations, {}, most_bits=4 * bits)
     if solution is None or len(solution) < len(unknowns):
         return None
     flat = [solution.get(v, ZERO) for v in range(size * size)]

@@ -239,6 +239,17 @@ def test_skewed_groups_are_served_by_the_program_and_not_by_randomized_response(
     assert known.achieved == 2
 
 
+@pytest.mark.parametrize("groups", [12, 30])
+def test_a_filter_with_hundreds_of_entries_is_solved_exactly(groups: int) -> None:
+    cap = 3
+    found = design(some_policy(random.Random(groups), groups, 2), {"u": 3, "v": 2, "w": 1}, max_ratio=cap, max_exp_epsilon=cap)
+    rows = check(found, groups)
+    assert sum(v > 0 for row in rows for v in row) > 90
+    assert all(max(column) == cap * min(column) for column in zip(*rows, strict=True))
+    assert found.lower_bound is not None
+    assert found.distortion - found.lower_bound < F(1, 10**9)
+
+
 def test_joint_tuples() -> None:
     groups = {"sex": ["f", "m"], "age": ["old", "young"]}
     found = design_model_free(groups, max_ratio="1.5", tau="0.3")
