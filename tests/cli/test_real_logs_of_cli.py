@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import zipfile
 from collections import Counter
 from collections.abc import Callable
 from fractions import Fraction
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import pytest
+from made_by_inspect import logs_of, with_zstd
 from two_model_runs import FIRST, QUESTIONS, RACES, SECOND, is_right, race_of, topic_of
 
 from fairaudit.cli import main
@@ -21,19 +18,13 @@ from fairaudit.cli import main
 TESTS = Path(__file__).resolve().parents[1]
 LOGS = TESTS / "tables" / "evaluations" / "logs"
 
-with_zstd: Any = zipfile if sys.version_info >= (3, 14) else pytest.importorskip("backports.zstd.zipfile", reason="needs backports.zstd")
-
 VALUE = ["--decision", "scores.choice.value", "--utility", "C=1", "--unit", "id"]
 ZSTD = 93
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    if find_spec("inspect_ai") is None:  # it changes zipfile for everybody, so it is imported by another process alone
-        pytest.skip("needs inspect_ai")
-    folder = tmp_path_factory.mktemp("two-models")
-    made = subprocess.run([sys.executable, TESTS / "two_model_runs.py", folder], capture_output=True, text=True)
-    assert made.returncode == 0, made.stderr
+    folder = logs_of("two_model_runs.py", tmp_path_factory.mktemp("two-models"))
     with zipfile.ZipFile(folder / "first.eval") as archive:
         assert {member.compress_type for member in archive.infolist() if member.filename.startswith("samples/")} == {ZSTD}
     return folder

@@ -9,12 +9,12 @@ import zipfile
 from collections import Counter
 from decimal import Decimal
 from fractions import Fraction
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
 from inspect_runs import EPOCHS, FAILING, KILLED_AFTER, QUESTIONS, answer_of
+from made_by_inspect import logs_of, with_zstd
 
 import fairaudit as fa
 from fairaudit.errors import InputError
@@ -24,17 +24,10 @@ from fairaudit.tables.evaluations.samples import Run, Sample
 
 TESTS = Path(__file__).resolve().parents[2]
 
-with_zstd: Any = zipfile if sys.version_info >= (3, 14) else pytest.importorskip("backports.zstd.zipfile", reason="needs backports.zstd")
-
 
 @pytest.fixture(scope="session")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    if find_spec("inspect_ai") is None:  # it changes zipfile for everybody, so it is imported by another process alone
-        pytest.skip("needs inspect_ai")
-    folder = tmp_path_factory.mktemp("runs")
-    made = subprocess.run([sys.executable, TESTS / "inspect_runs.py", folder], capture_output=True, text=True)
-    assert made.returncode == 0, made.stderr
-    return folder
+    return logs_of("inspect_runs.py", tmp_path_factory.mktemp("runs"))
 
 
 def read(path: Path, *wanted: str) -> tuple[Run, list[Sample]]:
