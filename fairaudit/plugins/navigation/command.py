@@ -50,9 +50,13 @@ def add(commands: Any) -> None:
     maps = actions.add_parser("maps", help="build the maps of a scan", allow_abbrev=False)
     maps.set_defaults(run=_maps)
     maps.add_argument(
-        "scan", metavar="SCAN", help="S3DIS folder, text file of points (.txt, .txt.gz), .ply, map.yaml of ROS, or MovingAI .map"
+        "scan",
+        metavar="SCAN",
+        help="S3DIS folder, text (.txt, .xyz, .csv, .asc, also .gz), .ply, .pcd, .las, .laz, .e57, .npy, recording of ROS "
+        "(.mcap, .db3, .bag, folder), map.yaml of ROS, or MovingAI .map",
     )
     maps.add_argument("-o", "--folder", metavar="DIR", required=True, help="where to write")
+    _add_reading(maps)
     _add_grid(maps)
     render.add(actions)
     route = actions.add_parser("route", help="export the route to the chosen candidate", allow_abbrev=False)
@@ -62,6 +66,18 @@ def add(commands: Any) -> None:
     route.add_argument("-o", "--output", metavar="FILE", required=True, help="a .csv or .json file: x, y in metres, heading in radians")
     for action in (office, maps, route):
         add_format(action)
+
+
+def _add_reading(maps: argparse.ArgumentParser) -> None:
+    maps.add_argument(
+        "--columns", metavar="NAMES", help="what the columns of text or npy are, such as x,y,z,i,r,g,b; other names are left out"
+    )
+    maps.add_argument("--topic", metavar="NAME", help="topic of a recording")
+    maps.add_argument("--message", choices=("first", "last"), help="which of several messages of a recording")
+    maps.add_argument("--unit", metavar="UNIT", help="unit of the coordinates: m, cm, mm or ft (default: m, or mm if that is likely)")
+    maps.add_argument("--up", metavar="AXIS", help="which way is up: z, y, x, -z, -y or -x (default: z, or y if that is likely)")
+    maps.add_argument("--no-level", action="store_true", help="do not level a leaning floor")
+    maps.add_argument("--keep-stray", action="store_true", help="do not remove points that have hardly any others around them")
 
 
 def _add_grid(maps: argparse.ArgumentParser) -> None:
@@ -122,7 +138,13 @@ def _maps(arguments: argparse.Namespace) -> Answer:
             options[name] = _list(text, name, count)
     if sys.stderr.isatty():
         print(f"reading {plain(arguments.scan)} …", file=sys.stderr)
-    maps, points, _ = read_scan(Path(arguments.scan), (), options)
+    reading: dict[str, Any] = {
+        name: value for name in ("topic", "message", "unit", "up") if (value := getattr(arguments, name)) is not None
+    }
+    if arguments.columns is not None:
+        reading["columns"] = tuple(name.strip() for name in arguments.columns.split(","))
+    reading.update({name: False for name, given in (("level", arguments.no_level), ("stray", arguments.keep_stray)) if given})
+    maps, points, _ = read_scan(Path(arguments.scan), reading, options)
     draw_maps(maps, points, Path(arguments.folder))
     frame = maps.frame
     lines = [f"note: {note}" for note in (points.notes if points else ())]

@@ -1,4 +1,4 @@
-"""Readers of scans: S3DIS folders, text files of points (also compressed by gzip), and PLY."""
+"""Readers of scans: S3DIS folders, text files of points (also compressed by gzip), and the formats of `formats`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import io
 import re
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -16,16 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.plugins.navigation.formats import BAGS, GREY, READERS, Block, is_bag, read_bag
 
 __all__ = ["CLASSES", "Part", "Points", "read_points"]
 
 CLASSES = ("ceiling", "floor", "wall", "beam", "column", "window", "door", "table", "chair", "sofa", "bookcase", "board", "clutter")
 """The classes of S3DIS annotations; anything else is clutter."""
 
-GREY = 128
+TEXTS = (".txt", ".xyz", ".csv", ".asc", ".txt.gz", ".xyz.gz", ".csv.gz", ".asc.gz")
+LARGEST, LEAST = 1e9, 1e-9
 BLOCK = 1 << 24
 LONGEST_LINE = 1 << 16
 _NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
+_NOWHERE = re.compile(rb"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _BAD_BYTE = b"\x10"
 
 
@@ -99,21 +102,34 @@ class Points:
         return hashlib.sha256(listed.encode()).hexdigest()
 
 
-def read_points(path: str | Path, *, rooms: Sequence[str] = ()) -> Points:
+def read_points(
+    path: str | Path,
+    *,
+    rooms: Sequence[str] = (),
+    columns: Sequence[str] = (),
+    topic: str | None = None,
+    message: str | None = None,
+) -> Points:
     r"""Read a scan.
 
     Parameters
     ----------
     path : path-like
-        A folder of S3DIS (an area with its rooms, or one room), a text file with lines ``x y z`` or ``x y z r g b`` (colours 0 to 255;
-        compressed if its name ends in ``.gz``), or a ``.ply`` file.
+        A folder of S3DIS (an area with its rooms, or one room); text with one point per line (.txt, .xyz, .csv, .asc, also .gz; colours 0
+        to 255); .ply, .pcd, .las, .laz, .e57, .npy; a recording of ROS (.mcap, .db3, .bag, or a folder).
     rooms : sequence of str
         Only these rooms of an area; all by default.
+    columns : sequence of str
+        What the columns of text or npy are: x, y, z, r, g, b in any order, any other name for what is left out. By default the names in
+        the first line, else x, y, z and, of six, r, g, b.
+    topic, message : str, optional
+        Topic of a recording, and "first" or "last" where it has several messages.
 
     Returns
     -------
     Points
-        At least one point.
+        At least one point, as the file has them; `ground.prepare` makes them stand upright on a level floor. Points without finite
+        coordinates are left out, and counted in the notes.
 
     Raises
     ------
@@ -139,16 +155,36 @@ def read_points(path: str | Path, *, rooms: Sequence[str] = ()) -> Points:
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
-    reader = _Collected(path)
-    if path.is_dir():
+    reader, ending = _Collected(path), path.suffix.lower()
+    if rooms and (is_bag(path) or not path.is_dir()):
+        raise InputError(f"{path} is one scan; rooms can be chosen in an S3DIS area only")
+    if (topic or message) and not is_bag(path):
+        raise InputError(f"{path} is no recording of ROS; topic and message do not go with it")
+    if message not in (None, "first", "last"):
+        raise InputError(f"message is {shown(message)}; first or last is accepted")
+    _check_columns(path, columns)
+    if is_bag(path):
+        reader.add(path, read_bag(path, reader.notes, topic, message))
+    elif path.is_dir():
         _read_folders(reader, path, rooms)
-    elif rooms:
-        raise InputError(f"{path} is one file; rooms can be chosen in an S3DIS area only")
-    elif path.suffix.lower() == ".ply":
-        reader.add(path, _ply(path))
+    elif ending in READERS:
+        reader.add(path, READERS[ending](path, columns, reader.notes))
+    elif path.name.lower().endswith(TEXTS):
+        reader.add(path, _text(path, reader.notes, columns))
     else:
-        reader.add(path, _text(path, reader.notes))
+        known = ", ".join((*TEXTS[:4], *READERS, *BAGS))
+        raise InputError(f"{path}: scans that end in {shown(ending)} are not read; {known}, and folders of S3DIS and ROS are")
     return reader.points()
+
+
+def _check_columns(path: Path, columns: Sequence[str]) -> None:
+    if not columns:
+        return
+    if not path.name.lower().endswith((*TEXTS, ".npy")):
+        raise InputError(f"{path} says itself what its columns are; columns go with text and npy")
+    colours = [name for name in columns if name in ("r", "g", "b")]
+    if len(set(columns) & set("xyz")) < 3 or len(colours) not in (0, 3) or any(columns.count(name) > 1 for name in "xyzrgb"):
+        raise InputError(f"the columns are {shown(','.join(columns))}; x, y, z, and r, g, b or none of these, each once, are accepted")
 
 
 class _Collected:
@@ -163,26 +199,38 @@ class _Collected:
         self.notes: list[str] = []
         self.count = 0
 
-    def add(self, path: Path, blocks: Iterator[_Block], room: str | None = None, kind: str | None = None) -> None:
-        start = self.count
-        for xyz, rgb in blocks:
-            self.xyz.append(xyz)
-            self.rgb.append(rgb)
-            self.count += len(xyz)
-        if self.count == start:
-            raise InputError(f"{path}: there are no points in this file")
+    def add(self, path: Path, blocks: Iterator[Block], room: str | None = None, kind: str | None = None) -> None:
+        first, read = self.count, 0
         name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
-        self.parts.append(Part(start, self.count, room, kind, name))
-        with path.open("rb") as file:
-            self.files[path.relative_to(self.root).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
+        for xyz, rgb, own in blocks:
+            start, read = self.count, read + len(xyz)
+            whole = np.isfinite(xyz).all(axis=1)
+            self.xyz.append(xyz if whole.all() else xyz[whole])
+            self.rgb.append(rgb if whole.all() else rgb[whole])
+            self.count += len(self.xyz[-1])
+            last = self.parts[-1] if start > first else None
+            if last is not None and last.kind == (own or kind):
+                self.parts[-1] = replace(last, stop=self.count)
+            elif self.count > start:
+                self.parts.append(Part(start, self.count, room, own or kind, name))
+        left = read - (self.count - first)
+        if self.count == first:
+            raise InputError(f"{path}: there are no points in this file" + (f" with finite coordinates, of {left:,}" if left else ""))
+        if left:
+            self.notes.append(f"{left:,} of {read:,} points have no finite coordinates and were left out")
+        for each in sorted(file for file in path.iterdir() if file.is_file()) if path.is_dir() else [path]:
+            with each.open("rb") as file:
+                self.files[each.relative_to(self.root).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
 
     def points(self) -> Points:
-        xyz, self.xyz = np.concatenate(self.xyz), []
-        rgb, self.rgb = np.concatenate(self.rgb), []
+        xyz, self.xyz = self.xyz[0] if len(self.xyz) == 1 else np.concatenate(self.xyz), []
+        rgb, self.rgb = self.rgb[0] if len(self.rgb) == 1 else np.concatenate(self.rgb), []
+        far = max(float(xyz.max()), -float(xyz.min()))
+        if far > LARGEST or 0 < far < LEAST:
+            raise InputError(
+                f"the coordinates of {self.parts[0].name} reach to {far:g}; this is no scan, unless its bytes are in the wrong order"
+            )
         return Points(xyz, rgb, tuple(self.parts), self.files, tuple(dict.fromkeys(self.notes)))
-
-
-_Block = tuple[NDArray[np.float64], NDArray[np.uint8]]
 
 
 def _natural(path: Path) -> list[Any]:
@@ -223,14 +271,19 @@ def _read_folders(reader: _Collected, path: Path, rooms: Sequence[str]) -> None:
             reader.add(whole, _text(whole, reader.notes), folder.name)
 
 
-def _text(path: Path, notes: list[str]) -> Iterator[_Block]:
+def _text(path: Path, notes: list[str], names: Sequence[str] = ()) -> Iterator[Block]:
     """Points of a text file, in blocks of whole lines."""
-    columns = 0
+    separator = b""
     try:
-        with gzip.open(path) if path.name.endswith(".gz") else path.open("rb") as file:
-            for block, line in _blocks(file):
-                columns = columns or _columns(block, line)
-                yield _numbers(path, block, line, columns, notes)
+        with gzip.open(path) if path.name.lower().endswith(".gz") else path.open("rb") as file:
+            for whole, line in _blocks(file):
+                block = whole
+                if not separator:
+                    separator, names, block = _layout(whole, line, names)
+                if separator != b" ":
+                    block = block.replace(separator, b" ")
+                if block.strip():
+                    yield _numbers(path, block, line, names, notes)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
     except _BadLineError as error:
@@ -264,30 +317,39 @@ def _blocks(file: IO[bytes] | gzip.GzipFile) -> Iterator[tuple[bytes, int]]:
         line += block.count(b"\n")
 
 
-def _columns(block: bytes, line: int) -> int:
-    """Three or six, from the first line that is not blank."""
-    number, words = next((n, t.split()) for n, t in enumerate(block.split(b"\n"), start=line) if t.strip())
-    if _BAD_BYTE in b" ".join(words):
-        return 6  # the files with this byte have six columns
-    if len(words) not in (3, 6):
-        raise _BadLineError(number, f"there are {len(words)} columns; x y z or x y z r g b, separated by blanks, was expected")
-    return len(words)
+def _layout(block: bytes, line: int, names: Sequence[str]) -> tuple[bytes, Sequence[str], bytes]:
+    """Find the separator and the names of the columns by the first line that is not blank; a line of names becomes a blank one."""
+    lines = block.split(b"\n")
+    position = next(n for n, text in enumerate(lines) if text.strip())
+    separator = next((mark for mark in (b",", b";") if mark in lines[position]), b" ")
+    words = lines[position].lstrip(b"/#").replace(separator, b" ").split()
+    heads = [{"red": "r", "green": "g", "blue": "b"}.get(head, head) for head in (w.decode("latin-1").strip('"').lower() for w in words)]
+    if set(heads) >= set("xyz") and all(heads.count(name) == 1 for name in "xyz"):
+        lines[position] = b""
+        return separator, names or heads, b"\n".join(lines)
+    if not names and _BAD_BYTE in lines[position]:
+        return separator, "xyzrgb", block  # the files with this byte have six columns
+    if not names and len(words) not in (3, 6):
+        said = f"there are {len(words)} columns; x y z or x y z r g b was expected, or --columns with a name for each"
+        raise _BadLineError(line + position, said)
+    return separator, names or "xyzrgb"[: len(words)], block
 
 
-def _numbers(path: Path, block: bytes, line: int, columns: int, notes: list[str]) -> _Block:
+def _numbers(path: Path, block: bytes, line: int, names: Sequence[str], notes: list[str]) -> Block:
     """Parse a block: fast if nothing is wrong with it, else line by line to say what."""
     if _BAD_BYTE in block:
-        block = _repaired(path, block, line, columns, notes)
-    values = _parsed(block, columns)
+        block = _repaired(path, block, line, names, notes)
+    values = _parsed(block, names)
     if values is None:
-        raise _examined(block, line, columns)
-    xyz = np.ascontiguousarray(values[:, :3])
-    if columns == 3:
-        return xyz, np.full(xyz.shape, GREY, np.uint8)
-    return xyz, values[:, 3:].astype(np.uint8)
+        raise _examined(block, line, names)
+    at = [list(names).index(axis) for axis in "xyz"]
+    xyz = np.ascontiguousarray(values[:, at])
+    if not set(names) >= set("rgb"):
+        return xyz, np.full(xyz.shape, GREY, np.uint8), None
+    return xyz, values[:, [list(names).index(colour) for colour in "rgb"]].astype(np.uint8), None
 
 
-def _parsed(block: bytes, columns: int) -> NDArray[np.float64] | None:
+def _parsed(block: bytes, names: Sequence[str]) -> NDArray[np.float64] | None:
     """Numbers of a block, or None if anything about it is irregular."""
     import pandas as pd
 
@@ -300,40 +362,46 @@ def _parsed(block: bytes, columns: int) -> NDArray[np.float64] | None:
     except (ValueError, OverflowError):  # ParserError and EmptyDataError are ValueErrors
         return None
     values = frame.to_numpy()
-    if values.shape[1] != columns or not np.isfinite(values).all():
+    if values.shape[1] != len(names):
         return None
-    colours = values[:, 3:]
-    if columns == 6 and not ((colours >= 0) & (colours <= 255) & (colours == np.floor(colours))).all():
-        return None
-    return values
+    odd = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    if odd.size:  # a short line is filled up with nan, so what stands there is looked at
+        lines = [text for text in block.split(b"\n") if text.strip()]
+        if len(lines) != len(values) or any(_fault(lines[row].removesuffix(b"\r"), names) for row in odd):
+            return None
+    colours = values[:, [number for number, name in enumerate(names) if name in ("r", "g", "b")]]
+    return values if ((colours >= 0) & (colours <= 255) & (colours == np.floor(colours))).all() else None
 
 
-def _examined(block: bytes, line: int, columns: int) -> _BadLineError:
+def _examined(block: bytes, line: int, names: Sequence[str]) -> _BadLineError:
     """Find the first line of a block that is not as it should be."""
     number = line
     for number, text in enumerate(block.split(b"\n"), start=line):
-        what = _fault(text.removesuffix(b"\r"), columns)
+        what = _fault(text.removesuffix(b"\r"), names)
         if what:
             return _BadLineError(number, what)
     return _BadLineError(line, f"the lines from here to line {number} cannot be read as numbers separated by blanks")
 
 
-def _fault(text: bytes, columns: int) -> str:
+def _fault(text: bytes, names: Sequence[str]) -> str:
     words = text.split()
     if not words:
         return ""
     for position, word in enumerate(words):
         said = shown(word.decode("ascii", "backslashreplace"))
+        colour = len(words) == len(names) and names[position] in ("r", "g", "b")
+        if _NOWHERE.fullmatch(word) and not colour:
+            continue
         if not _NUMBER.fullmatch(word):
-            return f"{said} is not a finite number such as 1.25"
+            return f"{said} is not a number such as 1.25"
         if not np.isfinite(float(word)):
             return f"{said} is too large"
-        if len(words) == columns and position >= 3 and not (float(word).is_integer() and 0 <= float(word) <= 255):
+        if colour and not (float(word).is_integer() and 0 <= float(word) <= 255):
             return f"the colour {said} is not an integer from 0 to 255"
-    return "" if len(words) == columns else f"there are {len(words)} columns where the first line has {columns}"
+    return "" if len(words) == len(names) else f"there are {len(words)} columns where {len(names)} were expected"
 
 
-def _repaired(path: Path, block: bytes, line: int, columns: int, notes: list[str]) -> bytes:
+def _repaired(path: Path, block: bytes, line: int, names: Sequence[str], notes: list[str]) -> bytes:
     """Replace the byte 0x10 by a blank or by the digit 0, whichever gives the line its columns."""
     lines = block.split(b"\n")
     for position, text in enumerate(lines):
@@ -341,7 +409,7 @@ def _repaired(path: Path, block: bytes, line: int, columns: int, notes: list[str
             continue
         for meant, said in ((b" ", "a blank"), (b"0", "the digit 0")):
             candidate = text.replace(_BAD_BYTE, meant)
-            if len(candidate.split()) == columns and not _fault(candidate.removesuffix(b"\r"), columns):
+            if not _fault(candidate.removesuffix(b"\r"), names):
                 with path.open("rb") as file:
                     digest = hashlib.file_digest(file, "sha256").hexdigest()
                 notes.append(f"{path.name}, line {line + position}: the byte 0x10 was read as {said} (SHA-256 of the file {digest})")
@@ -350,34 +418,3 @@ def _repaired(path: Path, block: bytes, line: int, columns: int, notes: list[str
         else:
             raise _BadLineError(line + position, "it holds the byte 0x10, and neither a blank nor the digit 0 in its place gives a point")
     return b"\n".join(lines)
-
-
-def _ply(path: Path) -> Iterator[_Block]:
-    from fairaudit.libraries import library
-
-    plyfile = library("plyfile", "navigation")
-    try:
-        vertices = plyfile.PlyData.read(str(path))["vertex"].data
-    except (plyfile.PlyParseError, KeyError, ValueError, OSError, EOFError, MemoryError, UnicodeError) as error:
-        what = "it has no element named vertex" if isinstance(error, KeyError) else (str(error).splitlines() or ["it is cut short"])[0]
-        raise InputError(f"{path}: this is not a PLY file of points: {what}") from None
-    have = vertices.dtype.names or ()
-    missing = [axis for axis in "xyz" if axis not in have]
-    if missing:
-        raise InputError(f"{path}: the vertices have no property {shown(missing[0])}; x, y and z are needed")
-    xyz = np.empty((len(vertices), 3))
-    for column, axis in enumerate("xyz"):
-        xyz[:, column] = vertices[axis]
-    wrong = np.flatnonzero(~np.isfinite(xyz).all(axis=1))
-    if wrong.size:
-        raise InputError(f"{path}: vertex {wrong[0]} has the coordinates {xyz[wrong[0]].tolist()}; finite numbers are accepted")
-    rgb = np.full((len(vertices), 3), GREY, np.uint8)
-    for names in (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue")):
-        if all(name in have for name in names):
-            for column, name in enumerate(names):
-                if vertices[name].dtype != np.uint8:
-                    raise InputError(f"{path}: the property {name} is not of the type uchar; colours from 0 to 255 are accepted")
-                rgb[:, column] = vertices[name]
-            break
-    if len(xyz):
-        yield xyz, rgb

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.plugins.navigation.grids import read_grid
-from fairaudit.plugins.navigation.maps import RESOLUTION, Maps, clearances, maps_of_grid, rasterise
+from fairaudit.plugins.navigation.formats import is_bag, read_bag_grid
+from fairaudit.plugins.navigation.grids import OccupancyGrid, read_grid
+from fairaudit.plugins.navigation.ground import advice, prepare
+from fairaudit.plugins.navigation.maps import BAND, RESOLUTION, Maps, clearances, maps_of_grid, rasterise
 from fairaudit.plugins.navigation.readers import Points, read_points
 from fairaudit.plugins.navigation.routes import Cell, Flood, Route, flood, nearest_free, waypoints
 from fairaudit.plugins.navigation.topology import footprints
@@ -22,7 +24,8 @@ from fairaudit.plugins.navigation.topology import footprints
 __all__ = ["Candidate", "CandidateSet", "Place", "Scenario", "plan_candidates", "read_scan", "read_scenario", "scenarios_of"]
 
 SECTIONS = ("title", "scan", "map", "start", "candidate", "context", "routes", "pictures")
-SCAN_KEYS, MAP_KEYS = ("path", "rooms"), ("resolution", "bounds", "floor", "ceiling", "band", "clearance", "robot_radius")
+FILE_KEYS, GROUND_KEYS = ("rooms", "columns", "topic", "message"), ("unit", "up", "level", "stray")
+SCAN_KEYS, MAP_KEYS = ("path", *FILE_KEYS, *GROUND_KEYS), ("resolution", "bounds", "floor", "ceiling", "band", "clearance", "robot_radius")
 PLACE_KEYS, CANDIDATE_KEYS = ("at", "room"), ("label", "at", "room", "profile")
 CONTEXT_KEYS, ROUTE_KEYS, PICTURE_KEYS = ("column", "values"), ("corner_cutting", "equal_within"), ("folder", "scale")
 GRID_ENDINGS = (".yaml", ".yml", ".map")
@@ -51,8 +54,8 @@ class Scenario:
         What it is about.
     scan : Path
         The scan or map, as the file names it.
-    rooms : tuple of str
-        The rooms of the scan that are used; all if empty.
+    reading : dict
+        Options of `read_points` and `prepare`.
     options : dict
         Options of `rasterise`.
     start : Place
@@ -75,7 +78,7 @@ class Scenario:
     sha256: str
     title: str
     scan: Path
-    rooms: tuple[str, ...]
+    reading: dict[str, Any]
     options: dict[str, Any]
     start: Place
     labels: tuple[str, ...]
@@ -200,7 +203,7 @@ def _scenario(path: Path, digest: str, document: Mapping[str, Any]) -> Scenario:
         sha256=digest,
         title=_text(document.get("title", path.stem), "title"),
         scan=Path(_text(scan.get("path"), "path of [scan]")),
-        rooms=_texts(scan.get("rooms", []), "rooms of [scan]"),
+        reading={key: _reading(key, value) for key, value in scan.items() if key != "path"},
         options=options,
         start=_place(start, "[start]"),
         labels=labels,
@@ -247,6 +250,16 @@ def _texts(value: object, what: str) -> tuple[str, ...]:
     return tuple(_text(entry, f"entry of the {what}") for entry in value)
 
 
+def _reading(key: str, value: object) -> Any:
+    if key in ("rooms", "columns"):
+        return _texts(value, f"{key} of [scan]")
+    if key not in ("level", "stray"):
+        return _text(value, f"{key} of [scan]")
+    if not isinstance(value, bool):
+        raise InputError(f"[scan] {key} is {shown(value)}; true or false is accepted")
+    return value
+
+
 def _number(value: object, what: str, least: float | None = None) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value) or abs(value) > 1e9:
         raise InputError(f"the {what} is {shown(value)}; a number is accepted")
@@ -287,7 +300,7 @@ def _profile(value: object, label: str) -> dict[str, str | int | float]:
     return dict(value)
 
 
-def read_scan(path: Path, rooms: tuple[str, ...], options: Mapping[str, Any]) -> tuple[Maps, Points | None, str]:
+def read_scan(path: Path, reading: Mapping[str, Any], options: Mapping[str, Any]) -> tuple[Maps, Points | None, str]:
     """Read a scan or a grid map, and build the maps.
 
     Returns
@@ -300,17 +313,30 @@ def read_scan(path: Path, rooms: tuple[str, ...], options: Mapping[str, Any]) ->
     InputError
         If it cannot be read, or an option does not go with it.
     """
-    if path.suffix.lower() not in GRID_ENDINGS:
-        points = read_points(path, rooms=rooms)
+    grid = _grid(path, reading)
+    if grid is None:
+        points = read_points(path, **{key: value for key, value in reading.items() if key in FILE_KEYS})
+        points = prepare(points, **{key: value for key, value in reading.items() if key in GROUND_KEYS})
         chosen = dict(options)
-        return rasterise(points, chosen.pop("resolution", RESOLUTION), **chosen), points, points.sha256
-    odd = [key for key in options if key != "robot_radius"]
-    if odd or rooms:
-        raise InputError(f"{path} is a grid map, with a resolution of its own; {odd[0] if odd else 'rooms'} does not go with it")
-    grid = read_grid(path)
+        maps = rasterise(points, chosen.pop("resolution", RESOLUTION), **chosen)
+        low, high = (maps.floor + height for height in options.get("band", BAND))
+        said = advice(points, maps.frame.resolution, float(options.get("robot_radius", 0.0)), (low, high))
+        return maps, replace(points, notes=(*points.notes, *said)), points.sha256
+    odd = [key for key in options if key != "robot_radius"] + [
+        key for key in reading if not is_bag(path) or key not in ("topic", "message")
+    ]
+    if odd:
+        raise InputError(f"{path} is a grid map, with a resolution of its own; {odd[0]} does not go with it")
     frame = grid.frame
     content = f"{frame.x!r} {frame.y!r} {frame.resolution!r} {frame.rows} {frame.columns}\n".encode() + grid.states.tobytes()
     return maps_of_grid(grid, float(options.get("robot_radius", 0.0))), None, hashlib.sha256(content).hexdigest()
+
+
+def _grid(path: Path, reading: Mapping[str, Any]) -> OccupancyGrid | None:
+    """Grid map of a file, or None if it is a scan."""
+    if path.suffix.lower() in GRID_ENDINGS:
+        return read_grid(path)
+    return read_bag_grid(path, reading.get("topic"), reading.get("message")) if is_bag(path) and path.exists() else None
 
 
 def plan_candidates(scenario: Scenario) -> CandidateSet:
@@ -333,7 +359,7 @@ def plan_candidates(scenario: Scenario) -> CandidateSet:
         differ by more than is allowed.
     """
     try:
-        maps, points, digest = read_scan(scenario.path.parent / scenario.scan, scenario.rooms, scenario.options)
+        maps, points, digest = read_scan(scenario.path.parent / scenario.scan, scenario.reading, scenario.options)
         start = _cell(maps, points, scenario.start, "the start")
         found = flood(maps.free, start, corner_cutting=scenario.corner_cutting)
         goals = [

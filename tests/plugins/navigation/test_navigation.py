@@ -167,7 +167,7 @@ def test_chosen_route_is_exported(copy: Path, capsys: pytest.CaptureFixture[str]
         (("[[candidate]]", "[[candidates]]"), "unknown key 'candidates'"),
         (('path = "area"', 'path = "aera"'), "no such file or folder"),
         (('path = "area"', "path = 3"), "the path of [scan] is 3; a text is needed"),
-        (('path = "area"', 'path = "documents.toml"'), "documents.toml: line 1: there are"),
+        (('path = "area"', 'path = "documents.toml"'), "scans that end in '.toml' are not read"),
         (("equal_within = 0.2", "equal_within = -1"), "at least 0 is accepted"),
         (("[start]", "[start"), "this is not a TOML file"),
         (("[scan]", "[scam]"), "there is no section [scan]"),
