@@ -65,13 +65,16 @@ class Browser:
         command = self.driver.execute_cdp_cmd
         command("Emulation.setDeviceMetricsOverride", {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600})
         command("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
-        if not scripts:
-            self.driver.get(page.as_uri())  # the next load is in the same process, to which the setting then applies from the start
-        command("Emulation.setScriptExecutionDisabled", {"value": not scripts})
-        for kind in ("browser", "performance"):
-            self.driver.get_log(kind)
-        self.driver.get(page.as_uri())
         deadline = time.monotonic() + 60
+        while True:
+            command("Emulation.setScriptExecutionDisabled", {"value": not scripts})
+            for kind in ("browser", "performance"):
+                self.driver.get_log(kind)
+            self.driver.get(page.as_uri())
+            command("Emulation.setScriptExecutionDisabled", {"value": False})  # what is loaded stays as it is
+            if scripts or self.run("return document.getElementById('save')?.hidden !== false"):
+                break  # otherwise the page came with a new process, and its script began before the setting reached it
+            assert time.monotonic() < deadline, "the page runs scripts although they are switched off"
         while scripts and not self.run("return document.documentElement.dataset.checked"):
             assert time.monotonic() < deadline, "the page did not finish its check"
             time.sleep(0.02)
@@ -85,6 +88,15 @@ class Browser:
         """What the page found out about itself: agrees, differs, refused or unknown."""
         return str(self.run("return document.documentElement.dataset.checked"))
 
+    def proved(self) -> list[str]:
+        """Wait for the verified program; what it says of the page's certificate, and then of each statement, with their signs."""
+        deadline = time.monotonic() + 60
+        while not self.run("return document.documentElement.dataset.proved"):
+            assert time.monotonic() < deadline, "the verified program did not finish"
+            time.sleep(0.02)
+        lines = self.run("return [...document.querySelectorAll('#proved-list li')].map((e) => e.textContent)")
+        return [self.run("return document.documentElement.dataset.proved"), *lines]
+
     @property
     def findings(self) -> list[str]:
         """The statements that the page lists, with their signs."""
@@ -95,10 +107,13 @@ class Browser:
         return list(self.driver.get_log("browser"))
 
     def requests(self) -> list[str]:
-        """Addresses that the page asked for; those of the browser's own empty tab before it may come late, and are left out."""
+        """Addresses that the page asked for; those of the browser's own empty tab before it may come late, and are left out.
+
+        So are those of what the page itself made: the script of its worker.
+        """
         messages = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
         asked = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
-        return [address for address in asked if not address.startswith("chrome://")]
+        return [address for address in asked if not address.startswith(("chrome://", "blob:"))]
 
     def picture(self, height: int) -> bytes:
         """The page from its top, as PNG, in a font that does not depend on the machine's choice."""

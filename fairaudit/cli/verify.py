@@ -32,6 +32,7 @@ def add(commands: Any) -> None:
         "or the signature of the attestation was not checked, or a log is not there",
         usage="%(prog)s CERTIFICATE… [--table FILE] [--attestation FILE [--key PUB.pem] [--recount LOG… [--query SQL]]]\n"
         "                        [--require within] [--verbose | --quiet] [--format text|json]\n"
+        "       %(prog)s CERTIFICATE [--table FILE] --coq FILE.v [--quiet] [--format text|json]\n"
         "       %(prog)s --export FILE.pyz",
         allow_abbrev=False,
     )
@@ -51,6 +52,12 @@ def add(commands: Any) -> None:
         metavar="FILE.pyz",
         help="write the checker as one file, which runs as `python -I -S FILE.pyz CERTIFICATE.json`, and print its SHA-256",
     )
+    parser.add_argument(
+        "--coq",
+        metavar="FILE.v",
+        help="of a true certificate, also write the table and what is stated of it as a file that Coq checks (docs/trust.md compares what "
+        "the ways to check take on trust)",
+    )
     more = parser.add_mutually_exclusive_group()
     more.add_argument("--verbose", action="store_true", help="print every statement and every assumption, too")
     more.add_argument("--quiet", action="store_true", help="print nothing; the exit code tells")
@@ -69,6 +76,8 @@ def run(arguments: argparse.Namespace) -> Answer | int:
                 "--export writes the checker and checks nothing; leave the certificate, its table and attestation, and --require away"
             )
         return _export(arguments.export)
+    if arguments.coq is not None:
+        return _for_coq(arguments)
     if not arguments.certificates and arguments.recount is not None:
         raise InputError(
             "no certificate is named before --recount, which takes all names that follow it; write fairaudit verify CERTIFICATE.json "
@@ -86,6 +95,46 @@ def run(arguments: argparse.Namespace) -> Answer | int:
         if given is not None:
             raise InputError(f"{what} of one certificate; name one, or leave {what.split()[0]} away")
     return min(filter(None, [_check_one_of(arguments, name) for name in arguments.certificates]), default=0)
+
+
+def _for_coq(arguments: argparse.Namespace) -> Answer | int:
+    """Check a certificate and write it for Coq; nothing is written unless every statement is true."""
+    from fairaudit.cli.checking import printable
+    from fairaudit.cli.destinations import refuse_output
+    from fairaudit.errors import FalseCertificate, InputError, TableNeeded
+    from fairaudit.files import write_atomically
+    from fairaudit.verified.coq_file import coq_file
+    from fairaudit.verified.verification import checked, opened
+
+    others = (arguments.attestation, arguments.key, arguments.recount, arguments.require)
+    if len(arguments.certificates) != 1 or any(other is not None for other in others) or arguments.verbose:
+        raise InputError("--coq writes one certificate for Coq: give that, --table FILE if it does not hold its table, and no other option")
+    name, path = arguments.certificates[0], arguments.coq
+    if not path.endswith(".v"):
+        raise InputError(f"--coq {path} does not end in .v, as files of Coq do; name a file FILE.v")
+    refuse_output(path, [one for one in (name, arguments.table) if one is not None], "what is checked")
+    try:
+        found = opened(name, arguments.table)
+        found = replace(found, lines=None if found.lines is None else list(found.lines))
+        said = checked(found)
+        if not said:
+            raise TableNeeded(f"{name} does not hold its table; give the file of the table by --table")
+        made = coq_file(found.document, found.raw, found.lines)
+    except (FalseCertificate, TableNeeded) as error:
+        if not arguments.quiet:
+            print(f"fairaudit: {printable(str(error))}", file=sys.stderr)
+        return 1 if isinstance(error, FalseCertificate) else 3
+    write_atomically(Path(path), [made.text.encode()])
+    if arguments.quiet:
+        return 0
+    rest = f"; it names the other {made.left}" if made.left else ""
+    sentence = printable(f"Every statement of the certificate is true, and {path} has {made.proved} of them for Coq to prove{rest}.")
+    return Answer(
+        "coq",
+        sentence=sentence,
+        result=lambda: {"file": path, "proved": made.proved, "left_out": made.left},
+        text=lambda: sentence,
+    )
 
 
 def _check_one_of(arguments: argparse.Namespace, name: str) -> int:

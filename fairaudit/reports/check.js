@@ -1187,6 +1187,48 @@
     say("the " + rows.length + " rows of the table that stand on this page", wrong === 0, wrong ? wrong + " of them differ from the table" : "");
   }
 
+  // The program of proofs/checker, which is itself proved, in a worker of its own: a line for each statement, after one with the exit code.
+  const VERIFIED = "verified.js";
+  const ANSWER = `onmessage = ({ data }) => {
+    const bytes = new TextEncoder().encode(data);
+    let text = "";
+    for (let i = 0; i < bytes.length; i += 8192) text += String.fromCharCode(...bytes.subarray(i, i + 8192));
+    postMessage(fairauditVerified(text));
+  };`;
+  function prove(source) {
+    const box = at("proved"), list = at("proved-list");
+    const end = (state, bold, rest) => {
+      box.textContent = "";
+      box.dataset.state = state;
+      box.append(element("strong", bold), " " + rest);
+      document.documentElement.dataset.proved = state;
+    };
+    const failed = () => end("unknown", "The verified program could not run in this browser.", "It comes with fairaudit as a command, too.");
+    const found = ({ data }) => {
+      const [code, ...lines] = data.split("\n"), told = lines.map((line) => [line.slice(0, line.indexOf(": ")), line.slice(line.indexOf(": ") + 2)]);
+      const count = (word) => told.filter(([outcome]) => outcome === word).length, wrong = count("FALSE"), good = count("true"), open = count("not covered");
+      if (code === "2") end("refused", "✗ The verified program refuses this certificate:", printable(lines.join(" ")) + " Do not use this page.");
+      else if (!good && !wrong) end("unknown", "The verified program judges nothing of this certificate.", "Use fairaudit verify.");
+      else if (wrong) end("differs", "✗ By the verified program " + wrong + " of " + told.length + " statements are FALSE.", "Do not use this page.");
+      else end("agrees", "✓ By the verified program " + good + " statements are true.", open ? open + " are not checked by it: use fairaudit verify." : "");
+      for (const [outcome, what] of told.slice(0, 500)) {
+        list.append(element("li", ({ true: "✓ ", FALSE: "✗ FALSE: " }[outcome] || "– not checked in this page, use fairaudit verify: ") + printable(what)));
+      }
+      at("proofs").hidden = false;
+      const top = at("check"), bad = ["refused", "differs"];
+      if (bad.includes(box.dataset.state) && !bad.includes(top.dataset.state)) { top.dataset.state = box.dataset.state; top.textContent = box.textContent; document.documentElement.dataset.checked = box.dataset.state; }
+    };
+    box.hidden = false;
+    box.textContent = "The verified program is reading the certificate …";
+    try {
+      const own = globalThis.trustedTypes ? trustedTypes.createPolicy("fairaudit", { createScriptURL: (url) => url }) : { createScriptURL: (url) => url };
+      const url = URL.createObjectURL(new Blob([VERIFIED, ANSWER], { type: "text/javascript" })), worker = new Worker(own.createScriptURL(url));
+      const close = (then) => (event) => { then(event); worker.terminate(); URL.revokeObjectURL(url); };
+      worker.onmessage = close(found); worker.onerror = close(failed);
+      worker.postMessage(source);
+    } catch (error) { failed(); }
+  }
+
   async function run() {
     const box = at("check"), source = at("certificate").textContent;
     box.textContent = "Recomputing the figures from the table in this page …";
@@ -1205,6 +1247,7 @@
     }
     if (law) lookUp(law);
     document.documentElement.dataset.checked = box.dataset.state;
+    prove(source);
   }
 
   const save = at("save");

@@ -15,9 +15,10 @@ from fairaudit.audits.targets import Target
 from fairaudit.certificates.reader import Subject
 from fairaudit.errors import InputError
 from fairaudit.exact.extended import Extended
+from fairaudit.exact.rationals import shortened
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ends import Method, form_ends
-from fairaudit.measures.differences import MeanDifference, furthest_contexts, signed_means
+from fairaudit.measures.differences import MeanDifference, furthest_contexts, outermost_means
 from fairaudit.measures.limits import Quantity
 from fairaudit.measures.ratios import Ratio, Witness, most_unequal_contexts
 from fairaudit.model.law import Law
@@ -192,7 +193,7 @@ def rate_text(value: Value, unit: str = " %") -> str:
     >>> rate_text(Value(Fraction(1198, 2691))), rate_text(Value(Fraction(9999, 10000))), rate_text(Value(Fraction(1, 3), "up"))
     ('44.5 %', '99.99 %', '33.4 %')
     """
-    share = 100 * Fraction(value.value)
+    share = 100 * shortened(Fraction(value.value))
     if share in (0, 100):
         return f"{share}{unit}"
     digits, rounded = 3, Decimal(100)
@@ -260,15 +261,16 @@ class Parts:
 
     def groups(self, *, rates: bool, most: int) -> tuple[tuple[GroupLine, ...], int, str]:
         """What groups get over all contexts, the worst first and the best last, how many are not listed, and how sure intervals are."""
-        listed = group_means(self.subject)
+        listed = group_means(self.subject, most, burden=self.seen.burden)
         if not listed:
             return (), 0, ""
         law, over_units = self.subject.law, self._over_units()
+        number = len(law.global_groups) if listed[0][2] is None else len(listed)
         if over_units:
             listed = [(a, over_units.get(law.groups[a], mean), weight) for a, mean, weight in listed]
         ordered = sorted(listed, key=lambda entry: -entry[1] if self.seen.burden else entry[1])
         best = ordered[-1][1]
-        kept = ordered if len(ordered) <= most else [*ordered[: most - 1], ordered[-1]]
+        kept = ordered if number <= most else [*ordered[: most - 1], ordered[-1]]
         ends, sure = self._ends()
         lines = []
         for a, mean, weight in kept:
@@ -279,7 +281,7 @@ class Parts:
             least, greatest = (high - low, high - low) if self.signed else (quotient(low, high), quotient(high, low))
             gets = self.gets(law.group_label(a), mean, size, rates=rates)
             lines.append(GroupLine(gets, between, Value(least), Value(greatest)))
-        return tuple(lines), len(ordered) - len(kept), sure if any(line.ends for line in lines) else ""
+        return tuple(lines), number - len(kept), sure if any(line.ends for line in lines) else ""
 
     def _units(self, group: int) -> int | None:
         """How many units a group has, where they have several rows and there is one context."""
@@ -412,15 +414,18 @@ def _count(number: int, what: str) -> str:
     return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
-def group_means(subject: Subject) -> list[tuple[int, Fraction, Fraction | None]]:
-    """Of each group its mean over all contexts, exact, and of counts how many decisions it has; empty where means are not defined."""
+def group_means(subject: Subject, most: int, *, burden: bool) -> list[tuple[int, Fraction, Fraction | None]]:
+    """Of groups their means over all contexts, exact, and of counts how many decisions they have; empty where means are not defined.
+
+    Of probabilities, those that the worst and the best are among are enough where there are more than are listed.
+    """
     law, utility = subject.law, subject.utility
     if law.kind == "counts" and law.population == "counts":
         return _counted_means(law, utility)
     if not law.global_groups:
         return []
     try:
-        return [(a, mean, None) for a, mean in zip(law.global_groups, signed_means(law, utility), strict=True)]
+        return [(a, mean, None) for a, mean in outermost_means(law, utility, most, greatest=burden)]
     except InputError:  # of more digits than anybody computes
         return []
 

@@ -12,7 +12,7 @@ from fairaudit.audits.differences import difference_pair
 from fairaudit.audits.sentences import Deciding, caution, few_of_policy, headline_pair, identifier_text
 from fairaudit.audits.targets import Target
 from fairaudit.exact.extended import Extended
-from fairaudit.exact.rationals import quotient
+from fairaudit.exact.rationals import quotient, shortened
 from fairaudit.inference.verdicts import SEVERITY
 from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.limits import Quantity, limit_cells, limit_text
@@ -44,6 +44,7 @@ def figure(value: Extended, rounding: Literal["nearest", "down", "up"] = "neares
     """
     if not isinstance(value, Fraction) or not Fraction(1, 10**300) < abs(value) < GREAT:
         return approximate(value, rounding, digits)
+    value = shortened(value)
     towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
     whole = len(str(abs(value.numerator) // value.denominator))
     with localcontext(Context(prec=max(digits, whole), rounding=towards)) as context:

@@ -66,7 +66,7 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "", pro
     environment, markup = templates()
     page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
     css, script = (files("fairaudit.reports").joinpath(name).read_text("utf-8") for name in ("page.css", "check.js"))
-    script = script.replace('"certificate.schema.json"', _shape(), 1)
+    script = script.replace('"certificate.schema.json"', _shape(), 1).replace('"verified.js"', _verified(), 1)
     views = Views(page)
     text: str = environment.get_template("page.html.j2").render(
         page=page,
@@ -81,8 +81,8 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "", pro
         css=markup(css),
         script=markup(script),
         embedded=markup(embedded(page.document)),
-        policy=f"default-src 'none'; style-src '{digest(css)}'; script-src '{digest(script)}'; base-uri 'none'; form-action 'none'; "
-        "require-trusted-types-for 'script'; trusted-types 'none'",
+        policy=f"default-src 'none'; style-src '{digest(css)}'; script-src '{digest(script)}'; worker-src blob:; base-uri 'none'; "
+        "form-action 'none'; require-trusted-types-for 'script'; trusted-types fairaudit",
         svg=markup,
         heat=heat,
         curve=markup(curve(page.calibration)) if page.calibration else "",
@@ -186,6 +186,13 @@ def templates(package: str = "fairaudit.reports") -> tuple[Any, type[Markup]]:
 def _shape() -> str:
     """The schema of certificates as a literal for the page's script, without what is only for people."""
     return json.dumps(_bare(schema()), ensure_ascii=True, separators=(",", ":")).replace("<", "\\u003c")
+
+
+@cache
+def _verified() -> str:
+    """The checker that is extracted from its proof, as a literal for the page's script, which runs it in a worker."""
+    text = files("fairaudit.reports").joinpath("verified.js").read_text("utf-8")
+    return json.dumps(text, ensure_ascii=True).replace("<", "\\u003c")
 
 
 def _bare(of: Any) -> Any:

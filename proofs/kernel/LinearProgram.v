@@ -14,6 +14,7 @@ From Coq Require Import ZArith List.
 From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp.zify Require Import ssrZ.
 From mathcomp.algebra_tactics Require Import ring.
+From FairauditKernel Require Import FractionsSound.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -66,50 +67,6 @@ Definition lp_check (scale : Z) (objective : row) (ms : list (Z * row)) : bool :
     & Z.leb (greatest (combination ((scale, objective) :: ms))) Z0].
 End Box.
 End Checker.
-
-(* ---- What the numbers mean in an ordered field ---- *)
-
-Section Meaning.
-Variable R : realFieldType.
-Local Open Scope ring_scope.
-
-(* an integer as an element of the field *)
-Definition embed (z : Z) : R := (int_of_Z z)%:~R.
-
-Lemma embedD a b : embed (Z.add a b) = embed a + embed b.
-Proof. by rewrite /embed -[Z.add a b]/(a + b) !rmorphD. Qed.
-
-Lemma embedM a b : embed (Z.mul a b) = embed a * embed b.
-Proof. by rewrite /embed -[Z.mul a b]/(a * b) !rmorphM. Qed.
-
-Lemma embedN a : embed (Z.opp a) = - embed a.
-Proof. by rewrite /embed -[Z.opp a]/(- a) !rmorphN. Qed.
-
-Lemma embed0 : embed Z0 = 0. Proof. by []. Qed.
-Lemma embed1 : embed (Zpos xH) = 1. Proof. by []. Qed.
-
-Lemma embed_ge0 a : Z.leb Z0 a -> 0 <= embed a.
-Proof. by case: a => // p _; rewrite /embed /= ler0n. Qed.
-
-Lemma embed_gt0 a : Z.ltb Z0 a -> 0 < embed a.
-Proof. case: a => // p _; rewrite /embed /= ltr0n; apply/ssrnat.ltP; exact: Pos2Nat.is_pos. Qed.
-
-Lemma embed_pos p : 0 < embed (Zpos p). Proof. exact: embed_gt0. Qed.
-
-Lemma embed_le0 a : Z.leb a Z0 -> embed a <= 0.
-Proof.
-move=> /Z.leb_le /Z.opp_nonneg_nonpos /Z.leb_le /embed_ge0.
-by rewrite embedN oppr_ge0.
-Qed.
-
-Lemma embed_le a b : Z.leb a b -> embed a <= embed b.
-Proof.
-move=> /Z.leb_le /Zle_minus_le_0 /Z.leb_le /embed_ge0.
-by rewrite -Z.add_opp_r embedD embedN subr_ge0.
-Qed.
-End Meaning.
-
-Arguments embed {R} z : simpl never.
 
 Section Soundness.
 Variables (R : realFieldType) (var : eqType) (same before : var -> var -> bool).

@@ -5,7 +5,7 @@ From Coq Require Import ZArith QArith List.
 From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp.zify Require Import ssrZ.
 From mathcomp.algebra_tactics Require Import ring.
-From FairauditKernel Require Import LinearProgram WorstCase.
+From FairauditKernel Require Import Fractions FractionsSound LinearProgram WorstCase.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -16,10 +16,10 @@ Local Open Scope ring_scope.
 
 Section Soundness.
 Variable R : realFieldType.
+Local Notation embed := (@embed R).
+Local Notation ratio := (@ratio R).
 
 (* ==== What a class of utilities is (this part has to be read; all that follows it is checked by Coq) ==== *)
-
-Definition ratio (q : Q) : R := embed (Qnum q) / embed (Zpos (Qden q)).
 
 (* g(u,x,a), by context, group and decision.  What it is outside the table does not matter. *)
 Definition utility : Type := Z -> Z -> Z -> R.
@@ -73,61 +73,6 @@ Definition global_floor (K : utilities) (T : table) (g : utility) (a b : Z) : Pr
 
 (* ==== Proofs ==== *)
 
-(* ---- Fractions ---- *)
-
-Lemma embed_neq0 p : embed (Zpos p) != 0 :> R.
-Proof. by rewrite gt_eqF // embed_pos. Qed.
-
-Lemma ratio_eq (q r : Q) : Z.mul (Qnum q) (Zpos (Qden r)) = Z.mul (Qnum r) (Zpos (Qden q)) -> ratio q = ratio r.
-Proof.
-by move=> e; apply/eqP; rewrite /ratio eqr_div ?embed_neq0 // -!embedM e.
-Qed.
-
-Lemma ratio_reduced q : ratio (reduced q) = ratio q.
-Proof.
-rewrite /reduced; case: q => n d /=.
-have [n' n'E] := Z.gcd_divide_l n (Zpos d); have [d' d'E] := Z.gcd_divide_r n (Zpos d).
-have g0 : Z.gcd n (Zpos d) <> Z0 by move=> e; rewrite e Z.mul_0_r in d'E.
-rewrite [in Z.div (Zpos d)]d'E Z.div_mul // [in Z.div n]n'E Z.div_mul //.
-case: d' d'E => [|p|p] // d'E; apply: ratio_eq => /=.
-by rewrite [in RHS]n'E [in LHS]d'E; ring.
-Qed.
-
-Lemma ratio_plus q r : ratio (plus q r) = ratio q + ratio r.
-Proof.
-rewrite ratio_reduced /ratio /= Pos2Z.inj_mul embedD !embedM addf_div ?embed_neq0 //.
-Qed.
-
-Lemma ratio_times q r : ratio (times q r) = ratio q * ratio r.
-Proof. by rewrite ratio_reduced /ratio /= Pos2Z.inj_mul !embedM mulf_div. Qed.
-
-Lemma ratio_minus q : ratio (minus q) = - ratio q.
-Proof. by rewrite /ratio /= embedN mulNr. Qed.
-
-Lemma ratio_inverse q : positive_fraction q -> ratio (inverse q) = (ratio q)^-1.
-Proof. by case: q => [[|n|n] d] // _; rewrite /ratio /inverse /= invf_div. Qed.
-
-Lemma ratio_zero : ratio zero = 0. Proof. by rewrite /ratio /= embed0 mul0r. Qed.
-Lemma ratio_one : ratio one = 1. Proof. by rewrite /ratio /= embed1 divr1. Qed.
-
-Lemma ratio_ge0 q : nonnegative q -> 0 <= ratio q.
-Proof. by move=> /(embed_ge0 R) q0; rewrite /ratio divr_ge0 // ltW // embed_pos. Qed.
-
-Lemma ratio_gt0 q : positive_fraction q -> 0 < ratio q.
-Proof. by move=> /(embed_gt0 R) q0; rewrite /ratio divr_gt0 // embed_pos. Qed.
-
-Lemma at_mostP q r : at_most q r -> ratio q <= ratio r.
-Proof.
-move=> /(embed_le R); rewrite !embedM /ratio => le.
-by rewrite ler_pdivr_mulr ?embed_pos // mulrAC ler_pdivl_mulr ?embed_pos.
-Qed.
-
-Lemma equalP q r : equal q r -> ratio q = ratio r.
-Proof. by case/andP => /Z.eqb_eq num /Z.eqb_eq den; apply: ratio_eq; rewrite num den. Qed.
-
-Lemma ratio_total qs : ratio (total qs) = \sum_(q <- qs) ratio q.
-Proof. by elim: qs => [|q qs IH]; rewrite ?big_nil ?ratio_zero // big_cons -IH -ratio_plus. Qed.
-
 (* ---- Forms ---- *)
 
 Section Forms.
@@ -173,29 +118,6 @@ Qed.
 End Forms.
 
 (* ---- Lists ---- *)
-
-Lemma eq_sum_in A (s : list A) (F G : A -> R) : (forall x, In x s -> F x = G x) -> \sum_(x <- s) F x = \sum_(x <- s) G x.
-Proof.
-elim: s => [|x s IH] e; rewrite ?big_nil // !big_cons e; last by left.
-by rewrite IH // => y ys; apply: e; right.
-Qed.
-
-Lemma sum_ge0_in A (s : list A) (F : A -> R) : (forall x, In x s -> 0 <= F x) -> 0 <= \sum_(x <- s) F x.
-Proof.
-elim: s => [|x s IH] e; rewrite ?big_nil // big_cons addr_ge0 //; first by apply: e; left.
-by apply: IH => y ys; apply: e; right.
-Qed.
-
-(* A weighted mean lies between the ends of what it is a mean of. *)
-Lemma mean_between A (s : list A) (w f : A -> R) lo hi :
-  (forall x, In x s -> 0 <= w x) -> (forall x, In x s -> lo <= f x <= hi) -> 0 < \sum_(x <- s) w x ->
-  lo <= (\sum_(x <- s) w x * f x) / (\sum_(x <- s) w x) <= hi.
-Proof.
-move=> w0 between W0; rewrite ler_pdivl_mulr // ler_pdivr_mulr // !mulr_sumr.
-apply/andP; split; rewrite -subr_ge0 -sumrB; apply: sum_ge0_in => x xs; have /andP[low high] := between x xs.
-- by rewrite [lo * _]mulrC -mulrBr mulr_ge0 ?w0 // subr_ge0.
-- by rewrite [hi * _]mulrC -mulrBr mulr_ge0 ?w0 // subr_ge0.
-Qed.
 
 Lemma in_entry A (default : A) xs n : entry default xs n = default \/ In (entry default xs n) xs.
 Proof.
@@ -350,7 +272,7 @@ Lemma ratio_weight_sum c : ratio (weight_sum c) = \sum_(o <- outcomes c) ratio (
 Proof. by rewrite ratio_total big_map. Qed.
 
 Lemma sum_of_weights_gt0 c : In c (cells T) -> 0 < \sum_(o <- outcomes c) ratio (weight o).
-Proof. by move/weight_sum_gt0/ratio_gt0; rewrite ratio_weight_sum. Qed.
+Proof. by move/weight_sum_gt0/(ratio_gt0 R); rewrite ratio_weight_sum. Qed.
 
 Lemma expectation_formP c : In c (cells T) -> form_at v (expectation_form K c) = expectation g c.
 Proof.
@@ -369,7 +291,7 @@ Proof. by rewrite /mass /mass_at; case: (population T); rewrite ?ratio_weight_su
 Lemma mass_ge0 c : In c (cells T) -> 0 <= mass_at T c.
 Proof.
 move=> cT; rewrite /mass_at; case: (population T); [exact/ltW/sum_of_weights_gt0 | | exact: ler01].
-by case/and5P: ok => /forallb_forall cells_ok _ _ _ _; have /and3P[_ _ /ratio_ge0] := cells_ok _ cT.
+by case/and5P: ok => /forallb_forall cells_ok _ _ _ _; have /and3P[_ _ /(ratio_ge0 R)] := cells_ok _ cT.
 Qed.
 
 Lemma ratio_mass_of_group a : ratio (mass_of_group T a) = \sum_(c <- of_that_group T a) mass_at T c.
@@ -403,7 +325,7 @@ Lemma alike_expectations c d : blind K -> In c (cells T) -> In d (cells T) -> co
 Proof.
 move=> b cT dT xx; rewrite !expectation_of_law // xx.
 elim: (law c) (law d) => [|[u p] ps IH] [|[w q] qs] //; first by rewrite !big_nil.
-case/andP=> /Z.eqb_eq -> /andP[/equalP pq /IH e].
+case/andP=> /Z.eqb_eq -> /andP[/(equalP R) pq /IH e].
 by rewrite !big_cons /= pq e (is_blind g_in b _ (group c) (group d)).
 Qed.
 
@@ -429,13 +351,13 @@ Lemma setting_sound value es s h l :
   form_at v h.2 <= ratio value * form_at v l.2.
 Proof.
 move=> /forallb_forall proofs value1 rows0 hs ls differ floors0 high low same_expectation.
-have l0 : 0 <= form_at v l.2 by apply: le_trans low; case/and5P: ok => _ /ratio_ge0.
+have l0 : 0 <= form_at v l.2 by apply: le_trans low; case/and5P: ok => _ /(ratio_ge0 R).
 have v1 : 1 <= ratio value by rewrite -ratio_one; apply: at_mostP.
 have := proofs _ (in_pairs hs ls differ); rewrite /pair_proved; case: (List.find _ _) => [e|].
   case ms: (chosen _ _ _) => [ms'|] // checked; rewrite -subr_le0 -form_multiplied -form_difference.
   apply: proved_sound checked _ => m /(in_chosen ms) inF.
   by case: (in_app_or _ _ _ inF); [exact: floors0 | exact: rows0].
-case/orP => [/same_expectation -> | /andP[/ratio_gt0 floor0 /at_mostP]]; first exact: ler_pemull.
+case/orP => [/same_expectation -> | /andP[/(ratio_gt0 R) floor0 /(at_mostP R)]]; first exact: ler_pemull.
 rewrite ratio_times => bound; apply: le_trans high (le_trans bound _).
 rewrite ler_pmul2l; last exact: lt_le_trans v1.
 apply: greatest_floorP => // t Kt; rewrite -subr_ge0 -(form_fixed v t) -form_difference.

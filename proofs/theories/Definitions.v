@@ -8,8 +8,8 @@
    satisfies it for every r >= 0 (parity), c/0 with c > 0 for none (infinity).
 
    The alphabet A of the groups and the alphabet At of what a group filter releases are
-   two types.  A may be read as the groups that are compared in the context at hand, and
-   X as that context alone: a floor or a bound then speaks of the compared cells only. *)
+   two types.  Theorems speak of all contexts in X and all groups in A; Partial.v has them
+   for tables with missing cells and for groups without mass. *)
 
 From Coq Require Import ZArith.
 From mathcomp Require Import all_ssreflect all_algebra.

@@ -152,6 +152,67 @@ Qed.
 
 End Renyi.
 
+(* A distribution function at hand: the logistic one.  (The Gaussian one is no instance only because the library of
+   real numbers that is used here does not have it.) *)
+Section Logistic.
+Variable R : realType.
+Implicit Types z p : R.
+
+Definition logistic z : R := expR z / (1 + expR z).
+Definition logit p : R := ln (p / (1 - p)).
+
+Theorem logistic_distribution : distribution logistic logit.
+Proof.
+have den z : 0 < 1 + expR z :> R by rewrite addr_gt0 ?ltr01 ?expR_gt0.
+have dn z : 1 + expR z != 0 :> R by rewrite gt_eqF.
+have oneE z : 1 - logistic z = (1 + expR z)^-1.
+  by rewrite /logistic -{1}(divff (dn z)) -mulrBl addrK mul1r.
+split=> [z|z|p /andP[p0 p1]|z].
+- by rewrite divr_gt0 ?expR_gt0 //= ltr_pdivr_mulr // mul1r ltr_addr ltr01.
+- by rewrite /logit oneE invrK /logistic divfK // expK.
+- have q0 : 0 < 1 - p by rewrite subr_gt0.
+  rewrite /logistic /logit expR_ln ?divr_gt0 // -{2}(divff (lt0r_neq0 q0)) -mulrDl subrK.
+  by rewrite div1r invrK divfK ?gt_eqF.
+- have e0 := expR_gt0 z; rewrite oneE /logistic expRN; move: (expR z) e0 (dn z) => e e0 en.
+  by field; rewrite en gt_eqF //= gt_eqF // addr_gt0.
+Qed.
+
+(* Pure privacy in both orders lies above the logistic curve with mu = 2 eps. *)
+Theorem gdp_logistic (B : finType) eps (P Q : B -> R) : law P -> law Q ->
+  pure_dp (expR eps) P Q -> pure_dp (expR eps) Q P -> gdp logistic logit (2%:R * eps) P Q.
+Proof.
+move=> lP lQ PQ QP phi te /andP[s0 s1]; set s := expect Q phi in s0 s1 *; set p := expect P phi.
+have mono (P' Q' f : B -> R) : (forall b, 0 <= f b) -> pure_dp (expR eps) P' Q' -> expect P' f <= expR eps * expect Q' f.
+  by move=> f0 d; rewrite /expect mulr_sumr; apply: ler_sum => b _; rewrite mulrA ler_wpmul2r ?d.
+have ps : p <= expR eps * s by apply: mono => // b; case/andP: (te b).
+have sp : 1 - s <= expR eps * (1 - p).
+  have neg L : law L -> 1 - expect L phi = expect L (fun b => 1 - phi b) by move=> lL; rewrite expectB expect_cst.
+  rewrite /s /p (neg _ lQ) (neg _ lP); apply: mono => // b.
+  by rewrite subr_ge0; case/andP: (te b).
+have k0 : 0 < expR eps := expR_gt0 _; have q0 : 0 < 1 - s by rewrite subr_gt0.
+have p0 : 0 <= p by apply: expect_ge0 => // b; case/andP: (te b).
+have -> : gdp_curve logistic logit (2%:R * eps) s = (1 - s) / (s * expR eps ^+ 2 + (1 - s)).
+  have s1' : 1 - (1 - s) = s by ring.
+  rewrite /gdp_curve /logistic /logit s1' expRD expR_ln ?divr_gt0 // expRN.
+  have -> : expR (2%:R * eps) = expR eps ^+ 2 by rewrite -[2%:R]/(1 + 1) mulrDl mul1r expRD.
+  by field; rewrite !gt_eqF //= ?expR_gt0 // addr_gt0 // mulr_gt0 // exprn_gt0.
+rewrite ler_pdivr_mulr; last by rewrite addr_gt0 // mulr_gt0 // exprn_gt0.
+rewrite -subr_ge0.
+have -> : (1 - p) * (s * expR eps ^+ 2 + (1 - s)) - (1 - s) = expR eps * s * (expR eps * (1 - p)) - p * (1 - s) by ring.
+by rewrite subr_ge0 ler_pmul // ltW.
+Qed.
+
+(* So T3_gdp has instances: randomized response over two values, with rows that differ. *)
+Theorem gdp_coin eps : 0 <= eps ->
+  kernel (coin_filter (expR eps)) /\ every_pair (gdp logistic logit (2%:R * eps)) (coin_filter (expR eps)).
+Proof.
+move=> e0; have k1 : 1 <= expR eps by rewrite -expR0 ler_expR.
+have [k d _ _] := T12_sharp k1 (lexx 1).
+by split=> // a a'; apply: gdp_logistic => //; apply: d.
+Qed.
+
+End Logistic.
+
 Section T3.
 Variables (R : realType) (X Xt A At U : finType).
 Variables (MX : X -> Xt -> R) (MA : A -> At -> R) (T : Xt -> At -> U -> R) (g : U -> X -> A -> R).

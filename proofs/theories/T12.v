@@ -58,6 +58,17 @@ rewrite response_expect; apply: expect_ge0 => // y.
 by apply: expect_ge0 => [|u]; [exact: kT|exact: g0].
 Qed.
 
+(* T12 at eps = infinity: behind any group filter, private or not, R is at most R0. *)
+Theorem T12_any_filter r : a_free g ->
+  (forall x a b b', response MX T g x a b <= r * response MX T g x a b') -> local_le r E.
+Proof.
+move=> fg hr x a a'; rewrite !utility_response.
+rewrite (eq_expect (P' := MA a) (g' := response MX T g x a') _ (response_free MX T x a a' fg)) //.
+set h := response MX T g x a'.
+rewrite -(expect_cst (r * _) (kA a)); apply: (expect_le (kA a)) => b.
+by rewrite -expectZ -(expect_cst (h b) (kA a')); apply: (expect_le (kA a')) => b'; apply: hr.
+Qed.
+
 (* tanh(L/2) for L = log r. *)
 Definition tanh_half (r : R) : R := (r - 1) / (r + 1).
 

@@ -175,12 +175,13 @@ rewrite ler_subr_addr -ler_subr_addl ler_pdivr_mulr // mulrC.
 by rewrite addrAC ler_subl_addr; apply: le_trans h; rewrite ler_add2l ler_opp2.
 Qed.
 
-(* A trade-off function.  Neither convexity nor symmetry is needed if every ordered pair lies above it. *)
-Lemma power_above t f P Q : law P -> law Q -> t <= 1 -> above f P Q -> power_le t (1 - f t) P Q.
+(* A trade-off function at one level.  Neither convexity nor symmetry is needed if every ordered pair lies above it. *)
+Lemma power_at_level t e P Q : law P -> law Q -> t <= 1 ->
+  (forall phi, test phi -> expect Q phi = t -> e <= 1 - expect P phi) -> power_le t (1 - e) P Q.
 Proof.
 move=> lP lQ t1 ab phi te le; set s := expect Q phi in le.
-have := le; rewrite le_eqVlt => /orP[/eqP e|lt].
-  by rewrite ler_subr_addl -ler_subr_addr -e; apply: ab.
+have := le; rewrite le_eqVlt => /orP[/eqP e'|lt].
+  by rewrite ler_subr_addl -ler_subr_addr; apply: ab.
 have s1 : 0 < 1 - s by rewrite subr_gt0 (lt_le_trans lt).
 pose c := (1 - t) / (1 - s).
 have c0 : 0 <= c by apply: divr_ge0; [rewrite subr_ge0|exact: ltW].
@@ -188,11 +189,16 @@ have c1 : c <= 1 by rewrite ler_pdivr_mulr // mul1r ler_add2l ler_opp2.
 have te' : test (fun a => 1 - c * (1 - phi a)) by apply: test_neg (test_scale _ (test_neg te)); rewrite c0.
 have ex L : law L -> expect L (fun a => 1 - c * (1 - phi a)) = 1 - c * (1 - expect L phi).
   by move=> lL; rewrite expectB expectZ expectB expect_cst.
-have := ab _ te'; rewrite !ex // -/s divfK ?gt_eqF // opprB addrCA subrr addr0 => h.
+have lev : expect Q (fun a => 1 - c * (1 - phi a)) = t.
+  by rewrite ex // -/s divfK ?gt_eqF // opprB addrCA subrr addr0.
+have := ab _ te' lev; rewrite ex // => h.
 rewrite ler_subr_addl -ler_subr_addr; apply: le_trans h _.
 rewrite opprB addrCA subrr addr0 ler_pimull //.
 by rewrite subr_ge0; case/andP: (expect_ranged lP te).
 Qed.
+
+Lemma power_above t f P Q : law P -> law Q -> t <= 1 -> above f P Q -> power_le t (1 - f t) P Q.
+Proof. by move=> lP lQ t1 ab; apply: power_at_level => // phi te <-; apply: ab. Qed.
 
 (* Both orders of a pair.  finv is the inverse of f: the least type II error that f allows at a level.
    What holds of (Q, P) with f holds of (P, Q) with finv ... *)
@@ -224,12 +230,24 @@ move=> lP lQ inv ab /=; split=> phi te; rewrite le_minl; first by rewrite ab.
 by rewrite (above_inverse lQ lP inv ab te) orbT.
 Qed.
 
-(* Gaussian privacy, in terms of a symmetric distribution function Phi and its inverse. *)
+(* Gaussian privacy, in terms of a symmetric distribution function Phi and its inverse on (0,1): it speaks of tests
+   with 0 < E_Q phi < 1.  (At E_Q phi = 1 the curve would have to be 0, and Phi is positive everywhere.) *)
 Definition gdp_curve (Phi Phi_inv : R -> R) (mu alpha : R) : R := Phi (Phi_inv (1 - alpha) - mu).
 
-Lemma gdp_curveE Phi Phi_inv mu t : (forall z, Phi (- z) = 1 - Phi z) ->
-  Phi_inv (1 - t) = - Phi_inv t -> 1 - gdp_curve Phi Phi_inv mu t = Phi (Phi_inv t + mu).
-Proof. by move=> sym inv; rewrite /gdp_curve inv -opprD sym opprB addrCA subrr addr0. Qed.
+Definition gdp (Phi Phi_inv : R -> R) (mu : R) P Q : Prop :=
+  forall phi, test phi -> 0 < expect Q phi < 1 -> gdp_curve Phi Phi_inv mu (expect Q phi) <= 1 - expect P phi.
+
+(* Phi has values in (0,1), takes all of them, each once, and is symmetric. *)
+Definition distribution (Phi Phi_inv : R -> R) : Prop :=
+  [/\ forall z, 0 < Phi z < 1, forall z, Phi_inv (Phi z) = z, forall p, 0 < p < 1 -> Phi (Phi_inv p) = p
+    & forall z, Phi (- z) = 1 - Phi z].
+
+Lemma gdp_curveE Phi Phi_inv mu t : distribution Phi Phi_inv -> 0 < t < 1 ->
+  1 - gdp_curve Phi Phi_inv mu t = Phi (Phi_inv t + mu).
+Proof.
+move=> [_ invK PhiK sym] t01; have inv : Phi_inv (1 - t) = - Phi_inv t by rewrite -{1}(PhiK t t01) -sym invK.
+by rewrite /gdp_curve inv -opprD sym opprB addrCA subrr addr0.
+Qed.
 
 End Power.
 
@@ -309,13 +327,16 @@ move=> g0 vg fg t0 t1 ab fl x a a'; apply: (T3_power g0 vg fg t0 _ (fl x a')).
 exact: power_above.
 Qed.
 
-(* T3 under mu-GDP: R <= Phi(Phi^-1(t) + mu)/t. *)
-Theorem T3_gdp gamma t mu Phi Phi_inv : (forall z, Phi (- z) = 1 - Phi z) ->
-  Phi_inv (1 - t) = - Phi_inv t ->
-  0 < gamma -> valued 0 gamma g -> a_free g -> 0 < t -> t <= 1 ->
-  every_pair (above (gdp_curve Phi Phi_inv mu)) MA -> has_floor (t * gamma) E ->
+(* T3 under mu-GDP: R <= Phi(Phi^-1(t) + mu)/t for 0 < t < 1.  (At t = 1 everybody gets gamma, and R = 1.) *)
+Theorem T3_gdp gamma t mu Phi Phi_inv : distribution Phi Phi_inv ->
+  0 < gamma -> valued 0 gamma g -> a_free g -> 0 < t < 1 ->
+  every_pair (gdp Phi Phi_inv mu) MA -> has_floor (t * gamma) E ->
   local_le (Phi (Phi_inv t + mu) / t) E.
-Proof. by move=> sym inv; rewrite -(gdp_curveE _ sym inv); apply: T3_tradeoff. Qed.
+Proof.
+move=> dis g0 vg fg t01 ab fl x a a'; have /andP[t0 t1] := t01.
+rewrite -(gdp_curveE _ dis t01); apply: (T3_power g0 vg fg t0 _ (fl x a')).
+by apply: power_at_level => // [|phi te e]; [exact: ltW|rewrite -e; apply: ab; rewrite // e].
+Qed.
 
 (* T3 under (eps, delta), the three terms: 1/t, e^eps + delta/t, (1 - e^-eps (1 - delta - t))/t. *)
 Definition eps_delta_bound (k delta t : R) : R :=

@@ -13,18 +13,18 @@ Import Order.TTheory GRing.Theory Num.Theory.
 Local Open Scope ring_scope.
 
 Section T8.
-Variables (R : realFieldType) (X A At U : finType).
-Variables (MX : X -> X -> R) (MA : A -> At -> R) (T : X -> At -> U -> R) (g : U -> R).
+Variables (R : realFieldType) (X Xt A At U : finType).
+Variables (MX : X -> Xt -> R) (MA : A -> At -> R) (T : Xt -> At -> U -> R) (g : U -> R).
 Hypotheses (kX : kernel MX) (kA : kernel MA) (kT : policy T).
 
-(* Every value that M_X releases is itself a context; unfiltered, the policy sees the context as it is. *)
+(* Every value that M_X releases is itself a context: unfiltered, the policy sees the context as it is. *)
 Let filtered : X -> A -> R := utility (induced MX MA T) (fun u _ _ => g u).
-Let unfiltered : X -> A -> R := utility (induced (@identity R X) MA T) (fun u _ _ => g u).
+Let unfiltered : Xt -> A -> R := utility (induced (@identity R Xt) MA T) (fun u _ _ => g u).
 
-Lemma unfilteredE x a : unfiltered x a = expect (MA a) (fun b => expect (T x b) g).
+Lemma unfilteredE y a : unfiltered y a = expect (MA a) (fun b => expect (T y b) g).
 Proof.
 rewrite /unfiltered utility_response; apply: eq_bigr => b _; rewrite response_expect; congr (_ * _).
-rewrite -(expect_point (fun y => expect (T y b) g) x); apply: eq_bigr => y _.
+rewrite -(expect_point (fun y => expect (T y b) g) y); apply: eq_bigr => z _.
 by rewrite /identity /point eq_sym.
 Qed.
 
@@ -38,24 +38,33 @@ rewrite exchange_big; apply: eq_bigr => y _; rewrite unfilteredE mulr_sumr.
 by apply: eq_bigr => b _; rewrite mulrCA.
 Qed.
 
-(* T8: when all groups are compared in all contexts, L with M_X is at most L without. *)
+(* T8: L with M_X is at most L without, taken over the contexts that are released. *)
 Theorem T8_context_filter r : local_le r unfiltered -> local_le r filtered.
 Proof.
 move=> fair x a a'; rewrite !filteredE; apply: ratio_of_means => y //.
 by case: (kX x).
 Qed.
 
-(* T8 with compared cells: it is enough that every context that can be released where people are compared is one
-   in which all groups are compared. *)
-Theorem T8_all_compared (compared : X -> A -> bool) r :
-  (forall x y a, compared x a -> 0 < MX x y -> forall b, compared y b) ->
-  (forall x a a', compared x a -> compared x a' -> unfiltered x a <= r * unfiltered x a') ->
+(* T8 with compared cells: it is enough that groups that are compared in a context are compared in every context that
+   it can release. *)
+Theorem T8_all_compared (compared : X -> A -> bool) (compared_shown : Xt -> A -> bool) r :
+  (forall x y a, compared x a -> 0 < MX x y -> compared_shown y a) ->
+  (forall y a a', compared_shown y a -> compared_shown y a' -> unfiltered y a <= r * unfiltered y a') ->
   forall x a a', compared x a -> compared x a' -> filtered x a <= r * filtered x a'.
 Proof.
 move=> closed fair x a a' xa xa'; rewrite !filteredE /expect mulr_sumr; apply: ler_sum => y _.
 have M0 : 0 <= MX x y by case: (kX x).
 rewrite mulrCA; move: M0; rewrite le_eqVlt => /orP[/eqP<-|M0]; first by rewrite !mul0r.
-by apply: ler_wpmul2l; [apply: ltW|apply: fair; apply: closed xa _ _].
+by apply: ler_wpmul2l; [apply: ltW|apply: fair; apply: closed M0].
+Qed.
+
+(* T8 as claims have it: for every context filter that releases these contexts and no others. *)
+Theorem T8_released (released : Xt -> bool) r : (forall x y, 0 < MX x y -> released y) ->
+  (forall y a a', released y -> unfiltered y a <= r * unfiltered y a') -> local_le r filtered.
+Proof.
+move=> only fair x a a'.
+apply: (@T8_all_compared (fun _ _ => true) (fun y _ => released y)) => // [{}x y _ _|y b b' yr _]; first exact: only.
+exact: fair.
 Qed.
 
 (* When T8 holds with equality: the filtered ratio of a to a' at x is the worst unfiltered one exactly when every

@@ -187,6 +187,27 @@ def test_worst_cases(quantity: str, browser: Browser, tmp_path: Path) -> None:
     assert browser.state == "agrees", [line for line in browser.findings if line.startswith("✗")]
 
 
+@pytest.mark.parametrize("kind", [small_counts, many_columns, given_truth, behind_filters, worst])
+def test_the_verified_program_runs_in_the_page(kind: Callable[..., Any], browser: Browser, tmp_path: Path) -> None:
+    """From a local file, in a worker, under the policy of the page: no true statement is false, and what is not covered is never green."""
+    made = kind()
+    certificate = getattr(made, "certificate", made)
+    page = html(certificate)
+    browser.open(saved(tmp_path, page))
+    state, *lines = browser.proved()
+    assert state == "agrees", lines
+    assert browser.console() == []
+    about_drawn = [line for line in lines if "binomial" in line or line.endswith("intervals")]
+    assert all(line.startswith("– not checked in this page") for line in about_drawn)
+    assert not any(line.startswith("✗") for line in lines)
+    digest = certificate.document["subject"]["table"]["sha256"]
+    other = certificate.text.replace(digest, digest[::-1]).encode()
+    browser.open(saved(tmp_path, with_certificate(page, other)))
+    state, *lines = browser.proved()
+    assert (state, browser.state) == ("differs", "differs")
+    assert "✗ FALSE: subject.table.sha256" in lines
+
+
 def test_without_its_table_nothing_is_claimed(browser: Browser, tmp_path: Path) -> None:
     certificate = small_counts(**FOUR, embed_table=False).certificate
     browser.open(saved(tmp_path, html(certificate)))
@@ -432,7 +453,6 @@ def test_the_certificate_can_be_saved(browser: Browser, tmp_path: Path) -> None:
 def test_without_scripts_it_says_so(browser: Browser, tmp_path: Path) -> None:
     page = saved(tmp_path, html(admissions().certificate))
     browser.open(page, scripts=False)
-    browser.driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
     assert "needs scripts" in browser.run("return document.getElementById('check').textContent")
     assert "24475/18432" in browser.run("return document.body.textContent")
 

@@ -147,7 +147,6 @@ def shown(browser: Browser, tmp_path: Path) -> Callable[..., Browser]:
         path = tmp_path / "page.html"
         path.write_text(page(kind), "utf-8")
         browser.open(path, width, **options, scripts=kind not in SCRIPTLESS)
-        browser.driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
         return browser
 
     return show
@@ -273,7 +272,6 @@ def test_paper_without_scripts_has_every_row(browser: Browser, tmp_path: Path) -
     path.write_text(page("with targets"), "utf-8")
     browser.open(path, scripts=False)
     text = printed(browser)
-    browser.driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
     assert len(set(re.findall(r"\b([A-F]) ((?:Fem|M)ale) \d+ \d+ ", text))) == 12
 
 

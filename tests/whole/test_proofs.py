@@ -1,4 +1,4 @@
-"""The tie between the machine-checked theorems in proofs/ and the code that cites them, and the verified checker of lp-dual claims.
+"""The tie between the machine-checked theorems in proofs/ and the code that cites them, and the verified checker.
 
 What reads only text runs everywhere; what needs Coq skips without it, or fails without it where FAIRAUDIT_COQ=1.
 """
@@ -12,6 +12,7 @@ import random
 import re
 import shutil
 import subprocess
+import sys
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
@@ -39,7 +40,8 @@ PER_BLOCK = 50 if FULL else 6
 Index = dict[str, dict[str, dict[str, Any]]]
 STATED = re.compile(r"^(?:Theorem|Corollary) (\w+)", re.MULTILINE)
 FORBIDDEN = re.compile(r"\b(Admitted|Axioms?|admit|Parameters?|Conjectures?|give_up|bypass_check)\b")
-WITH_AXIOMS = "theories/Instances.v"  # real exponentials rest on the axioms of the reals of mathcomp-analysis
+# Real exponentials and logarithms rest on the axioms of the reals of mathcomp-analysis.
+WITH_AXIOMS = ("theories/Instances.v", "checker/NatsSound.v", "checker/CertificateSound.v")
 
 
 def read_index(proofs: Path) -> Index:
@@ -64,12 +66,12 @@ def missing_statements(proofs: Path) -> list[str]:
 
 
 def sources() -> list[Path]:
-    return sorted([*PROOFS.glob("theories/*.v"), *PROOFS.glob("kernel/*.v")])
+    return sorted([*PROOFS.glob("theories/*.v"), *PROOFS.glob("kernel/*.v"), *PROOFS.glob("checker/*.v")])
 
 
 def module(file: str) -> str:
     folder, name = file.removesuffix(".v").split("/")
-    return f"{ {'theories': 'Fairaudit', 'kernel': 'FairauditKernel'}[folder] }.{name}"
+    return f"{ {'theories': 'Fairaudit', 'kernel': 'FairauditKernel', 'checker': 'FairauditChecker'}[folder] }.{name}"
 
 
 def rests_on(text: str) -> dict[str, str]:
@@ -161,8 +163,60 @@ def test_renaming_a_theorem_breaks_the_index(name: str, tmp_path: Path) -> None:
     for path in proofs.rglob("*.v"):
         text = path.read_text("utf-8")
         path.write_text(re.sub(rf"\b{name}\b", f"{name}_renamed", text), "utf-8")
-    (missing,) = missing_statements(proofs)
-    assert f": {name} in " in missing
+    missing = missing_statements(proofs)
+    assert missing
+    assert all(f": {name} in " in line for line in missing)
+
+
+def applied(proofs: Path) -> dict[str, tuple[str, str]]:
+    """Read the theorems that are applied to objects which meet their hypotheses: by name, what is then said, and its proof."""
+    found = {}
+    for path in sorted(proofs.glob("*/Witnesses*.v")):
+        text = re.sub(r"\(\*.*?\*\)", "", path.read_text("utf-8"), flags=re.DOTALL)
+        assert not re.search(r"\b(Section|Variables?|Hypothes[ie]s|Context)\b", text), path
+        for name, said, proof in re.findall(r"^Example (\w+)_applies\b(.*?)\.\s+Proof\.(.*?)\bQed\.", text, re.DOTALL | re.MULTILINE):
+            found[name] = re.sub(r"\b(bool|unit) -> (?=(bool|unit|rat)\b)", "", said), proof  # no hypotheses, but types of functions
+    return found
+
+
+FURTHER = ("DP", "one-k", *(f"T{n}" for n in range(1, 19)), "products", "sampler")
+"""Further theorems that have an example as well: what their ids begin with."""
+
+
+def without_instance(proofs: Path) -> set[str]:
+    """List the statements that claims cite, and further ones, that are not applied to anything, or only under a hypothesis."""
+    instances = applied(proofs)
+    index = read_index(proofs)
+    asked = [*index["cited"].values(), *(entry for name, entry in index["further"].items() if name.startswith(FURTHER))]
+    names = {name for entry in asked if entry["statements"] != "none" for name in entry["statements"]}
+    return {
+        name
+        for name in names
+        if "example" not in name  # those have no hypotheses
+        and (name not in instances or "->" in instances[name][0] or not re.search(rf"\b{name}\b", instances[name][1]))
+    }
+
+
+def test_hypotheses_can_be_met() -> None:
+    """Each is applied to an example; the statement that comes out has no hypothesis left."""
+    assert without_instance(PROOFS) == set()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Example T4_any_policy_applies", "Example T4_any_applies"),
+        ("T4_any_policy kX", "T4_one_k kX"),
+        ("T4_any_policy_applies", "T4_any_policy_applies : 0 = 1 ->"),
+    ],
+)
+def test_a_theorem_without_an_example_is_found(old: str, new: str, tmp_path: Path) -> None:
+    for path in [PROOFS / "index.toml", *PROOFS.glob("*/Witnesses*.v")]:
+        copy = tmp_path / path.relative_to(PROOFS)
+        copy.parent.mkdir(exist_ok=True)
+        text = path.read_text("utf-8")
+        copy.write_text(text.replace(old, new), "utf-8")
+    assert without_instance(tmp_path) == {"T4_any_policy"}
 
 
 def test_every_statement_is_closed_in_the_reviewed_list() -> None:
@@ -172,8 +226,77 @@ def test_every_statement_is_closed_in_the_reviewed_list() -> None:
         "written by: make -C proofs golden"
     )
     for name, assumed in reviewed.items():
-        if not name.startswith(module(WITH_AXIOMS) + "."):
+        if not name.startswith(tuple(f"{module(file)}." for file in WITH_AXIOMS)):
             assert assumed == "Closed under the global context", name
+
+
+def stated(proofs: Path) -> list[str]:
+    """List what has to be read of the proofs: theorems as they are stated, and definitions."""
+    run = subprocess.run([sys.executable, str(proofs / "statements.py")], capture_output=True, text=True, encoding="utf-8")
+    if run.returncode:
+        raise ValueError(run.stderr.splitlines()[-1])
+    return run.stdout.splitlines()
+
+
+def test_every_statement_and_definition_is_as_reviewed() -> None:
+    assert stated(PROOFS) == (PROOFS / "statements.golden").read_text("utf-8").splitlines(), "after a review: make -C proofs golden"
+
+
+EXAMPLE = """(* Words (of "every *)" kind). *)
+Section S.
+Variable a : nat.
+Hypothesis small : a < 2. (* a comment *)
+Notation "f .. g" := (f, .. (g) ..).
+Local Notation b := (S.a  a).
+Lemma step : a < 3.
+Proof. by rewrite (ltnW small). Qed.
+Let c : nat. Proof. exact: 0. Defined.
+Record pair := Pair {
+  first : nat; second : nat }.
+Theorem bound (x : nat) :
+  x < a -> x = 0.
+Proof.
+by case: x.
+Qed.
+End S.
+"""
+
+
+def test_what_is_stated_and_defined_is_listed(tmp_path: Path) -> None:
+    def listed(text: str) -> list[str]:
+        (tmp_path / "theories" / "E.v").write_text(text, "utf-8")
+        return stated(tmp_path)
+
+    (tmp_path / "theories").mkdir()
+    shutil.copy(PROOFS / "statements.py", tmp_path)
+    reviewed = listed(EXAMPLE)
+    assert reviewed == [
+        "==== theories/E.v",
+        "Section S.",
+        "Variable a : nat.",
+        "Hypothesis small : a < 2.",
+        'Notation "f .. g" := (f, .. (g) ..).',
+        "Local Notation b := (S.a a).",
+        "Let c : nat.",
+        "Proof.",
+        "exact: 0.",
+        "Defined.",
+        "Record pair := Pair { first : nat; second : nat }.",
+        "Theorem bound (x : nat) : x < a -> x = 0.",
+        "End S.",
+    ]
+    for old, new in [("by case: x", "by case: x => [|y]"), ("(* a comment *)", ""), ("a < 3", "a < 4"), ("  x < a", "x <  a")]:
+        assert listed(EXAMPLE.replace(old, new)) == reviewed, old
+    for old, new in [("a < 2", "a < 1"), ("x = 0", "x <= 0"), ("second", "third"), ("exact: 0", "exact: 1"), ("S.a  a", "S.a 0")]:
+        assert listed(EXAMPLE.replace(old, new)) != reviewed, old
+    for old, new in [
+        ("Proof.\nby case: x.", "Proof (f x)."),
+        ("by case: x.\nQed.", "by case: x."),
+        ("Proof.\nby", "by"),
+        ("End S.", "End S"),
+    ]:
+        with pytest.raises(ValueError, match=r"has to|ends within"):
+            listed(EXAMPLE.replace(old, new))
 
 
 def test_nothing_is_assumed_instead_of_proved() -> None:
@@ -234,12 +357,21 @@ def verdict_in_python(document: dict[str, Any], table: list[bytes] | None = None
     return 0 if found and all(finding.true for finding in found) else 1
 
 
+def run_verified(built: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    run = subprocess.run([str(built / "fairaudit-check"), *arguments], capture_output=True, text=True)
+    assert run.returncode in (0, 1, 2, 3), run
+    return run
+
+
 def verdict_of_proof(built: Path, folder: Path, document: dict[str, Any], *further: str) -> int:
+    """Decide by the verified checker as the other does."""
     path = folder / "certificate.json"
     path.write_bytes(raw(document))
-    run = subprocess.run([str(built / "fairaudit-lp"), str(path), *further], capture_output=True, text=True)
-    assert run.returncode in (0, 1, 2), run
-    return run.returncode
+    run = run_verified(built, str(path), *further)
+    if run.returncode == 2:
+        return 2
+    found = [line for line in run.stdout.splitlines() if line.endswith(' by "lp-dual"')]
+    return 0 if found and all(line.startswith("true: ") for line in found) else 1
 
 
 OTHER = [
@@ -390,6 +522,6 @@ def test_what_is_no_certificate(document: bytes, built: Path, tmp_path: Path) ->
     path.write_bytes(document)
     with pytest.raises(checker.FormatError):
         checker.check(document)
-    run = subprocess.run([str(built / "fairaudit-lp"), str(path)], capture_output=True, text=True)
+    run = run_verified(built, str(path))
     assert run.returncode == 2
-    assert run.stderr.startswith("fairaudit-lp: malformed: ")
+    assert run.stderr.startswith("fairaudit-check: malformed: ")

@@ -1,0 +1,93 @@
+(* What it means that the checker calls a statement of a certificate true, and that it is so.
+
+   The first part has to be read, with Document.v, PolicyDocument.v and Certificate.v, which say what the parts of each statement
+   are, Meaning.v, which says when a statement about a table holds, and PolicyMeaning.v, which says it of a policy behind filters. *)
+
+From Coq Require Import ZArith QArith List.
+From mathcomp Require Import all_ssreflect all_algebra.
+From mathcomp Require Import reals.
+From FairauditKernel Require Import Fractions FractionsSound.
+From FairauditKernel Require WorstCase WorstCaseSound ClaimSound.
+From FairauditChecker Require Import Json JsonSound Reading Table Statements Meaning Checker CheckerSound Nats NatsSound Document Certificate.
+From FairauditChecker Require Policy PolicyMeaning PolicyChecker PolicyCheckerSound.
+
+Set Implicit Arguments.
+Unset Strict Implicit.
+Unset Printing Implicit Defensive.
+
+Section Soundness.
+Variable R : realType.
+Variable sha256 : text -> text.
+
+(* ==== What is true of a part of a statement (this part has to be read) ==== *)
+
+Definition part_holds (c : certificate) (p : part) : Prop :=
+  match p with
+  | About s => holds R (about_table c) s
+  | Worst_case about_local v _ =>
+      if about_class c is Some (K, T) then
+        [/\ about_local = WorstCase.local K, ClaimSound.somebody_compared T about_local & ClaimSound.claim_says R K T about_local v]
+      else False
+  | Log_is r low high => encloses_log low high (omap (@ratio R) r)
+  | Log_at_most r limit b => b = in_nats_at_most (omap (@ratio R) r) limit
+  | Of_policy s _ => if about_policy c is Some B then PolicyMeaning.policy_holds R B s else False
+  | Unfiltered s => if without_filters c is Some T then holds R T s else False
+  | Fact b => b
+  | Uncovered => False
+  end.
+
+(* The bytes of a file denote a certificate, one of its statements has this name, its table and its policy are as the format
+   demands, and every part of the statement is true. *)
+Definition stated_and_true (file : text) (table_file : option text) (name : text) : Prop :=
+  exists v c i,
+    [/\ denotes file v, read_certificate sha256 v table_file = Good (Read c), well_formed c && valid (about_table c),
+        In i (items c) /\ label i = name & forall p, In p (parts i) -> part_holds c p].
+
+(* ==== Proofs ==== *)
+
+Lemma decided_true b : decided b = True_ -> b = Some true.
+Proof. by case: b => [[]|]. Qed.
+
+Definition worked_out (c : certificate) : computed := Computed (facts_of (about_table c)) (option_map facts_of (without_filters c)).
+
+Lemma statement_true T s : valid T -> outcome_of (facts_of T) s = True_ -> holds R T s.
+Proof.
+by move=> ok; rewrite /outcome_of; case cov: (covered _ s) => //; case true_: (is_true_of _ s) => // _; apply: statement_sound.
+Qed.
+
+Lemma part_sound c p : well_formed c -> valid (about_table c) -> outcome_of_part c (worked_out c) p = True_ -> part_holds c p.
+Proof.
+move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|b|] //=.
+- exact: statement_true.
+- case: (about_class c) => [[K T]|] //; case claimed: (WorstCase.claim_true K T local v es) => // _.
+  exact: ClaimSound.claim_true_sound claimed.
+- by move/decided_true; apply: enclosure_sound.
+- move/decided_true; case log: (log_at_most r limit) => [b'|] //= [/Bool.eqb_prop ->].
+  exact: log_at_most_sound log.
+- move: formed; rewrite /well_formed /about_policy; case: (its_subject c) => [//|B U] /andP[okB _] /decided_true.
+  exact: PolicyCheckerSound.policy_claim_sound.
+- move: formed; rewrite /well_formed /without_filters; case: (its_subject c) => [//|B [T|//]] /andP[_ okT] /=.
+  exact: statement_true.
+- by case: b.
+Qed.
+
+Lemma both_true a b : both a b = True_ -> a = True_ /\ b = True_.
+Proof. by case: a; case: b. Qed.
+
+Lemma all_true (f : part -> outcome) ps o : fold_left (fun o p => both o (f p)) ps o = True_ -> o = True_ /\ forall p, In p ps -> f p = True_.
+Proof.
+elim: ps o => [|p ps IH] o //= /IH [/both_true [-> fp] rest]; split=> // q [<- //|]; exact: rest.
+Qed.
+
+Theorem verified_sound file table_file os name :
+  verified sha256 file table_file = Outcomes os -> In (name, True_) os -> stated_and_true file table_file name.
+Proof.
+rewrite /verified /parsed; case read_: (parse file) => [v|] //=.
+case stated_: (read_certificate sha256 v table_file) => [[c|its|]|] //=.
+  case formed: (well_formed c) => //=; case ok: (valid (about_table c)) => //=; case: ifP => // _ [<-].
+  move=> /in_map_iff [i [[nameE true_] there]]; exists v, c, i; split=> //; first exact: parse_sound.
+    by rewrite formed ok.
+  by move=> p ps; apply: part_sound => //; exact: (proj2 (all_true true_)) _ ps.
+by case=> <- /in_map_iff [i [? _]].
+Qed.
+End Soundness.

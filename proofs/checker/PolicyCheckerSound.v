@@ -1,0 +1,24 @@
+(* What the checker of claims about policies says to be true holds: of every law in the scope of the claim, in any ordered field. *)
+
+From Coq Require Import ZArith QArith List.
+From mathcomp Require Import all_ssreflect all_algebra.
+From FairauditChecker Require Import Policy PolicyMeaning PolicyClaims PolicyMeans PolicySuprema PolicySupremaSound PolicyRange PolicyRangeSound PolicyChecker.
+
+Set Implicit Arguments.
+Unset Strict Implicit.
+Unset Printing Implicit Defensive.
+
+Theorem policy_claim_sound (R : realFieldType) (S : behind) (s : statement) (r : reason) :
+  valid S -> policy_claim S s r = Some true -> policy_holds R S s.
+Proof.
+have sound : [&& consistent S, ~~ exactly s & bound_accepted S s r] -> valid S -> policy_holds R S s.
+  by case/and3P => cons not_exactly accepted ok; exact: (@bound_accepted_sound R S ok s r cons accepted not_exactly).
+move=> ok; have some b : Some b = Some true -> b by case=> ->.
+case: r sound => [ks||  |ks|ks|  |c|  |raw|  |p|ks ps w|ks] sound //; try by move=> /some/sound; apply.
+- rewrite /policy_claim /supremum_claim /policy_holds {sound}; case: s => means exact V sc; cbn [about Policy.value exactly of_means].
+  case: sc => //; case: V => [V|] //; case: ifP => // /and3P[-> /negbTE-> one] /some accepted.
+  exact: (@supremum_sound R S ok one V p accepted).
+rewrite /policy_claim /range_claim /policy_holds {sound}; case: s => means exact V sc; cbn [about Policy.value exactly of_means].
+case: sc => //; case: V => [V|] //; case: ks => //; case: ifP => // /and3P[/negbTE-> /negbTE-> _] /some accepted.
+by apply: (@range_sound R S ok _ V accepted); move: accepted; rewrite /range_accepted; do 2 case: (_ (stated S)) => // ?; case/and5P.
+Qed.

@@ -1,0 +1,217 @@
+(* What a certificate of a policy behind filters states besides what one of a table does: the privacy of the filters, what was
+   declared, and claims by theorems about policies.
+
+   This file only computes.  It follows docs/certificate-policy.md.  Claims that PolicyChecker.v does not judge are not covered. *)
+
+From Coq Require Import ZArith QArith List Ascii String.
+From mathcomp Require Import ssreflect ssrfun ssrbool.
+From FairauditKernel Require Import Fractions.
+From FairauditChecker Require Policy PolicyClaims.
+From FairauditChecker Require Import Json Canonical Reading Table Statements TableText ClassText Document PolicyText.
+Import ListNotations.
+
+Set Implicit Arguments.
+Unset Strict Implicit.
+Unset Printing Implicit Defensive.
+
+Local Open Scope list_scope.
+
+Definition k_exp_epsilon := of_string "exp_epsilon".
+Definition k_attributes := of_string "attributes".
+Definition k_multipliers := of_string "multipliers".
+Definition k_raw_ratio := of_string "raw_ratio".
+Definition k_composition := of_string "composition".
+Definition k_attained := of_string "attained".
+Definition k_unfiltered := of_string "unfiltered".
+
+(* ---- Privacy: e^epsilon as Policy.v defines it, of each factor and of all of them ---- *)
+
+Definition privacy_of (v : json) : read (option Q * list (option Q)) :=
+  let* ms := fields [k_exp_epsilon; k_attributes] [] v in
+  let* e := get extended_of k_exp_epsilon ms in
+  let* es := get (many extended_of) k_attributes ms in Good (e, es).
+
+Fixpoint same_ratios (es es' : list (option Q)) : bool :=
+  match es, es' with
+  | e :: rest, e' :: rest' => PolicyClaims.same_extended e e' && same_ratios rest rest'
+  | [], [] => true
+  | _, _ => false
+  end.
+
+Definition privacy_items (name : text) (stated : option (option Q * list (option Q))) (fs : option (list Policy.matrix)) : list item :=
+  let label := of_string "subject.privacy." ++ name in
+  match stated, fs with
+  | Some (e, es), Some fs =>
+      [Item (label ++ of_string ".exp_epsilon") [Fact (PolicyClaims.same_extended e (Policy.exp_epsilon fs))];
+       Item (label ++ of_string ".attributes") [Fact (same_ratios es (map Policy.factor_epsilon fs))]]
+  | None, None => [Item label [Fact true]]
+  | _, _ => [Item label [Fact false]]
+  end.
+
+Definition read_privacy (B : Policy.behind) (v : json) : read (list item) :=
+  let* ms := fields [k_group; k_context] [] v in
+  let* g := get privacy_of k_group ms in
+  let* x := get (option_of privacy_of) k_context ms in
+  Good (privacy_items k_group (Some g) (Some (Policy.group_filter B))
+        ++ privacy_items k_context x (match Policy.context_filter B with Policy.Filtered fs => Some fs | Policy.AsIs _ => None end)).
+
+(* ---- What was declared, beside the constants that are stated of the table ---- *)
+
+Definition declared_item (name : text) (declared : option Q) (own : statement) (fits : Q -> bool) : list item :=
+  match declared with Some q => [Item (of_string "subject.declared." ++ name) [About own; Fact (fits q)]] | None => [] end.
+
+Fixpoint own_items (i last : Z) (ds : list Policy.declared_in) : list item :=
+  match ds with
+  | d :: rest =>
+      let x := Policy.in_context d in
+      Item (in_list "subject.declared.by_context" i) (if (last <? x)%Z then [Uncovered] else [Fact false])
+      :: own_items (i + 1) (Z.max last x) rest
+  | [] => []
+  end.
+
+Definition declared_items (D : Policy.declared) (v : json) : read (list item) :=
+  let* ms := object_of v in
+  let* gamma := get rational_of k_gamma ms in
+  let* m := get rational_of k_m ms in
+  let* tau := get (option_of rational_of) k_tau ms in
+  let* l := get rational_of k_lipschitz ms in
+  Good (declared_item k_gamma (Policy.gamma D) (Gamma_is gamma) (Fractions.at_most gamma)
+        ++ declared_item k_m (Policy.m D) (Least_is m) (fun q => Fractions.at_most q m)
+        ++ declared_item k_tau (Policy.tau D) (Tau_is tau) (fun q => match tau with Some t => Fractions.at_most q t | None => false end)
+        ++ declared_item k_lipschitz (Policy.lipschitz D) (Lipschitz_is l) (Fractions.at_most l)
+        ++ (match Policy.global_tau D with Some _ => [Item (of_string "subject.declared.global_tau") [Uncovered]] | None => [] end)
+        ++ own_items 0 (-1) (Policy.by_context D)).
+
+(* ---- Claims ---- *)
+
+Definition any_policy := of_string "any policy behind this filter".
+Definition floored := any_policy ++ of_string " that keeps the declared floor".
+Definition any_range := any_policy ++ of_string ", any utility of the declared range".
+Definition any_group_filter := of_string "this policy and context filter, any group filter at most this epsilon that releases the same values".
+Definition any_context_filter := of_string "this policy and group filter, any context filter that releases these contexts".
+
+Definition scopes : list (text * Policy.scope) :=
+  [(this_law, Policy.ThisLaw); (any_policy, Policy.AnyPolicy); (floored, Policy.KeepingFloor);
+   (any_range, Policy.AnyUtility); (any_group_filter, Policy.AnyGroupFilter); (any_context_filter, Policy.AnyContextFilter)].
+
+Definition alone (r : Policy.reason) (e : json) : read Policy.reason := let* _ := fields [] [] e in Good r.
+Definition with_ratio (k : text) (r : option Q -> Policy.reason) (e : json) : read Policy.reason :=
+  let* ms := fields [k] [] e in let* x := get extended_of k ms in Good (r x).
+Definition with_multipliers (r : list Q -> Policy.reason) (e : json) : read Policy.reason :=
+  let* ms := fields [k_multipliers] [] e in
+  let* ks := get (many not_negative) k_multipliers ms in
+  demand (match ks with [] => false | _ => true end) "must have multipliers" (Good (r ks)).
+
+Definition t13 := of_string "T13".
+Definition t5_decision := of_string "T5-decision".
+
+(* The theorems that bound the local ratio, or that of means, in a scope; and how their evidence is read *)
+Definition reasons_in (s : Policy.scope) (means : bool) : list (text * (json -> read Policy.reason)) :=
+  let with_floor := [(of_string "T1-paper", alone Policy.ByT1paper); (of_string "T1", with_multipliers Policy.ByT1);
+                     (of_string "T3", with_multipliers Policy.ByT3); (of_string "floor", alone Policy.ByFloor)] in
+  match s, means with
+  | Policy.ThisLaw, false | Policy.KeepingFloor, false => with_floor
+  | Policy.AnyPolicy, false => [(of_string "T2", alone Policy.ByT2); (of_string "T4", with_multipliers Policy.ByT4)]
+  | Policy.AnyPolicy, true => [(t5, alone Policy.ByT5); (t5_decision, with_ratio k_composition Policy.ByT5decision)]
+  | Policy.AnyGroupFilter, false =>
+      [(of_string "T3", with_multipliers Policy.ByT3); (of_string "T12", with_ratio k_raw_ratio Policy.ByT12)]
+  | Policy.AnyContextFilter, false => [(of_string "T8", alone Policy.ByT8)]
+  | Policy.AnyUtility, false => [(t13, alone (Policy.ByT13range []))]
+  | _, _ => []
+  end.
+
+Section Claims.
+(* The header of the induced law; and the ratio that the metrics state, local or not: a bound below it is of no use. *)
+Variables (H : header) (one_release : bool) (ratio_of : bool -> option (option Q)).
+
+Definition and_no_metric_exceeds (local : bool) (x : option Q) (p : part) : list part :=
+  match ratio_of local with
+  | Some r => [p; About (Quantity_is (if local then Local else Global) r); Fact (PolicyClaims.no_more r x)]
+  | None => [Fact false]
+  end.
+
+(* Where a greatest ratio is attained; nothing where no such place is compared *)
+Definition attained_of (e : json) : read (option (option Policy.pair)) :=
+  let* ms := fields [k_attained] [] e in
+  match found k_attained ms with
+  | Some (Members _ as v) =>
+      let* ps := at_place k_attained (fields [k_context; k_higher; k_lower] [] v) in
+      let* x := get (option_of (many string_of)) k_context ps in
+      let* h := get (many string_of) k_higher ps in
+      let* l := get (many string_of) k_lower ps in
+      let hi := number_of (groups_of H) h in
+      let lo := number_of (groups_of H) l in
+      let xi := match x with Some ls => number_of (contexts_of H) ls | None => missing end in
+      Good (if ((0 <=? hi) && (0 <=? lo) && (0 <=? xi))%Z
+            then Some (Some (Policy.Pair (Some (Z.to_nat xi)) (Z.to_nat hi) (Z.to_nat lo))) else None)
+  | Some Null => Good (Some None)
+  | _ => bad "must be an object or null"
+  end.
+
+Definition policy_parts (q r b s : text) (x : option Q) (e : json) : read (list part) :=
+  let of_means := if same q q_global_ratio then Some true else if same q q_local_ratio then Some false else None in
+  match of_means, in_table scopes s with
+  | Some means, Some sc =>
+      match same r upper_bound, in_table (reasons_in sc means) b with
+      | true, Some f => let* why := f e in Good (and_no_metric_exceeds (~~ means) x (Of_policy (Policy.Statement means false x sc) why))
+      | _, _ => Good [Uncovered]
+      end
+  | None, Some Policy.AnyPolicy =>
+      match [&& same q (of_string "local_ratio_supremum"), same r equality, same b t13 & one_release], x with
+      | true, Some _ =>
+          let* place := attained_of e in
+          Good (match place with
+            | Some p => and_no_metric_exceeds true x (Of_policy (Policy.Statement false true x Policy.AnyPolicy) (Policy.ByT13 p))
+            | None => [Fact false] end)
+      | _, _ => Good [Uncovered]
+      end
+  | _, _ => Good [Uncovered]
+  end.
+
+Definition is_uncovered (ps : list part) : bool := match ps with [Uncovered] => true | _ => false end.
+
+Definition read_policy_claim (digest : text) (i : Z) (v : json) : read claim :=
+  let* c := read_claim digest None i v in
+  match is_uncovered (proved_by c), key c with
+  | true, [q; r; b; s] =>
+      let* ms := object_of v in
+      let* x := get extended_of k_value ms in
+      let* ps := get (policy_parts q r b s x) k_evidence ms in
+      Good (Claim (key c) (said c) ps (~~ is_uncovered ps) (assumed c))
+  | _, _ => Good c
+  end.
+End Claims.
+
+(* ---- What claims have to list that they rest on ---- *)
+
+Definition fresh := of_string
+  "the filter's draws for group and context are independent of each other and of everything else, fresh for each decision, and the decision depends on group and context only through what the filters release".
+Definition stated_population := of_string "the contexts of each group are distributed as in the stated population".
+Definition declared_floor (tau : text) : text :=
+  of_string "every compared group's expected utility is at least " ++ tau ++ of_string " behind the filter (declared)".
+
+Definition declared_range (m gamma l : text) : text :=
+  of_string "every utility is between " ++ m ++ of_string " and " ++ gamma
+  ++ of_string ", and for the same decision and context the utilities of two groups differ by at most " ++ l ++ of_string " (declared)".
+
+(* Of what was declared, and of the constants that are stated of the table; where single contexts are declared of, a bound for a
+   range has further ones, which are left to others. *)
+Definition needed_for (declared constants : list (text * json)) (c : claim) : option (list text) :=
+  let text_of ms k := match found k ms with Some (Text t) => t | _ => [] end in
+  let of_declared := text_of declared in
+  match key c with
+  | [_; _; b; s] =>
+      if same s any_range then
+        if has k_by_context declared then None
+        else Some [fresh; declared_range (of_declared k_m) (of_declared k_gamma)
+                            (if has k_lipschitz declared then of_declared k_lipschitz else text_of constants k_lipschitz)]
+      else Some (fresh :: key_if (same s any_policy && (same b t5 || same b t5_decision)) stated_population
+                 ++ key_if (same s floored) (declared_floor (of_declared k_tau)))
+  | _ => None
+  end.
+
+Definition lists_what_is_needed (declared constants : list (text * json)) (c : claim) : bool :=
+  match needed_for declared constants c with
+  | Some needed => of_length (size needed) (assumed c) && forallb (among (assumed c)) needed
+  | None => false
+  end.
