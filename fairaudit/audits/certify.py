@@ -14,12 +14,10 @@ from fairaudit.audits.hidden_context import judged_with_hidden_context, read_hid
 from fairaudit.audits.population import (
     cut_at_own_median,
     decisions_given_truth,
-    design_note,
     intervals_of_stream,
     possible_comparisons,
+    ratio_intervals,
     refuse_nothing_drawn,
-    two_means_note,
-    units_note,
     without_missing_units,
 )
 from fairaudit.audits.result import Result, not_compared
@@ -31,7 +29,6 @@ from fairaudit.inference.comparisons import Comparison, MissingUnits
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval, Selection
 from fairaudit.inference.levels import confidence_level, equal_share
-from fairaudit.inference.ratio_intervals import default_region, ratio_interval
 from fairaudit.inference.verdicts import foremost_verdict
 from fairaudit.measures.differences import least_signed_expectation
 from fairaudit.measures.distances import demographic_parity, equalized_odds
@@ -277,20 +274,9 @@ def certify(
     found_differences = bounded(differences, comparisons, errors, named_differences, **chosen) if difference else None
     of_ratios, said_of_sign = with_ratios(table, comparisons, constants, limits, select)
     notes = (*notes, *said_of_sign)
-    for quantity, comparison in of_ratios.items():
-        alpha = equal_share(1 - Fraction(level or 0), judging if quantity in named else 1)
-        method = interval or "hoeffding-kl"
-        options: dict[str, Any] = {
-            "method": method,
-            "independent": independent,
-            "ends": "each" if quantity in named or one_sided else "together",
-        }
-        options["select"] = select if quantity in named or not named else "bonferroni"
-        options["region"] = default_region(comparison, interval, independent=independent, alpha=alpha)
-        intervals[quantity] = ratio_interval(comparison, 1 - alpha, **options)
-        notes = (*notes, *two_means_note(quantity, measured[quantity], comparison))
-        notes = (*notes, *units_note(quantity, comparison, intervals[quantity], interval))
-        notes = (*notes, *design_note(quantity, comparison, intervals[quantity]))
+    chosen |= {"one_sided": one_sided, "select": select}
+    found_intervals, said_of_means = ratio_intervals(of_ratios, measured, Fraction(level or 0), judging, named, **chosen)
+    intervals, notes = intervals | found_intervals, (*notes, *said_of_means)
     sampled = level if (deployment.policy.law if deployment else law).kind == "counts" else None
     change = None
     if changed is not None:

@@ -189,7 +189,7 @@ def audit(
     engine, table, query, memory, skip
         As for `read_log`.
     in_parts : bool
-        Whether to read some contexts at a time, in little memory, without intervals; done anyway beyond 20 million different rows.
+        Whether to read some contexts at a time, in little memory; done anyway beyond 20 million different rows.
     group_probability : Source, optional
         Where no row has its group: P(group | cell), a table with columns of the cell, as `source` has them, of the group, and
         ``probability``, or ``low`` and ``high`` (docs/proxies.md).
@@ -343,6 +343,7 @@ def audit(
         "undecided": bool(undecided),
         "difference": signed,
         "select": select != DEFAULT_SELECTION,
+        "missing_units": missing_units != "worst",
     }
     unfit = unfit_for_parts(reading, {"positive": positive, **others, **of_policies})
     if not isinstance(source, (str, os.PathLike, list, tuple)):
@@ -473,6 +474,8 @@ class _Asked:
             memory=reading.access.memory,
             **self.targets,
             confidence=self.confidence,
+            interval=self.interval,
+            independent=self.independent,
             embed_table=self.embed_table,
             burden=self.burden,
             count=reading.count,

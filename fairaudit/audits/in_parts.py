@@ -6,10 +6,13 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from fractions import Fraction
 from typing import IO, Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fairaudit.audits.population import DISCLOSED, possible_comparisons, ratio_intervals
 from fairaudit.audits.result import Partial, Result, not_compared, pair_key
 from fairaudit.audits.sentences import Sizes, sizes
 from fairaudit.audits.targets import judged
@@ -17,14 +20,17 @@ from fairaudit.certificates.certificate import new_salt
 from fairaudit.certificates.table import Table, WrittenTable, column_names, count_lines
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number
+from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.ends import Method
+from fairaudit.inference.interval import Interval
 from fairaudit.inference.levels import confidence_level
 from fairaudit.measures.distances import Distance, demographic_parity, most_unequal_distances
 from fairaudit.measures.expectations import least_expectation
-from fairaudit.measures.limits import MEASURED, Quantity, limits_of, without_bare_limits
+from fairaudit.measures.limits import MEASURED, Limit, Quantity, limits_of, without_bare_limits
 from fairaudit.measures.ratios import Ratio, global_fairness, global_supremum, local_supremum, most_unequal_ratios
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
-from fairaudit.model.utility import Utility, Values
+from fairaudit.model.utility import Utility, UtilityTable, Values
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import MISSING_LABEL, read_columns
 from fairaudit.tables.engines.logs import cut_columns, read_parts
@@ -37,7 +43,8 @@ from fairaudit.tables.values import distinct, names
 __all__ = ["certify_in_parts"]
 
 
-UNCLAIMED = "no interval is claimed: contexts were read in parts; confidence none (--confidence none) judges the table itself"
+MOST_CELLS = 2_000_000
+"""Of how many cells the draws are held for an interval: some gigabyte, while it is found."""
 
 T = TypeVar("T", Ratio, Distance)
 
@@ -59,17 +66,20 @@ def certify_in_parts(
     max_local_log: Number | None = None,
     max_global_log: Number | None = None,
     confidence: Number | None = None,
+    interval: Method | None = None,
+    independent: bool = False,
     top: int = 3,
     embed_table: bool | None = None,
     burden: bool = False,
     count: str | None = None,
     missing: PartsMissing = "error",
 ) -> Result:
-    """Certify a log of very many contexts: the exact figures and the certificate of `fairaudit.certify`, without its intervals.
+    """Certify a log of very many contexts: the certificate of `fairaudit.certify`.
 
     DuckDB counts the log and sorts it by context, on disk where memory does not suffice; some contexts at a time are measured, written to
     the table, and forgotten. Labels of contexts stay in memory. A global figure is that of the law over all contexts together, because
-    P(u|a) and the mean of g over it do not depend on where the rows of a group come from.
+    P(u|a) and the mean of g over it do not depend on where the rows of a group come from. For an interval of the
+    local ratio is kept how often each utility was drawn in each cell that is compared; of more than two million cells none is claimed.
 
     Parameters
     ----------
@@ -79,8 +89,8 @@ def certify_in_parts(
         g, which depends on the decision alone.
     decision, group, context
         As for `Law.from_log`; at least one context column.
-    max_local_ratio, max_global_ratio, max_local_log, max_global_log, confidence, embed_table, burden
-        As for `fairaudit.certify`; at a confidence, targets are inconclusive, for want of an interval.
+    max_local_ratio, max_global_ratio, max_local_log, max_global_log, confidence, interval, independent, embed_table, burden
+        As for `fairaudit.certify`; the confidence is None by default.
     top : int
         How many of the most unequal pairs to keep.
 
@@ -121,6 +131,8 @@ def certify_in_parts(
     )
     cut = {name: edges if isinstance(edges, Bins) else Bins.of(name, edges) for name, edges in (bins or {}).items()}
     level = None if confidence is None else confidence_level(confidence)
+    _refuse_asked(level, interval, independent, judged=bool(limits), embed=embed_table)
+    drawn = _Drawn()
     supremum: Ratio | None = None
     odds: tuple[Distance, ...] = ()
     pairs: tuple[Ratio, ...] = ()
@@ -132,7 +144,8 @@ def certify_in_parts(
         whole = Law.from_log(first, decision=decision, group=columns.group, missing=missing)
         if count is not None:
             whole = replace(whole, rows_read=None)  # which are fewer than the decisions that they stand for
-        g = (utility if isinstance(utility, Utility) else Utility(utility)).on(whole)
+        worth = utility if isinstance(utility, Utility) else Utility(utility)
+        g = worth.on(whole)
         if not g.by_decision:
             raise InputError(
                 "the utility depends on more than the decision; contexts that are read in parts need one of the decision alone"
@@ -159,6 +172,8 @@ def certify_in_parts(
             odds = _foremost((*odds, *most_unequal_distances(law, top, within_context=True)), top, lambda distance: distance.value)
             floors.append(least_expectation(law, table_of))
             rows.writelines(count_lines(law, at))
+            if level is not None:
+                drawn.add(law, g, at)
             cells += law.weights.size
             read += int(law.weights.sum())
         if read != int(whole.weights.sum()):
@@ -167,14 +182,18 @@ def certify_in_parts(
         if local is None and overall is None:
             raise InputError("no two groups can be compared: no context has two groups, and no two groups have a population")
     measured: dict[Quantity, Ratio | None] = {"local": local, "global": overall}
-    targets, verdict = judged(measured, limits, level, {})
+    prepared = in_order((*cut_columns(cut), *first.preparation), wanted, dict.fromkeys(wanted, (MISSING_LABEL,)))
+    whole = replace(whole, preparation=prepared)
+    asked: dict[str, Any] = {"level": level, "limits": limits, "embed": embed_table, "method": interval, "independent": independent}
+    comparisons, intervals, said = _of_population(worth, replace(g, law=whole), measured, drawn, (columns, contexts), **asked)
+    targets, verdict = judged(measured, limits, level, intervals)
     absent = [words(entry) for entry in first.preparation if entry["step"] in ("left out", "level")]
     left_out.sort(key=lambda entry: "groups" not in entry)
     header = {**Table(whole, g).header, "columns": column_names(columns), "contexts": [list(label) for label in contexts]}
     if embed_table is False:
         header["salt"] = new_salt()
     return Result(
-        law=replace(whole, preparation=in_order((*cut_columns(cut), *first.preparation), wanted, dict.fromkeys(wanted, (MISSING_LABEL,)))),
+        law=whole,
         utility=g,
         local=local,
         global_=overall,
@@ -186,11 +205,81 @@ def certify_in_parts(
         not_compared=(*left_out, *(entry for entry in not_compared(whole) if "context" not in entry)),
         targets=targets,
         verdict=verdict,
-        notes=(*dict.fromkeys((*absent, *whole.notes)), *(() if confidence is None else (UNCLAIMED,))),
+        notes=(*dict.fromkeys((*absent, *whole.notes)), *said),
+        intervals=intervals,
+        comparisons=comparisons,
+        method=interval,
         embed=embed_table,
         partial=Partial(columns, pairs, odds, WrittenTable(header, rows, cells), recorded),
         burden=burden,
     )
+
+
+class _Drawn:
+    """How often each utility was drawn in the cells that are compared, of some contexts at a time, until there are too many of them."""
+
+    def __init__(self) -> None:
+        self.cells = 0
+        self.parts: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]] = []
+
+    def add(self, law: Law, utility: UtilityTable, first: int) -> None:
+        """Keep the draws of some contexts, of which this is the number of the first."""
+        at = np.flatnonzero(law.compared)
+        self.cells += len(at)
+        if self.cells > MOST_CELLS:
+            self.parts.clear()
+            return
+        kept = law.weights[at]
+        weights = np.stack([kept[:, utility.values == value].sum(axis=1) for value in np.unique(utility.values)], axis=1)
+        self.parts.append((law.cell_context[at] + first, law.cell_group[at], weights))
+
+    def laid_out(self, utility: UtilityTable, columns: Columns, contexts: Sequence[tuple[str, ...]]) -> UtilityTable | None:
+        """The utility on a law of the cells that are compared, in which decisions that are worth the same are one; None of too many."""
+        if self.cells > MOST_CELLS or not self.parts:
+            return None
+        whole = utility.law
+        values, places = np.unique(utility.values, return_index=True)
+        context, group, weights = (np.concatenate(part) for part in zip(*self.parts, strict=True))
+        decisions = tuple(whole.decisions[place] for place in places.tolist())
+        held: dict[str, Any] = {"cell_context": context, "cell_group": group, "weights": weights}
+        law = replace(whole, columns=columns, decisions=decisions, contexts=tuple(contexts), **held)
+        return replace(utility, law=law, values=values)
+
+
+def _refuse_asked(level: Fraction | None, interval: Method | None, independent: bool, *, judged: bool, embed: bool | None) -> None:
+    """Refuse what is about a population where none is asked about, and targets on one whose interval would disclose the counts."""
+    if level is None and (interval is not None or independent):
+        raise InputError("interval and independent (--interval, --independent-cells) are about the population; give a confidence")
+    if level is not None and judged and embed is False:
+        raise InputError(f"{DISCLOSED}; confidence none (--confidence none) judges the table itself")
+
+
+def _of_population(
+    utility: Utility,
+    table: UtilityTable,
+    measured: Mapping[Quantity, Ratio | None],
+    drawn: _Drawn,
+    labels: tuple[Columns, Sequence[tuple[str, ...]]],
+    *,
+    level: Fraction | None,
+    limits: Sequence[Limit],
+    embed: bool | None,
+    method: Method | None,
+    independent: bool,
+) -> tuple[Mapping[Quantity, Comparison], Mapping[Quantity, Interval], tuple[str, ...]]:
+    """What the draws say of the population, once all contexts have passed by."""
+    if level is None:
+        return {}, {}, ()
+    compared, within, said = dict(measured), drawn.laid_out(table, *labels), list[str]()
+    if within is None and compared.pop("local") is not None:
+        said.append(
+            f"no interval for the local ratio is claimed: it needs the draws of {drawn.cells:,} cells; of {MOST_CELLS:,} they are held"
+        )
+    named = {quantity for quantity, _, _ in limits}
+    found, reasons = possible_comparisons(table.law, utility, table, compared, {}, named, embed, within=within)
+    judging = sum(quantity in found for quantity, _, _ in limits)
+    intervals, notes = ratio_intervals(found, measured, level, judging, named, method=method, independent=independent)
+    return found, intervals, (*said, *reasons, *notes)
 
 
 def _part(tally: Tally, columns: Columns, whole: Law, missing: PartsMissing) -> Law:

@@ -11,7 +11,9 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.inference.comparisons import Comparison, MissingUnits
 from fairaudit.inference.draws import unit_columns
 from fairaudit.inference.ends import Method
-from fairaudit.inference.interval import Interval
+from fairaudit.inference.interval import Interval, Selection
+from fairaudit.inference.levels import equal_share
+from fairaudit.inference.ratio_intervals import default_region, ratio_interval
 from fairaudit.inference.table_comparisons import global_comparison, local_comparison
 from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.limits import Quantity
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
     from fairaudit.inference.rates import GivenTruth
     from fairaudit.model.policy import Deployment
     from fairaudit.tables.evaluations.samples import Evaluation
+
+DISCLOSED = "the ends of intervals would disclose the counts of a certificate without its table"
 
 
 def decisions_given_truth(
@@ -51,7 +55,7 @@ def decisions_given_truth(
     elif not subject.whole:
         reason = "the counts are not whole numbers of draws"
     elif embed is False:
-        reason = "the ends of intervals would disclose the counts of a certificate without its table"
+        reason = DISCLOSED
     if reason:
         return found, (f"no interval for the rates given the true label is claimed: {reason}",)
     return with_intervals(rates, confidence), ()
@@ -94,8 +98,12 @@ def possible_comparisons(
     named: set[Quantity],
     embed: bool | None,
     what: str = "ratio",
+    within: UtilityTable | None = None,
 ) -> tuple[dict[Quantity, Comparison], tuple[str, ...]]:
-    """What the draws behind counts say of the population, as far as an interval is possible, and why it is not."""
+    """What the draws behind counts say of the population, as far as an interval is possible, and why it is not.
+
+    Where a law is that over all contexts together, `within` is the utility on the law of the contexts that are compared.
+    """
     law = subject if isinstance(subject, Law) else subject.policy.law
     if law.kind != "counts":
         return {}, ()
@@ -117,8 +125,9 @@ def possible_comparisons(
                     "--utility-range LOW,HIGH)"
                 )
             if embed is False:
-                raise InputError("the ends of intervals would disclose the counts of a certificate without its table")
-            made[quantity] = _comparison(subject, utility, table, quantity, limits)
+                raise InputError(DISCLOSED)
+            held = (subject, table) if within is None or quantity == "global" else (within.law, within)
+            made[quantity] = _comparison(held[0], utility, held[1], quantity, limits)
             notes += made[quantity].notes
         except InputError as error:
             if quantity in named:
@@ -144,6 +153,51 @@ def _comparison(
         subject.policy, _tabulated(utility, table), subject.group_filter, context, population, local=quantity == "local", limits=limits
     )
     return replace(found, assumptions=(FRESH, *found.assumptions), limits=limits)
+
+
+def ratio_intervals(
+    comparisons: Mapping[Quantity, Comparison],
+    measured: Mapping[Quantity, Ratio | None],
+    confidence: Fraction,
+    judging: int,
+    named: set[Quantity],
+    *,
+    method: Method | None,
+    independent: bool,
+    select: Selection = "bonferroni",
+    one_sided: bool = False,
+) -> tuple[dict[Quantity, Interval], tuple[str, ...]]:
+    """The intervals of ratios, and what is to be noted of them.
+
+    Parameters
+    ----------
+    comparisons, measured
+        What is compared, and the ratios of the table.
+    confidence : Fraction
+        The confidence of all that has a target, together.
+    judging : int
+        How many targets share its error.
+    named : set
+        Which ratios have a target; each end of their intervals holds by itself.
+    method, independent, select, one_sided
+        As for `certify`.
+    """
+    intervals: dict[Quantity, Interval] = {}
+    notes: list[str] = []
+    for quantity, comparison in comparisons.items():
+        alpha = equal_share(1 - confidence, judging if quantity in named else 1)
+        options: dict[str, Any] = {
+            "method": method or "hoeffding-kl",
+            "independent": independent,
+            "ends": "each" if quantity in named or one_sided else "together",
+            "select": select if quantity in named or not named else "bonferroni",
+            "region": default_region(comparison, method, independent=independent, alpha=alpha),
+        }
+        intervals[quantity] = own = ratio_interval(comparison, 1 - alpha, **options)
+        notes += two_means_note(quantity, measured[quantity], comparison)
+        notes += units_note(quantity, comparison, own, method)
+        notes += design_note(quantity, comparison, own)
+    return intervals, tuple(notes)
 
 
 def two_means_note(quantity: Quantity, over_rows: Ratio | None, comparison: Comparison) -> tuple[str, ...]:

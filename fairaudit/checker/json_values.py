@@ -166,6 +166,8 @@ def read_choice(value: object, where: str, choices: Sequence[str]) -> str:
 
 def read_integer(value: object, where: str, below: int | None = None) -> int:
     """Read an integer of at least 0, and perhaps below a limit."""
+    if isinstance(value, _OtherNumber):
+        raise malformed(where, f"must be an integer of at most 18 digits, not {value.token[:40]}{'…' * (len(value.token) > 40)}")
     if type(value) is not int:  # True is an instance of int, and no index
         raise malformed(where, f"must be an integer, not {described_type(value)}")
     if value < 0 or (below is not None and value >= below):

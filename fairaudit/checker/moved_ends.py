@@ -85,9 +85,13 @@ class MovedEnds:
     def take_plain(self, cells: Sequence[Cell], ends: Sequence[tuple[int, int]], limits: tuple[int, int], unit: int) -> None:
         """Take in a context of which no end is listed: all are so many times 1/unit, the lower ones those of the range."""
         upper, least, most = self.move.upper, *limits
-        if cells[0].context == self.context or (upper and not self._cannot_matter(ends, least, most)):
+        if self.needs(cells, ends, limits):
             own = [(Fraction(low, unit), Fraction(high, unit)) for low, high in (ends if upper else [limits] * len(cells))]
             self.take_cells(cells, own, (Fraction(least, unit), Fraction(most, unit)))
+
+    def needs(self, cells: Sequence[Cell], ends: Sequence[tuple[int, int]], limits: tuple[int, int]) -> bool:
+        """Whether cells have to be looked at whose ends are these, or lie between them."""
+        return cells[0].context == self.context or (self.move.upper and not self._cannot_matter(ends, *limits))
 
     def _cannot_matter(self, ends: Sequence[tuple[int, int]], least: int, most: int) -> bool:
         """Whether upper ends do not exceed the ratio so far, even if the greatest and the least one are of one cell."""

@@ -62,7 +62,6 @@ class PassingBox:
             self.fault = str(error)
 
     def _take(self, cells: Sequence[Cell], known: Range) -> None:
-        samples, ends = zip(*[self._sample(cell, known) for cell in cells], strict=True)
         first, number = self.cells, self.blocks
         self.cells, self.blocks = first + len(cells), number + 1
         spend(2 * len(cells))
@@ -70,13 +69,36 @@ class PassingBox:
         self.used, self.spanned = self.used + informative, max(self.spanned, min(2, informative))
         pair = self.evidence.pair
         if (self.coming and self.coming[-1] < self.cells) or (pair is not None and pair[0] == number):
-            self._take_listed(cells, samples, first, number)
+            self._take_listed(cells, [self._sample(cell, known)[0] for cell in cells], first, number)
             return
+        limits = known.low << BITS, known.high << BITS
+        spend(8 * len(cells) * (1 + len(self.moved)))
+        around = self._around(cells, known)
+        if around is not None and self._cannot_matter(cells, around, limits):
+            return
+        ends = [self._sample(cell, known)[1] for cell in cells]
         if self.bound is not None:
             check_single(ends, number, self.bound)
-        spend(8 * len(cells) * len(self.moved))
         for moved in self.moved:
-            moved.take_plain(cells, ends, (known.low << BITS, known.high << BITS), known.unit << BITS)
+            moved.take_plain(cells, ends, limits, known.unit << BITS)
+
+    def _around(self, cells: Sequence[Cell], known: Range) -> tuple[int, int] | None:
+        """What holds the plain ends of all cells of a context, in the same multiples as theirs; None where it is not quickly found."""
+        counts, unit, width = [cell.mass[0] for cell in cells], known.unit, known.high - known.low
+        if not width or (max(counts) * unit).bit_length() > 128 or any(d != 1 or n % total for _, _, (_, total), (n, d), _, _ in cells):
+            return None
+        means = [(n << BITS) // d for _, _, _, _, (n, d), _ in cells]  # rounded down
+        low, high, one = min(means) * unit - (known.low << BITS), (max(means) + 1) * unit - (known.low << BITS), width << BITS
+        if low < 0 or high - unit > one:
+            return None
+        least, most = self.plain.around(min(counts), low, min(one, high), one)
+        return (known.low << BITS) + width * least, (known.low << BITS) + width * most
+
+    def _cannot_matter(self, cells: Sequence[Cell], ends: tuple[int, int], limits: tuple[int, int]) -> bool:
+        """Whether cells with such ends keep the bound, and change nothing of what follows where they move."""
+        if self.bound is not None and ends[1] * self.bound.denominator > ends[0] * self.bound.numerator:
+            return False
+        return not any(moved.needs(cells, [ends], limits) for moved in self.moved)
 
     def _sample(self, cell: Cell, known: Range) -> tuple[Sample, tuple[int, int]]:
         """What was drawn in a cell, and its plain ends as multiples of a number that all cells have in common."""

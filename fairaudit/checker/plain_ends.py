@@ -83,6 +83,16 @@ class PlainEnds:
                 self.known[n, k, one] = found
         return found
 
+    def around(self, draws: int, low: int, high: int, one: int) -> tuple[int, int]:
+        """What holds the ends of all samples of at least so many draws, with means from low/one to high/one where the range is [0, 1].
+
+        Both ends rise with the mean, and more draws bring each closer to it; so they do in multiples of 2^-BITS, rounded one way.
+        """
+        spend(40)
+        if not self.reach:
+            return 0, 1 << BITS
+        return below(draws, low, one, self.reach), (1 << BITS) - below(draws, one - high, one, self.reach)
+
     def numerators(self, sample: Sample) -> tuple[int, int]:
         """The ends of a sample, those of the range where it says nothing, as multiples of 2^-BITS of what draws are counted in."""
         low, high = sample.low_parts, sample.high_parts

@@ -159,6 +159,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--version", action="version", version=f"fairaudit {__version__}")
     commands = parser.add_subparsers(prog=parser.prog, metavar="COMMAND", required=True, parser_class=_Parser)
     given = with_negative_values(sys.argv[1:] if argv is None else argv)
+    if given[:1] and given[0] in CORE:
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy's library starts others when it is loaded, and they wait by spinning
     completing = "_ARGCOMPLETE" in os.environ and argv is None
     if given[:1] != ["--version"]:
         with uncollected():

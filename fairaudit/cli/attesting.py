@@ -168,7 +168,7 @@ def _command(arguments: argparse.Namespace) -> tuple[str, ...]:
 
     words = ["certify", *map(bare_name, _listed(arguments.table) if arguments.example is None else [])]
     for name, value in vars(arguments).items():
-        if name in ("table", "run", *ATTESTATION_KEYS) or value in (None, False, 0, "", []) or DEFAULTS.get(name) == value:
+        if name in ("table", "run", "keep", *ATTESTATION_KEYS) or value in (None, False, 0, "", []) or DEFAULTS.get(name) == value:
             continue
         spelled = SPELLED.get(name, option(name))
         if value is True:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fairaudit.audits.result import Result
     from fairaudit.audits.sentences import Deciding, Sizes
     from fairaudit.cli.attesting import Attesting
+    from fairaudit.cli.keeping import Kept
     from fairaudit.cli.population import Finding
     from fairaudit.inference.differences import DifferenceInterval
     from fairaudit.inference.interval import Interval
@@ -37,14 +38,15 @@ def certified(
     findings: list[Finding],
     notes: Sequence[str] = (),
     attesting: Attesting | None = None,
+    kept: Kept | None = None,
 ) -> Answer:
     """Write the certificate, its page and its statement where the options say so, and answer with what was found."""
-    written = write_attested(arguments, result, attesting)
+    written = write_attested(arguments, result, attesting, kept)
     return Answer(
         "certify",
         verdict=result.verdict,
         sentence=result.sentence,
-        notes=(*result.notes, *notes),
+        notes=(*result.notes, *notes, *(() if kept is None else kept.notes)),
         result=lambda: result.certificate.document,
         details=lambda: _details(result, arguments.top or TOP, findings, two_sided=arguments.two_sided),
         text=lambda: _text(arguments, result, findings, written),
@@ -52,12 +54,15 @@ def certified(
     )
 
 
-def write_attested(arguments: argparse.Namespace, result: Result | ProxyAudit, attesting: Attesting | None) -> list[str]:
-    """Write what the options name, with the statement where one is asked for; what can be verified of it."""
-    if not arguments.output:
+def write_attested(
+    arguments: argparse.Namespace, result: Result | ProxyAudit, attesting: Attesting | None, kept: Kept | None = None
+) -> list[str]:
+    """Write what the options name, with the statement where one is asked for, and counts that are kept; what can be verified of it."""
+    if not arguments.output and kept is None:
         return []
     stated = None if attesting is None else (attesting.path, attesting.text(result, arguments.output).encode("ascii"))
-    return write_outputs((result.certificate, arguments.output), attestation=stated)
+    before = [] if kept is None else [(kept.path, kept.blocks())]
+    return write_outputs((result.certificate, arguments.output or []), attestation=stated, before=before)
 
 
 def _text(arguments: argparse.Namespace, result: Result, findings: list[Finding], written: Sequence[str]) -> str:

@@ -11,6 +11,7 @@ from fairaudit.cli import CORE
 from fairaudit.cli.attesting import add_attestation, attesting, refuse_attestation
 from fairaudit.cli.certified import TOP, certified
 from fairaudit.cli.destinations import add_output, check_output, documents
+from fairaudit.cli.keeping import add_keep, keeping, refuse_beside_keep
 from fairaudit.cli.options import add_command, add_limits, column_list, confidence_option, given_limits, unknown_shares, utility_range
 from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from fairaudit.audits.audit_file import Audit
     from fairaudit.audits.reading import Reading
     from fairaudit.cli.attesting import Attesting
+    from fairaudit.cli.keeping import Kept
     from fairaudit.model.law import Law
     from fairaudit.model.utility import Utility
 
@@ -182,7 +184,7 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
     rest.add_argument(
         "--in-parts",
         action="store_true",
-        help="read some contexts at a time, in little memory, without intervals (done anyway beyond 20 million different rows)",
+        help="read some contexts at a time, in little memory (done anyway beyond 20 million different rows)",
     )
     rest.add_argument(
         "--print-sql", choices=DIALECTS, metavar="DIALECT", help=f"print the query that counts the log ({', '.join(DIALECTS)})"
@@ -199,6 +201,7 @@ def _add_input_and_output(parser: argparse.ArgumentParser) -> None:
         "and which unrecorded factor could explain one",
     )
     add_output(rest)
+    add_keep(rest)
     add_format(rest)
 
 
@@ -235,6 +238,8 @@ def _answer(arguments: argparse.Namespace) -> Answer:
         return _list_examples()
     if isinstance(arguments.table, list):
         arguments.table = arguments.table if len(arguments.table) > 1 else arguments.table[0] if arguments.table else None
+    if arguments.keep is not None:
+        refuse_beside_keep(arguments)
     fill_recipe(arguments)
     _check_unknown(arguments)
     if arguments.group_probability is not None:
@@ -255,6 +260,10 @@ def _answer(arguments: argparse.Namespace) -> Answer:
         return counting_query(arguments)
     elif arguments.table is None:
         raise InputError("no table was named; give a CSV file, or --example ucb-admissions")
+    if arguments.keep is not None:
+        with keeping(arguments) as kept:
+            found = _certify_in_parts(arguments, kept=kept) if arguments.in_parts else _certify(arguments, kept)
+            return ready(found, arguments.format)
     if not (arguments.in_parts or is_audit_file(arguments.table) or any(getattr(arguments, name) for name in COLUMNS)):
         from fairaudit.cli.asking import ask_for_columns
 
@@ -300,7 +309,7 @@ def _certify_by_proxies(arguments: argparse.Namespace) -> Answer:
     return ready(certify_by_proxies(arguments), arguments.format)
 
 
-def _certify(arguments: argparse.Namespace) -> Answer:
+def _certify(arguments: argparse.Namespace, kept: Kept | None = None) -> Answer:
     """Certify a table, a log or an audit file."""
     from fairaudit.audits.certify import certify
     from fairaudit.errors import InputError, ManyRowsError, naming
@@ -308,13 +317,14 @@ def _certify(arguments: argparse.Namespace) -> Answer:
 
     if (arguments.score or arguments.above) and arguments.utility is None and arguments.utility_column is None:
         arguments.utility = ABOVE
-    check_output(arguments)
+    if kept is None:  # whose options were looked at before its log was counted
+        check_output(arguments)
     stated = attesting(arguments)
     audit = _audit_file(arguments) if is_audit_file(arguments.table) else None
     try:
         subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
     except ManyRowsError:
-        return _certify_in_parts(arguments, stated)
+        return _certify_in_parts(arguments, stated, kept)
     targets = given_limits(arguments)
     options = population_options(arguments, subject, audit.sampling if audit else {})
     from fairaudit.model.law import Law
@@ -342,7 +352,7 @@ def _certify(arguments: argparse.Namespace) -> Answer:
             unknown_share=unknown_shares(arguments.unknown_share) or (audit.unknown_share if audit else None),
         )
         findings = findings_beside(arguments, result, utility, options)
-    return certified(arguments, result, findings, attesting=stated)
+    return certified(arguments, result, findings, attesting=stated, kept=kept)
 
 
 def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
@@ -356,6 +366,7 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
         "utility_range",
         "two_sided",
         "select",
+        "missing_units",
         "by_context",
         "min_cell",
         "pool_small",
@@ -369,7 +380,7 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
     return unfit_for_parts(reading, given) or ", ".join(f"-o {name}" for name in documents(arguments))
 
 
-def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = None) -> Answer:
+def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = None, kept: Kept | None = None) -> Answer:
     """Certify a log of very many contexts; its sources were perhaps looked at already."""
     from fairaudit.audits.in_parts import certify_in_parts
     from fairaudit.errors import InputError, naming
@@ -382,7 +393,8 @@ def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = 
     reading = reading_of(arguments)
     if unfit := _unfit_for_parts(arguments, reading):
         raise InputError(f"--in-parts does not go with {unfit}")
-    check_output(arguments)
+    if kept is None:
+        check_output(arguments)
     stated = stated or attesting(arguments)
     with progress() as told, naming(source_name(arguments.table)):
         result = certify_in_parts(
@@ -397,13 +409,15 @@ def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = 
             report=told,
             **given_limits(arguments),
             confidence=confidence_option(arguments.confidence),
+            interval=arguments.interval,
+            independent=arguments.independent_cells,
             top=arguments.top or LISTED,
             embed_table=False if arguments.no_table else None,
             burden=arguments.burden,
             count=reading.count,
             missing=reading.missing if reading.missing != "unknown" else "error",
         )
-    return certified(arguments, result, [], attesting=stated)
+    return certified(arguments, result, [], attesting=stated, kept=kept)
 
 
 def _audit_file(arguments: argparse.Namespace) -> Audit:

@@ -50,9 +50,10 @@ def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> Non
 
     names: list[str] = [*(arguments.output or []), *more]
     stated = [arguments.attest] if getattr(arguments, "attest", None) is not None else []
-    inputs = list(_read(arguments)) if names else []
+    kept = [arguments.keep] if getattr(arguments, "keep", None) is not None else []
+    inputs = list(_read(arguments)) if names or kept else []
     tables = _tables_beside([Path(name) for name in names if Path(name).suffix.lower() == ".json"])
-    written, query = (*names, *stated, *tables), getattr(arguments, "query", None) or ""
+    written, query = (*names, *stated, *kept, *tables), getattr(arguments, "query", None) or ""
     named = [path for path in written if re.search(rf"(?<![\w.-]){re.escape(Path(path).name)}(?![\w-])", query)]
     inputs.append((named, "a file that the query names,"))
     for read, what in inputs:
@@ -61,7 +62,9 @@ def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> Non
     check_forms(names)
     if arguments.no_table and not any(form_of(name) == "json" for name in names):
         raise InputError("--no-table needs -o FILE.json, to write the certificate and its table separately")
-    refuse_twice([*names, *stated])
+    refuse_twice([*names, *stated, *kept])
+    if kept:
+        refuse_twice([*tables, *kept])
     if stated:
         refuse_twice([*tables, *stated])
         if not stated[0].lower().endswith(".json"):
@@ -106,7 +109,11 @@ def refuse_twice(names: Sequence[str]) -> None:
             raise InputError(f"{name} is named twice; name a file for each")
 
 
-def write_outputs(*made: tuple[Certificate, Sequence[str]], attestation: tuple[str, bytes] | None = None) -> list[str]:
+def write_outputs(
+    *made: tuple[Certificate, Sequence[str]],
+    attestation: tuple[str, bytes] | None = None,
+    before: Sequence[tuple[Path, Iterable[bytes]]] = (),
+) -> list[str]:
     """Write certificates that were just made to their files, to each as its ending says: all of them, or none.
 
     Parameters
@@ -115,6 +122,8 @@ def write_outputs(*made: tuple[Certificate, Sequence[str]], attestation: tuple[s
         A certificate and the names of its files.
     attestation : (str, bytes), optional
         The file of a statement of the certificate, and what it holds; pages show it.
+    before : sequence of (Path, iterable of bytes)
+        Further files, of which the certificate was made.
 
     Returns
     -------
@@ -133,7 +142,7 @@ def write_outputs(*made: tuple[Certificate, Sequence[str]], attestation: tuple[s
     stated = None if attestation is None else attestation[1]
     files = [file for certificate, names in made for file in _files(certificate, names, stated)]
     beside = [] if attestation is None else [(Path(attestation[0]), [attestation[1]])]
-    write_together([*beside, *files])
+    write_together([*before, *beside, *files])
     certificate, names = made[0]
     for name in names:
         if form_of(name) == "json":

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Sequence
 from typing import Any
 
 from fairaudit.cli import CORE
 from fairaudit.cli.destinations import refuse_output
+from fairaudit.cli.keeping import UNCOUNTED, count, quoted
 from fairaudit.cli.options import add_command, column_roles
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.cli.source import add_source, option, progress
@@ -16,7 +16,8 @@ from fairaudit.cli.source import add_source, option, progress
 DESCRIPTION = """\
 Count the equal rows of a log, or of a part of one (a day, a branch), by the columns that an audit will ask for, and write the counts
 to a Parquet file. `certify` with --count takes any number of such files together: the certificate is that of the whole log, byte for
-byte, and nothing that was counted before is read again. The log is whatever certify reads, except logs of evaluations."""
+byte, and nothing that was counted before is read again. `certify --keep` does both in one step. The log is whatever certify reads,
+except logs of evaluations."""
 
 EPILOG = """\
 exit codes: 0 done; 2 bad input
@@ -26,8 +27,7 @@ examples:
   fairaudit certify monday.parquet tuesday.parquet --decision answer --group sex,age --context department --utility yes --count n"""
 
 ELSEWHERE = {
-    "unit": "rows of one sampling unit may lie in several files; certify the log itself",
-    "utility_column": "a tally counts labels and holds no other numbers; name the decision, and give --utility to certify",
+    **UNCOUNTED,
     "missing": "a tally keeps missing labels as they are; give it to certify",
     "unknown": "a tally keeps all labels as they are; give it to certify",
     "fold_labels": "a tally keeps all labels as they are; give it to certify",
@@ -67,8 +67,7 @@ def add(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     from fairaudit.errors import InputError
-    from fairaudit.tables.engines.tallies import check_ending, tally
-    from fairaudit.tables.values import names
+    from fairaudit.tables.engines.tallies import check_ending
     from fairaudit.words import plain
 
     for name, why in ELSEWHERE.items():
@@ -76,20 +75,9 @@ def run(arguments: argparse.Namespace) -> Answer:
             raise InputError(f"{option(name)} does not go with tally: {why}")
     check_ending(arguments.output)
     refuse_output(arguments.output, arguments.table)
-    group, context = column_roles(arguments.group), column_roles(arguments.context)
-    columns = (arguments.decision or arguments.score, *group.names, *context.names, *names(arguments.truth))
-    where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "skip", "count")}
     with progress() as told:
-        made = tally(
-            arguments.table,
-            arguments.output,
-            columns,
-            bins={**group.edges, **context.edges},
-            table=arguments.database_table,
-            report=told,
-            **where,
-        )
-    words = _certify(arguments, group.names, context.names)
+        made = count(arguments, arguments.table, arguments.output, told)
+    words = _certify(arguments)
     sentence = f"{made.rows:,} rows, of which {len(made):,} are different, are counted in {arguments.output}."
     return Answer(
         "tally",
@@ -100,16 +88,12 @@ def run(arguments: argparse.Namespace) -> Answer:
     )
 
 
-def _certify(arguments: argparse.Namespace, group: Sequence[str], context: Sequence[str]) -> list[str]:
+def _certify(arguments: argparse.Namespace) -> list[str]:
     """The words of the command that certifies the counts, alone or with others."""
     words = ["fairaudit", "certify", arguments.output]
-    named = {"decision": arguments.decision, "score": arguments.score, "group": ",".join(map(_quoted, group))}
-    named |= {"context": ",".join(map(_quoted, context)), "truth": arguments.truth, "count": arguments.count}
+    group, context = (",".join(map(quoted, column_roles(given).names)) for given in (arguments.group, arguments.context))
+    named = {"decision": arguments.decision, "score": arguments.score, "group": group}
+    named |= {"context": context, "truth": arguments.truth, "count": arguments.count}
     for name, value in named.items():
         words += [option(name), value] if value else []
     return [*words, *(["--above-median"] if arguments.score else ["--utility", "DECISION"])]
-
-
-def _quoted(name: str) -> str:
-    """Quote a name as `--group` reads it, where that is needed."""
-    return '"' + name.replace('"', '""') + '"' if name != name.strip() or any(c in name for c in ',:"\r\n') else name

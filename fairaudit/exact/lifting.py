@@ -2,14 +2,16 @@
 
 The inverse of the matrix modulo p gives the solution modulo p, then modulo p², and so on, each time for the price of two products with
 a vector, of numbers of the machine's size. Rationals are read off once they are short beside the power, and believed only if they
-satisfy every equation in integers: what is returned is the solution, whatever happened on the way to it.
+satisfy every equation in integers: what is returned is the solution, whatever happened on the way to it. Where FLINT is installed
+(the extra ``flint``) it is asked for the same solution of the same equations, and believed as little.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import inf, isqrt
+from importlib import import_module
+from math import inf, isqrt, lcm
 from typing import Any
 
 import numpy as np
@@ -47,6 +49,37 @@ def solve_by_lifting(rows: Sequence[Sequence[int]], right: Sequence[int], most_b
     limbs = -(-max(v.bit_length() for row in rows for v in row) // LIMB)
     if not count <= len(rows) < 2 * MOST_UNKNOWNS or count > MOST_UNKNOWNS or limbs * len(rows) * count > MOST_LIMBS:
         return None
+    flint = _flint()
+    found = _lifted(rows, right, limbs, most_bits) if flint is None else _solved_by(flint, rows, right)
+    if found is None or not _satisfied(rows, right, range(len(rows)), *found):
+        return None
+    tops, bottom = found
+    return [Fraction(v, bottom) for v in tops] if max(v.bit_length() for v in (bottom, *tops)) <= most_bits else None
+
+
+def _flint() -> Any:
+    """The library, where a release of it with what is needed is installed; else None."""
+    try:
+        flint = import_module("flint")
+    except ImportError:
+        return None
+    return flint if hasattr(flint, "fmpz_mat") and hasattr(flint, "nmod_mat") else None
+
+
+def _solved_by(flint: Any, rows: Sequence[Sequence[int]], right: Sequence[int]) -> tuple[list[int], int] | None:
+    """What FLINT says is the solution of as many equations as are independent modulo the prime, over the least denominator."""
+    count = len(rows[0])
+    echelon, rank = flint.nmod_mat([[v % PRIME for v in column] for column in zip(*rows, strict=True)], PRIME).rref()
+    if rank < count:
+        return None
+    chosen = [next(i for i, v in enumerate(line) if int(v)) for line in echelon.tolist()]
+    values = flint.fmpz_mat([list(rows[i]) for i in chosen]).solve(flint.fmpz_mat([[right[i]] for i in chosen])).entries()
+    bottom = lcm(*(int(v.q) for v in values))
+    return [int(v.p) * (bottom // int(v.q)) for v in values], bottom
+
+
+def _lifted(rows: Sequence[Sequence[int]], right: Sequence[int], limbs: int, most_bits: float) -> tuple[list[int], int] | None:
+    """The solution of as many equations as are independent modulo the prime, over one denominator; None if it is too long."""
     found = _inverse(np.array([[v % PRIME for v in row] for row in rows], dtype=np.int64))
     if found is None:
         return None
@@ -65,10 +98,7 @@ def solve_by_lifting(rows: Sequence[Sequence[int]], right: Sequence[int], most_b
         modulus = PRIME ** len(digits)
         read = _rationals(_joined(digits), modulus)
         if read is not None and _satisfied(rows, right, chosen, *read):
-            if not _satisfied(rows, right, range(len(rows)), *read):
-                return None
-            tops, bottom = read
-            return [Fraction(v, bottom) for v in tops] if max(v.bit_length() for v in (bottom, *tops)) <= most_bits else None
+            return read
         if modulus.bit_length() > 2 * most_bits + SPARE + 2:
             return None
 

@@ -30,6 +30,7 @@ __all__ = [
     "quotient",
     "rational",
     "rational_text",
+    "shortened",
 ]
 
 
@@ -46,6 +47,12 @@ MAX_OUTPUT_DIGITS = 100_000  # what the checker reads, too
 _NUMBER = re.compile(r"([+-]?)(?:(\d+)(?:\.(\d*))?|\.(\d+))(?:[eE]([+-]?\d+))?", re.ASCII)
 
 _QUOTIENT = re.compile(r"([+-]?)(\d+)/(\d+)", re.ASCII)
+
+SHORT_BITS = 4_000
+"""Denominators of up to so many bits are divided by as they are."""
+
+SHORT_PLACES = 400
+"""Decimals that a person may be shown, and many more."""
 
 _CHUNK = 4_000  # digits that Python writes at once; below its limit of 4,300
 
@@ -300,6 +307,24 @@ def number(value: Fraction | float) -> str:
     ('5/4', 'inf')
     """
     return rational_text((value.numerator, value.denominator) if isinstance(value, Fraction) else (1, 0))
+
+
+def shortened(value: Fraction) -> Fraction:
+    """The value itself if it is short, else a short one that every decimal of at most 400 places is below, or above, as it is of the value.
+
+    It is rounded alike to all those decimals.
+
+    Examples
+    --------
+    >>> shortened(Fraction(1, 3))
+    Fraction(1, 3)
+    >>> shortened(Fraction(10**2000, 3 * 10**2000 + 1)).denominator == 2 * 10**400
+    True
+    """
+    if value.denominator.bit_length() < SHORT_BITS:
+        return value
+    whole, rest = divmod(value.numerator * 10**SHORT_PLACES, value.denominator)
+    return Fraction(2 * whole + (rest > 0), 2 * 10**SHORT_PLACES)
 
 
 def decimal_text(value: Fraction) -> str:

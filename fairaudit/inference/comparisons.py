@@ -15,7 +15,7 @@ from math import inf
 from typing import Any, Literal
 
 from fairaudit.errors import InputError
-from fairaudit.exact.extended import Extended
+from fairaudit.exact.extended import ONE, Extended
 from fairaudit.exact.rationals import option_value
 from fairaudit.inference.cells import Cell, Ends, Profiles, informative
 from fairaudit.measures.ratios import Ratio, Witness
@@ -159,7 +159,7 @@ class Comparison:
     @cached_property
     def single(self) -> bool:
         """Whether every form is one cell."""
-        return all(len(form) == 1 and form[0][1] == 1 for block in self.blocks for form in block)
+        return all(len(form) == 1 and (form[0][1] is ONE or form[0][1] == 1) for block in self.blocks for form in block)
 
     @cached_property
     def places(self) -> list[Place]:
@@ -179,7 +179,7 @@ class Comparison:
 
 def unit_form(cell: int) -> Form:
     """The mean of one cell."""
-    return ((cell, Fraction(1)),)
+    return ((cell, ONE),)
 
 
 def normalised_form(weights: Sequence[tuple[int, Fraction]]) -> Form:

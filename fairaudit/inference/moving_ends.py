@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fairaudit.exact.dense import Floats
 from fairaudit.inference.cells import Cell, Ends
 from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.interval import Interval
-from fairaudit.inference.plain_ends import ends_of_evidence
+from fairaudit.inference.plain_ends import PlainEnds, ends_of_evidence
 from fairaudit.theorems.t16 import Form
 
 SLACK = 1e-9  # more than float64 loses in a few operations on numbers up to 1
@@ -102,7 +103,8 @@ class MovingEnds:
         within: bool,
     ) -> list[int]:
         """Blocks some pair of which may be above 0, those that floats find highest first."""
-        low, high, least, most = self._floats
+        low, high = self._outer if within and self._outer else self._nearest
+        least, most = self._ranges
         v, way = float(limit), float(amount) * (most - least)
         upper, lower = np.minimum(most, high + way), np.maximum(least, low - way)
         edges = self.starts[:-1]
@@ -116,19 +118,37 @@ class MovingEnds:
         return [int(b) for b in possible[np.argsort(-found[possible], kind="stable")].tolist() if len(self.blocks_of[b]) > 1]
 
     @cached_property
-    def _floats(self) -> tuple[NDArray[np.float64], ...]:
-        cells, ends = [self.all[i] for i in self.cells], [self.ends[i] for i in self.cells]
-        columns = [[e[0] for e in ends], [e[1] for e in ends], [c.low for c in cells], [c.high for c in cells]]
-        shared = {id(value): value for column in columns for value in column}  # most cells share some of their ends
-        floats = {key: float(value) for key, value in shared.items()}
-        return tuple(np.array([floats[id(value)] for value in column]) for column in columns)
+    def _outer(self) -> tuple[Floats, Floats] | None:
+        """Numbers little below the lower ends and little above the upper ones, where most follow from the draws."""
+        if not isinstance(self.ends, PlainEnds):
+            return None
+        low, high = self.ends.floats
+        return low[self.cells], high[self.cells]
+
+    @cached_property
+    def _nearest(self) -> tuple[Floats, Floats]:
+        """The ends in floats."""
+        if self._outer and isinstance(self.ends, PlainEnds) and not self.ends.reach:  # those of ranges, and some that are listed
+            return self._outer
+        ends = [self.ends[i] for i in self.cells]
+        return _in_floats([low for low, _ in ends]), _in_floats([high for _, high in ends])
+
+    @cached_property
+    def _ranges(self) -> tuple[Floats, Floats]:
+        cells = [self.all[i] for i in self.cells]
+        return _in_floats([cell.low for cell in cells]), _in_floats([cell.high for cell in cells])
 
 
-def ends_that_hold(interval: Interval, comparison: Comparison) -> tuple[list[Ends], list[Ends]] | None:
+def _in_floats(column: Sequence[Fraction]) -> Floats:
+    shared = {id(value): value for value in column}  # most cells share some of their ends
+    floats = {key: float(value) for key, value in shared.items()}
+    return np.array([floats[id(value)] for value in column])
+
+
+def ends_that_hold(interval: Interval, comparison: Comparison) -> tuple[Sequence[Ends], Sequence[Ends]] | None:
     """The ends of single cells on which an interval rests, for its upper and for its lower end; None where it rests on pairs of cells."""
     evidence = interval.evidence
     boxed = interval.region == "box" and interval.ends == "each" and "betting" not in interval.methods
     if not boxed or not comparison.single or comparison.units is not None:
         return None
-    upper, lower = ([*ends_of_evidence(comparison, evidence, side)] for side in ("upper", "lower"))
-    return upper, lower
+    return ends_of_evidence(comparison, evidence, "upper"), ends_of_evidence(comparison, evidence, "lower")

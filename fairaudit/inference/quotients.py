@@ -139,7 +139,14 @@ def vanishing_pair(comparison: Comparison, ends: AllEnds) -> tuple[int, int, int
 
 
 def sample_ratio(comparison: Comparison) -> Extended | None:
-    """The ratio of the table itself; None if a cell has no draws."""
+    """The ratio of the table itself, found once for each comparison; None if a cell has no draws."""
+    kept = comparison.__dict__
+    if "sample_ratio" not in kept:
+        kept["sample_ratio"] = _sample_ratio(comparison)
+    return kept["sample_ratio"]  # type: ignore[no-any-return]
+
+
+def _sample_ratio(comparison: Comparison) -> Extended | None:
     cells, blocks = comparison.cells, comparison.blocks
     if not all(cell.draws or cell.low == cell.high for cell in cells):
         return None
@@ -162,5 +169,5 @@ def sample_ratio(comparison: Comparison) -> Extended | None:
 
 def moderate_ranges(comparison: Comparison) -> bool:
     """Whether no range is so great or small that floats could not hold its quotients."""
-    ends = {id(end): end for cell in comparison.cells for end in (cell.low, cell.high)}  # most cells share theirs
+    ends = {id(cell.low): cell.low for cell in comparison.cells} | {id(cell.high): cell.high for cell in comparison.cells}
     return all(not end or abs(end.numerator.bit_length() - end.denominator.bit_length()) < 300 for end in ends.values())

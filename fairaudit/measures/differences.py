@@ -19,7 +19,7 @@ from fairaudit.model.law import Law
 from fairaudit.model.utility import UtilityTable
 from fairaudit.words import brief
 
-__all__ = ["MeanDifference", "furthest_contexts", "global_difference", "least_signed_expectation", "local_difference", "signed_means"]
+__all__ = ["MeanDifference", "furthest_contexts", "global_difference", "least_signed_expectation", "local_difference", "outermost_means"]
 
 
 @brief
@@ -81,10 +81,25 @@ def furthest_contexts(law: Law, utility: UtilityTable, count: int) -> tuple[Mean
     return tuple(_local_difference(law, utility, own) for own, _ in found[:count] if own[0][0] > own[0][1])
 
 
-def signed_means(law: Law, utility: UtilityTable) -> list[Fraction]:
-    """The mean of each of the law's global groups, for a utility of any sign."""
-    grid, low = mean_grid(law, _raised(utility)), min(utility.m, Fraction(0))
-    return [Fraction(*grid.exact(i, 0)) + low for i in range(len(grid.lo))]
+def outermost_means(law: Law, utility: UtilityTable, count: int, *, greatest: bool) -> list[tuple[int, Fraction]]:
+    """Exact means of those global groups among which are so many with the least means, or the greatest, and the last one at the other end.
+
+    Others are left out whose enclosures in floats show that they are neither; the rest stand in the order of the law.
+
+    Examples
+    --------
+    >>> from fairaudit.model.utility import Utility
+    >>> law = Law.from_array([["0.1", "0.9"], ["0.5", "0.5"], ["0.4", "0.6"], ["0.7", "0.3"]], decisions=["yes", "no"], groups=list("abcd"))
+    >>> [(a, str(mean)) for a, mean in outermost_means(law, Utility({"yes": 1}).on(law), 1, greatest=False)]
+    [(0, '1/10'), (3, '7/10')]
+    """
+    grid, least = mean_grid(law, _raised(utility)), min(utility.m, Fraction(0))
+    lo, hi = grid.lo[:, 0], grid.hi[:, 0]
+    if greatest:
+        lo, hi = -hi, -lo
+    limit = np.sort(hi)[min(count, len(hi)) - 1]
+    chosen = np.flatnonzero((lo <= limit) | (hi >= lo.max()))
+    return [(law.global_groups[i], Fraction(*grid.exact(i, 0)) + least) for i in chosen.tolist()]
 
 
 def _local_difference(law: Law, utility: UtilityTable, found: tuple[tuple[Fraction, Fraction], int, int]) -> MeanDifference:

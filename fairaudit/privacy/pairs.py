@@ -175,8 +175,8 @@ def power(pair: PairLaw, level: Fraction) -> tuple[Fraction, Fraction]:
     return Fraction(1), Fraction(0)
 
 
-def pair_law(mechanism: Mechanism, first: Any, second: Any, releases: int = 1) -> PairLaw:
-    """Reduce one ordered pair of inputs to its likelihood ratios, over one release or several together.
+def pair_law(mechanism: Mechanism, first: Any, second: Any, releases: int = 1, budget: Budget | None = None) -> PairLaw:
+    """Reduce one ordered pair of inputs to its likelihood ratios, over one release or several together, within a budget.
 
     Raises
     ------
@@ -191,7 +191,7 @@ def pair_law(mechanism: Mechanism, first: Any, second: Any, releases: int = 1) -
     """
     places = zip(mechanism.factors, mechanism.locate(first), mechanism.locate(second), strict=True)
     columns: tuple[Column, ...] = ((1, 1),)
-    budget = _budget(releases)
+    budget = budget or release_budget(releases)
     for factor, i, j in places:
         more = powered_columns(merged_columns(zip(factor.rows[i], factor.rows[j], strict=True)), releases, budget)
         columns = joined_columns(columns, more, budget)
@@ -199,7 +199,8 @@ def pair_law(mechanism: Mechanism, first: Any, second: Any, releases: int = 1) -
     return PairLaw(columns, sum(p for p, _ in columns), ends[0], ends[1])
 
 
-def _budget(releases: int) -> Budget | None:
+def release_budget(releases: int) -> Budget | None:
+    """What may be spent on the columns of several releases; None of one."""
     return None if check_releases(releases) == 1 else Budget(MAX_RELEASE_WORK)
 
 
@@ -222,7 +223,7 @@ class PairKinds:
 
 def kinds_of_pairs(mechanism: Mechanism, releases: int = 1) -> PairKinds:
     """The kinds of ordered pairs of inputs over one release or several, factor by factor; the product is never multiplied out."""
-    budget = _budget(releases)
+    budget = release_budget(releases)
     found: dict[tuple[Column, ...], tuple[Positions, Positions]] = {((1, 1),): ((), ())}
     steps = []
     for factor in mechanism.factors:

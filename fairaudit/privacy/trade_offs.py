@@ -17,7 +17,7 @@ from fairaudit.exact.rationals import Number, at_least, option_value
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.columns import Column, joined_columns
 from fairaudit.privacy.currencies import GDP
-from fairaudit.privacy.pairs import MAX_KINDS, PairLaw, factor_kinds, pair_laws
+from fairaudit.privacy.pairs import MAX_KINDS, PairLaw, factor_kinds, pair_law, pair_laws, release_budget
 from fairaudit.words import brief
 
 FEW_KINDS = 1_000
@@ -245,12 +245,13 @@ def undominated(laws: Sequence[PairLaw]) -> tuple[PairLaw, ...]:
     return tuple(law for law, _ in kept)
 
 
-def worst_pair_laws(mechanism: Mechanism, few: int = FEW_KINDS) -> tuple[PairLaw, ...]:
+def worst_pair_laws(mechanism: Mechanism, few: int = FEW_KINDS, releases: int = 1) -> tuple[PairLaw, ...]:
     """Ordered pairs of rows among which every worst case is: greatest δ, lowest trade-off curve, greatest divergence.
 
     All pairs where they are of few kinds. Otherwise those that no other dominates, factor by factor: a pair (P, Q) whose trade-off curve is
     nowhere below that of (P', Q') is what some channel makes of it (Blackwell), and beside any independent pair the same channel makes
     (P⊗R, Q⊗S) of (P'⊗R, Q'⊗S). So a product of tables is not enumerated: of a factor with three rows often two of seven kinds are left.
+    Several releases are such a product, and so are two candidates that are exchanged: P⊗Q against Q⊗P.
 
     Parameters
     ----------
@@ -258,11 +259,13 @@ def worst_pair_laws(mechanism: Mechanism, few: int = FEW_KINDS) -> tuple[PairLaw
         The filter.
     few : int
         How many kinds are few.
+    releases : int
+        How often the filter releases the same value, as for `pair_laws`.
 
     Raises
     ------
     InputError
-        If the filter still has too many kinds of ordered pairs.
+        If the filter still has too many kinds of ordered pairs, or the releases too many different likelihood ratios.
 
     Examples
     --------
@@ -274,7 +277,7 @@ def worst_pair_laws(mechanism: Mechanism, few: int = FEW_KINDS) -> tuple[PairLaw
     """
     kinds = [factor_kinds(factor)[0] for factor in mechanism.factors]
     if math.prod(map(len, kinds)) <= few:
-        return pair_laws(mechanism)
+        return pair_laws(mechanism, releases)
     found: tuple[PairLaw, ...] = (PairLaw(((1, 1),), 1, (), ()),)
     for factor, pairs in zip(mechanism.factors, kinds, strict=True):
         own = [PairLaw(columns, sum(p for p, _ in columns), factor.inputs[i], factor.inputs[j]) for columns, (i, j) in pairs.items()]
@@ -288,4 +291,8 @@ def worst_pair_laws(mechanism: Mechanism, few: int = FEW_KINDS) -> tuple[PairLaw
                 first, second = (*law.first, *more.first), (*law.second, *more.second)
                 joint.setdefault(columns, PairLaw(columns, sum(p for p, _ in columns), first, second))
         found = undominated(list(joint.values()))
-    return tuple(law for law in found if law.first != law.second)
+    different = [law for law in found if law.first != law.second]
+    if releases == 1:
+        return tuple(different)
+    budget = release_budget(releases)
+    return tuple(pair_law(mechanism, law.first, law.second, releases, budget) for law in different)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from fairaudit.errors import InputError, kind_of
-from fairaudit.tables.values import column
+from fairaudit.tables.values import column, refuse_part_of_tally
 
 __all__ = ["as_table", "unreadable"]
 
@@ -42,6 +42,7 @@ def as_table(source: Any, columns: Sequence[str]) -> Any:
     >>> as_table([{"hired": "yes", "sex": "f"}, {"hired": "no"}], ["hired", "sex"])
     {'hired': ['yes', 'no'], 'sex': ['f', None]}
     """
+    refuse_part_of_tally(source)
     if isinstance(source, (list, tuple)) and source and all(isinstance(record, Mapping) for record in source):
         names = list(dict.fromkeys(name for record in source for name in record))
         return {name: [record.get(name) for record in source] for name in names}

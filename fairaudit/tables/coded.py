@@ -112,8 +112,9 @@ def count_combinations(columns: Sequence[Coded]) -> Iterator[tuple[Any, ...]]:
     shape = tuple(len(column.values) for column in columns)
     counts = _of_equal_values(_counted(columns, prod(shape)), columns)
     cells = np.flatnonzero(counts)
-    for place, count in zip(zip(*np.unravel_index(cells, shape), strict=True), counts[cells].tolist(), strict=True):
-        yield (*(column.values[at] for column, at in zip(columns, place, strict=True)), count)
+    places = [at.tolist() for at in np.unravel_index(cells, shape)]
+    held = [[column.values[at] for at in own] for column, own in zip(columns, places, strict=True)]
+    yield from zip(*held, counts[cells].tolist(), strict=True)
 
 
 def _counted(columns: Sequence[Coded], cells: int) -> Codes:

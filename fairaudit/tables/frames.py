@@ -14,7 +14,7 @@ from fairaudit.tables.coded import DENSE, Coded, UnknownValueError, coded_column
 from fairaudit.tables.label_text import label_text, native_values
 from fairaudit.tables.sql import AS_IS, COUNT_COLUMN, Written, identifier, refused_type, written
 from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import column
+from fairaudit.tables.values import column, refuse_part_of_tally
 
 __all__ = ["is_lazy", "tally_frame"]
 
@@ -57,6 +57,7 @@ def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | N
     """
     if not is_frame(frame):
         return None
+    refuse_part_of_tally(frame)
     import narwhals as nw
 
     try:

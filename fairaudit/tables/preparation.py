@@ -151,6 +151,7 @@ def words(entry: Entry) -> str:
     >>> words(merged_labels("folded", "race", "Black", ["BLACK", " black"]))
     "in column 'race', ' black' and 'BLACK' count as 'Black': they differ in case, blanks or Unicode form alone"
     """
+    entry = parted(entry)
     if entry["step"] == "unknown":
         columns = ", ".join(f"{shown(column)}: {amount}" for column, amount in entry["columns"].items())
         held = [shown(label) for label in entry["labels"] if label] + ["not at all"] * ("" in entry["labels"])

@@ -17,7 +17,7 @@ from fairaudit.exact.number_columns import NumberColumn
 from fairaudit.exact.rationals import common_denominator, rational
 from fairaudit.tables.label_text import PLAIN, label_text, native_values
 
-__all__ = ["MARK", "column", "combine", "distinct", "integers", "locator", "names", "numbers", "refuse_tally"]
+__all__ = ["MARK", "column", "combine", "distinct", "integers", "locator", "names", "numbers", "refuse_part_of_tally", "refuse_tally"]
 
 MARK = "fairaudit-tally/1"
 """A column of this name says that the rows are counts that `fairaudit.tally` wrote, whatever reads the file or holds a copy of it."""
@@ -127,6 +127,20 @@ def refuse_tally(columns: Iterable[str]) -> None:
             "these are counts that fairaudit tally wrote, not a log; give the file itself, FILE.parquet, with count (--count NAME), and "
             "without an engine"
         )
+
+
+def refuse_part_of_tally(table: object) -> None:
+    """Refuse what was read of some columns of a tally, where it still says so, as tables and datasets of Arrow do.
+
+    Raises
+    ------
+    InputError
+        If it does.
+    """
+    if not type(table).__module__.startswith("pyarrow"):
+        return
+    if MARK.encode() in (getattr(getattr(table, "schema", None), "metadata", None) or ()):
+        refuse_tally([MARK])
 
 
 def _nameless(table: Any) -> str:

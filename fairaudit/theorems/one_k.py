@@ -28,6 +28,7 @@ from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import at_least
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_laws, power
+from fairaudit.privacy.trade_offs import worst_pair_laws
 from fairaudit.tables.values import Label
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import NO_FLOOR, Bound, Floor, floor_terms, gap_premise
@@ -70,7 +71,7 @@ def _classes(mechanism: Mechanism, gap: Gap) -> list[tuple[PairLaw, Fraction]]:
     """Distinct ordered pairs of rows, each with the greatest K of the input pairs that have this form."""
     if not callable(gap):
         number = at_least("K", gap, 0)
-        return [(pair, number) for pair in pair_laws(mechanism)]
+        return [(pair, number) for pair in worst_pair_laws(mechanism)]
     found: dict[tuple[tuple[int, int], ...], tuple[PairLaw, Fraction]] = {}
     rows = {label: mechanism.row(label) for label in mechanism.inputs}
     for first, second in permutations(rows, 2):

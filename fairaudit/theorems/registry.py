@@ -62,12 +62,23 @@ _LEAST = (
     "machine-checked, the checker decides it anew in integers (written proof in docs/theory.md, property tests against enumeration)."
 )
 _WRITTEN = f"Not machine-checked: written proofs in docs/certificate-samples.md, {_COVERAGE}."
+_BOXES = (
+    "Machine-checked, under `draws` below: for every law of the draws, what a program accepts of boxes of ends, of at most 5,000 draws "
+    "each, is wrong at most with the probability that is said. Not machine-checked: that this checker computes the same, ends by bounds "
+    "for more draws or in closed form, products, policies behind filters and differences (written proofs in docs/certificate-samples.md, "
+    f"{_COVERAGE})."
+)
+_PAIRS = (
+    "Machine-checked, under `draws` below: for every law of the draws, ladders of knots prove what is wrong at most with the probability "
+    "that is said, for a pair and for the interval. Not machine-checked: that this checker computes such ladders and the order of the "
+    f"outcomes, splits and differences (written proofs in docs/certificate-samples.md, {_COVERAGE})."
+)
 _OF_INTERVALS = ("chosen", *OF_DRAWS, "past", "own-past", "mix", "order")
 
 
 _T16 = (
     *("T16_up", "T16_down", "T16_attained", "T16_attained_down", "T16_within", "T16_exceeds", "T16_before", "T16_worst", "T16_local"),
-    *("T16_factor_up", "T16_factor_down", "T16_global", "T16_global_down"),
+    *("T16_factor_up", "T16_factor_down", "T16_global", "T16_global_down", "T16_local_partial"),
 )
 
 
@@ -89,7 +100,7 @@ def _drift(own: str, *, declared: tuple[str, ...] = (), **entry: Any) -> Kind:
     )
 
 
-def _interval(by: str, says: str, how: str) -> Kind:
+def _interval(by: str, says: str, how: str, reason: str = _WRITTEN) -> Kind:
     """An interval of a ratio, or of a difference, of the population behind draws."""
     return Kind(
         id=f"{by}-interval",
@@ -103,7 +114,7 @@ def _interval(by: str, says: str, how: str) -> Kind:
         evidence="interval",
         code=("fairaudit.inference.ratio_intervals.ratio_interval", "fairaudit.inference.differences.difference_interval"),
         anchor="certificate-samples.md#evidence-of-an-interval",
-        reason=_WRITTEN,
+        reason=reason,
         assumes=("chosen",),
         may_assume=OF_DRAWS,
     )
@@ -167,7 +178,10 @@ KINDS: tuple[Kind, ...] = (
         evidence="table",
         code=("fairaudit.measures.ratios.local_supremum", "fairaudit.measures.ratios.global_supremum"),
         anchor="theory.md#t6",
-        coq=("T6_local", "T6_attained", "T6_exists", "T6_zero_denominator", "T6_global", "T6_global_attained"),
+        coq=(
+            *("T6_local", "T6_attained", "T6_exists", "T6_zero_denominator", "T6_global", "T6_global_attained"),
+            *("T6_local_partial", "T6_exists_partial", "T6_zero_denominator_partial", "T6_global_partial"),
+        ),
     ),
     Kind(
         id="T7",
@@ -181,7 +195,10 @@ KINDS: tuple[Kind, ...] = (
         evidence="supremum",
         code=("fairaudit.theorems.t07.t7",),
         anchor="theory.md#t7",
-        coq=("T7_symmetric", "T7_equalized_odds", "T7_demographic_parity"),
+        coq=(
+            *("T7_symmetric", "T7_equalized_odds", "T7_demographic_parity"),
+            *("T7_equalized_odds_partial", "T7_demographic_parity_partial"),
+        ),
     ),
     Kind(
         id="T5",
@@ -195,7 +212,7 @@ KINDS: tuple[Kind, ...] = (
         evidence="table",
         code=("fairaudit.theorems.t05.t5_independent",),
         anchor="theory.md#t5",
-        coq=("T5_independent",),
+        coq=("T5_independent", "T5_independent_partial"),
         needs=("independent",),
     ),
     # Ratios of the table, whatever was not recorded
@@ -282,7 +299,7 @@ KINDS: tuple[Kind, ...] = (
         evidence="raw_ratio",
         code=("fairaudit.theorems.t12.t12",),
         anchor="theory.md#t12",
-        coq=("T12_contraction",),
+        coq=("T12_contraction", "T12_any_filter", "T2_pure", "T12_released", "T12_any_filter_released"),
         needs=("a-free",),
         applies=later("t12.t12_in"),
     ),
@@ -309,7 +326,7 @@ KINDS: tuple[Kind, ...] = (
         evidence="multipliers",
         code=("fairaudit.theorems.t03.t3_approx",),
         anchor="theory.md#t3",
-        coq=("T3_any_filter", "pure_dp_hockey_stick"),
+        coq=("T3_any_filter", "pure_dp_hockey_stick", "T3_any_filter_released"),
         needs=("a-free",),
         applies=later("t03.t3_any_filter_in"),
     ),
@@ -374,7 +391,7 @@ KINDS: tuple[Kind, ...] = (
         evidence="",
         code=("fairaudit.theorems.t05.t5_independent",),
         anchor="theory.md#t5",
-        coq=("T5_independent_filter",),
+        coq=("T5_independent_filter", "T5_independent_filter_partial"),
         needs=("a-free", "finite", "independent"),
         assumes=("stated-population",),
         applies=later("t05.t5_in"),
@@ -387,7 +404,7 @@ KINDS: tuple[Kind, ...] = (
         evidence="composition",
         code=("fairaudit.theorems.t05.t5_decision",),
         anchor="theory.md#t5",
-        coq=("T5_decision",),
+        coq=("T5_decision", "T5_decision_partial"),
         needs=("g(u)", "finite"),
         assumes=("stated-population",),
         applies=later("t05.t5_decision_in"),
@@ -400,7 +417,7 @@ KINDS: tuple[Kind, ...] = (
         evidence="",
         code=("fairaudit.theorems.t08.t8_in",),
         anchor="theory.md#t8",
-        coq=("T8_context_filter", "T8_all_compared"),
+        coq=("T8_released", "T8_context_filter", "T8_all_compared"),
         needs=("g(u)", "context filter"),
         applies=later("t08.t8_in"),
     ),
@@ -418,7 +435,8 @@ KINDS: tuple[Kind, ...] = (
             *("T13_any_policy", "T13_deterministic", "T13_supremum", "T13_infinite"),
             *("T13_local_ratio", "T13_local_supremum", "T13_local_infinite"),
             *("T13_global_ratio", "T13_global_supremum", "T13_global_infinite"),
-            *("T13_merge_surplus", "T17_releases", "T17_releases_global"),
+            *("T13_global_ratio_partial", "T13_global_supremum_partial", "T13_global_infinite_partial", "attained_partial"),
+            *("T13_merge_surplus", "T17_releases", "T17_releases_global", "T17_releases_global_partial"),
         ),
         may_assume=("releases",),
         reaches=later("t13_cases.t13_any_policy_in"),
@@ -432,7 +450,10 @@ KINDS: tuple[Kind, ...] = (
         relations=("=",),
         evidence="attained",
         code=("fairaudit.theorems.t13_near.greatest_ratio_near",),
-        coq=("T13_near", "T13_near_exists", "T13_near_local", "T13_near_global", "T13_near_attained", "T13_near_attained_global"),
+        coq=(
+            *("T13_near", "T13_near_exists", "T13_near_local", "T13_near_global", "T13_near_attained", "T13_near_attained_global"),
+            "attained_partial",
+        ),
         needs=("one release",),
         assumes=("drift",),
         reaches=later("t13_cases.t13_near_in"),
@@ -449,7 +470,7 @@ KINDS: tuple[Kind, ...] = (
         code=("fairaudit.theorems.t13_floors.greatest_ratio_above",),
         coq=(
             *("T13_floor", "T13_floor_local", "T13_floor_global", "T13_floor_one_k", "T13_floor_one_k_global", "T13_mean_floor"),
-            *("T13_floor_attained", "T13_floor_attained_global"),
+            *("T13_floor_attained", "T13_floor_attained_global", "attained_partial"),
         ),
         may_assume=(*OF_FLOORS, "releases"),
         reaches=later("t13_cases.t13_floored_in"),
@@ -463,7 +484,10 @@ KINDS: tuple[Kind, ...] = (
         relations=("<=",),
         evidence="multipliers",
         code=("fairaudit.theorems.t13_range.t13_range",),
-        coq=("T13_range_floor", "T13_range_floor_global", "T13_range_cap", "T13_range_cap_global"),
+        coq=(
+            *("T13_range_floor", "T13_range_floor_global", "T13_range_cap", "T13_range_cap_global"),
+            *("T13_range_floor_global_partial", "T13_range_cap_global_partial"),
+        ),
         declares=("gamma", "m"),
         assumes=("declared-range",),
         may_assume=(*OF_FLOORS, "declared-range-in", "releases"),
@@ -478,7 +502,7 @@ KINDS: tuple[Kind, ...] = (
         relations=("<=",),
         evidence="",
         code=("fairaudit.theorems.t13_range.t13_range",),
-        coq=("T13_range", "T13_range_global", "T13_range_sharp"),
+        coq=("T13_range", "T13_range_global", "T13_range_global_partial", "T13_range_sharp"),
         declares=("gamma", "m"),
         assumes=("declared-range",),
         may_assume=("declared-range-in", "releases"),
@@ -558,14 +582,20 @@ KINDS: tuple[Kind, ...] = (
         evidence="pairs",
         code=("fairaudit.worst.methods.worst_case",),
         anchor="certificate-worst-case.md#the-claim",
-        coq=("lp_check_sound", "worst_case_local", "worst_case_global"),
+        coq=("lp_check_sound", "worst_case_local", "worst_case_global", "claim_true_sound"),
     ),
     # The population behind draws
-    _interval("binomial", "The interval of a 0/1 utility holds at its confidence, by exact binomial tails.", "exact binomial interval"),
+    _interval(
+        "binomial",
+        "The interval of a 0/1 utility holds at its confidence, by exact binomial tails.",
+        "exact binomial interval",
+        _BOXES,
+    ),
     _interval(
         "pair-exact",
         "The interval of a 0/1 utility of independent cells holds at its confidence: each pair of cells is tested exactly by itself.",
         "exact test of each pair",
+        _PAIRS,
     ),
     _interval(
         "symmetric-betting",
@@ -655,7 +685,7 @@ KINDS: tuple[Kind, ...] = (
         code=("fairaudit.theorems.t14.least_ratio",),
         anchor="theory.md#t14",
         coq=(
-            *("T14_hidden", "T14_exceeds", "T14_any_spread", "T14_local", "T14_sharp"),
+            *("T14_hidden", "T14_exceeds", "T14_any_spread", "T14_local", "T14_local_partial", "T14_sharp"),
             *("T14_one_sided", "T14_one_sided_sharp", "T14_one_sided_reversed", "T14_one_sided_reversed_sharp"),
         ),
         may_assume=("hidden-both", "hidden-higher", "hidden-lower", *_OF_INTERVALS),

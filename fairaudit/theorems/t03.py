@@ -11,7 +11,8 @@ from typing import Any, Literal
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.extended import Extended
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.privacy.pairs import hockey_stick, pair_laws
+from fairaudit.privacy.pairs import hockey_stick
+from fairaudit.privacy.trade_offs import worst_pair_laws
 from fairaudit.theorems.assumptions import FRESH, GROUP_FREE
 from fairaudit.theorems.bound import Bound, Floor, finite_constants, floor_terms, privacy_premise
 from fairaudit.theorems.case import Case
@@ -90,7 +91,7 @@ def t3_mechanism(mechanism: Mechanism, t: Any, *, floor: Floor = "table") -> Bou
     """
     level = read_level(t)
     value, multipliers = worst_pair(
-        pair_laws(mechanism), lambda pair: power_ratio(pair, level), lambda pair, k: k + hockey_stick(pair, k) / level
+        worst_pair_laws(mechanism), lambda pair: power_ratio(pair, level), lambda pair, k: k + hockey_stick(pair, k) / level
     )
     scope, extra = floor_terms(floor, f"{level} of the greatest utility", any_filter=False)
     return Bound("T3", "local_ratio", value, {"t": level}, multipliers, (FRESH, GROUP_FREE, *extra), scope)

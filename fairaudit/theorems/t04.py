@@ -9,7 +9,8 @@ from typing import Any
 from fairaudit.errors import InputError
 from fairaudit.exact.rationals import at_least
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_laws
+from fairaudit.privacy.pairs import PairLaw, hockey_stick
+from fairaudit.privacy.trade_offs import worst_pair_laws
 from fairaudit.theorems.assumptions import FRESH, GROUP_FREE
 from fairaudit.theorems.bound import Bound, Floor, floor_terms
 from fairaudit.theorems.case import Case
@@ -64,7 +65,7 @@ def t4(mechanism: Mechanism, gamma: Any, g_min: Any, tau: Any = None, *, floor: 
     if low == 0:
         raise InputError("tau is 0; this bound needs a floor above 0, or a least utility above 0")
     value, multipliers = worst_pair(
-        pair_laws(mechanism),
+        worst_pair_laws(mechanism),
         lambda pair: _least_over_k(pair, top, least, low),
         lambda pair, k: _with_least(k, hockey_stick(pair, k), top, least, low),
     )

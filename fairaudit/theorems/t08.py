@@ -61,7 +61,7 @@ def t8_applies(law: Law, utility: UtilityTable, context_filter: Mechanism) -> tu
 def t8_in(case: Case) -> Bound | None:
     """T8 in a case: the local ratio over the contexts that the context filter can release; None where that is infinite.
 
-    Source: T8; Coq `T8_context_filter`.
+    Source: T8; Coq `T8_released`.
     """
     released = case.deployment.filtered_contexts_law
     before = None if released is None else local_fairness(released, replace(case.utility, law=released))

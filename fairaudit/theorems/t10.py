@@ -8,7 +8,8 @@ from math import gcd
 from typing import Any
 
 from fairaudit.model.mechanism import Mechanism
-from fairaudit.privacy.pairs import PairLaw, hockey_stick, pair_laws
+from fairaudit.privacy.pairs import PairLaw, hockey_stick
+from fairaudit.privacy.trade_offs import worst_pair_laws
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import ANY_POLICY, Bound, Floor, as_multipliers, finite_constants, floor_terms, privacy_premise
 from fairaudit.theorems.constants import read_chance, read_factor
@@ -117,7 +118,7 @@ def exchange_laws(mechanism: Mechanism) -> tuple[PairLaw, ...]:
     ((4, 1), (4, 4), (1, 4))
     """
     found: dict[tuple[tuple[int, int], ...], PairLaw] = {}
-    for pair in pair_laws(mechanism):
+    for pair in worst_pair_laws(mechanism):
         sums: dict[tuple[int, int], list[int]] = {}
         for (p, q), (r, s) in product(pair.columns, repeat=2):
             top, bottom = p * s, q * r

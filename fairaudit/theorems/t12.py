@@ -17,7 +17,7 @@ from fairaudit.theorems.constants import read_factor, read_ratio
 def t12(exp_epsilon: Any, raw_ratio: Any) -> Bound:
     """T12: a pure ε contracts the policy's own ratio R0: R ≤ (1 + R0·e^ε)/(R0 + e^ε), that is tanh(L/2) ≤ tanh(L0/2)·tanh(ε/2).
 
-    Source: T12; Coq `T12_contraction`, `T12_tanh`, `T12_never_worse`, `T12_sharp`.
+    Source: T12; Coq `T12_contraction`, `T12_any_filter`, `T12_tanh`, `T12_never_worse`, `T12_sharp`.
 
     Parameters
     ----------

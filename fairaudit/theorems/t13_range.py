@@ -23,7 +23,8 @@ from fairaudit.exact.rationals import at_least
 from fairaudit.measures.limits import Quantity
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.privacy.columns import joined_columns, merged_columns
-from fairaudit.privacy.pairs import PairLaw, hockey_stick, kinds_of_pairs, kinds_of_row, likelier, pair_laws, power
+from fairaudit.privacy.pairs import PairLaw, hockey_stick, kinds_of_pairs, kinds_of_row, likelier, power
+from fairaudit.privacy.trade_offs import worst_pair_laws
 from fairaudit.theorems.assumptions import DECLARED_FLOOR, DECLARED_RANGE, FRESH, POPULATION
 from fairaudit.theorems.bound import ANY_UTILITY, ANY_UTILITY_FLOORED, Bound
 from fairaudit.theorems.constants import read_range
@@ -99,7 +100,7 @@ def range_value(pairs: Iterable[PairLaw], gamma: Any, m: Any = 0, gap: Any = 0) 
     Examples
     --------
     >>> from fairaudit.model.mechanism import RandomizedResponse
-    >>> coin = pair_laws(RandomizedResponse(["a", "b"], keep_probability="2/3"))
+    >>> coin = worst_pair_laws(RandomizedResponse(["a", "b"], keep_probability="2/3"))
     >>> range_value(coin, 3, 1), range_value(coin, 1), range_value(coin, 3, 1, "1/2"), range_value(coin, 1, 0, "1/2")
     (Fraction(7, 5), Fraction(2, 1), Fraction(5, 3), inf)
     """
@@ -218,9 +219,9 @@ def range_sentences(declared: UtilityRange, *, floored: bool) -> tuple[str, ...]
 
 
 def in_each_range(mechanism: Mechanism, ranges: Iterable[UtilityRange], releases: int = 1) -> Iterator[Ranged]:
-    """The pairs of rows of a filter, or of several releases of it, with each of the different ranges, one for each kind of context."""
+    """The pairs of rows of a filter among which every worst one is, with each of the different ranges, one for each kind of context."""
     different = list(dict.fromkeys(ranges))
-    return ((pair, declared) for pair in pair_laws(mechanism, releases) for declared in different)
+    return ((pair, declared) for pair in worst_pair_laws(mechanism, releases=releases) for declared in different)
 
 
 def in_population(mechanism: Mechanism, mass: Sequence[int], ranges: Sequence[UtilityRange], releases: int = 1) -> Iterator[Ranged]:

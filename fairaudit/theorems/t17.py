@@ -1,7 +1,7 @@
 """T17: several fresh releases of the same group that one memory sees.
 
 The filter of n releases is the n-fold product of the filter of one, so that T3, T4 and T13 hold of it exactly as they stand: what they ask
-is the hockey-stick sums of its ordered pairs of rows, which `fairaudit.privacy.pairs.pair_laws` counts by likelihood ratio, releases
+is the hockey-stick sums of its ordered pairs of rows, which `trade_offs.worst_pair_laws` counts by likelihood ratio, releases
 included. Values do not decrease in n, since a policy may forget a release; so where a target breaks is found by bisection.
 """
 
@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
-from fairaudit.exact.extended import Extended
+from fairaudit.exact.extended import ONE, Extended
 from fairaudit.model.mechanism import Mechanism
 from fairaudit.model.releases import MAX_RELEASES, check_releases
 from fairaudit.privacy.columns import TooManyColumns
-from fairaudit.privacy.pairs import PairLaw, pair_laws
+from fairaudit.privacy.pairs import PairLaw
+from fairaudit.privacy.trade_offs import worst_pair_laws
 from fairaudit.theorems.assumptions import RELEASES
 from fairaudit.theorems.bound import Bound
 from fairaudit.theorems.constants import read_ratio
@@ -59,7 +60,7 @@ def t17(mechanism: Mechanism, releases: int, *, gamma: Any = 1, m: Any = 0, gap:
     [Fraction(11, 9), Fraction(4, 3)]
     """
     declared = read_utility_range(gamma, m, gap, tau)
-    bound = t13_range(((pair, declared) for pair in pair_laws(mechanism, releases)), floored=declared.tau > 0)
+    bound = t13_range(((pair, declared) for pair in worst_pair_laws(mechanism, releases=releases)), floored=declared.tau > 0)
     said = (RELEASES.format(releases=releases),) if releases > 1 else ()
     return replace(bound, theorem="T17", assumptions=(*bound.assumptions, *said))
 
@@ -130,7 +131,7 @@ def last_release(
     try:
         while breaks - holds > 1:
             middle = min(max(1, 2 * holds), most) if breaks > most else (holds + breaks) // 2
-            if _greatest(pair_laws(mechanism, middle), declared) <= target:
+            if _greatest(worst_pair_laws(mechanism, releases=middle), declared) <= target:
                 holds = middle
             else:
                 breaks = middle
@@ -142,11 +143,11 @@ def last_release(
 def _without_end(mechanism: Mechanism, declared: UtilityRange) -> Extended:
     """What ever more releases approach: rows that differ are told apart in the end."""
     apart = ((1, 0), (0, 1))
-    pairs = (pair if len(pair.columns) == 1 else PairLaw(apart, 1, pair.first, pair.second) for pair in pair_laws(mechanism))
+    pairs = (pair if len(pair.columns) == 1 else PairLaw(apart, 1, pair.first, pair.second) for pair in worst_pair_laws(mechanism))
     return _greatest(pairs, declared)
 
 
 def _greatest(pairs: Iterable[PairLaw], declared: UtilityRange) -> Extended:
     """The greatest ratio over pairs of rows, behind the floor if there is one."""
     above = declared.tau > declared.m
-    return max(least_ratio_above(pair, declared)[0] if above else least_ratio(pair, declared) for pair in pairs)
+    return max((least_ratio_above(pair, declared)[0] if above else least_ratio(pair, declared) for pair in pairs), default=ONE)

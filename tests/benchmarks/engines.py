@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from timing import environment
 
 PLAIN = """\
 import duckdb, sys
@@ -43,7 +44,7 @@ def generated(folder: Path, name: str, rows: int) -> Path:
 def run(*words: str) -> tuple[float, float, float]:
     """Seconds on the clock, CPU seconds, and the most memory in GB, of a process."""
     started = time.perf_counter()
-    process = subprocess.Popen([sys.executable, *words], stdout=subprocess.DEVNULL)
+    process = subprocess.Popen([sys.executable, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment())
     _, status, used = os.wait4(process.pid, 0)
     if os.waitstatus_to_exitcode(status) not in (0, 1, 3):
         raise SystemExit(f"{words} failed")

@@ -30,7 +30,7 @@ import numpy as np
 from engines import PLAIN, cells_of_people, generated, ours, people
 from evaluations import FORMATS, parsed
 from startup import EXAMPLE
-from tallies import GROUPED, ROLES, counts, daily, tally
+from tallies import GROUPED, ROLES, counts, daily
 from timing import environment
 
 Work = Sequence[str] | Callable[[], Any]
@@ -137,10 +137,8 @@ def peer(kind: str, library: str) -> Callable[[Path, int], tuple[Work, Work]]:
 
 def another_day(folder: Path, rows: int) -> tuple[Work, Work]:
     paths, parts = daily(folder, 100 if rows > 100_000 else 5, rows)
-    whole = certify(*parts, *ROLES, "--count", "n", "-o", folder / "days.json")
-    both = [[sys.executable, *words] for words in (tally(paths[-1], parts[-1]), whole)]
-    script = f"import subprocess, sys\nsys.exit(any(subprocess.run(words).returncode not in (0, 3) for words in {both!r}))"
-    return ("-c", script), certify(paths[-1], *ROLES, "-o", folder / "day.json")
+    kept = certify(*parts[:-1], paths[-1], *ROLES, "--keep", parts[-1], "-o", folder / "days.json")
+    return kept, certify(paths[-1], *ROLES, "-o", folder / "day.json")
 
 
 def samples(folder: Path, rows: int) -> tuple[Work, Work]:
@@ -190,7 +188,7 @@ ROWS = {
         queried("200 groups, texts"),
     ),
     "day": Row(
-        "another day of {} rows after many that are tallies: `tally`, `certify`", "`certify` of that day", (10_000, 1_000_000), another_day
+        "another day of {} rows after many that are tallies: `certify --keep`", "`certify` of that day", (10_000, 1_000_000), another_day
     ),
     "texts-aequitas": Row("a pandas frame of {} rows, texts", "Aequitas", (100_000, 10_000_000), peer("texts", "aequitas"), "aequitas"),
     "categories-aequitas": Row(
@@ -251,8 +249,8 @@ def ratio(found: Mapping[str, float] | None) -> str:
 
 
 def rendered(entries: Sequence[Mapping[str, Any]]) -> str:
-    """The table of the last of some runs, beside the one before."""
-    last, before = entries[-1], entries[-2] if len(entries) > 1 else {"rows": {}}
+    """The table of some runs: of each line the last one in which it was measured, beside the one before."""
+    last = entries[-1]
     lines = [
         f"fairaudit {last['version']}, {last['date']}, {last['cores']} cores, Python {last['python']}, {last['size']} size:",
         "",
@@ -260,10 +258,10 @@ def rendered(entries: Sequence[Mapping[str, Any]]) -> str:
         "| --- | --- | --- | --- | --- |",
     ]
     for name, row in ROWS.items():
-        found = last["rows"].get(name)
+        before, found = [None, None, *filter(None, (entry["rows"].get(name) for entry in entries))][-2:]
         said = row.what.format(f"{row.sizes[last['size'] == 'full']:,}")
         seconds = f"{found['seconds']:.3g}" if found else "–"
-        lines.append(f"| {said} | {row.beside} | {ratio(found)} | {ratio(before['rows'].get(name))} | {seconds} |")
+        lines.append(f"| {said} | {row.beside} | {ratio(found)} | {ratio(before)} | {seconds} |")
     return "\n".join(lines)
 
 

@@ -78,18 +78,22 @@ def daily(folder: Path, count: int, rows: int) -> tuple[list[Path], list[str]]:
 
 
 def days(folder: Path, count: int, rows: int, repeats: int) -> None:
-    """Another day after many that were counted: its tally, and the certificate of all."""
+    """Another day after many that were counted: its tally, and the certificate of all, in one step and in two."""
     import duckdb
 
     paths, parts = daily(folder, count, rows)
     text = folder / f"day-{rows}.csv"
     if not text.exists():
         duckdb.execute(f"copy (from '{paths[-1]}') to '{text}' (format csv, header)")
-    whole = ("-m", "fairaudit", "certify", *parts, *ROLES, "--count", "n")
+    first, one = ("-m", "fairaudit", "certify", *parts[:-1]), str(folder / "days.json")
     for kind, log in (("Parquet", paths[-1]), ("CSV", text)):
         print(f"\n{count} days of {rows:.0e} rows that were counted, and another one, {kind}")
-        alone = [("-m", "fairaudit", "certify", str(log), *ROLES)]
-        turns({"that day alone, certify": alone, f"its tally, and certify of {count + 1}": [tally(log, parts[-1]), whole]}, repeats)
+        ways = {
+            "that day alone, certify": [("-m", "fairaudit", "certify", str(log), *ROLES, "-o", one)],
+            f"certify --keep, {count + 1} days": [(*first, str(log), *ROLES, "--keep", parts[-1], "-o", one)],
+            "its tally, and certify of all": [tally(log, parts[-1]), (*first, parts[-1], *ROLES, "--count", "n", "-o", one)],
+        }
+        turns(ways, repeats)
 
 
 def main() -> None:

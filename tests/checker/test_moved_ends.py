@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import random
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -18,7 +19,7 @@ from fairaudit import checker
 from fairaudit.checker.certificate import read_certificate
 from fairaudit.checker.drift import _boxed
 from fairaudit.checker.interval_proofs import _prove_interval
-from fairaudit.checker.intervals import Boxed, Proven
+from fairaudit.checker.intervals import Boxed, BoxEvidence, Listed, Proven, Unproven
 from fairaudit.checker.moved_ends import EndMove
 from fairaudit.checker.passing import passing_box
 from fairaudit.checker.rows import embedded_lines, read_table
@@ -92,6 +93,35 @@ def by_definition(held: Proven, table: Any, move: EndMove) -> tuple[int, int]:
         return 1, 0
     greatest = max(value for value in found if value is not None)
     return greatest.numerator, greatest.denominator
+
+
+@given(tables(), st.sampled_from(UTILITIES), st.sampled_from(["0.5", "0.95"]))
+def test_cells_that_pass_keep_a_bound_exactly_where_cells_that_are_held_do(
+    counts: list[list[list[int]]], utility: Any, confidence: str
+) -> None:
+    """A context is looked at closely only where what holds all its ends is beyond the bound; no end is listed here."""
+    stated = read_certificate(of_few_listed(counts, utility, confidence=confidence))
+    own = stated.intervals["local"]
+    assert isinstance(own.evidence, BoxEvidence)
+    evidence = replace(own.evidence, upper=Listed([], []), lower=Listed([], []), pair=None)
+    interval = replace(own, ratio=((1, 1), (1, 0)), evidence=evidence)
+
+    def proven(top: Fraction) -> bool:
+        passing = passing_box(replace(interval, ratio=((1, 1), (top.numerator, top.denominator))))
+        assert passing is not None
+        read_table(embedded_lines(stated.embedded or ()), watchers=[passing])
+        try:
+            return bool(passing.proven())
+        except Unproven:
+            return False
+
+    table = read_table(embedded_lines(stated.embedded or ()))
+    each = replace(interval, each=True)
+    n, d = by_definition(_prove_interval(each, table), table, EndMove(F(0), True, None))
+    if d:
+        assert proven(F(n, d))
+        assert n == d or not proven(F(n, d) - F(1, 10**30))
+        assert n == d or proven((F(n, d) + 1) / 2) is False
 
 
 COUNTS = [[[30000, 70000], [35000, 65000], [33000, 67000]], [[250, 250], [240, 260], [0, 0]], [[900, 1100], [1000, 900], [5, 5]]]

@@ -40,6 +40,19 @@ def test_the_lower_end_is_the_greatest_that_the_two_inequalities_prove(n: int, z
     assert guess - SLACK < found / UNIT  # what decides where to look closely promises no less than is true
 
 
+@given(
+    st.sampled_from([1, 2, 3, 10, 125, 10**6, 10**12]),
+    st.integers(0, 200),
+    st.fractions(0, 1, max_denominator=10**6),
+    st.one_of(st.just(F(0)), st.fractions(0, 1), st.fractions(0, F(1, 10**9))),
+    st.sampled_from(LEVELS),
+)
+@settings(max_examples=300)
+def test_ends_rise_with_the_mean_and_come_closer_with_more_draws(n: int, more: int, z: Fraction, up: Fraction, level: Fraction) -> None:
+    higher = min(F(1), z + up)
+    assert lower(n, z, level)[0] <= lower(n + n * more // 100, higher, level)[0]
+
+
 @given(st.integers(1, 60), st.floats(0, 1), st.booleans(), st.sampled_from(LEVELS))
 @settings(max_examples=150)
 def test_draws_exclude_what_is_below_a_plain_end(n: int, share: float, binary: bool, level: Fraction) -> None:
@@ -116,3 +129,13 @@ def test_methods_without_plain_ends_list_every_cell() -> None:
     own["upper"] = {"cells": [], "ends": []}
     report = checker.check(json.dumps(document).encode())
     assert any("no plain ends" in str(finding) for finding in report.findings if not finding.true)
+
+
+@pytest.mark.parametrize("token", [str(10**30), "1.0", "-0", "1e9"])
+def test_a_number_of_a_cell_is_a_short_integer(token: str) -> None:
+    table = {"u": ["yes", "no"] * 2, "a": list("ffmm"), "n": [30, 10, 20, 20]}
+    document = json.loads(fa.audit(table, decision="u", group="a", count="n", utility="yes").certificate.text)
+    document["subject"]["table"]["cells"] = 10**12
+    raw = json.dumps(document).replace(str(10**12), token).encode()
+    with pytest.raises(checker.FormatError, match=f"subject.table.cells must be an integer of at most 18 digits, not {token}"):
+        checker.check(raw)

@@ -39,7 +39,7 @@ max_local_ratio = "5/4"
 """
 COLUMNS = "--decision u --group g --context x --utility yes"
 LINES = {"monitor", "experiment"}
-SEVERAL = {"certify": {"allocation", "certify", "examples", "query"}, "verify": {"verify", "export"}, "attest": {"attest", "key"}}
+SEVERAL = {"certify": {"allocation", "certify", "examples", "query"}, "verify": {"verify", "export", "coq"}, "attest": {"attest", "key"}}
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +58,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (made / "false.json").write_text("{}")
     assert main(["certify", str(made / "log.csv"), *shlex.split(COLUMNS), "-o", str(made / "certificate.json")]) == 0
     assert main(["certify", str(made / "log.csv"), *shlex.split(COLUMNS), "--max-local-ratio", "4/3", "-o", str(made / "new.json")]) == 3
+    worst = "--decision u --group g --context x --tau 0.3 --not-blind --lipschitz 0.2"
+    assert main(["worst-case", str(made / "log.csv"), *shlex.split(worst), "-o", str(made / "worst.json")]) == 0
     assert main(["attest", "--new-key", str(made / "key.pem")]) == 0
     (made / "attestation.json").write_text(json.dumps(statement_of(made / "certificate.json")))
     text = (made / "certificate.json").read_text()
@@ -80,6 +82,7 @@ GOOD = {
     "verify a verdict": ("verify new.json --require within", 1),
     "verify what is false": ("verify altered.json", 1),
     "verify --export": ("verify --export checker.pyz", 0),
+    "verify --coq": ("verify worst.json --coq FORM.v", 0),
     "attest": ("attest attestation.json --sign-key key.pem -o signed.json", 0),
     "attest --new-key": ("attest --new-key FORM.pem", 0),
     "inspect": ("inspect log.csv", 0),
@@ -122,6 +125,7 @@ BAD = {
     "verify": "verify false.json",
     "verify nothing": "verify",
     "verify --export": "verify false.json --export checker.pyz",
+    "verify --coq": "verify certificate.json --coq certificate.txt",
     "attest": "attest certificate.json --sign-key key.pem",
     "attest --new-key": "attest --new-key key.pem",
     "inspect": "inspect empty.csv",

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from fairaudit.errors import InputError
 from fairaudit.exact.collecting import uncollected
 from fairaudit.exact.enclosures import compare_log, log_enclosure
-from fairaudit.exact.rationals import common_denominator, integer_text, parse_rational, rational, rational_text
+from fairaudit.exact.rationals import common_denominator, integer_text, parse_rational, rational, rational_text, shortened
 
 
 @given(st.decimals(allow_nan=False, allow_infinity=False, places=6))
@@ -135,3 +135,14 @@ def test_reference_cycles_are_searched_for_again_afterwards() -> None:
         assert not gc.isenabled()
     finally:
         gc.enable()
+
+
+@given(st.integers(-(10**30), 10**30), st.integers(0, 20), st.integers(-1, 1), st.integers(1, 10**6))
+def test_what_is_shortened_is_on_the_same_side_of_every_decimal(top: int, places: int, way: int, much: int) -> None:
+    """Of decimals, and of numbers next to them."""
+    decimal = Fraction(top, 10**places)
+    value = decimal + Fraction(way, 10**2000 + much)
+    short = shortened(value)
+    assert (short > decimal) - (short < decimal) == way
+    assert short.denominator <= 2 * 10**400 or short == value
+    assert abs(short - value) < Fraction(1, 10**400)

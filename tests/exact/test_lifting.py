@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import random
+import sys
 from fractions import Fraction
 from itertools import permutations
 from math import prod
+from types import SimpleNamespace
 
 import pytest
 
-from fairaudit.exact import linear_programs
+from fairaudit.exact import lifting, linear_programs
 from fairaudit.exact.lifting import MOST_UNKNOWNS, PRIME, solve_by_lifting
 from fairaudit.exact.linear_programs import eliminate
 
 F = Fraction
 SIZES = (1, 3, 2**25, 2**26 - 1, 2**26, 2**52, 10**60)
+
+
+@pytest.fixture(params=("lifted", "by FLINT"), autouse=True)
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    if request.param == "lifted":
+        monkeypatch.setattr(lifting, "_flint", lambda: None)
+    else:
+        pytest.importorskip("flint")
+        monkeypatch.setattr(lifting, "_lifted", None)
 
 
 def determinant(rows: list[list[int]]) -> int:
@@ -116,3 +127,16 @@ def test_full_equations_of_a_size_that_fractions_take_long_for() -> None:
     assert found is not None
     assert all(sum(a * found[j] for j, a in row.items()) == bound for row, bound in equations)
     assert eliminate(equations, {}, most_bits=100) is None
+
+
+def test_a_module_of_that_name_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows, right = [[2, 1], [1, 3]], [1, 1]
+    flint = pytest.importorskip("flint")
+    wrong = SimpleNamespace(nmod_mat=flint.nmod_mat, fmpz_mat=lambda rows: flint.fmpz_mat([[len(row) * v for v in row] for row in rows]))
+    monkeypatch.undo()
+    monkeypatch.setitem(sys.modules, "flint", wrong)
+    assert solve_by_lifting(rows, right) is None
+    monkeypatch.setitem(sys.modules, "flint", SimpleNamespace())
+    assert solve_by_lifting(rows, right) == [F(2, 5), F(1, 5)]
+    monkeypatch.setitem(sys.modules, "flint", None)
+    assert solve_by_lifting(rows, right) == [F(2, 5), F(1, 5)]

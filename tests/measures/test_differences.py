@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import fairaudit as fa
 from fairaudit.errors import InputError
-from fairaudit.measures.differences import MeanDifference, global_difference, least_signed_expectation, local_difference
+from fairaudit.measures.differences import MeanDifference, global_difference, least_signed_expectation, local_difference, outermost_means
 from fairaudit.measures.ratios import global_fairness, local_fairness
 
 F = Fraction
@@ -114,3 +114,20 @@ def test_no_ratio_is_formed_of_a_utility_below_0() -> None:
             measure(law, table)
     with pytest.raises(InputError, match="is negative; utilities are at least 0"):
         fa.Utility({"0": 1, "1": -1})
+
+
+@given(
+    st.lists(st.lists(st.integers(1, 9), min_size=4, max_size=4), min_size=1, max_size=3),
+    st.sampled_from([F(1, 3), F(1, 10**9), F(1, 10**20)]),
+    st.integers(1, 5),
+    st.booleans(),
+)
+def test_the_outermost_means_are_those_of_all_groups(tops: list[list[int]], near: Fraction, count: int, greatest: bool) -> None:
+    """Four groups, some of them alike and some nearer to each other than floats can tell."""
+    table = [[[F(1, 3) + top * near / 100, F(2, 3) - top * near / 100] for top in row] for row in tops]
+    law = fa.Law.from_array(table, decisions=["yes", "no"], groups=list("abcd"))
+    found = outermost_means(law, fa.Utility({"yes": 1}).on(law), count, greatest=greatest)
+    means = [(a, sum(row[a][0] for row in table) / len(table)) for a in range(4)]
+    sign = -1 if greatest else 1
+    every, own = (sorted(listed, key=lambda entry: sign * entry[1]) for listed in (means, found))
+    assert own[:count] == every[:count] and own[-1] == every[-1]

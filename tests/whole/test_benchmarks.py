@@ -1,4 +1,4 @@
-"""The table of benchmarks on the page about costs is that of the last run in their history, and has a line for each of them."""
+"""The table of benchmarks on the page about costs is that of the last runs in their history, and has a line for each of them."""
 
 from __future__ import annotations
 
@@ -27,9 +27,8 @@ def test_the_page_shows_the_last_run_and_every_benchmark(table: Any) -> None:
     for name, row, line in zip(table.ROWS, table.ROWS.values(), lines, strict=True):
         assert line[0] == "| " + row.what.format(f"{row.sizes[1]:,}")
         assert line[1] == row.beside
-        if (found := entries[-1]["rows"].get(name)) is None:
-            assert line[2] == "–"
-            continue
+        *before, found = [entry["rows"][name] for entry in entries if entry["rows"].get(name)]
+        assert line[3] == table.ratio(before[-1] if before else None)
         assert line[2] in (f"{found['ratio']:.2g}", f"1/{1 / found['ratio']:,.0f}")
         assert found["ratio"] == pytest.approx(found["seconds"] / found["beside"], rel=0.05)
 

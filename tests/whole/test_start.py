@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from fairaudit.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -56,3 +59,14 @@ def test_a_command_loads_what_it_needs(command: tuple[str, ...], tmp_path: Path)
     loaded = json.loads(done.stdout)
     assert {*loaded} & (NEVER | others) == set()
     assert len([name for name in loaded if name.startswith("fairaudit")]) <= most
+
+
+def test_numpy_starts_no_threads_for_a_command_unless_somebody_asks_for_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    for given, kept in ((None, "1"), ("4", "4")):
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", given) if given else monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+        main(["certify", "--list-examples"])
+        assert os.environ["OPENBLAS_NUM_THREADS"] == kept
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert "OPENBLAS_NUM_THREADS" not in os.environ

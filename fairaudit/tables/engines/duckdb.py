@@ -30,7 +30,7 @@ from fairaudit.tables.label_text import Reader, json_number
 from fairaudit.tables.preparation import Entry, left_out, level
 from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written, written_name
 from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import MARK, column, distinct
+from fairaudit.tables.values import MARK, column, distinct, refuse_tally
 
 __all__ = [
     "JSON",
@@ -387,6 +387,7 @@ def _read_json(paths: Sequence[str], request: Request) -> Tally:
     with connected(request) as connection:
         try:
             with told(request, paths[0]):
+                _refuse_copies(connection, paths)
                 source = json_texts(form, request.columns)
                 tally = _count(connection, Path(paths[0]).name, source, dict.fromkeys(request.columns, "JSON"), request)
                 if any(values == [None] for values in tally.levels.values()):
@@ -396,6 +397,14 @@ def _read_json(paths: Sequence[str], request: Request) -> Tally:
             said = str(error) if name in str(error) else f"{name}: {error}"
             raise InputError((bad_json(paths) if lines else None) or said) from None
     return tally
+
+
+def _refuse_copies(connection: Any, paths: Sequence[str]) -> None:
+    """Refuse JSON whose first object is a row of a tally."""
+    for path in paths:
+        first = f"(select * from {json_texts(json_form([path])[0], [MARK])} limit 1)"  # noqa: S608
+        if connection.execute(f"select 1 from {first} where {identifier(MARK, 'duckdb')} is not null").fetchall():  # noqa: S608
+            refuse_tally([MARK])
 
 
 def json_form(paths: Sequence[str]) -> tuple[str, bool]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -31,7 +32,11 @@ def table_format(folder: Path) -> str:
     ...     table_format(Path(made))
     'Delta'
     """
-    return next((name for mark, name in MARKS.items() if glob.glob(mark, root_dir=folder, include_hidden=True)), "")  # noqa: PTH207
+    for mark, name in MARKS.items():
+        first = mark.partition("/")[0]
+        if os.path.lexists(os.path.join(folder, first)) and (mark == first or glob.glob(mark, root_dir=folder)):  # noqa: PTH118, PTH207
+            return name
+    return ""
 
 
 def refuse_table_formats(paths: Iterable[str]) -> None:

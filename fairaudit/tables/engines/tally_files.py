@@ -6,13 +6,14 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.values import MARK
 
-__all__ = ["KEY", "Said", "refuse_others", "said_by"]
+__all__ = ["KEY", "Said", "is_tally", "refuse_others", "said_by"]
 
 KEY = MARK
 """Under which a Parquet file says so, in JSON; the column of this name is for those who do not look there."""
@@ -64,6 +65,23 @@ class Said:
             if entry["column"] in cut and entry["column"] in columns:
                 edges = ", ".join(entry["edges"])
                 raise InputError(f"column {shown(entry['column'])} was cut at {edges} before {path} was counted; name it without edges")
+
+
+def is_tally(path: str) -> bool:
+    """Whether a file names the key of a tally where Parquet files describe themselves; whether it is one, `said_by` says."""
+    if not os.path.isfile(path):  # noqa: PTH113
+        return False
+    try:
+        with Path(path).open("rb") as file:
+            end = file.seek(0, os.SEEK_END)
+            file.seek(max(0, end - 8))
+            length, mark = int.from_bytes(file.read(4), "little"), file.read(4)
+            if mark != b"PAR1":
+                return False
+            file.seek(max(0, end - 8 - length))
+            return KEY.encode() in file.read(length)
+    except OSError:
+        return False  # which the reader says
 
 
 def said_by(connection: Any, paths: Sequence[str], listed: str) -> Said | None:

@@ -9,6 +9,7 @@ from typing import Any
 from fairaudit.errors import InputError, kind_of
 from fairaudit.tables.evaluations.json_text import document, json_lines
 from fairaudit.tables.evaluations.samples import Format, Run, Sample
+from fairaudit.tables.values import refuse_tally
 
 __all__ = ["ROWS", "json_rows"]
 
@@ -55,7 +56,9 @@ def _values(read: Any) -> Iterator[int]:
 
 
 def _rows(path: str, _: Collection[str]) -> Iterator[Sample]:
-    return (Sample(row, "read", where) for where, row in json_rows(path))
+    for where, row in json_rows(path):
+        refuse_tally(row)
+        yield Sample(row, "read", where)
 
 
 ROWS = Format("", lambda _: Run(""), _rows)

@@ -228,6 +228,8 @@ def test_whatever_reads_a_tally_or_a_copy_of_it_does_not_take_its_rows_for_decis
     held = pd.read_parquet(part)
     held.to_parquet(copy)
     held.to_csv(tmp_path / "copy.csv", index=False)
+    held.to_json(tmp_path / "copy.jsonl", orient="records", lines=True)
+    frame(1).to_json(tmp_path / "log.jsonl", orient="records", lines=True)
     with duckdb.connect(str(tmp_path / "copy.db")) as connection:
         connection.execute(f"create table log as from '{part}'")
     with closing(sqlite3.connect(tmp_path / "copy.sqlite")) as lite:
@@ -247,6 +249,10 @@ def test_whatever_reads_a_tally_or_a_copy_of_it_does_not_take_its_rows_for_decis
         (copy, {}),
         (copy, {"count": "n"}),
         (tmp_path / "copy.csv", {}),
+        (tmp_path / "copy.jsonl", {}),
+        ([tmp_path / "log.jsonl", tmp_path / "copy.jsonl"], {}),
+        (tmp_path / "copy.jsonl", {"where": ["u=yes"]}),
+        (pyarrow.parquet.read_table(part, columns=["u", "a"]), {}),
         (part, {"where": ["u=yes"]}),
         (f"duckdb:{tmp_path / 'copy.db'}", database),
         (f"duckdb:{tmp_path / 'copy.db'}", {"query": "select * from log where a = 'f'"}),
