@@ -5,9 +5,9 @@ BIN = $(VENV)/bin
 # The lowest Python of those that pyproject.toml allows and this machine has.
 LOWEST_PYTHON = $(shell for version in 3.11 3.12 3.13; do python$$version -c '' 2> /dev/null && echo python$$version && break; done)
 # Commands that tests start find the code of this tree, whatever the environment has installed.
-check lint fast coverage durations: export PYTHONPATH := $(CURDIR)
+check lint fast coverage durations gallery: export PYTHONPATH := $(CURDIR)
 
-.PHONY: help check lint fast test model all minimum coverage durations docs
+.PHONY: help check lint fast test model all minimum coverage durations gallery docs
 
 help: ## List the targets.
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -53,6 +53,9 @@ coverage: $(BIN)/pytest ## Lines and branches of the core that no test reaches, 
 durations: $(BIN)/pytest ## Time all tests and write tests/slow.txt anew; on a machine with nothing else to do.
 	$(BIN)/python -m pytest --junitxml=build/durations.xml
 	$(BIN)/python tests/durations.py build/durations.xml
+
+gallery: $(BIN)/pytest ## Make the audits of docs/gallery anew, offline, from its data and entries.
+	$(BIN)/python docs/gallery/make.py
 
 docs: $(BIN)/pytest ## Build the site of the documentation, without a single broken link.
 	$(BIN)/pip install -q -e '.[docs]'

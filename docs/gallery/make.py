@@ -1,0 +1,300 @@
+"""Make the gallery: every page from its entry, by running the commands that it shows on the committed data.
+
+``python docs/gallery/make.py`` writes pages, certificates and pictures beside this file; with a folder as argument it writes them there.
+An entry, ``entries/NAME.md``, is a page in Jinja with a head in TOML between lines of ``+++``. Blocks ``sh`` and ``python`` are run in
+order, in a folder that holds the data of the entry and nothing else; figures in the text are taken from the certificates that they write.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import os
+import re
+import shlex
+import shutil
+import sys
+import tempfile
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+ORDER = HERE / "entries" / "order.txt"
+"""Names of the entries, one a line, as the index shows them."""
+ACCEPTED = {0, 1, 3}
+"""Exit codes of an answer, whatever its verdict."""
+BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FORMATS = ("fairaudit-certificate/1", "fairaudit-subgroups/1")
+"""Those of certificates."""
+UNKNOWN = "?"
+KEPT = (".json", ".html", ".svg", ".png", ".csv", ".toml")
+"""Endings of what a reader can download."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An entry as it is written: its head and its page in Jinja."""
+
+    name: str
+    head: Mapping[str, Any]
+    text: str
+
+    @property
+    def commands(self) -> list[list[str]]:
+        """The commands of its blocks, as words."""
+        blocks = [text for language, text in BLOCK.findall(self.text) if language == "sh"]
+        return [shlex.split(line) for text in blocks for line in text.replace("\\\n", " ").splitlines() if line.strip()]
+
+
+@dataclass(frozen=True)
+class Made:
+    """What an entry became: the page, the line of the index, and the files beside it."""
+
+    page: str
+    answer: str
+    files: Mapping[str, bytes]
+
+
+def entries() -> list[Entry]:
+    """All entries, in the order of the index."""
+    return [read(name) for name in ORDER.read_text("utf-8").split()]
+
+
+def read(name: str) -> Entry:
+    """One entry."""
+    _, head, text = (HERE / "entries" / f"{name}.md").read_text("utf-8").split("+++\n", 2)
+    return Entry(name, tomllib.loads(head), text.strip() + "\n")
+
+
+def made(entry: Entry) -> Made:
+    """Run an entry in a fresh folder, and write its page."""
+    with tempfile.TemporaryDirectory() as folder:
+        given = {each["file"] for each in entry.head["data"]}
+        for name in sorted(given):
+            source = HERE / "data" / name
+            (shutil.copytree if source.is_dir() else shutil.copy)(source, Path(folder) / Path(name).name)
+        with contextlib.chdir(folder):
+            screens = run(entry)
+            paths = [path for path in sorted(Path().rglob("*")) if path.suffix in KEPT and path.parts[0] not in given]
+            written = {path.as_posix(): path.read_bytes() for path in paths}
+    certificates = {Path(name).stem: Figures(json.loads(text)) for name, text in written.items() if is_certificate(name, text)}
+    values = {**certificates, "screen": lambda number, first="", last="": part(screens[number], first, last)}
+    page = rendered(head_of(entry) + entry.text + foot_of(entry, written), values)
+    return Made(page, rendered(entry.head["answer"], values).strip(), {f"{entry.name}/{name}": text for name, text in written.items()})
+
+
+def is_certificate(name: str, text: bytes) -> bool:
+    """Whether a file is a certificate that the entry itself wrote; folders of publications hold copies."""
+    return "/" not in name and name.endswith(".json") and json.loads(text)["format"] in FORMATS
+
+
+def run(entry: Entry) -> list[str]:
+    """What each command printed; Python shares one namespace."""
+    from fairaudit.cli import main
+
+    screens: list[str] = []
+    namespace: dict[str, Any] = {}
+    for language, text in BLOCK.findall(entry.text):
+        if language == "python":
+            exec(compile(text, entry.name, "exec"), namespace)  # noqa: S102
+            continue
+        for line in text.replace("\\\n", " ").splitlines():
+            program, *words = shlex.split(line)
+            if program != "fairaudit":
+                raise ValueError(f"{entry.name}: {program} is not run here; write such a line in a block of another kind")
+            said, noted = io.StringIO(), io.StringIO()
+            with contextlib.redirect_stdout(said), contextlib.redirect_stderr(noted):
+                code = main(words)
+            if code not in ACCEPTED:
+                raise ValueError(f"{entry.name}: {line}\nended with {code}: {noted.getvalue()}")
+            screens.append(said.getvalue().rstrip())
+    return screens
+
+
+def part(screen: str, first: str, last: str) -> str:
+    """Lines of a screen, from the one that begins with `first` to the one before that which begins with `last`."""
+    lines = screen.splitlines()
+    start = next(number for number, line in enumerate(lines) if line.startswith(first))
+    stop = next((number for number, line in enumerate(lines) if last and number > start and line.startswith(last)), len(lines))
+    shown = "\n".join(lines[start:stop]).rstrip()
+    return f"```text\n{'…' + chr(10) if start else ''}{shown}{chr(10) + '…' if stop < len(lines) else ''}\n```"
+
+
+def rendered(text: str, values: Mapping[str, Any]) -> str:
+    """A text with its figures."""
+    from jinja2 import Environment, StrictUndefined
+
+    frame = Environment(undefined=StrictUndefined, autoescape=False, keep_trailing_newline=True)  # noqa: S701 (markdown)
+    frame.filters.update(FILTERS)
+    return frame.from_string(text).render(values)
+
+
+def head_of(entry: Entry) -> str:
+    """Title, question, and where the data are from."""
+    head = entry.head
+    lines = [f"# {head['title']}\n", f"{head['question']}\n", "## The data\n"]
+    for each in head["data"]:
+        source = HERE / "data" / each["file"]
+        where = f"[`{each['file']}`](data/{each['file']})" if source.is_file() else f"[`{each['file']}/`](data/{each['file']}/)"
+        lines.append(f"* {where}: {each['what']}\n  Source: [{each['source']}]({each['url']}). Licence: {each['licence']}.")
+        if source.is_file():
+            lines.append(f"  SHA-256: `{hashlib.sha256(source.read_bytes()).hexdigest()}`")
+    return "\n".join(lines) + "\n\n"
+
+
+def foot_of(entry: Entry, written: Mapping[str, bytes]) -> str:
+    """What can be downloaded, and how it is checked."""
+    certificates = [name for name, text in written.items() if is_certificate(name, text)]
+    links = ", ".join(f"[{name}]({entry.name}/{name})" for name in written)
+    return FOOT.format(links=links, certificates=" ".join(certificates), not_covered=entry.head["not_covered"])
+
+
+FOOT = """
+## Check it
+
+Download {links}. A page opens in a browser and recomputes its figures there.
+
+```console
+fairaudit verify {certificates}
+```
+
+computes every figure again with none of the code that wrote it ([more](../verify.md)). The [verified program](../trust.md) leaves to it:
+{not_covered}.
+"""
+
+
+# Figures
+
+
+class Figures:
+    """Figures of a certificate, by their paths."""
+
+    def __init__(self, document: Mapping[str, Any]) -> None:
+        self.document = document
+
+    def __call__(self, path: str) -> Any:
+        """What stands at a path such as ``metrics.local.ratio``; text that is a number becomes one."""
+        found: Any = self.document
+        for name in path.split("."):
+            found = found[int(name) if name.isdigit() else name]
+        return exact(found)
+
+    def cell(self, *labels: str) -> Cell:
+        """The decisions of all rows that bear these labels of contexts and groups, in any order; ``?`` is the group of those without."""
+        table = self.document["subject"]["table"]
+        header = table["header"]
+        worth = [Fraction(value) for value in header["utility"]]
+        chosen: list[list[str]] = []
+        for row in table["rows"]:
+            held = [*(header["groups"][row["group"]] if "group" in row else [UNKNOWN]), *header["contexts"][row["context"]]]
+            if all(label in held for label in labels) and (UNKNOWN in labels or UNKNOWN not in held):
+                chosen.append(row["weights"] if "group" in row else row["unknown"])
+        if not chosen:
+            raise KeyError(labels)
+        counts = [sum(map(Fraction, column), Fraction()) for column in zip(*chosen, strict=True)]
+        return Cell(sum(counts, Fraction()), sum((count * value for count, value in zip(counts, worth, strict=True)), Fraction()))
+
+    def claim(self, quantity: str, relation: str, number: int = 0) -> Any:
+        """The value of a claim of a quantity, by its relation; of several the one with this number."""
+        found = [each for each in self.document["claims"] if (each["quantity"], each["relation"]) == (quantity, relation)]
+        return exact(found[number]["value"])
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Decisions, and what they are worth together."""
+
+    n: Fraction
+    good: Fraction
+
+    @property
+    def rate(self) -> Fraction:
+        """What one of them is worth in the mean."""
+        return self.good / self.n
+
+
+def exact(found: Any) -> Any:
+    """A number where a text is one."""
+    return Fraction(found) if isinstance(found, str) and re.fullmatch(r"-?\d+(/\d+)?", found) else found
+
+
+def figure(value: Fraction, digits: int = 3) -> str:
+    """Some digits of a number, as screens print them."""
+    from fairaudit.words import approximate
+
+    return approximate(Fraction(value), digits=digits)
+
+
+def down(value: Fraction, digits: int = 4) -> str:
+    """Some digits of a lower end."""
+    from fairaudit.words import approximate
+
+    return approximate(Fraction(value), "down", digits)
+
+
+def up(value: Fraction, digits: int = 4) -> str:
+    """Some digits of an upper end."""
+    from fairaudit.words import approximate
+
+    return approximate(Fraction(value), "up", digits)
+
+
+FILTERS = {
+    "figure": figure,
+    "down": down,
+    "up": up,
+    "percent": lambda value, digits=3: f"{figure(100 * value, digits)} %",
+    "whole": lambda value: f"{int(value):,}",
+}
+
+
+# All of them
+
+
+def index(found: Mapping[str, tuple[Entry, Made]]) -> str:
+    """The page that lists the entries."""
+    intro = (HERE / "entries" / "index.md").read_text("utf-8")
+    rows = [f"| [{entry.head['title']}]({name}.md) | {done.answer} | {entry.head['kind']} |" for name, (entry, done) in found.items()]
+    return intro.replace("<!-- entries -->", "\n".join(["| audit | what came out | what it shows |", "| --- | --- | --- |", *rows]))
+
+
+@contextlib.contextmanager
+def reproducible() -> Iterator[None]:
+    """Pictures without a date, and with the same names inside each time."""
+    import matplotlib
+
+    before = os.environ.get("SOURCE_DATE_EPOCH")
+    os.environ["SOURCE_DATE_EPOCH"] = "0"
+    try:
+        with matplotlib.rc_context({"svg.hashsalt": "fairaudit"}):
+            yield
+    finally:
+        os.environ.pop("SOURCE_DATE_EPOCH")
+        if before is not None:
+            os.environ["SOURCE_DATE_EPOCH"] = before
+
+
+def make(target: Path) -> None:
+    """Write all pages with their files into a folder."""
+    done: dict[str, tuple[Entry, Made]] = {}
+    with reproducible():
+        for entry in entries():
+            print(entry.name, flush=True)
+            done[entry.name] = entry, (one := made(entry))
+            shutil.rmtree(target / entry.name, ignore_errors=True)
+            target.mkdir(parents=True, exist_ok=True)
+            (target / f"{entry.name}.md").write_text(one.page, "utf-8")
+            for name, content in one.files.items():
+                (target / name).parent.mkdir(parents=True, exist_ok=True)
+                (target / name).write_bytes(content)
+    (target / "index.md").write_text(index(done), "utf-8")
+
+
+if __name__ == "__main__":
+    make(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE)
