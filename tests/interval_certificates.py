@@ -396,7 +396,8 @@ def box_levels_keep(ends: str, beta: Fraction, prime: Fraction, numbers: tuple[i
         lower = 2 * K * prime <= alpha or (independent and 2 * prime < 1 and 1 - (1 - 2 * prime) ** K <= alpha)
         return bool(0 < beta < 1 and 0 < prime < 1 and upper and lower)
     alone = independent and beta + prime < 1 and any_wrong(beta, prime, K, s, F(1)) <= alpha
-    return bool(0 < prime <= beta < 1 and (s * beta + (2 * K - s) * prime <= alpha or alone))
+    halves = s * beta == (2 * K - s) * prime
+    return bool(0 < prime <= beta < 1 and halves and (s * beta + (2 * K - s) * prime <= alpha or alone))
 
 
 def read_ladders(
@@ -411,9 +412,12 @@ def read_ladders(
     if not (b * b <= c <= b < 1 and prime * prime <= other <= prime < 1):
         return False
     if found["ends"] == "each":
-        if max(2 * b + area(b, c), 2 * K * prime + pairs * area(prime, other)) > alpha:
+        share, ends, products = alpha, 2 * K, pairs
+    else:
+        share, ends, products = alpha / 2, max(2, 2 * K - 2), pairs - 1
+        if prime > b or other > c:
             return False
-    elif prime > b or other > c or 2 * b + max(2, 2 * K - 2) * prime + area(b, c) + (pairs - 1) * area(prime, other) > alpha:
+    if max(2 * b, ends * prime) > F(4, 5) * share or max(area(b, c), products * area(prime, other)) > share / 5:
         return False
     members = [[next(iter(form)) for form in block] for block in blocks]
     if (ratio[1] == INF) is not (found["upper"] is None) or (ratio[0] == 1) is not (found["lower"] is None):

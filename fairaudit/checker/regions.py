@@ -25,6 +25,8 @@ from .work import spend
 
 T = TypeVar("T")
 
+GUARD = Fraction(4, 5)  # of the error of a product is for single means, the rest for two at once
+
 
 def pair_at(place: Place, blocks: Sequence[Sequence[T]]) -> tuple[T, T]:
     """Find the two that a place names, the higher one first."""
@@ -113,8 +115,8 @@ def check_levels(interval: Interval, evidence: BoxEvidence, used: int, spanned: 
     beta, other = evidence.levels
     if not (0 < beta < 1 and 0 < other < 1 if used else beta == other == 0):
         raise Unproven("the levels must be positive and less than 1, or 0 where nothing was drawn")
-    if not interval.each and other > beta:
-        raise Unproven("the level for the lower end must be no greater than that for the upper one")
+    if not interval.each and spanned * beta != (2 * used - spanned) * other:  # or the draws could have chosen how to split the error
+        raise Unproven(f"the level for the upper end must be {2 * used - spanned}/{spanned} times that for the lower one")
     # How likely the ends of a cell that matter are wrong, and of how many cells: for the upper end, for the lower one, and for both.
     of_upper, of_lower, of_both = [(beta, spanned)], [(2 * other, used)], [(beta + other, spanned), (2 * other, used - spanned)]
     for wrong in (of_upper, of_lower) if interval.each else (of_both,):
@@ -240,12 +242,11 @@ def prove_by_ladders(interval: Interval, evidence: LadderEvidence, comparison: C
     if not interval.each and (other_b > b or other_c > c):
         raise Unproven("the levels for the lower end must be no greater than those for the upper one")
     pairs = sum(len(block) * (len(block) - 1) for block in blocks)
-    if interval.each:
-        spent = max(2 * b + _area(b, c), 2 * used * other_b + pairs * _area(other_b, other_c))
-    else:
-        spent = 2 * b + max(2, 2 * used - 2) * other_b + _area(b, c) + (pairs - 1) * _area(other_b, other_c)
-    if spent > 1 - Fraction(*interval.confidence):
-        raise Unproven("the levels add up to more than the confidence leaves")
+    share = (1 - Fraction(*interval.confidence)) / (1 if interval.each else 2)
+    of_lower = (2 * used, pairs) if interval.each else (max(2, 2 * used - 2), pairs - 1)  # ends of means, and pairs, that can be wrong
+    for (level, product_level), (ends, products) in zip(evidence.levels, ((2, 1), of_lower), strict=True):
+        if ends * level > GUARD * share or products * _area(level, product_level) > (1 - GUARD) * share:
+            raise Unproven("the levels take more of the error than there is for them")
     members = [[next(iter(form)) for form, _ in block] for block in blocks]
     low, high = interval.ratio
     check_given(interval.ratio, evidence.upper, evidence.lower, len(blocks))

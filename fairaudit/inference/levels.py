@@ -12,7 +12,7 @@ compared pair, and [lo, hi] the ends of a cell.
 * *Lower end.* The pair that gives the greatest lower end does depend on the draws, so all 2K ends, of level β', have to hold. With
   β' ≤ β the s ends above are among them.
 * *Both* hold with probability at least 1 − s·β − (2K − s)·β' by the union bound, which asks for no independence between cells. With
-  independent cells (1 − β − β')^s·(1 − 2β')^(K − s) is enough.
+  independent cells (1 − β − β')^s·(1 − 2β')^(K − s) is enough. Always s·β = (2K − s)·β', so that nobody can choose β after the draws.
 * *Each* by itself: the upper end fails with probability at most s·β, with independent cells (1 − β)^s is its chance; the lower one, which
   has nothing to share with it then, fails with at most 2K·β', and (1 − 2β')^K is its chance.
 

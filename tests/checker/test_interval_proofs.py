@@ -107,19 +107,14 @@ def by_ladders(cells: list[Cell], blocks: list[list[Form]], ends: str) -> dict[s
     K = len(used)
     if not K or any([*form.values()] != [1] for block in blocks for form in block):
         return None
-    b = ALPHA / (4 * K + 2)
-    c, prime, other = b / 2, b / 2, b / 4
-    if ends == "each":
-        b, prime = ALPHA / 2, ALPHA / (2 * K)
-        while 2 * b + area(b, b / 2) > ALPHA - F(1, 10**6):
-            b *= F(9, 10)
-        while 2 * K * prime + pairs * area(prime, prime / 2) > ALPHA - F(1, 10**6):
-            prime *= F(9, 10)
-        c, other = b / 2, prime / 2
-    else:
-        while 2 * b + max(2, 2 * K - 2) * prime + area(b, c) + (pairs - 1) * area(prime, other) > ALPHA - F(1, 10**6):
-            b, c, prime, other = b * F(9, 10), c * F(8, 10), prime * F(9, 10), other * F(8, 10)
-    if not (b * b <= c <= b and prime**2 <= other <= prime):
+    share, count, products = (ALPHA, 2 * K, pairs) if ends == "each" else (ALPHA / 2, max(2, 2 * K - 2), pairs - 1)
+    b, prime = F(4, 5) * share / 2, F(4, 5) * share / count
+    c, other = b, prime
+    while area(b, c) > share / 5 - F(1, 10**6):
+        c *= F(9, 10)
+    while products * area(prime, other) > share / 5 - F(1, 10**6) or (ends == "together" and other > c):
+        other *= F(9, 10)
+    if not (b * b <= c and prime**2 <= other):
         return None
     members = [[next(iter(form)) for form in block] for block in blocks]
     high, upper = "inf", None
@@ -359,7 +354,7 @@ def test_a_ladder_from_a_cell_to_itself_proves_nothing() -> None:
     del found["pair"]
     assert accepted(with_interval(certificate, "local", found, method_of(cells, blocks, found)))
     found |= {"ratio": ["2", "inf"], "lower": {"pair": [x, 0, 1], "knots": ["1/1000000", "1000000"]}}
-    found["levels"]["lower"] = [str(ALPHA / 100), str(ALPHA / 200)]
+    found["levels"]["lower"] = [str(ALPHA / 1000), str(ALPHA / 10_000)]
     found["levels"]["upper"] = found["levels"]["lower"]
     lines = false_statements(with_interval(certificate, "local", found, method_of(cells, blocks, found)))
     assert any("equal" in line for line in lines)
@@ -367,7 +362,7 @@ def test_a_ladder_from_a_cell_to_itself_proves_nothing() -> None:
 
 def test_levels_of_more_than_one_are_no_levels(good: Any) -> None:
     """(1 - b - b')^2 is near 1 again when the levels are."""
-    found = good["intervals"]["local"]
+    found = good["intervals"]["global"]
     found["independent"] = True
     for level in ("99/100", "999999/1000000"):
         found["levels"] = {"upper": level, "lower": level}
