@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import islice
+from math import atan2
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -190,21 +191,21 @@ def read_bag(path: Path, notes: list[str], topic: str | None, which: str | None)
         yield _block(path, {name: data[name] for name in kind.names or ()})
 
 
-def read_bag_grid(path: Path, topic: str | None, which: str | None) -> OccupancyGrid | None:
-    """Occupancy map of a recording, or None if the topic has a point cloud."""
-    from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
+def read_bag_grid(path: Path, topic: str | None, which: str | None, free_below: int = 20) -> OccupancyGrid | None:
+    """Occupancy map of a recording, or None if the topic has a point cloud; what is free is by default what map_saver writes as free."""
+    from fairaudit.plugins.navigation.grids import UNKNOWN, Frame, OccupancyGrid
 
     message, _ = read_message(path, topic, which)
     if hasattr(message, "point_step"):
         return None
     with _said(path, "a recording with an OccupancyGrid"):
         info, turn = message.info, message.info.origin.orientation
-        if max(abs(turn.x), abs(turn.y), abs(turn.z)) > 1e-6:
-            raise InputError(f"{path}: the map is rotated; only maps whose rows lie along x are accepted")
+        if max(abs(turn.x), abs(turn.y)) > 1e-6:
+            raise InputError(f"{path}: the map is tilted; only maps that are level are accepted")
         cells = np.asarray(message.data, np.int8).reshape(info.height, info.width)[::-1]
-        states = np.select([(cells >= 0) & (cells < 20), cells >= 65], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)
-        x, y = info.origin.position.x, info.origin.position.y
-        return OccupancyGrid(Frame(x, y, round(float(info.resolution), 6), info.height, info.width), states)
+        at, yaw = info.origin.position, 2 * atan2(turn.z, turn.w) if turn.z else 0.0
+        frame = Frame(at.x, at.y, round(float(info.resolution), 6), info.height, info.width, yaw)
+        return OccupancyGrid(frame, np.where((cells >= 0) & (cells <= 100), cells, UNKNOWN).astype(np.int8), free_below)
 
 
 READERS: Mapping[str, Callable[[Path, Sequence[str], list[str]], Iterator[Block]]] = {

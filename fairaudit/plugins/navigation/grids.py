@@ -1,33 +1,36 @@
-"""Grids: their frame in metres, occupancy maps of ROS, and grid maps with scenarios of the MovingAI benchmarks."""
+"""Grids: their frame in metres, occupancy maps of ROS, and grid maps of the MovingAI benchmarks."""
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 import warnings
 from dataclasses import dataclass, field
-from math import floor, isfinite
+from math import cos, floor, isfinite, sin
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from fairaudit.errors import InputError, nearest, shown
-from fairaudit.files import write_atomically
+from fairaudit.errors import InputError, shown
+from fairaudit.files import check_keys, write_together
 from fairaudit.libraries import library
 
-__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Frame", "OccupancyGrid", "Pair", "read_grid", "read_scen", "write_ros_map"]
+__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Frame", "OccupancyGrid", "read_grid", "write_ros_map"]
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 MAX_CELLS = 1_000_000_000
 PASSABLE, BLOCKED = b".GS", b"@OTW"
-MAP_KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
-ROS_FREE_THRESHOLD, ROS_OCCUPIED_THRESHOLD = 0.196, 0.65
+MOVING_AI = re.compile(rb"type \S+\n(height|width) (\d{1,9})\n(?!\1)(height|width) (\d{1,9})\nmap\n")
+MAP_KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode", "map_type")
+MODES, PICTURES = ("trinary", "scale", "raw"), (".pgm", ".png", ".bmp")
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Where the cells of a grid lie: row 0 is the top row (greatest y), column 0 the left one (least x), as in a picture.
+    """Where the cells of a grid lie: row 0 is the top row, column 0 the left one, as in a picture.
 
     Attributes
     ----------
@@ -37,6 +40,8 @@ class Frame:
         Side of a cell, in metres.
     rows, columns : int
         Size of the grid.
+    yaw : float
+        By what angle the grid is turned about this corner, in radians, counterclockwise; at 0, rows lie along x.
 
     Examples
     --------
@@ -50,13 +55,14 @@ class Frame:
     resolution: float
     rows: int
     columns: int
+    yaw: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what is no grid, and grids too large to be meant."""
         if not (isfinite(self.resolution) and self.resolution > 0):
             raise InputError(f"the resolution is {self.resolution}; a length in metres above 0, such as 0.05, is accepted")
-        if not (isfinite(self.x) and isfinite(self.y)):
-            raise InputError(f"the origin of the map is ({self.x}, {self.y}); finite coordinates are accepted")
+        if not (isfinite(self.x) and isfinite(self.y) and isfinite(self.yaw)):
+            raise InputError(f"the origin of the map is ({self.x}, {self.y}) with yaw {self.yaw}; finite numbers are accepted")
         if self.rows < 1 or self.columns < 1:
             raise InputError(f"the map has {self.rows} rows and {self.columns} columns; at least one cell is needed")
         if self.rows * self.columns > MAX_CELLS:
@@ -76,10 +82,20 @@ class Frame:
         left, low, right, high = (floor(end) for end in ends)
         return cls(left * resolution, low * resolution, resolution, high - low + 1, right - left + 1)
 
-    def contains(self, x: float, y: float) -> bool:
-        """Whether a point lies on the grid."""
-        column, up = floor((x - self.x) / self.resolution), floor((y - self.y) / self.resolution)
-        return 0 <= column < self.columns and 0 <= up < self.rows
+    def cells(self, xy: ArrayLike) -> NDArray[np.int64]:
+        """Position of the cell of each point, in reading order; -1 off the grid."""
+        x, y = np.asarray(xy, np.float64).T
+        along = np.floor((cos(self.yaw) * (x - self.x) + sin(self.yaw) * (y - self.y)) / self.resolution)
+        up = np.floor((cos(self.yaw) * (y - self.y) - sin(self.yaw) * (x - self.x)) / self.resolution)
+        inside = (along >= 0) & (along < self.columns) & (up >= 0) & (up < self.rows)
+        return np.where(inside, (self.rows - 1 - up) * self.columns + along, -1).astype(np.int64)
+
+    def points(self, rows: ArrayLike, columns: ArrayLike) -> NDArray[np.float64]:
+        """Centres of cells in metres; halves and more are their corners."""
+        along = (np.asarray(columns) + 0.5) * self.resolution
+        up = (self.rows - np.asarray(rows) - 0.5) * self.resolution
+        turned = cos(self.yaw) * along - sin(self.yaw) * up, sin(self.yaw) * along + cos(self.yaw) * up
+        return np.stack([self.x + turned[0], self.y + turned[1]], axis=-1)
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
         """Row and column of the cell in which a point lies.
@@ -89,49 +105,67 @@ class Frame:
         InputError
             If it is not on the grid.
         """
-        if not (isfinite(x) and isfinite(y)) or not self.contains(x, y):
-            right, high = self.x + self.columns * self.resolution, self.y + self.rows * self.resolution
+        found = int(self.cells([(x, y)])[0]) if isfinite(x) and isfinite(y) else -1
+        if found < 0:
+            ends = (-0.5, self.rows - 0.5), (-0.5, self.columns - 0.5)
+            corners = self.points(*np.meshgrid(*ends)).reshape(4, 2)
+            (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
             raise InputError(
-                f"the point ({x:g}, {y:g}) is not on the map, which reaches from ({self.x:g}, {self.y:g}) to ({right:g}, {high:g}) metres"
+                f"the point ({x:g}, {y:g}) is not on the map, which reaches from ({left:g}, {low:g}) to ({right:g}, {high:g}) metres"
             )
-        return self.rows - 1 - floor((y - self.y) / self.resolution), floor((x - self.x) / self.resolution)
+        return found // self.columns, found % self.columns
 
     def centre(self, row: int, column: int) -> tuple[float, float]:
         """Return the middle of a cell in metres, to a tenth of a millimetre."""
-        return (
-            round(self.x + (column + 0.5) * self.resolution, 4),
-            round(self.y + (self.rows - row - 0.5) * self.resolution, 4),
-        )
+        x, y = self.points(row, column).tolist()
+        return round(x, 4), round(y, 4)
 
 
 @dataclass(frozen=True)
 class OccupancyGrid:
-    """A map of free, occupied and unknown cells; what is unknown is an obstacle.
+    """A map of cells that are free, occupied or unknown; what is not free is an obstacle.
 
     Attributes
     ----------
     frame : Frame
         Where the cells lie.
     states : array of int8, shape (rows, columns)
-        0 free, 100 occupied, -1 unknown, as ROS has them.
+        Occupancy from 0 (free) to 100 (occupied), -1 where it is unknown, as ROS has it.
+    free_below : int
+        Cells whose occupancy is less are free.
     """
 
     frame: Frame
     states: NDArray[np.int8] = field(repr=False)
+    free_below: int = 1
+
+    def __post_init__(self) -> None:
+        """Refuse what would make occupied cells free."""
+        if not 1 <= self.free_below <= OCCUPIED:
+            raise InputError(f"free_below is {self.free_below}; a percentage from 1 to 100 is accepted")
 
     @property
     def free(self) -> NDArray[np.bool_]:
         """Which cells are free."""
-        return np.asarray(self.states == FREE)
+        return np.asarray((self.states >= FREE) & (self.states < self.free_below))
+
+    @property
+    def sha256(self) -> str:
+        """Digest of frame and cells."""
+        frame = self.frame
+        where = f"{frame.x!r} {frame.y!r} {frame.resolution!r} {frame.rows} {frame.columns}" + (f" {frame.yaw!r}" if frame.yaw else "")
+        return hashlib.sha256(where.encode() + b"\n" + self.states.tobytes()).hexdigest()
 
 
-def read_grid(path: str | Path) -> OccupancyGrid:
-    """Read an occupancy map of ROS (``map.yaml``, which names a pgm or png) or a grid map of MovingAI (``.map``).
+def read_grid(path: str | Path, free_below: int = 1) -> OccupancyGrid:
+    """Read an occupancy map of ROS (``map.yaml``, which names a picture) or a grid map of MovingAI (``.map``).
 
     Parameters
     ----------
     path : path-like
         The file; its ending tells which.
+    free_below : int
+        Cells whose occupancy is less are free; of interest in the modes scale and raw, where it is any number from 0 to 100.
 
     Returns
     -------
@@ -142,10 +176,16 @@ def read_grid(path: str | Path) -> OccupancyGrid:
     ------
     InputError
         If it is not such a file.
+
+    Notes
+    -----
+    Pictures mean what they mean to the map server of Nav2, in its single precision: occupied from occupied_thresh on, free up to
+    free_thresh, unknown between (in the mode scale 0 to 100 in proportion), unknown where transparent; in the mode raw, grey values up
+    to 100 are occupancies and others unknown. A turned map keeps its cells; its frame is turned.
     """
     path = Path(path)
     try:
-        return _ros(path) if path.suffix.lower() in (".yaml", ".yml") else _moving_ai(path)
+        return _ros(path, free_below) if path.suffix.lower() in (".yaml", ".yml") else _moving_ai(path)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -159,47 +199,48 @@ def _bytes(path: Path) -> bytes:
         raise InputError(f"the file cannot be read: {error.strerror}") from None
 
 
-def _ros(path: Path) -> OccupancyGrid:
+def _ros(path: Path, free_below: int) -> OccupancyGrid:
     yaml = library("yaml", "navigation")
+    data = _bytes(path)
     try:
-        document = yaml.safe_load(_bytes(path).decode("utf-8"))
-    except (UnicodeDecodeError, yaml.YAMLError, RecursionError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
+        document = yaml.safe_load(data.decode("utf-8"))
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
         mark = getattr(error, "problem_mark", None)
         raise InputError(f"this is not a YAML file{f' (line {mark.line + 1})' if mark else ''}; a map file of ROS was expected") from None
     if not isinstance(document, dict):
         raise InputError("this is not a map file of ROS, which says image, resolution, origin and thresholds")
-    for key in document:
-        if key not in MAP_KEYS:
-            raise InputError(f"it has the unknown key {shown(key)}; {nearest(str(key), MAP_KEYS)}")
-    image = document.get("image")
+    check_keys({str(key): value for key, value in document.items()}, MAP_KEYS, "the file")
+    image, origin = document.get("image"), document.get("origin")
     if not isinstance(image, str):
         raise InputError("the key image must name a picture")
-    resolution = _number(document, "resolution")
-    origin = document.get("origin")
     if not (isinstance(origin, list) and len(origin) in (2, 3)):
-        raise InputError(f"origin is {shown(origin)}; [x, y, yaw] of the lower left corner is accepted")
+        raise InputError(f"origin is {shown(origin)}; [x, y, yaw] of the lower left corner is accepted, in metres and radians")
     x, y, yaw = ([_finite(value, "origin") for value in origin] + [0.0])[:3]
-    if yaw != 0:
-        raise InputError(f"origin has the yaw {yaw:g}; rotated maps are not accepted, only yaw 0")
-    negate = document.get("negate", 0)
-    if negate not in (0, 1):
-        raise InputError(f"negate is {shown(negate)}; 0 or 1 is accepted")
-    mode = document.get("mode", "trinary")
-    if mode not in ("trinary", "scale"):
-        raise InputError(f"mode is {shown(mode)}; trinary or scale is accepted")
+    said = {key: document.get(key, usual) for key, usual in (("negate", 0), ("mode", "trinary"), ("map_type", "occupancy"))}
+    said["mode"] = str(said["mode"]).lower()
+    for key, accepted in (("negate", (0, 1)), ("mode", MODES), ("map_type", ("occupancy",))):
+        if said[key] not in accepted:
+            raise InputError(f"{key} is {shown(said[key])}; {' or '.join(map(str, accepted))} is accepted")
     occupied, free = _number(document, "occupied_thresh"), _number(document, "free_thresh")
     if not 0 <= free <= occupied <= 1:
         raise InputError(f"free_thresh is {free:g} and occupied_thresh {occupied:g}; 0 ≤ free ≤ occupied ≤ 1 is accepted")
-    darkness, opaque = _picture(path.parent / image)
-    light = darkness if negate else 255.0 - darkness
-    probability = light / 255.0
-    rows, columns = (int(n) for n in probability.shape)
-    states = np.full((rows, columns), UNKNOWN, np.int8)
-    states[probability > occupied] = OCCUPIED
-    states[(probability < free) & opaque] = FREE
-    return OccupancyGrid(Frame(x, y, resolution, rows, columns), states)
+    grey, opaque = _picture(path.parent / image)
+    rows, columns = grey.shape
+    frame = Frame(x, y, _number(document, "resolution"), rows, columns, yaw)
+    if said["mode"] == "raw":
+        return OccupancyGrid(frame, np.where(grey <= OCCUPIED, grey, UNKNOWN).astype(np.int8), free_below)
+    dark = grey.astype(np.float32) / np.float32(255)
+    if not said["negate"]:
+        dark = 1 - dark
+    low, high, range_ = np.float32(free), np.float32(occupied), np.float32(occupied - free)
+    states = np.full(grey.shape, UNKNOWN, np.int8)
+    if said["mode"] == "scale":
+        between = (dark > low) & (dark < high)
+        states[between] = np.floor((dark[between] - low) / range_ * 100 + np.float32(0.5))
+    states[dark >= high] = OCCUPIED
+    states[dark <= low] = FREE
+    states[~opaque] = UNKNOWN
+    return OccupancyGrid(frame, states, free_below)
 
 
 def _number(document: dict[str, Any], key: str) -> float:
@@ -218,8 +259,8 @@ def _finite(value: object, key: str) -> float:
     return number
 
 
-def _picture(path: Path) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Mean of the colour channels, 0 to 255, and which pixels are opaque."""
+def _picture(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """Grey values of a picture, and which pixels are opaque."""
     pil = library("PIL.Image", "navigation")
     try:
         with warnings.catch_warnings():
@@ -227,33 +268,28 @@ def _picture(path: Path) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
             with pil.open(path) as picture:
                 if picture.mode.startswith(("I", "F")):
                     raise InputError(f"{path.name} has more than 8 bits per channel; save it as an 8-bit greyscale picture")
-                array = np.asarray(picture.convert("RGBA" if "A" in picture.mode or "transparency" in picture.info else "RGB"))
+                clear = "A" in picture.mode or "transparency" in picture.info
+                opaque = np.asarray(picture.convert("RGBA"))[:, :, 3] == 255 if clear else np.ones(picture.size[::-1], np.bool_)
+                return np.asarray(picture.convert("L")), opaque
     except InputError:
         raise
     except FileNotFoundError:
-        beside = sorted(p.name for p in path.parent.glob("*") if p.suffix.lower() in (".pgm", ".png"))
+        beside = sorted(p.name for p in path.parent.glob("*") if p.suffix.lower() in PICTURES)
         offer = f"; write {beside[0]} into the key image, if it is meant" if len(beside) == 1 else ""
         raise InputError(f"the picture {path.name} is not there{offer}") from None
     except (OSError, ValueError, SyntaxError, MemoryError, pil.DecompressionBombError) as error:
         raise InputError(f"the picture {path.name} cannot be read: {error}") from None
-    opaque = array[:, :, 3] == 255 if array.shape[2] == 4 else np.ones(array.shape[:2], np.bool_)
-    return array[:, :, :3].sum(axis=2, dtype=np.int64) / 3.0, opaque
 
 
-def write_ros_map(grid: OccupancyGrid, path: str | Path) -> Path:
+def write_ros_map(grid: OccupancyGrid, path: str | Path) -> None:
     """Write a map for ROS: ``path`` (a ``.yaml`` file) and a pgm picture beside it, with the values that map_saver writes.
 
     Parameters
     ----------
     grid : OccupancyGrid
-        The map; `read_grid` gives it back unchanged.
+        The map; `read_grid` gives it back, what is neither free nor occupied as unknown.
     path : path-like
         The ``.yaml`` file.
-
-    Returns
-    -------
-    Path
-        The picture.
 
     Raises
     ------
@@ -263,44 +299,25 @@ def write_ros_map(grid: OccupancyGrid, path: str | Path) -> Path:
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml"):
         raise InputError(f"{path}: a map file of ROS ends in .yaml")
-    picture = path.with_suffix(".pgm")
-    frame = grid.frame
-    values = np.full(grid.states.shape, 205, np.uint8)
-    values[grid.states == FREE] = 254
-    values[grid.states == OCCUPIED] = 0
-    write_atomically(picture, [f"P5\n{frame.columns} {frame.rows}\n255\n".encode(), values.tobytes()])
-    lines = (
-        f"image: {json.dumps(picture.name, ensure_ascii=False)}",
-        f"resolution: {frame.resolution!r}",
-        f"origin: [{frame.x!r}, {frame.y!r}, 0.0]",
-        "negate: 0",
-        f"occupied_thresh: {ROS_OCCUPIED_THRESHOLD}",
-        f"free_thresh: {ROS_FREE_THRESHOLD}",
+    picture, frame = path.with_suffix(".pgm"), grid.frame
+    values = np.select([grid.free, grid.states == OCCUPIED], [254, 0], 205).astype(np.uint8)
+    text = (
+        f"image: {json.dumps(picture.name, ensure_ascii=False)}\nresolution: {frame.resolution!r}\n"
+        f"origin: [{frame.x!r}, {frame.y!r}, {frame.yaw!r}]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
     )
-    write_atomically(path, ["\n".join([*lines, ""]).encode()])
-    return picture
+    head = f"P5\n{frame.columns} {frame.rows}\n255\n"
+    write_together([(picture, [head.encode(), values.tobytes()]), (path, [text.encode()])])
 
 
 def _moving_ai(path: Path) -> OccupancyGrid:
-    data = _bytes(path)
-    lines = data.replace(b"\r\n", b"\n").split(b"\n")
-    header = [line.split() for line in lines[:4]]
-    if len(header) < 4 or header[0][:1] != [b"type"] or header[3] != [b"map"]:
-        raise InputError("this is not a grid map: it should begin with the lines type octile, height, width and map")
-    sizes: dict[bytes, int] = {}
-    for number in (1, 2):
-        words = header[number]
-        if len(words) != 2 or words[0] not in (b"height", b"width") or not words[1].isdigit() or len(words[1]) > 9:
-            said = shown(lines[number].decode("ascii", "backslashreplace"))
-            raise InputError(f"line {number + 1} is {said}; height N or width N was expected")
-        sizes[words[0]] = int(words[1])
-    if len(sizes) != 2:
-        raise InputError("lines 2 and 3 must give the height and the width")
+    data = _bytes(path).replace(b"\r\n", b"\n")
+    head = MOVING_AI.match(data)
+    if head is None:
+        raise InputError("this is not a grid map: it should begin with the lines type octile, height N, width N and map")
+    sizes = {head[1]: int(head[2]), head[3]: int(head[4])}
     rows, columns = sizes[b"height"], sizes[b"width"]
     frame = Frame(0.0, 0.0, 1.0, rows, columns)
-    body = lines[4:]
-    while body and not body[-1].strip():
-        body.pop()
+    body = data[head.end() :].rstrip().split(b"\n")
     if len(body) != rows:
         raise InputError(f"there are {len(body)} rows of cells where height says {rows}")
     for number, line in enumerate(body, start=5):
@@ -312,39 +329,3 @@ def _moving_ai(path: Path) -> OccupancyGrid:
         row, column = np.argwhere(~known)[0]
         raise InputError(f"line {row + 5}, column {column + 1}: {shown(chr(cells[row, column]))} is no terrain; . G S @ O T W are accepted")
     return OccupancyGrid(frame, np.where(np.isin(cells, list(PASSABLE)), FREE, OCCUPIED).astype(np.int8))
-
-
-@dataclass(frozen=True)
-class Pair:
-    """A start, a goal (row, column) and the optimal length between them, in cells, from a MovingAI scenario file."""
-
-    start: tuple[int, int]
-    goal: tuple[int, int]
-    length: float
-
-
-def read_scen(path: str | Path) -> list[Pair]:
-    """Read a MovingAI scenario file.
-
-    Raises
-    ------
-    InputError
-        If it is not such a file; the message names the line.
-    """
-    try:
-        lines = _bytes(Path(path)).decode("utf-8", "replace").splitlines()
-        if not lines or lines[0].split()[:1] != ["version"]:
-            raise InputError("line 1 should be version 1")
-        found = []
-        for number, line in enumerate(lines[1:], start=2):
-            words = line.split()
-            if not words:
-                continue
-            try:
-                _, _, _, _, x, y, goal_x, goal_y, length = words
-                found.append(Pair((int(y), int(x)), (int(goal_y), int(goal_x)), _finite(length, "length")))
-            except ValueError:
-                raise InputError(f"line {number} is not bucket, map, width, height, start x, y, goal x, y, length") from None
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    return found

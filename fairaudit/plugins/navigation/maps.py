@@ -13,7 +13,7 @@ from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
 from fairaudit.plugins.navigation.readers import Part, Points
 
-__all__ = ["BAND", "CEILING", "CLEARANCE", "Maps", "floor_height", "inflate", "maps_of_grid", "rasterise"]
+__all__ = ["BAND", "CEILING", "CLEARANCE", "Maps", "floor_height", "inflate", "maps_of_grid", "rasterise", "shut"]
 
 BAND = (-0.15, 0.15)
 CLEARANCE = 1.5
@@ -301,7 +301,23 @@ def clearances(free: NDArray[np.bool_]) -> NDArray[np.float64]:
 def maps_of_grid(grid: OccupancyGrid, robot_radius: float = 0.0) -> Maps:
     """Show an occupancy map as a scan is shown: free cells white, obstacles black, unknown cells grey."""
     _check(CEILING, BAND, CLEARANCE, robot_radius)
-    shade = np.select([grid.states == FREE, grid.states == OCCUPIED], [255, 0], 205).astype(np.uint8)
+    shade = np.select([grid.free, grid.states == UNKNOWN], [255, 205], 150 - 1.5 * grid.states).astype(np.uint8)
     rgb = np.repeat(shade[:, :, None], 3, axis=2)
     free = inflate(grid.free, robot_radius / grid.frame.resolution)
     return Maps(grid.frame, rgb, np.where(grid.states == UNKNOWN, -inf, 0.0), free, 0.0)
+
+
+def shut(frame: Frame, mask: OccupancyGrid) -> NDArray[np.bool_]:
+    """Find the cells that a keepout mask shuts.
+
+    Returns
+    -------
+    array of bool, shape (rows, columns)
+        Cells at whose centre the mask is occupied, and cells in which the centre of an occupied cell of the mask lies.
+    """
+    kept = np.append(mask.states.ravel() == OCCUPIED, False)
+    columns = np.arange(frame.columns)
+    closed = np.array([kept[mask.frame.cells(frame.points(np.full_like(columns, row), columns))] for row in range(frame.rows)])
+    there = frame.cells(mask.frame.points(*np.nonzero(mask.states == OCCUPIED)))
+    closed.ravel()[there[there >= 0]] = True
+    return closed

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.errors import InputError
+from fairaudit.plugins.navigation.exports import FORMAT
 
 if TYPE_CHECKING:
     from fairaudit.plugins.navigation.maps import Maps
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "add", "draw_maps", "render", "run"]
 
-FORMAT = "fairaudit-candidates/1"
 DESCRIPTION = """\
 Draw what a scenario file describes. It says which scan, start and candidates there are; the top view, the traversability map, one picture
 per candidate with its route in red and its index in the upper left corner, and candidates.json with waypoints, lengths and digests are
@@ -97,7 +98,7 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
     from fairaudit.files import write_atomically
     from fairaudit.plugins.navigation.prompts import draw
 
-    scenario, frame = found.scenario, found.maps.frame
+    scenario = found.scenario
     draw_maps(found.maps, found.points, folder, scale=scenario.scale)
     listed = []
     for candidate in found.candidates:
@@ -122,7 +123,7 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
         "title": scenario.title,
         "scenario_sha256": scenario.sha256,
         "scan": {"path": scenario.scan.as_posix(), "sha256": found.scan_sha256, "notes": list(found.notes)},
-        "frame": {"x": frame.x, "y": frame.y, "resolution": frame.resolution, "rows": frame.rows, "columns": frame.columns},
+        "frame": asdict(found.maps.frame),
         **({"context": scenario.context} if scenario.context else {}),
         "start": list(found.start),
         "candidates": listed,

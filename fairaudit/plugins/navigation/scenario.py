@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
@@ -13,21 +13,19 @@ from typing import Any
 import numpy as np
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.files import check_keys, read_section, read_toml
 from fairaudit.plugins.navigation.formats import is_bag, read_bag_grid
-from fairaudit.plugins.navigation.grids import OccupancyGrid, read_grid
+from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, OccupancyGrid, read_grid
 from fairaudit.plugins.navigation.ground import advice, prepare
-from fairaudit.plugins.navigation.maps import BAND, RESOLUTION, Maps, clearances, maps_of_grid, rasterise
+from fairaudit.plugins.navigation.maps import BAND, RESOLUTION, Maps, clearances, maps_of_grid, rasterise, shut
 from fairaudit.plugins.navigation.readers import Points, read_points
 from fairaudit.plugins.navigation.routes import Cell, Flood, Route, flood, nearest_free, waypoints
 from fairaudit.plugins.navigation.topology import footprints
 
 __all__ = ["Candidate", "CandidateSet", "Place", "Scenario", "plan_candidates", "read_scan", "read_scenario", "scenarios_of"]
 
-SECTIONS = ("title", "scan", "map", "start", "candidate", "context", "routes", "pictures")
-FILE_KEYS, GROUND_KEYS = ("rooms", "columns", "topic", "message"), ("unit", "up", "level", "stray")
-SCAN_KEYS, MAP_KEYS = ("path", *FILE_KEYS, *GROUND_KEYS), ("resolution", "bounds", "floor", "ceiling", "band", "clearance", "robot_radius")
-PLACE_KEYS, CANDIDATE_KEYS = ("at", "room"), ("label", "at", "room", "profile")
-CONTEXT_KEYS, ROUTE_KEYS, PICTURE_KEYS = ("column", "values"), ("corner_cutting", "equal_within"), ("folder", "scale")
+GROUND_KEYS = ("unit", "up", "level", "stray")
+PLACE_KEYS, CANDIDATE_KEYS, CONTEXT_KEYS = ("at", "room"), ("label", "at", "room", "profile"), ("column", "values")
 GRID_ENDINGS = (".yaml", ".yml", ".map")
 MOST_CANDIDATES = 99
 
@@ -42,53 +40,23 @@ class Place:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What a scenario file says.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    sha256 : str
-        Digest of its bytes.
-    title : str
-        What it is about.
-    scan : Path
-        The scan or map, as the file names it.
-    reading : dict
-        Options of `read_points` and `prepare`.
-    options : dict
-        Options of `rasterise`.
-    start : Place
-        Where the robot is.
-    labels, places, profiles : tuple
-        One entry per candidate.
-    context : dict
-        ``column`` and ``values``: documents, parcels or whatever the decision is about.
-    corner_cutting : bool
-        Whether routes may cut corners.
-    equal_within : float or None
-        By how much the lengths of the routes may differ, in metres.
-    folder : str
-        Where pictures go, relative to the file.
-    scale : int or None
-        Pixels per cell.
-    """
+    """What a scenario file says; labels, places and profiles have one entry per candidate."""
 
     path: Path
-    sha256: str
+    sha256: str  # of its bytes
     title: str
-    scan: Path
-    reading: dict[str, Any]
-    options: dict[str, Any]
+    scan: Path  # the scan or map, as the file names it
+    reading: dict[str, Any]  # options of read_points and prepare
+    options: dict[str, Any]  # options of read_scan for the map
     start: Place
     labels: tuple[str, ...]
     places: tuple[Place, ...]
     profiles: tuple[dict[str, str | int | float], ...]
-    context: dict[str, Any]
+    context: dict[str, Any]  # column and values: documents, parcels or whatever the decision is about
     corner_cutting: bool
-    equal_within: float | None
-    folder: str
-    scale: int | None
+    equal_within: float | None  # by how much the lengths of the routes may differ, in metres
+    folder: str  # where pictures go, relative to the file
+    scale: int | None  # pixels per cell
 
 
 @dataclass(frozen=True)
@@ -114,7 +82,7 @@ class CandidateSet:
     scan_sha256: str
     start: tuple[float, float]
     candidates: tuple[Candidate, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...]
 
 
 def read_scenario(path: str | Path) -> Scenario:
@@ -162,85 +130,61 @@ def scenarios_of(path: str | Path) -> list[Scenario]:
 
 
 def _document(path: Path) -> tuple[bytes, dict[str, Any]]:
-    try:
-        data = path.read_bytes()
-        return data, tomllib.loads(data.decode("utf-8"))
-    except (FileNotFoundError, IsADirectoryError):
-        raise InputError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        raise InputError(f"{path}: this is not a TOML file: {error}") from None
+    data = read_toml(path)[1]
+    return data, tomllib.loads(data.decode())
 
 
 def _scenario(path: Path, digest: str, document: Mapping[str, Any]) -> Scenario:
     if "scan" not in document:
         raise InputError("there is no section [scan]; a scenario file says which scan, start and candidates there are")
-    _known(document, SECTIONS, "the file")
-    scan, start = _section(document, "scan", SCAN_KEYS), _section(document, "start", PLACE_KEYS)
-    options = _options(_section(document, "map", MAP_KEYS))
+    check_keys(document, SECTIONS, "the file")
     candidates = document.get("candidate", [])
     if not (isinstance(candidates, list) and candidates and all(isinstance(entry, dict) for entry in candidates)):
         raise InputError("there are no candidates; each is a section [[candidate]] with label and at = [x, y] or room")
     if len(candidates) > MOST_CANDIDATES:
         raise InputError(f"there are {len(candidates)} candidates; at most {MOST_CANDIDATES} are accepted")
     for entry in candidates:
-        _known(entry, CANDIDATE_KEYS, "[[candidate]]")
+        check_keys(entry, CANDIDATE_KEYS, "[[candidate]]")
     labels = tuple(_text(entry.get("label"), "label of a candidate") for entry in candidates)
     for label in labels:
         if labels.count(label) > 1:
             raise InputError(f"two candidates have the label {shown(label)}; give each its own")
-    context = _section(document, "context", CONTEXT_KEYS)
-    routes, pictures = _section(document, "routes", ROUTE_KEYS), _section(document, "pictures", PICTURE_KEYS)
-    equal, scale = routes.get("equal_within"), pictures.get("scale")
-    if scale is not None and (isinstance(scale, bool) or not isinstance(scale, int) or scale < 1):
-        raise InputError(f"[pictures] scale is {shown(scale)}; a number of pixels per cell of at least 1 is accepted")
-    cutting = routes.get("corner_cutting", False)
-    if not isinstance(cutting, bool):
-        raise InputError(f"[routes] corner_cutting is {shown(cutting)}; true or false is accepted")
+    scan, options, context, routes, pictures = (_section(document, name) for name in ("scan", "map", "context", "routes", "pictures"))
+    start = read_section(document, "start")
+    check_keys(start, PLACE_KEYS, "[start]")
+    if "keepout" in options:
+        options["keepout"] = path.parent / options["keepout"]
+    for key in CONTEXT_KEYS if context else ():
+        if key not in context:
+            raise InputError(f"the {key} of [context] is missing; column and values are needed")
     return Scenario(
         path=path,
         sha256=digest,
         title=_text(document.get("title", path.stem), "title"),
-        scan=Path(_text(scan.get("path"), "path of [scan]")),
-        reading={key: _reading(key, value) for key, value in scan.items() if key != "path"},
+        scan=Path(_text(scan.pop("path", None), "path of [scan]")),
+        reading=scan,
         options=options,
         start=_place(start, "[start]"),
         labels=labels,
         places=tuple(_place(entry, f"candidate {shown(label)}") for entry, label in zip(candidates, labels, strict=True)),
         profiles=tuple(_profile(entry.get("profile", {}), label) for entry, label in zip(candidates, labels, strict=True)),
-        context={
-            "column": _text(context.get("column"), "column of [context]"),
-            "values": list(_texts(context.get("values"), "values of [context]")),
-        }
-        if context
-        else {},
-        corner_cutting=cutting,
-        equal_within=None if equal is None else _number(equal, "equal_within of [routes]", least=0.0),
-        folder=_text(pictures.get("folder", f"{path.stem}-candidates"), "folder of [pictures]"),
-        scale=scale,
+        context={key: list(value) if key == "values" else value for key, value in context.items()},
+        corner_cutting=routes.get("corner_cutting", False),
+        equal_within=routes.get("equal_within"),
+        folder=pictures.get("folder", f"{path.stem}-candidates"),
+        scale=pictures.get("scale"),
     )
 
 
-def _known(section: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
-    for key in section:
-        if key not in keys:
-            raise InputError(f"{where} has the unknown key {shown(key)}; {nearest(key, keys)}")
-
-
-def _section(document: Mapping[str, Any], name: str, keys: tuple[str, ...]) -> dict[str, Any]:
-    section = document.get(name, {})
-    if not isinstance(section, dict):
-        raise InputError(f"{name} must be a section [{name}], not {shown(section)}")
-    _known(section, keys, f"[{name}]")
-    return section
+def _section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
+    section = read_section(document, name)
+    check_keys(section, tuple(KEYS[name]), f"[{name}]")
+    return {key: KEYS[name][key](value, f"{key} of [{name}]") for key, value in section.items()}
 
 
 def _text(value: object, what: str) -> str:
     if not (isinstance(value, str) and value.strip()):
-        raise InputError(
-            f"the {what} is {shown(value)}; a text is needed" if value is not None else f"the {what} is missing; a text is needed"
-        )
+        raise InputError(f"the {what} is {'missing' if value is None else shown(value)}; a text is needed")
     return value
 
 
@@ -250,36 +194,53 @@ def _texts(value: object, what: str) -> tuple[str, ...]:
     return tuple(_text(entry, f"entry of the {what}") for entry in value)
 
 
-def _reading(key: str, value: object) -> Any:
-    if key in ("rooms", "columns"):
-        return _texts(value, f"{key} of [scan]")
-    if key not in ("level", "stray"):
-        return _text(value, f"{key} of [scan]")
+def _flag(value: object, what: str) -> bool:
     if not isinstance(value, bool):
-        raise InputError(f"[scan] {key} is {shown(value)}; true or false is accepted")
+        raise InputError(f"the {what} is {shown(value)}; true or false is accepted")
     return value
 
 
-def _number(value: object, what: str, least: float | None = None) -> float:
+def _count(value: object, what: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise InputError(f"the {what} is {shown(value)}; an integer of at least 1 is accepted")
+    return value
+
+
+def _number(value: object, what: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value) or abs(value) > 1e9:
         raise InputError(f"the {what} is {shown(value)}; a number is accepted")
-    if least is not None and value < least:
-        raise InputError(f"the {what} is {value}; at least {least:g} is accepted")
     return float(value)
 
 
-def _numbers(value: object, what: str, count: int) -> tuple[float, ...]:
-    if not (isinstance(value, list) and len(value) == count):
-        raise InputError(f"the {what} is {shown(value)}; a list of {count} numbers is accepted")
-    return tuple(_number(entry, what) for entry in value)
+def _positive(value: object, what: str) -> float:
+    if (number := _number(value, what)) < 0:
+        raise InputError(f"the {what} is {value}; at least 0 is accepted")
+    return number
 
 
-def _options(section: dict[str, Any]) -> dict[str, Any]:
-    sizes = {"bounds": 4, "band": 2}
-    return {
-        key: _numbers(value, f"{key} of [map]", sizes[key]) if key in sizes else _number(value, f"{key} of [map]")
-        for key, value in section.items()
-    }
+def _numbers(count: int) -> Callable[[object, str], tuple[float, ...]]:
+    def check(value: object, what: str) -> tuple[float, ...]:
+        if not (isinstance(value, list) and len(value) == count):
+            raise InputError(f"the {what} is {shown(value)}; a list of {count} numbers is accepted")
+        return tuple(_number(entry, what) for entry in value)
+
+    return check
+
+
+KEYS: Mapping[str, Mapping[str, Callable[[object, str], Any]]] = {
+    "scan": {
+        "path": _text, "rooms": _texts, "columns": _texts, "topic": _text, "message": _text, "unit": _text, "up": _text,
+        "level": _flag, "stray": _flag,
+    },
+    "map": {
+        "resolution": _number, "bounds": _numbers(4), "floor": _number, "ceiling": _number, "band": _numbers(2), "clearance": _number,
+        "robot_radius": _number, "keepout": _text, "free_below": _count,
+    },
+    "context": {"column": _text, "values": _texts},
+    "routes": {"corner_cutting": _flag, "equal_within": _positive},
+    "pictures": {"folder": _text, "scale": _count},
+}  # fmt: skip
+SECTIONS = ("title", "start", "candidate", *KEYS)
 
 
 def _place(section: Mapping[str, Any], where: str) -> Place:
@@ -287,7 +248,7 @@ def _place(section: Mapping[str, Any], where: str) -> Place:
         raise InputError(f"{where} needs either at = [x, y] in metres or a room")
     if "room" in section:
         return Place(room=_text(section["room"], f"room of {where}"))
-    x, y = _numbers(section["at"], f"point of {where}", 2)
+    x, y = _numbers(2)(section["at"], f"point of {where}")
     return Place(at=(x, y))
 
 
@@ -300,43 +261,52 @@ def _profile(value: object, label: str) -> dict[str, str | int | float]:
     return dict(value)
 
 
-def read_scan(path: Path, reading: Mapping[str, Any], options: Mapping[str, Any]) -> tuple[Maps, Points | None, str]:
+def read_scan(path: Path, reading: Mapping[str, Any], options: Mapping[str, Any]) -> tuple[Maps, Points | None, str, tuple[str, ...]]:
     """Read a scan or a grid map, and build the maps.
 
     Returns
     -------
     tuple
-        The maps, the points (None for a grid map), and the SHA-256 of the scan.
+        The maps, the points (None for a grid map), the SHA-256 of the scan, and notes.
 
     Raises
     ------
     InputError
         If it cannot be read, or an option does not go with it.
     """
-    grid = _grid(path, reading)
+    chosen, radius = dict(options), float(options.get("robot_radius", 0.0))
+    keepout, below = chosen.pop("keepout", None), {key: chosen.pop(key) for key in ("free_below",) if key in chosen}
+    points, notes, grid = None, [], _grid(path, reading, below)
     if grid is None:
-        points = read_points(path, **{key: value for key, value in reading.items() if key in FILE_KEYS})
+        if below:
+            raise InputError(f"{path} is a scan; free_below goes with maps")
+        points = read_points(path, **{key: value for key, value in reading.items() if key not in GROUND_KEYS})
         points = prepare(points, **{key: value for key, value in reading.items() if key in GROUND_KEYS})
-        chosen = dict(options)
-        maps = rasterise(points, chosen.pop("resolution", RESOLUTION), **chosen)
+        maps, digest = rasterise(points, chosen.pop("resolution", RESOLUTION), **chosen), points.sha256
         low, high = (maps.floor + height for height in options.get("band", BAND))
-        said = advice(points, maps.frame.resolution, float(options.get("robot_radius", 0.0)), (low, high))
-        return maps, replace(points, notes=(*points.notes, *said)), points.sha256
-    odd = [key for key in options if key != "robot_radius"] + [
-        key for key in reading if not is_bag(path) or key not in ("topic", "message")
-    ]
-    if odd:
-        raise InputError(f"{path} is a grid map, with a resolution of its own; {odd[0]} does not go with it")
-    frame = grid.frame
-    content = f"{frame.x!r} {frame.y!r} {frame.resolution!r} {frame.rows} {frame.columns}\n".encode() + grid.states.tobytes()
-    return maps_of_grid(grid, float(options.get("robot_radius", 0.0))), None, hashlib.sha256(content).hexdigest()
+        notes = [*points.notes, *advice(points, maps.frame.resolution, radius, (low, high))]
+    else:
+        odd = [key for key in chosen if key != "robot_radius"]
+        odd += [key for key in reading if not is_bag(path) or key not in ("topic", "message")]
+        if odd:
+            raise InputError(f"{path} is a grid map, with a resolution of its own; {odd[0]} does not go with it")
+        maps, digest = maps_of_grid(grid, radius), grid.sha256
+    if keepout is not None:
+        mask = read_grid(keepout)
+        closed = shut(maps.frame, mask)
+        between = int(((mask.states > FREE) & (mask.states < OCCUPIED)).sum())
+        notes.append(f"the keepout mask {keepout.name} shuts {int(closed.sum()):,} cells (SHA-256 of its cells {mask.sha256})")
+        if between:
+            notes.append(f"{between:,} cells of the keepout mask are neither free nor occupied, and shut nothing")
+        maps = replace(maps, free=maps.free & ~closed)
+    return maps, points, digest, tuple(notes)
 
 
-def _grid(path: Path, reading: Mapping[str, Any]) -> OccupancyGrid | None:
+def _grid(path: Path, reading: Mapping[str, Any], below: Mapping[str, int]) -> OccupancyGrid | None:
     """Grid map of a file, or None if it is a scan."""
     if path.suffix.lower() in GRID_ENDINGS:
-        return read_grid(path)
-    return read_bag_grid(path, reading.get("topic"), reading.get("message")) if is_bag(path) and path.exists() else None
+        return read_grid(path, **below)
+    return read_bag_grid(path, reading.get("topic"), reading.get("message"), **below) if is_bag(path) and path.exists() else None
 
 
 def plan_candidates(scenario: Scenario) -> CandidateSet:
@@ -359,7 +329,7 @@ def plan_candidates(scenario: Scenario) -> CandidateSet:
         differ by more than is allowed.
     """
     try:
-        maps, points, digest = read_scan(scenario.path.parent / scenario.scan, scenario.reading, scenario.options)
+        maps, points, digest, notes = read_scan(scenario.path.parent / scenario.scan, scenario.reading, scenario.options)
         start = _cell(maps, points, scenario.start, "the start")
         found = flood(maps.free, start, corner_cutting=scenario.corner_cutting)
         goals = [
@@ -369,7 +339,7 @@ def plan_candidates(scenario: Scenario) -> CandidateSet:
         _equal(scenario, maps, found, goals, candidates)
     except InputError as error:
         raise InputError(f"{scenario.path}: {error}") from None
-    return CandidateSet(scenario, maps, points, digest, maps.frame.centre(*start), candidates, points.notes if points else ())
+    return CandidateSet(scenario, maps, points, digest, maps.frame.centre(*start), candidates, notes)
 
 
 def _cell(maps: Maps, points: Points | None, place: Place, what: str) -> Cell:

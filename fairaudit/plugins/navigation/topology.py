@@ -51,19 +51,11 @@ def footprints(points: Points, frame: Frame) -> NDArray[np.int16]:
         used = [part for part in parts if part.kind == "floor"] or [part for part in parts if part.kind not in ("ceiling", "door")]
         counts = np.zeros(size, np.int64)
         for part in used:
-            cells = _cells(points.xyz[part.start : part.stop, :2], frame)
+            cells = frame.cells(points.xyz[part.start : part.stop, :2])
             counts += np.bincount(cells[cells >= 0], minlength=size)
         more = counts > most
         owner[more], most[more] = number, counts[more]
     return owner.reshape(frame.rows, frame.columns)
-
-
-def _cells(xy: NDArray[np.float64], frame: Frame) -> NDArray[np.int64]:
-    """Index of the cell of each point, -1 off the grid."""
-    columns = np.floor((xy[:, 0] - frame.x) / frame.resolution).astype(np.int64)
-    rows = frame.rows - 1 - np.floor((xy[:, 1] - frame.y) / frame.resolution).astype(np.int64)
-    inside = (rows >= 0) & (rows < frame.rows) & (columns >= 0) & (columns < frame.columns)
-    return np.where(inside, rows * frame.columns + columns, -1)
 
 
 def topology(points: Points, *, resolution: float = RESOLUTION, reach: float = REACH) -> Any:
@@ -163,7 +155,7 @@ def _rooms(owner: NDArray[np.int16], frame: Frame, axes: _Axes, extents: tuple[f
     found = []
     for sign in (1.0, -1.0):
         probes = middle + (sign * away)[:, None, None] * outward + lateral[None, :, None] * sideward
-        cells = _cells(probes.reshape(-1, 2), frame)
+        cells = frame.cells(probes.reshape(-1, 2))
         numbers, counts = np.unique(owner.ravel()[cells[cells >= 0]], return_counts=True)
         found.append({int(n): int(c) / len(cells) for n, c in zip(numbers, counts, strict=True) if n != NOWHERE})
     return found

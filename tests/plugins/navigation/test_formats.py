@@ -157,7 +157,8 @@ def test_topics_and_messages_are_chosen(tmp_path: Path) -> None:
         read_points(tmp_path / "two", topic="/map")
     same(read_points(tmp_path / "two", topic="/points"))
     grid = read_bag_grid(tmp_path / "two", "/map", None)
-    assert grid is not None and grid.states.tolist() == [[-1, 100, 0], [0, 100, -1]]
+    assert grid is not None and grid.states.tolist() == [[50, 65, 19], [0, 100, -1]]
+    assert grid.free.tolist() == [[False, False, True], [True, False, False]]
     assert (grid.frame.x, grid.frame.y, grid.frame.resolution) == (-1.0, 2.0, 0.05)
     bag(tmp_path / "many", "mcap", clouds=3)
     with pytest.raises(InputError, match='3 messages; message = "first" or "last"'):

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fairaudit.errors import InputError
-from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid, read_grid, read_scen, write_ros_map
+from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid, read_grid, write_ros_map
 
 pytest.importorskip("yaml")
 pytest.importorskip("PIL")
@@ -63,7 +63,7 @@ def test_map_whose_picture_was_renamed(data: Path) -> None:
 @given(st.integers(1, 12), st.integers(1, 12), st.integers(0, 2**32), st.floats(-100, 100), st.sampled_from([0.05, 0.1, 1 / 3]))
 def test_any_map_survives_writing(tmp_path_factory, rows: int, columns: int, seed: int, x: float, resolution: float) -> None:
     states = np.random.default_rng(seed).choice(np.array([FREE, OCCUPIED, UNKNOWN], np.int8), (rows, columns))
-    grid = OccupancyGrid(Frame(x, -x, resolution, rows, columns), states)
+    grid = OccupancyGrid(Frame(x, -x, resolution, rows, columns, x / 9), states)
     path = tmp_path_factory.mktemp("map") / "m.yaml"
     write_ros_map(grid, path)
     again = read_grid(path)
@@ -92,10 +92,96 @@ def test_thresholds_and_origin(tmp_path: Path, negate: int, mode: str) -> None:
     assert grid.frame.cell(-0.9, -1.9) == (2, 0)
 
 
+def served(shades: np.ndarray, clear: np.ndarray, mode: str, negate: int, free: float, occupied: float) -> list[list[int]]:
+    """What the map server of Nav2 publishes, cell by cell, in single precision."""
+    single, cells = np.float32, []
+    for row, hidden in zip(shades.tolist(), clear.tolist(), strict=True):
+        cells.append([])
+        for shade, gone in zip(row, hidden, strict=True):
+            p = single(shade) / single(255)
+            p = p if negate else single(1) - p
+            cell = -1
+            if mode == "raw":
+                cells[-1].append(shade if shade <= 100 else -1)
+                continue
+            if p >= single(occupied):
+                cell = 100
+            if p <= single(free):
+                cell = 0
+            if mode == "scale" and single(free) < p < single(occupied):
+                cell = int(float((p - single(free)) / single(occupied - free) * single(100)) + 0.5)
+            cells[-1].append(-1 if gone else cell)
+    return cells
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from(["trinary", "scale", "raw", "Scale"]),
+    st.integers(0, 1),
+    st.sampled_from([(0.196, 0.65), (0.25, 0.65), (0.2, 0.8), (0.0, 1.0), (0.01, 0.99), (0.5, 0.5)]),
+    st.sampled_from(["png", "pgm", "bmp"]),
+    st.integers(0, 2**32),
+)
+def test_every_mode_is_what_the_map_server_publishes(tmp_path_factory, mode, negate, thresholds, ending, seed) -> None:
+    from PIL import Image
+
+    folder, (free, occupied) = tmp_path_factory.mktemp("map"), thresholds
+    shades = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    clear = np.random.default_rng(seed).random((16, 16)) < (0.2 if ending == "png" else 0)
+    picture = Image.fromarray(shades)
+    if ending == "png":
+        picture = picture.convert("LA")
+        picture.putalpha(Image.fromarray(np.where(clear, seed % 255, 255).astype(np.uint8)))
+    picture.save(folder / f"m.{ending}")
+    (folder / "m.yaml").write_text(
+        f"image: m.{ending}\nmap_type: occupancy\nmode: {mode}\nresolution: 0.05\norigin: [1, 2, 0.3]\nnegate: {negate}\n"
+        f"occupied_thresh: {occupied}\nfree_thresh: {free}\n"
+    )
+    grid = read_grid(folder / "m.yaml")
+    assert grid.states.tolist() == served(shades, clear, mode.lower(), negate, free, occupied)
+    assert grid.frame == Frame(1.0, 2.0, 0.05, 16, 16, 0.3) and (grid.free == (grid.states == 0)).all()
+    assert (read_grid(folder / "m.yaml", 30).free == ((grid.states >= 0) & (grid.states < 30))).all()
+
+
+def test_percentages_that_would_free_obstacles_are_refused(tmp_path: Path) -> None:
+    for below in (0, 101, -3):
+        with pytest.raises(InputError, match="a percentage from 1 to 100"):
+            OccupancyGrid(Frame(0, 0, 1, 1, 1), np.zeros((1, 1), np.int8), below)
+
+
+@settings(max_examples=80)
+@given(st.floats(-7, 7), st.integers(1, 40), st.integers(1, 40), st.floats(-50, 50), st.sampled_from([0.02, 0.05, 1.0]))
+def test_a_turned_frame_is_the_level_one_turned(yaw: float, rows: int, columns: int, x: float, resolution: float) -> None:
+    """Each cell's centre is that of the level frame, turned about the lower left corner; and lies in the cell."""
+    level, frame = Frame(x, -x, resolution, rows, columns), Frame(x, -x, resolution, rows, columns, yaw)
+    for row, column in {(0, 0), (rows - 1, columns - 1), (rows // 2, columns // 3)}:
+        right, up = (column + 0.5) * resolution, (rows - row - 0.5) * resolution
+        turned = complex(x, -x) + complex(right, up) * complex(np.cos(yaw), np.sin(yaw))
+        assert frame.centre(row, column) == pytest.approx((turned.real, turned.imag), abs=1e-4)
+        assert frame.cell(*frame.centre(row, column)) == (row, column) == level.cell(*level.centre(row, column))
+    far = complex(x, -x) + complex(-1.0, rows * resolution / 2) * complex(np.cos(yaw), np.sin(yaw))
+    with pytest.raises(InputError, match="is not on the map, which reaches from"):
+        frame.cell(far.real, far.imag)
+
+
+def test_a_map_turned_by_quarters_is_the_picture_turned(tmp_path: Path) -> None:
+    """A picture with yaw of a quarter against the picture whose pixels were turned: the same cells, at the same places, are free."""
+    random = np.random.default_rng(4)
+    states = random.choice(np.array([FREE, OCCUPIED, UNKNOWN], np.int8), (7, 11))
+    for quarters in range(4):
+        write_ros_map(OccupancyGrid(Frame(0.0, 0.0, 0.5, 7, 11, quarters * np.pi / 2), states), tmp_path / "turned.yaml")
+        pixels = np.rot90(states, quarters)
+        left, low = {0: (0.0, 0.0), 1: (-3.5, 0.0), 2: (-5.5, -3.5), 3: (0.0, -5.5)}[quarters]
+        write_ros_map(OccupancyGrid(Frame(left, low, 0.5, *pixels.shape), pixels), tmp_path / "level.yaml")
+        turned, level = read_grid(tmp_path / "turned.yaml"), read_grid(tmp_path / "level.yaml")
+        for row, column in np.ndindex(7, 11):
+            assert level.states[level.frame.cell(*turned.frame.centre(row, column))] == turned.states[row, column]
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("origin: [-1, -2, 0]", "origin: [-1, -2, 0.5]"), "yaw 0.5; rotated maps are not accepted"),
+        (("origin: [-1, -2, 0]", "origin: [-1, -2, .inf]"), "a finite number is accepted"),
         (("origin: [-1, -2, 0]", "origin: 3"), "of the lower left corner is accepted"),
         (("resolution: 0.5", "resolution: -1"), "the resolution is -1"),
         (("resolution: 0.5\n", ""), "the key resolution is missing"),
@@ -106,7 +192,8 @@ def test_thresholds_and_origin(tmp_path: Path, negate: int, mode: str) -> None:
         (("image: m.png", "image: none.png"), "the picture none.png is not there"),
         (("image: m.png", "image: [1]"), "must name a picture"),
         (("image: m.png", "image: m.yaml"), "the picture m.yaml cannot be read"),
-        (("negate: 0", "mode: raw"), "trinary or scale"),
+        (("negate: 0", "mode: rough"), "mode is 'rough'; trinary or scale or raw is accepted"),
+        (("negate: 0", "map_type: voxel"), "map_type is 'voxel'; occupancy is accepted"),
         (("image: m.png", "{image: : ["), "not a YAML file (line 1)"),
         (("image: m.png\n", "!!python/object/apply:os.getcwd []\n"), "not a YAML file"),
     ],
@@ -146,11 +233,11 @@ def test_moving_ai_terrain(tmp_path: Path) -> None:
     ("change", "said"),
     [
         (("type octile", "octile"), "should begin with the lines type octile"),
-        (("height 2", "height x"), "line 2 is 'height x'"),
+        (("height 2", "height x"), "height N, width N and map"),
         (("height 2", "height 3"), "2 rows of cells where height says 3"),
         (("STW", "ST"), "line 6 has 2 cells where width says 3"),
         (("G", "x"), "line 5, column 2: 'x' is no terrain"),
-        (("width 3", "height 3"), "must give the height and the width"),
+        (("width 3", "height 3"), "height N, width N and map"),
         (("height 2", "height 999999999"), "more than 1,000,000,000 cells"),
     ],
 )
@@ -159,14 +246,6 @@ def test_bad_grid_maps(tmp_path: Path, change: tuple[str, str], said: str) -> No
     with pytest.raises(InputError) as caught:
         read_grid(tmp_path / "a.map")
     assert said in str(caught.value)
-
-
-def test_bad_scenario_lines(tmp_path: Path) -> None:
-    path = tmp_path / "a.scen"
-    for text, said in (("", "version"), ("version 1\n0 a 1 1 0 0 0 0\n", "line 2"), ("version 1\n0 a 1 1 0 0 0 0 nan\n", "length")):
-        path.write_text(text)
-        with pytest.raises(InputError, match=said):
-            read_scen(path)
 
 
 @settings(max_examples=100)

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from fairaudit.errors import InputError
 from fairaudit.plugins.navigation import maps as maps_module
 from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
-from fairaudit.plugins.navigation.maps import floor_height, inflate, maps_of_grid, rasterise
+from fairaudit.plugins.navigation.maps import floor_height, inflate, maps_of_grid, rasterise, shut
 from fairaudit.plugins.navigation.readers import Part, Points, read_points
 from fairaudit.plugins.navigation.routes import routes
 
@@ -110,6 +110,26 @@ def test_a_disc_fits_where_it_is_said_to(rows: int, columns: int, seed: int, rad
                 assert free[row, column] and gap >= radius - 1e-9
             elif free[row, column]:
                 assert gap <= radius + 0.71
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 2**32), st.floats(-4, 4), st.floats(-4, 4), st.sampled_from([0.03, 0.1, 0.4]))
+def test_a_keepout_mask_shuts_what_it_covers(seed: int, yaw: float, turn: float, side: float) -> None:
+    """By loops over the cells of both: the mask at the centre of a cell, and centres of the mask's cells in it."""
+    random = np.random.default_rng(seed)
+    states = random.choice(np.array([FREE, OCCUPIED, UNKNOWN, 60], np.int8), (9, 6), p=[0.5, 0.3, 0.1, 0.1])
+    frame, mask = Frame(0, 0, 0.1, 8, 12, turn), OccupancyGrid(Frame(*random.uniform(-0.5, 1, 2), side, 9, 6, yaw), states)
+
+    def there(one: Frame, other: Frame, row: int, column: int) -> tuple[int, int] | None:
+        try:
+            return one.cell(*other.points(row, column))
+        except InputError:
+            return None
+
+    closed = {there(frame, mask.frame, *cell) for cell in np.ndindex(9, 6) if states[cell] == OCCUPIED}
+    for cell in np.ndindex(8, 12):
+        at = there(mask.frame, frame, *cell)
+        assert shut(frame, mask)[cell] == (cell in closed or (at is not None and states[at] == OCCUPIED))
 
 
 def test_floor_height() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import hashlib
 import json
 import re
@@ -119,28 +118,6 @@ def test_parcels_by_room_and_the_pictures_that_experiments_name(copy: Path) -> N
         assert x0 < x < x1 and y0 < y < y1
 
 
-def test_chosen_route_is_exported(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    fairaudit("navigation", "render", str(copy / "documents.toml"))
-    source = str(copy / "documents-candidates" / "candidates.json")
-    document = json.loads(Path(source).read_text())
-    for chosen, output in (("HR2", "route.csv"), ("2", "route.json")):
-        assert fairaudit("navigation", "route", source, chosen, "-o", str(copy / output)) == 0
-    rows = list(csv.reader((copy / "route.csv").read_text().splitlines()))
-    assert rows[0] == ["x", "y", "heading"]
-    assert [[float(x), float(y)] for x, y, _ in rows[1:]] == document["candidates"][1]["waypoints"]
-    poses = json.loads((copy / "route.json").read_text())["poses"]
-    assert [[repr(v) for v in pose] for pose in poses] == rows[1:]
-    assert poses[0][2] == 0.0  # along the hallway, towards greater x
-    for words, said in (
-        ((source, "HR3", "-o", "x.csv"), "did you mean 'HR"),
-        ((source, "HR2", "-o", "x.txt"), "ends in .csv or .json"),
-        ((str(copy / "documents.toml"), "HR2", "-o", "x.csv"), "not a candidate set"),
-        ((str(copy / "none.json"), "HR2", "-o", "x.csv"), "no such file"),
-    ):
-        with pytest.raises(InputError, match=re.escape(said)):
-            fairaudit("navigation", "route", *words)
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -233,8 +210,6 @@ def test_office_and_maps_commands(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert fairaudit("navigation", "maps", str(tmp_path / "o" / "area"), "--resolution", "0.25", "-o", str(tmp_path / "m")) == 0
     assert "points in 6 rooms, floor at z = 0 m" in capsys.readouterr().out
     assert {p.name for p in (tmp_path / "m").iterdir()} == {"map.pgm", "map.yaml", "top-view.png", "topology.json", "traversability.png"}
-    assert fairaudit("navigation", "office", str(tmp_path / "r"), "--spacing", "0.3", "--seed", "4") == 0
-    assert [p.name for p in (tmp_path / "r").iterdir()] == ["area"]
     for words, said in (
         (("office", str(tmp_path / "o")), "is not empty"),
         (("office", str(tmp_path / "n"), "--spacing", "0"), "0.01 to 1 metre"),

@@ -7,10 +7,11 @@ from itertools import combinations
 from pathlib import Path
 
 import pytest
+from random_offices import random_office
 
 from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.maps import rasterise
-from fairaudit.plugins.navigation.office import Plan, hr_office, random_office, write_office
+from fairaudit.plugins.navigation.office import Plan, hr_office, write_office
 from fairaudit.plugins.navigation.readers import CLASSES, read_points
 from fairaudit.plugins.navigation.routes import flood
 

@@ -14,7 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from fairaudit.errors import InputError
-from fairaudit.plugins.navigation.grids import Frame, read_grid, read_scen
+from fairaudit.plugins.navigation.grids import Frame, read_grid
 from fairaudit.plugins.navigation.routes import DIAGONAL, STRAIGHT, Route, flood, nearest_free, routes, waypoints
 
 
@@ -48,12 +48,13 @@ def assert_legal(route: Route, free: np.ndarray, start: tuple[int, int], goal: t
 
 def test_arena_has_the_published_lengths(data: Path) -> None:
     grid = read_grid(data / "maps" / "arena.map")
-    pairs = read_scen(data / "maps" / "arena.map.scen")
-    assert len(pairs) == 160
-    for pair in pairs:
-        (route,) = routes(grid.free, pair.start, [pair.goal])
-        assert abs(route.length - pair.length) <= 6e-4
-        assert_legal(route, grid.free, pair.start, pair.goal, corner_cutting=False)
+    lines = (data / "maps" / "arena.map.scen").read_text().splitlines()[1:]
+    assert len(lines) == 160
+    for _, _, _, _, x, y, goal_x, goal_y, length in map(str.split, lines):
+        start, goal = (int(y), int(x)), (int(goal_y), int(goal_x))
+        (route,) = routes(grid.free, start, [goal])
+        assert abs(route.length - float(length)) <= 6e-4
+        assert_legal(route, grid.free, start, goal, corner_cutting=False)
 
 
 @settings(max_examples=60)
@@ -139,6 +140,44 @@ def test_route_through_turtlebot_map(data: Path, tmp_path: Path) -> None:
     assert_legal(route, box, shifted, far, corner_cutting=False)
     truth = all_lengths_from(box, shifted)
     assert abs(route.length - truth[far]) < 1e-9 and route.length > 80
+
+
+def maze(side: int, random: np.random.Generator) -> np.ndarray:
+    """Corridors one cell wide, by Wilson's walks without memory of what was visited: some loops, some dead ends."""
+    free = np.zeros((side, side), bool)
+    cell, free[1, 1] = (1, 1), True
+    for _ in range(side * side):
+        i, j = ((0, 2), (2, 0), (0, -2), (-2, 0))[int(random.integers(4))]
+        r, c = cell[0] + i, cell[1] + j
+        if 0 < r < side and 0 < c < side:
+            free[r, c] = free[cell[0] + i // 2, cell[1] + j // 2] = True
+            cell = (r, c)
+    return free
+
+
+def rooms(side: int, random: np.random.Generator) -> np.ndarray:
+    """Walls every few cells, each with a door or two."""
+    free = np.ones((side, side), bool)
+    free[8::9], free[:, 8::9] = False, False
+    for wall in range(8, side, 9):
+        for first in range(0, side - 8, 9):
+            free[wall, first + int(random.integers(8))] = free[first + int(random.integers(8)), wall] = True
+    return free
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_generated_maps_have_the_lengths_of_an_independent_search(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    free = (maze, rooms, lambda side, random: random.random((side, side)) > 0.3)[seed % 3](63, random)
+    places = [(int(r), int(c)) for r, c in random.permutation(np.argwhere(free))[:12]]
+    truth = all_lengths_from(free, places[0])
+    lengths = flood(free, places[0]).lengths
+    assert (np.isfinite(lengths) == np.isfinite(truth)).all()
+    assert np.allclose(lengths[np.isfinite(truth)], truth[np.isfinite(truth)], atol=1e-9, rtol=0)
+    for goal, route in zip(places, routes(free, places[0], places), strict=True):
+        assert route.length == pytest.approx(truth[goal], abs=1e-9)
+        if route.found:
+            assert_legal(route, free, places[0], goal, corner_cutting=False)
 
 
 def all_lengths_from(free: np.ndarray, start: tuple[int, int]) -> np.ndarray:
