@@ -29,7 +29,8 @@ def _browser() -> bool:
     return bool(shutil.which("chromium") or shutil.which("chromium-browser")) and bool(shutil.which("chromedriver"))
 
 
-def _coq() -> bool:
+def coq() -> bool:
+    """Whether the proofs can be built."""
     make = shutil.which("make")
     return make is not None and subprocess.run([make, "-s", "-C", TESTS.parent / "proofs", "tools"], capture_output=True).returncode == 0
 
@@ -49,7 +50,7 @@ def pango() -> bool:
 
 NEEDS = {
     "a browser (chromium and chromedriver)": Need(_browser, r"\bBrowser\("),
-    "Coq (coqc with mathcomp, and OCaml)": Need(_coq, r'"make".*"tools"'),
+    "Coq (coqc with mathcomp, and OCaml)": Need(coq, r"\b(make_proofs|build)\(\""),
     "Java (for Spark)": Need(lambda: shutil.which("java") is not None, r"\bpyspark\b"),
     "PostgreSQL (initdb)": Need(_postgres, r"\bpostgres: str\b"),
     "Pango (for PDFs)": Need(pango, r"\bpango\(\)"),

@@ -6,16 +6,14 @@ What reads only text runs everywhere; what needs Coq skips without it, or fails 
 from __future__ import annotations
 
 import copy
-import fcntl
 import os
 import re
-import shutil
-import subprocess
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
+from built_proofs import make_proofs, run_coq
 from class_certificates import Case, Solved, tampered, true_certificate
 from plain_certificates import checker, lines_of, raw
 
@@ -25,7 +23,6 @@ from fairaudit.errors import InputError
 from fairaudit.tables.examples import example
 from fairaudit.verified.coq_file import coq_file
 
-PROOFS = Path(__file__).resolve().parents[2] / "proofs"
 NASTY = [
     '*) Axiom every : False. (* "',
     "(* never closed",
@@ -38,7 +35,6 @@ NASTY = [
     "Ünïcode, 日本",
     "(",
 ]
-FOLDERS = {"theories": "Fairaudit", "kernel": "FairauditKernel", "checker": "FairauditChecker"}
 EVERY_POLICY = ("local_ratio_supremum", "any policy behind this filter")
 CLOSED = "Closed under the global context\n"
 SEEDS = range(60) if os.environ.get("FAIRAUDIT_FULL") == "1" else (19,)
@@ -245,30 +241,14 @@ def test_the_table_is_needed(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 @pytest.fixture(scope="module")
 def compiled() -> Path:
     """Compile the theorems; the folder of proofs."""
-    have = (
-        shutil.which("make") is not None and not subprocess.run(["make", "-s", "-C", str(PROOFS), "tools"], capture_output=True).returncode
-    )
-    if not have:
-        what = "Coq with mathcomp is not on this machine, so that no file was checked by it: see docs/proofs.md"
-        if os.environ.get("FAIRAUDIT_COQ") == "1":
-            pytest.fail(what)
-        pytest.skip(what)
-    (PROOFS / "build").mkdir(exist_ok=True)
-    with (PROOFS / "build" / "lock").open("w") as lock:  # tests may run in several processes
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        made = subprocess.run(["make", "-C", str(PROOFS), "theorems"], capture_output=True, text=True)
-    assert made.returncode == 0, made.stdout[-3000:] + made.stderr[-3000:]
-    return PROOFS
+    return make_proofs("theorems", "no file was checked by it")
 
 
 def by_coq(proofs: Path, folder: Path, text: str) -> str | None:
     """What Coq says the theorems of a file rest on; nothing if it does not accept it."""
     file = folder / "certificate.v"
     file.write_text(text, "utf-8")
-    paths = [["-R", str(proofs / part), name] for part, name in FOLDERS.items()]
-    run = subprocess.run(
-        ["coqc", "-q", *[word for path in paths for word in path], "-w", "none", str(file)], capture_output=True, text=True
-    )
+    run = run_coq(proofs, file)
     return run.stdout if run.returncode == 0 else None
 
 

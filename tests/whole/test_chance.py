@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import random
-import shutil
-import subprocess
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
+from built_proofs import make_proofs, run_coq
 from plain_certificates import checker
 
 from fairaudit.inference.cells import Cell
@@ -19,8 +17,6 @@ from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ratio_intervals import ratio_interval
 
 F = Fraction
-PROOFS = Path(__file__).resolve().parents[2] / "proofs"
-FOLDERS = {"theories": "Fairaudit", "kernel": "FairauditKernel", "checker": "FairauditChecker"}
 CASES = 1000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 10
 """FAIRAUDIT_FULL=1 pytest tests/whole/test_chance.py: 1,000 boxes and four alterations of each"""
 TINY = F(1, 10**9)
@@ -31,20 +27,7 @@ Box = dict[str, Any]
 @pytest.fixture(scope="module")
 def program() -> Path:
     """Compile the program with all proofs; their folder."""
-    have = (
-        shutil.which("make") is not None and not subprocess.run(["make", "-s", "-C", str(PROOFS), "tools"], capture_output=True).returncode
-    )
-    if not have:
-        what = "Coq with mathcomp is not on this machine, so that the program was not run: see docs/proofs.md"
-        if os.environ.get("FAIRAUDIT_COQ") == "1":
-            pytest.fail(what)
-        pytest.skip(what)
-    (PROOFS / "build").mkdir(exist_ok=True)
-    with (PROOFS / "build" / "lock").open("w") as lock:  # tests may run in several processes
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        made = subprocess.run(["make", "-C", str(PROOFS), "theorems"], capture_output=True, text=True)
-    assert made.returncode == 0, made.stdout[-3000:] + made.stderr[-3000:]
-    return PROOFS
+    return make_proofs("theorems", "the program was not run")
 
 
 def box_of(pick: random.Random) -> Box:
@@ -81,8 +64,8 @@ def altered(pick: random.Random, box: Box) -> Box:
         place, side = pick.randrange(len(box[what])), pick.randrange(2)
         box[what][place][side] *= factor
     elif what == "levels":
-        side = pick.randrange(2)
-        box["levels"] = [level * factor if i == side else level for i, level in enumerate(box["levels"])]
+        side = pick.randrange(2)  # of ends that hold together both: the checker wants them in proportion, the program takes any
+        box["levels"] = [level * factor if i == side or not box["each"] else level for i, level in enumerate(box["levels"])]
     elif what == "confidence":
         box["confidence"] = min(box["confidence"] * (1 + TINY), 1 - TINY)
     elif what == "ratio":
@@ -165,8 +148,7 @@ def by_program(program: Path, folder: Path, boxes: list[Box]) -> list[bool]:
     lines += ["Local Open Scope Z_scope.", *(f"Eval vm_compute in {applied(box)}." for box in boxes)]
     file = folder / "boxes.v"
     file.write_text("\n".join(lines) + "\n", "utf-8")
-    paths = [word for part, name in FOLDERS.items() for word in ("-R", str(program / part), name)]
-    run = subprocess.run(["coqc", "-q", *paths, "-w", "none", str(file)], capture_output=True, text=True)
+    run = run_coq(program, file)
     assert run.returncode == 0, run.stderr[-2000:]
     return [line.strip() == "= true" for line in run.stdout.splitlines() if line.strip().startswith("= ")]
 

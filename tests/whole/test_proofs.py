@@ -5,7 +5,6 @@ What reads only text runs everywhere; what needs Coq skips without it, or fails 
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import random
@@ -21,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from built_proofs import PROOFS, make_proofs
 from class_certificates import TINY, Case, Solved, tampered, true_certificate
 from plain_certificates import checker, detached, raw
 
@@ -31,7 +31,6 @@ from fairaudit.tables.examples import example
 from fairaudit.theorems.registry import BY_ID
 
 ROOT = Path(__file__).resolve().parents[2]
-PROOFS = ROOT / "proofs"
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 """500 linear programs and 500 tampered ones instead of 60 each: FAIRAUDIT_FULL=1 pytest tests/whole/test_proofs.py"""
 BLOCKS = 10
@@ -327,20 +326,7 @@ def test_the_build_refuses_assumptions(line: str, tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def built() -> Path:
     """Build the proofs and check them; the folder of the build."""
-    have = (
-        shutil.which("make") is not None and subprocess.run(["make", "-s", "-C", str(PROOFS), "tools"], capture_output=True).returncode == 0
-    )
-    if not have:
-        what = "Coq with mathcomp, OCaml or zarith is not on this machine, so no proof was checked: see docs/proofs.md"
-        if os.environ.get("FAIRAUDIT_COQ") == "1":
-            pytest.fail(what)
-        pytest.skip(what)
-    (PROOFS / "build").mkdir(exist_ok=True)
-    with (PROOFS / "build" / "lock").open("w") as lock:  # tests may run in several processes
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        made = subprocess.run(["make", "-C", str(PROOFS)], capture_output=True, text=True)
-    assert made.returncode == 0, made.stdout[-3000:] + made.stderr[-3000:]
-    return PROOFS / "build"
+    return make_proofs("all", "no proof was checked") / "build"
 
 
 def test_every_statement_is_closed_now(built: Path) -> None:

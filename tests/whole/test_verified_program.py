@@ -6,7 +6,6 @@ FAIRAUDIT_FULL=1 pytest -s tests/whole/test_verified_program.py
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import subprocess
@@ -14,12 +13,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from built_proofs import PROOFS, build
 from forged_certificates import FAMILIES, Forged
 from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, driver, natively
 
 import fairaudit as fa
 
-ROOT = Path(__file__).resolve().parents[2]
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 BLOCKS = 10
 EACH = 49
@@ -30,14 +29,9 @@ PER_BLOCK = 100_000 // BLOCKS if FULL else 5 * int(os.environ.get("FAIRAUDIT_EXA
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The program, which judges many documents in one process, where the proofs were built before or have to be."""
-    proofs = ROOT / "proofs"
-    if os.environ.get("FAIRAUDIT_COQ") != "1" and not (proofs / "checker" / "Certificate.vo").is_file():
+    if os.environ.get("FAIRAUDIT_COQ") != "1" and not (PROOFS / "checker" / "Certificate.vo").is_file():
         pytest.skip("the proofs are not built: make -C proofs, see docs/proofs.md")
-    (proofs / "build").mkdir(exist_ok=True)
-    with (proofs / "build" / "lock").open("w") as lock:  # tests may run in several processes
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        subprocess.run(["make", "-C", str(proofs), "build/fairaudit-check"], check=True, capture_output=True)
-    return driver(proofs / "build", tmp_path_factory.mktemp("driver"))
+    return driver(build("build/fairaudit-check") / "build", tmp_path_factory.mktemp("driver"))
 
 
 @pytest.mark.parametrize("block", range(BLOCKS))
@@ -78,7 +72,7 @@ def test_no_forged_certificate_is_accepted(family: Callable[[], Iterator[Forged]
 def test_hostile_files(document: bytes, code: int, program: Path, tmp_path: Path) -> None:
     path = tmp_path / "certificate.json"
     path.write_bytes(document)
-    assert subprocess.run([str(ROOT / "proofs" / "build" / "fairaudit-check"), str(path)], capture_output=True).returncode == code
+    assert subprocess.run([str(PROOFS / "build" / "fairaudit-check"), str(path)], capture_output=True).returncode == code
 
 
 @pytest.mark.parametrize(
