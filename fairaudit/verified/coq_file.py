@@ -12,7 +12,7 @@ from fairaudit.certificates.reader import FORMAT
 from fairaudit.errors import InputError, TableNeeded, shown
 from fairaudit.verified import coq_logarithms, coq_policy, coq_worst_case
 from fairaudit.verified.coq_statements import Statement, definitions, induced_table, stated_table, statements, theorem
-from fairaudit.verified.coq_text import comment, label, named
+from fairaudit.verified.coq_text import Audited, comment, label, named
 
 __all__ = ["CoqFile", "coq_file"]
 
@@ -82,10 +82,10 @@ def coq_file(document: Mapping[str, Any], raw: bytes, lines: Iterable[bytes] | N
         _REQUIRED,
         *_labels(own),
         comment("==== What is said: this part has to be read ===="),
-        *([coq_policy.definitions(subject, header, rows, of_policy)] if behind else []),
+        *([coq_policy.definitions(Audited(subject, header, rows), of_policy)] if behind else []),
         *([definitions(table, of_table)] if of_table else []),
         *([coq_logarithms.definitions(enclosed, list(in_nats.values()))] if enclosed else []),
-        *([coq_worst_case.definitions(subject, header, rows, of_class)] if of_class else []),
+        *([coq_worst_case.definitions(Audited(subject, header, rows), of_class)] if of_class else []),
         comment("==== What is proved of it ===="),
         _libraries(bool(of_table or of_policy), bool(enclosed), bool(of_class)),
         *([theorem()] if of_table else []),

@@ -7,15 +7,14 @@ from itertools import product
 from typing import Any
 
 from fairaudit.errors import InputError
-from fairaudit.verified.coq_text import boolean, comment, entries, items, label, named, option, pair, rational
+from fairaudit.verified.coq_text import Audited, Claims, boolean, comment, entries, items, label, named, option, pair, rational
 
 __all__ = ["definitions", "is_covered", "law_header", "theorem"]
-
-Claims = Sequence[tuple[int, Mapping[str, Any]]]
 
 POLICIES = "any policy behind this filter"
 FLOORED = f"{POLICIES} that keeps the declared floor"
 GROUP_FILTERS = "this policy and context filter, any group filter at most this epsilon that releases the same values"
+ANY_UTILITY = f"{POLICIES}, any utility of the declared range"
 CONTEXT_FILTERS = "this policy and group filter, any context filter that releases these contexts"
 
 _SCOPES = {
@@ -24,6 +23,7 @@ _SCOPES = {
     FLOORED: "KeepingFloor",
     GROUP_FILTERS: "AnyGroupFilter",
     CONTEXT_FILTERS: "AnyContextFilter",
+    ANY_UTILITY: "AnyUtility",
 }
 _PLAIN = {"T1-paper": "ByT1paper", "T2": "ByT2", "T5": "ByT5", "T8": "ByT8", "floor": "ByFloor"}
 _MULTIPLIED = {"T1": "ByT1", "T3": "ByT3", "T4": "ByT4"}
@@ -32,9 +32,10 @@ _RATIOED = {"T5-decision": ("ByT5decision", "composition"), "T12": ("ByT12", "ra
 
 def is_covered(claim: Mapping[str, Any], header: Mapping[str, Any]) -> bool:
     """Whether a claim is one about a policy behind filters that `policy_claim` of proofs/checker/PolicyChecker.v judges."""
-    if claim["by"] == "T13":  # of the greatest local ratio of all policies that see one release, where there is one
-        exact = claim["quantity"] == "local_ratio_supremum" and claim["relation"] == "=" and claim["value"] != "inf"
-        return exact and claim["scope"] == POLICIES and "releases" not in header["filters"]
+    if claim["by"] == "T13":  # of all policies that see one release: of the greatest local ratio, and of that of any utility of a range
+        said = claim["quantity"], claim["relation"], claim["scope"]
+        known = said in (("local_ratio_supremum", "=", POLICIES), ("local_ratio", "<=", ANY_UTILITY))
+        return known and claim["value"] != "inf" and "releases" not in header["filters"]
     of_law = claim["scope"] == "this law" and claim["by"] == "T5"
     known = claim["by"] in _PLAIN or claim["by"] in _MULTIPLIED or claim["by"] in _RATIOED
     return claim["quantity"] in ("local_ratio", "global_ratio") and claim["scope"] in _SCOPES and known and not of_law
@@ -129,6 +130,8 @@ def _behind(subject: Mapping[str, Any], header: Mapping[str, Any], rows: Sequenc
 
 def _reason(claim: Mapping[str, Any], true: Mapping[str, Any]) -> str:
     by, evidence = claim["by"], claim["evidence"]
+    if by == "T13" and claim["scope"] == ANY_UTILITY:
+        return "(ByT13range [])"
     if by == "T13":
         attained = evidence["attained"]
         if attained is None:
@@ -152,18 +155,17 @@ def _claim(claim: Mapping[str, Any], true: Mapping[str, Any]) -> str:
     return pair(f"Statement {means} {exactly} {_value(claim['value'])} {_SCOPES[claim['scope']]}", _reason(claim, true))
 
 
-def definitions(subject: Mapping[str, Any], header: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], claims: Claims) -> list[str]:
+def definitions(audited: Audited, claims: Claims) -> list[str]:
     """The filters, the policy, the utility and what was declared; and the claims, each with its theorem and evidence.
 
     Parameters
     ----------
-    subject, header : mapping
-        The subject of the certificate, and the header of its table.
-    rows : sequence of mapping
-        The lines of the table.
+    audited : Audited
+        What the certificate is about.
     claims : sequence
-        The number and the JSON object of each claim that is covered.
+        The claims.
     """
+    subject, header, rows = audited
     said = [(_claim(claim, law_header(header)), f"claims[{i}]: {label(claim['quantity'])} by {label(claim['by'])}") for i, claim in claims]
     return [
         "Module Behind_filters.",

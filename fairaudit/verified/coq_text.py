@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from fairaudit.errors import InputError, shown
 
-__all__ = ["boolean", "comment", "entries", "integer", "items", "label", "named", "option", "pair", "rational"]
+__all__ = ["Audited", "Claims", "boolean", "comment", "entries", "integer", "items", "label", "named", "option", "pair", "rational"]
+
+Claims = Sequence[tuple[int, Mapping[str, Any]]]
+"""Claims that are covered: the number of each in its certificate, and its JSON object."""
 
 MOST_DIGITS = 4000
 """Of a number in a Coq file: Coq's reader of numerals takes time that grows with the square of their length."""
@@ -18,6 +21,14 @@ _RATIONAL = re.compile(r"(-?)(0|[1-9][0-9]*)(?:/([1-9][0-9]*))?")
 _PLAIN = frozenset(" _.,:;/+=<>%&#@!?|~^$[]{}-")
 _FROM_RIGHT = ("R", "AL", "AN")
 _LONGEST = 80
+
+
+class Audited(NamedTuple):
+    """What a certificate is about: its subject, and the header and the lines of its table."""
+
+    subject: Mapping[str, Any]
+    header: Mapping[str, Any]
+    rows: Sequence[Mapping[str, Any]]
 
 
 def integer(value: object) -> str:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fairaudit.verified.coq_text import boolean, comment, entries, integer, items, named, option, pair, rational
+from fairaudit.verified.coq_text import Audited, Claims, boolean, comment, entries, integer, items, named, option, pair, rational
 
 __all__ = ["definitions", "is_covered", "theorem_names", "theorems"]
-
-Claims = Sequence[tuple[int, Mapping[str, Any]]]
 
 SCOPE = "every utility of the class"
 
@@ -37,18 +35,17 @@ def is_covered(claim: Mapping[str, Any]) -> bool:
     return bool(claim["by"] == "lp-dual" and claim["scope"] == SCOPE and claim["value"] != "inf")
 
 
-def definitions(subject: Mapping[str, Any], header: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], claims: Claims) -> list[str]:
+def definitions(audited: Audited, claims: Claims) -> list[str]:
     """What the claims are about: the table with the utility that is stated, the class, and of each claim the bound and the multipliers.
 
     Parameters
     ----------
-    subject, header : mapping
-        The subject of the certificate, and the header of its table.
-    rows : sequence of mapping
-        The lines of the table.
+    audited : Audited
+        What the certificate is about.
     claims : sequence
-        The number and the JSON object of each claim that is covered.
+        The claims.
     """
+    subject, header, rows = audited
     return [
         "Module Worst_case.",
         "Import WorstCase.",
@@ -69,7 +66,7 @@ def theorems(claims: Claims) -> list[str]:
     Parameters
     ----------
     claims : sequence
-        The number and the JSON object of each claim that is covered.
+        The claims.
     """
 
     def proved(number: int, claim: Mapping[str, Any]) -> list[str]:

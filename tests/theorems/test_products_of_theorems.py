@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
-from itertools import product
 from math import prod
 from types import ModuleType
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from seven_tables import TOTAL, outer_pairs, seven_tables
 
 from fairaudit.model.mechanism import Factor, Mechanism
 from fairaudit.privacy import trade_offs
-from fairaudit.privacy.pairs import MAX_KINDS, factor_kinds, hockey_stick, pair_laws
+from fairaudit.privacy.pairs import hockey_stick, pair_laws
 from fairaudit.theorems import one_k, t03, t04, t10, t13_range, t17
 from fairaudit.theorems.bound import Bound
 
@@ -62,23 +62,15 @@ def test_bounds_are_those_of_all_pairs(parts: list[Factor], level: Fraction, lea
 
 
 def test_a_product_of_many_tables_has_its_bound() -> None:
-    """Seven tables of four rows have 13^7 kinds of pairs; in each the rows in between are mixtures of the outer two."""
-    parts = []
-    for n in range(7):
-        rows = ((90 - n, 10 + n), (70, 30), (50, 50), (20 + n, 80 - n))
-        parts.append(Factor((("a",), ("b",), ("c",), ("d",)), (("0",), ("1",)), rows, 100))
-    assert prod(len(factor_kinds(part)[0]) for part in parts) == 13**7 > MAX_KINDS
-    mechanism = Mechanism(tuple(parts))
+    mechanism = seven_tables()
 
-    def power(turned: tuple[bool, ...]) -> Fraction:
-        """By Neyman and Pearson, at the level 1/10, of outer rows, some of them exchanged."""
-        ends = [part.rows[::-3] if turn else part.rows[::3] for part, turn in zip(parts, turned, strict=True)]
-        both = [tuple(prod(entries) for entries in product(*(rows[i] for rows in ends))) for i in range(2)]
-        gained, left = F(0), F(100**7, 10)
+    def power(both: tuple[list[int], list[int]]) -> Fraction:
+        """By Neyman and Pearson, at the level 1/10."""
+        gained, left = F(0), F(TOTAL, 10)
         for p, q in sorted(zip(*both, strict=True), key=lambda column: -F(*column)):
             part = min(F(1), left / q)
             gained, left = gained + part * p, left - part * q
-        return gained / 100**7
+        return gained / TOTAL
 
-    worst = max(map(power, product([False, True], repeat=len(parts))))
+    worst = max(map(power, outer_pairs(mechanism)))
     assert t03.t3_mechanism(mechanism, "1/10").value == worst * 10

@@ -36,6 +36,7 @@ NASTY = [
     "(",
 ]
 EVERY_POLICY = ("local_ratio_supremum", "any policy behind this filter")
+ANY_UTILITY = ("local_ratio", "any policy behind this filter, any utility of the declared range")
 CLOSED = "Closed under the global context\n"
 SEEDS = range(60) if os.environ.get("FAIRAUDIT_FULL") == "1" else (19,)
 
@@ -90,6 +91,16 @@ def admissions() -> dict[str, Any]:
 
 def policy() -> dict[str, Any]:
     return dict(fa.audit(example("hr-filtered").path, confidence=None).certificate.document)
+
+
+def of_any_utility(releases: int = 1) -> dict[str, Any]:
+    """A certificate of a policy whose utility was declared to be one of a range, with bounds for every utility of that."""
+    rows = {"u": ["yes", "no"] * 4, "g": [g for g in "fm" for _ in range(4)], "x": ["a", "a", "b", "b"] * 2, "p": [3, 1, 1, 1, 1, 2, 2, 3]}
+    given = fa.Policy.from_counts(rows, decision="u", group="g", context="x", count="p")
+    group = fa.RandomizedResponse(["f", "m"], keep_probability="0.6")
+    deployment = given.behind(group=group, releases=releases)
+    declared = {"gamma": 3, "m": 1, "lipschitz": "1/2"}
+    return dict(fa.certify(deployment, {"yes": 2, "no": 1}, declared=declared, confidence=None).certificate.document)
 
 
 # Without Coq
@@ -157,6 +168,16 @@ def test_a_policy_and_its_filters_stand_in_the_file() -> None:
     for i, claim in enumerate(document["claims"]):
         assert (f"(* claims[{i}]: " in text.partition("From Coq")[0]) is (claim["by"] == "T13" and i not in proved)
     assert "T : table := Policy.induced_table Behind_filters.S." in text
+
+
+def test_bounds_for_every_utility_of_a_range_stand_in_the_file() -> None:
+    document = of_any_utility()
+    [claim] = [claim for claim in document["claims"] if (claim["quantity"], claim["scope"]) == ANY_UTILITY]
+    assert claim["value"] == "3/2"
+    assert f"(Statement false false (Some (3 # 2)) AnyUtility, (ByT13range [])) (* claims[{document['claims'].index(claim)}]" in written(
+        document
+    )
+    assert "AnyUtility" not in written(of_any_utility(releases=2))
 
 
 def test_what_is_not_proved_is_listed() -> None:
@@ -269,6 +290,17 @@ def test_coq_proves_what_is_true_of_a_policy_and_not_what_was_altered(compiled: 
     released = "[(7 # 10); (3 # 10)]"
     assert released in text
     assert by_coq(compiled, tmp_path, text.replace(released, "[(6 # 10); (4 # 10)]")) is None
+
+
+def test_coq_proves_bounds_for_every_utility_of_a_range_and_no_lower_ones(compiled: Path, tmp_path: Path) -> None:
+    text = without_figures(of_any_utility())
+    assert by_coq(compiled, tmp_path, text) == CLOSED
+    for old, new in [
+        ("(Some (3 # 2)) AnyUtility", "(Some (149 # 100)) AnyUtility"),
+        ("Declared (Some 3) (Some 1)", "Declared (Some 3) (Some (99 # 100))"),
+    ]:
+        assert text.count(old) == 1, old
+        assert by_coq(compiled, tmp_path, text.replace(old, new)) is None, old
 
 
 def test_coq_proves_what_is_true_and_not_what_was_altered(compiled: Path, tmp_path: Path) -> None:
