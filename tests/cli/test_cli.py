@@ -65,7 +65,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = (made / "certificate.json").read_text()
     (made / "altered.json").write_text(text.replace('"ratio":"3/2"', '"ratio":"2"').replace('"ratio": "3/2"', '"ratio": "2"'))
     assert main(["experiment", "run", "package-delivery", "--trials", "3", "--folder", str(made / "run")]) == 0
-    assert main(["navigation", "office", str(made / "office"), "--spacing", "0.2"]) == 0
+    assert main(["navigation", "office", str(made / "office")]) == 0
     return made
 
 
@@ -112,7 +112,7 @@ GOOD = {
     "experiment dry run": ("experiment run package-delivery --trials 3 --folder run --dry-run", 0),
     "experiment status": ("experiment status package-delivery --trials 3 --folder run", 0),
     "experiment certify": ("experiment certify package-delivery --trials 3 --folder run --max-local-ratio 2", None),
-    "navigation office": ("navigation office again-FORM --spacing 0.2", 0),
+    "navigation office": ("navigation office again-FORM", 0),
     "navigation maps": ("navigation maps office/area -o maps --resolution 0.2", 0),
 }
 """Commands, with the exit code, that have something to say."""
@@ -140,7 +140,7 @@ BAD = {
     "experiment run": "experiment run other",
     "experiment status": "experiment status package-delivery --folder nowhere",
     "experiment certify": "experiment certify package-delivery --folder nowhere",
-    "navigation office": "navigation office again --spacing 9",
+    "navigation office": "navigation office office",
     "navigation maps": "navigation maps nowhere -o maps",
     "navigation render": "navigation render nowhere.toml",
     "navigation route": "navigation route false.json HR2 -o r.csv",

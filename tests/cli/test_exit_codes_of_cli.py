@@ -112,8 +112,8 @@ CASES: dict[str, tuple[str, ...]] = {
     "experiment 1": ("experiment certify package-delivery --trials 30 --folder more --max-local-ratio 1.0001 --confidence none",),
     "experiment 2": ("experiment run other",),
     "experiment 3": ("experiment certify package-delivery --trials 30 --folder more --max-local-ratio 3",),
-    "navigation 0": ("navigation office office --spacing 0.2",),
-    "navigation 2": ("navigation office office --spacing 9",),
+    "navigation 0": ("navigation office office",),
+    "navigation 2": ("navigation office .",),
 }
 
 

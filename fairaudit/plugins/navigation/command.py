@@ -40,7 +40,6 @@ def add(commands: Any) -> None:
     office = actions.add_parser("office", help="write a synthetic office, with scenario files", allow_abbrev=False)
     office.set_defaults(run=_office)
     office.add_argument("folder", metavar="DIR", help="a new folder")
-    office.add_argument("--spacing", metavar="M", type=float, default=0.04, help="distance of neighbouring points in metres (default 0.04)")
     maps = actions.add_parser("maps", help="build the maps of a scan", allow_abbrev=False)
     maps.set_defaults(run=_maps)
     maps.add_argument(
@@ -99,22 +98,18 @@ def _answer(action: str, result: dict[str, Any], text: Callable[[], str], senten
 def _office(arguments: argparse.Namespace) -> Answer:
     from importlib.resources import files
 
-    from fairaudit.errors import InputError
     from fairaudit.files import write_atomically
-    from fairaudit.plugins.navigation.office import hr_office, write_office
+    from fairaudit.plugins.navigation.office import write_office
     from fairaudit.words import plain
 
     folder = Path(arguments.folder)
-    if not 0.01 <= arguments.spacing <= 1:
-        raise InputError(f"--spacing is {arguments.spacing}; 0.01 to 1 metre is accepted")
-    plan = hr_office()
-    count = write_office(plan, folder / "area", spacing=arguments.spacing)
-    said = f"{count:,} points, {len(plan.rooms)} rooms, {len(plan.doors)} doors: {folder / 'area'}"
+    count = write_office(folder / "area")
+    said = f"{count:,} points: {folder / 'area'}"
     examples = []
     for example in sorted(files("fairaudit.plugins.navigation").joinpath("examples").iterdir(), key=lambda entry: entry.name):
         write_atomically(folder / example.name, [example.read_bytes()])
         examples.append(folder / example.name)
-    result = {"points": count, "rooms": len(plan.rooms), "doors": len(plan.doors), "area": folder / "area", "examples": examples}
+    result = {"points": count, "area": folder / "area", "examples": examples}
     return _answer("office", result, lambda: "\n".join(map(plain, [said, *(f"example: {path}" for path in examples)])), f"{said}.")
 
 

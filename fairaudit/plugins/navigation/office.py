@@ -1,151 +1,36 @@
-"""Synthetic offices in the layout of S3DIS: rooms, doors, furniture, ceilings and labels whose truth is known."""
+"""A synthetic office in the layout of S3DIS, from a floor plan that is drawn in signs: `office.toml`."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import tomllib
+from collections.abc import Iterator
+from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
 
-__all__ = ["Door", "Plan", "Room", "Thing", "hr_office", "write_office"]
+__all__ = ["write_office"]
 
-WALL = 0.2
-HEIGHT = 2.7
-DOOR_WIDTH, DOOR_HEIGHT, LEAF = 0.9, 2.0, 0.05
-COLOURS = {
-    "ceiling": (225, 225, 220), "floor": (176, 150, 120), "wall": (205, 205, 210), "door": (120, 75, 45), "window": (150, 190, 220),
-    "table": (190, 140, 80), "chair": (45, 60, 110), "sofa": (140, 50, 60), "bookcase": (105, 70, 40), "board": (245, 245, 245),
-    "clutter": (90, 140, 80),
+SIDE, LEFT, TOP, HEIGHT = 0.1, -0.1, 6.1, 2.7
+KINDS = {  # sign, height in metres, colour
+    "wall": ("#", HEIGHT, (205, 205, 210)), "door": ("D", 2.0, (120, 75, 45)), "table": ("T", 0.74, (190, 140, 80)),
+    "chair": ("C", 0.9, (45, 60, 110)), "sofa": ("S", 0.8, (140, 50, 60)), "bookcase": ("B", 1.9, (105, 70, 40)),
+    "clutter": ("U", 0.6, (90, 140, 80)),
 }  # fmt: skip
-THINGS = {  # sides and height in metres
-    "table": (1.2, 0.7, 0.74), "chair": (0.5, 0.5, 0.9), "bookcase": (1.0, 0.35, 1.9), "sofa": (1.4, 0.8, 0.8), "clutter": (0.4, 0.4, 0.6),
-}  # fmt: skip
-CLOSED = ("bookcase", "sofa", "clutter")  # no scanner sees the floor under these
-
-_Box = tuple[float, float, float, float]
+FLOOR, CEILING = (176, 150, 120), (225, 225, 220)
 
 
-@dataclass(frozen=True)
-class Room:
-    """A room: its name and its floor between the walls, as least x and y, greatest x and y."""
-
-    name: str
-    box: _Box
-
-
-@dataclass(frozen=True)
-class Door:
-    """A door in the wall between two rooms, or in an outer wall.
-
-    Attributes
-    ----------
-    rooms : tuple of str
-        The rooms on its sides; the second is empty for an outer door. The first one's annotations hold it.
-    at : tuple of float
-        Its middle.
-    along : str
-        The axis, x or y, along which its wall runs.
-    twice : bool
-        Whether the second room's annotations hold it too.
-    standing_open : bool
-        Whether its leaf stands open, into the first room.
-    """
-
-    rooms: tuple[str, str]
-    at: tuple[float, float]
-    along: str
-    twice: bool = False
-    standing_open: bool = False
-
-
-@dataclass(frozen=True)
-class Thing:
-    """A piece of furniture on the floor of a room."""
-
-    kind: str
-    room: str
-    box: _Box
-    height: float
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A floor plan: the truth that a scan of it should give back."""
-
-    rooms: tuple[Room, ...]
-    doors: tuple[Door, ...]
-    things: tuple[Thing, ...] = field(default=())
-
-    @property
-    def edges(self) -> set[frozenset[str]]:
-        """Pairs of rooms that a door joins."""
-        return {frozenset(door.rooms) for door in self.doors if door.rooms[1]}
-
-    def room(self, name: str) -> Room:
-        """Return a room by its name."""
-        return next(room for room in self.rooms if room.name == name)
-
-
-def hr_office() -> Plan:
-    """Return an office with two rooms, office_1 and office_2, that mirror each other at the ends of a hallway.
-
-    Examples
-    --------
-    >>> sorted(sorted(edge) for edge in hr_office().edges)[0]
-    ['conferenceRoom_1', 'hallway_1']
-    """
-    rooms = (
-        Room("office_1", (0.1, 2.3, 3.9, 5.9)),
-        Room("copyRoom_1", (4.1, 2.3, 7.9, 5.9)),
-        Room("office_2", (8.1, 2.3, 11.9, 5.9)),
-        Room("hallway_1", (0.1, 0.1, 11.9, 2.1)),
-        Room("conferenceRoom_1", (0.1, -4.1, 5.9, -0.1)),
-        Room("lounge_1", (6.1, -4.1, 11.9, -0.1)),
-    )
-    doors = (
-        Door(("office_1", "hallway_1"), (3.0, 2.2), "x"),
-        Door(("office_2", "hallway_1"), (9.0, 2.2), "x"),
-        Door(("copyRoom_1", "hallway_1"), (6.0, 2.2), "x", twice=True),
-        Door(("conferenceRoom_1", "hallway_1"), (4.5, 0.0), "x"),
-        Door(("lounge_1", "hallway_1"), (7.5, 0.0), "x"),
-        Door(("hallway_1", ""), (12.0, 1.1), "y"),
-    )
-    half = (
-        ("office_1", "table", 0.3, 4.4), ("office_1", "chair", 1.6, 4.5), ("office_1", "bookcase", 2.4, 5.5),
-        ("office_1", "clutter", 0.2, 5.4), ("copyRoom_1", "table", 4.2, 5.1),
-    )  # fmt: skip
-    things = [_thing(room, kind, x, y) for room, kind, x, y in half]
-    mirrored = [
-        replace(t, room=t.room.replace("office_1", "office_2"), box=(12 - t.box[2], t.box[1], 12 - t.box[0], t.box[3])) for t in things
-    ]
-    others = [
-        _thing("conferenceRoom_1", "table", x, y) for x, y in ((1.6, -2.6), (1.6, -1.9), (2.8, -2.6), (2.8, -1.9))
-    ] + [_thing("lounge_1", "sofa", 6.3, -3.9), _thing("lounge_1", "sofa", 9.4, -3.9), _thing("lounge_1", "table", 8.0, -2.6)]  # fmt: skip
-    chairs = [_thing("conferenceRoom_1", "chair", x, y) for x in (1.8, 3.0) for y in (-3.3, -1.0)]
-    return Plan(rooms, doors, (*things, *mirrored, *others, *chairs))
-
-
-def _thing(room: str, kind: str, x: float, y: float) -> Thing:
-    width, depth, height = THINGS[kind]
-    return Thing(kind, room, (x, y, round(x + width, 3), round(y + depth, 3)), height)
-
-
-def write_office(plan: Plan, folder: str | Path, *, spacing: float = 0.05, seed: int = 0) -> int:
-    """Write a scan of a plan in the layout of S3DIS.
+def write_office(folder: str | Path) -> int:
+    """Write a scan of an office with two rooms, office_1 and office_2, that mirror each other at the ends of a hallway.
 
     Parameters
     ----------
-    plan : Plan
-        The office.
     folder : path-like
-        The area's folder; it must not exist or be empty.
-    spacing : float
-        Mean distance of neighbouring points on a surface, in metres.
-    seed : int
-        Equal seeds give equal files.
+        The area's folder; it must not exist or be empty. Points are the same each time.
 
     Returns
     -------
@@ -156,99 +41,62 @@ def write_office(plan: Plan, folder: str | Path, *, spacing: float = 0.05, seed:
     ------
     InputError
         If the folder is not empty or cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> write_office(tempfile.mkdtemp())
+    254996
     """
-    folder = Path(folder)
-    random = np.random.default_rng(seed)
-    total = 0
+    import pandas as pd
+
+    folder, total = Path(folder), 0
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
             raise InputError(f"{folder} is not empty; name a new folder")
-        for room in plan.rooms:
-            annotations = folder / room.name / "Annotations"
+        for room, objects in _rooms():
+            annotations = folder / room / "Annotations"
             annotations.mkdir(parents=True)
-            whole = []
-            for name, surface in _surfaces(plan, room, spacing, random).items():
-                text = _lines(surface, COLOURS.get(name.rsplit("_", 1)[0], COLOURS["clutter"]), random)
+            for name, points in objects.items():
+                text = (
+                    pd.DataFrame(points)
+                    .astype({3: int, 4: int, 5: int})
+                    .to_csv(None, sep=" ", header=False, index=False, float_format="%.3f")
+                )
                 (annotations / f"{name}.txt").write_text(text, "ascii")
-                whole.append(text)
-                total += len(surface)
-            (folder / room.name / f"{room.name}.txt").write_text("".join(whole), "ascii")
+                total += len(points)
+            texts = [(annotations / f"{name}.txt").read_text("ascii") for name in objects]
+            (folder / room / f"{room}.txt").write_text("".join(texts), "ascii")
     except OSError as error:
         raise InputError(f"{folder} cannot be written: {error.strerror or error}") from None
     return total
 
 
-def _lines(xyz: NDArray[np.float64], colour: tuple[int, int, int], random: np.random.Generator) -> str:
-    import pandas as pd
+def _rooms() -> Iterator[tuple[str, dict[str, Any]]]:
+    """Rooms with their objects, each by the name of its annotation; a sign that is no floor belongs to the room nearest to it."""
+    from scipy.ndimage import distance_transform_edt, label
 
-    rgb = np.clip(np.array(colour) + random.integers(-12, 13, (len(xyz), 1)), 0, 255)
-    frame = pd.DataFrame({"x": xyz[:, 0], "y": xyz[:, 1], "z": xyz[:, 2], "r": rgb[:, 0], "g": rgb[:, 1], "b": rgb[:, 2]})
-    return str(frame.to_csv(sep=" ", header=False, index=False, float_format="%.3f", lineterminator="\n"))
-
-
-def _surfaces(plan: Plan, room: Room, spacing: float, random: np.random.Generator) -> dict[str, NDArray[np.float64]]:
-    """Points of each object of a room, by the name of its annotation."""
-    x0, y0, x1, y1 = room.box
-    doors = [door for door in plan.doors if room.name in door.rooms]
-
-    def sheet(low: tuple[float, float, float], high: tuple[float, float, float]) -> NDArray[np.float64]:
-        """Points at about equal distances, none outside, on a flat box."""
-        counts = [max(1, round((b - a) / spacing)) for a, b in zip(low, high, strict=True)]
-        axes = [a + (np.arange(n) + 0.5) * ((b - a) / n) for a, b, n in zip(low, high, counts, strict=True)]
-        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        shift = random.uniform(-0.1, 0.1, points.shape) * spacing
-        return np.clip(points + shift, low, high)
-
-    strips = [sheet((a, b, 0.0), (c, d, 0.0)) for a, b, c, d in (_doorway(door) for door in doors if door.rooms[0] == room.name)]
-    floor = sheet((x0, y0, 0.0), (x1, y1, 0.0))
-    for thing in plan.things:
-        if thing.room == room.name and thing.kind in CLOSED:
-            a, b, c, d = thing.box
-            floor = floor[~((floor[:, 0] > a) & (floor[:, 0] < c) & (floor[:, 1] > b) & (floor[:, 1] < d))]
-    found = {"ceiling_1": sheet((x0, y0, HEIGHT), (x1, y1, HEIGHT)), "floor_1": np.concatenate([floor, *strips])}
-    walls = (((x0, y0), (x1, y0)), ((x0, y1), (x1, y1)), ((x0, y0), (x0, y1)), ((x1, y0), (x1, y1)))
-    for number, (start, end) in enumerate(walls, start=1):
-        points = sheet((*start, 0.0), (*end, HEIGHT))
-        for door in doors:
-            points = points[~_in_doorway(points, door)]
-        found[f"wall_{number}"] = points
-    held = [door for door in doors if door.rooms[0] == room.name or door.twice]
-    for number, door in enumerate(held, start=1):
-        a, b, c, d = _leaf(door, plan)
-        found[f"door_{number}"] = sheet((a, b, 0.02), (c, d, DOOR_HEIGHT))
-    numbers: dict[str, int] = {}
-    for thing in (thing for thing in plan.things if thing.room == room.name):
-        numbers[thing.kind] = numbers.get(thing.kind, 0) + 1
-        a, b, c, d = thing.box
-        sides = [((a, b), (c, b)), ((a, d), (c, d)), ((a, b), (a, d)), ((c, b), (c, d))]
-        pieces = [sheet((*low, 0.1), (*high, thing.height)) for low, high in sides]
-        found[f"{thing.kind}_{numbers[thing.kind]}"] = np.concatenate([sheet((a, b, thing.height), (c, d, thing.height)), *pieces])
-    return found
+    document = tomllib.loads(files("fairaudit.plugins.navigation").joinpath("office.toml").read_text("utf-8"))
+    signs = np.array([list(line) for line in document["plan"].split()])
+    floors = np.isin(signs, list(document["rooms"]))
+    owner = signs[tuple(distance_transform_edt(~floors, return_distances=False, return_indices=True))]
+    random = np.random.default_rng(0)
+    for letter, room in document["rooms"].items():
+        own = owner == letter
+        inside = own & (signs != "#")
+        objects = {"ceiling_1": _points(inside, 2, [HEIGHT], CEILING, random), "floor_1": _points(inside, 3, [0.0], FLOOR, random)}
+        for kind, (sign, height, colour) in KINDS.items():
+            pieces, count = label(own & (signs == sign))
+            levels = [*np.arange(0.2, height - 0.05, 0.2), height]
+            objects |= {f"{kind}_{number}": _points(pieces == number, 2, levels, colour, random) for number in range(1, count + 1)}
+        yield room, objects
 
 
-def _doorway(door: Door) -> _Box:
-    """Floor of an opening, from wall face to wall face."""
-    (x, y), half = door.at, DOOR_WIDTH / 2
-    return (x - half, y - WALL / 2, x + half, y + WALL / 2) if door.along == "x" else (x - WALL / 2, y - half, x + WALL / 2, y + half)
-
-
-def _in_doorway(points: NDArray[np.float64], door: Door) -> NDArray[np.bool_]:
-    (x, y), half, deep = door.at, DOOR_WIDTH / 2, WALL / 2 + 0.02
-    wide, thick = (half, deep) if door.along == "x" else (deep, half)
-    return (np.abs(points[:, 0] - x) <= wide) & (np.abs(points[:, 1] - y) <= thick) & (points[:, 2] <= DOOR_HEIGHT)
-
-
-def _leaf(door: Door, plan: Plan) -> _Box:
-    """Footprint of the leaf: in the wall if it is shut, at a right angle to it in the first room if it stands open."""
-    (x, y), half, thick = door.at, DOOR_WIDTH / 2, LEAF / 2
-    if not door.standing_open:
-        return (x - half, y - thick, x + half, y + thick) if door.along == "x" else (x - thick, y - half, x + thick, y + half)
-    box = plan.room(door.rooms[0]).box
-    if door.along == "x":
-        face = box[1] if box[1] > y else box[3]
-        low, high = sorted((face, face + (DOOR_WIDTH if face == box[1] else -DOOR_WIDTH)))
-        return (x - half - thick, low, x - half + thick, high)
-    face = box[0] if box[0] > x else box[2]
-    low, high = sorted((face, face + (DOOR_WIDTH if face == box[0] else -DOOR_WIDTH)))
-    return (low, y - half - thick, high, y - half + thick)
+def _points(chosen: NDArray[np.bool_], dense: int, levels: list[float], colour: tuple[int, ...], random: np.random.Generator) -> Any:
+    """Points on each sign and level, `dense` along either side, up to 4 mm from where a lattice has them, in shades of a colour."""
+    rows, columns = np.nonzero(np.repeat(np.repeat(chosen, dense, 0), dense, 1))
+    x, y = LEFT + (columns + 0.5) * SIDE / dense, TOP - (rows + 0.5) * SIDE / dense
+    xyz = np.concatenate([np.stack([x, y, np.full(len(x), level)], axis=1) for level in levels])
+    xyz[:, :2] += random.uniform(-0.004, 0.004, (len(xyz), 2))
+    return np.hstack([xyz, np.clip(colour + random.integers(-12, 13, (len(xyz), 1)), 0, 255)])

@@ -9,12 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from random_offices import random_office
+from offices import random_office, write_office
 
 from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.ground import advice, prepare
 from fairaudit.plugins.navigation.maps import rasterise
-from fairaudit.plugins.navigation.office import write_office
 from fairaudit.plugins.navigation.readers import Part, Points, read_points
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"

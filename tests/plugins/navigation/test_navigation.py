@@ -15,6 +15,7 @@ from math import hypot
 from pathlib import Path
 
 import pytest
+from offices import hr_office, write_office
 
 from fairaudit.cli.output import tell
 from fairaudit.errors import InputError
@@ -24,7 +25,6 @@ for module in ("PIL", "networkx", "yaml", "plyfile"):
 from fairaudit.plugins.navigation import command, render  # noqa: E402
 from fairaudit.plugins.navigation.grids import read_grid  # noqa: E402
 from fairaudit.plugins.navigation.maps import rasterise  # noqa: E402
-from fairaudit.plugins.navigation.office import hr_office, write_office  # noqa: E402
 from fairaudit.plugins.navigation.readers import read_points  # noqa: E402
 from fairaudit.plugins.navigation.scenario import plan_candidates, read_scenario  # noqa: E402
 
@@ -107,7 +107,7 @@ def test_parcels_by_room_and_the_pictures_that_experiments_name(copy: Path) -> N
     assert (copy / "parcels-candidates" / "candidate-2.png").is_file()
     (copy / "rooms.toml").write_text(
         scenario.replace("at = [4.9, -1.0]", 'room = "office_1"')
-        .replace("at = [7.1, -1.0]", 'room = "office_2"')
+        .replace("at = [7.1, -1.1]", 'room = "office_2"')
         .replace("= 0.2  ", "= 0.5  ")
     )
     found = plan_candidates(read_scenario(copy / "rooms.toml"))
@@ -205,14 +205,13 @@ def test_grid_maps_as_scans(tmp_path: Path) -> None:
 
 
 def test_office_and_maps_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert fairaudit("navigation", "office", str(tmp_path / "o"), "--spacing", "0.2") == 0
+    assert fairaudit("navigation", "office", str(tmp_path / "o")) == 0
     assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted(["area", *(p.name for p in EXAMPLES.iterdir())])
     assert fairaudit("navigation", "maps", str(tmp_path / "o" / "area"), "--resolution", "0.25", "-o", str(tmp_path / "m")) == 0
     assert "points in 6 rooms, floor at z = 0 m" in capsys.readouterr().out
     assert {p.name for p in (tmp_path / "m").iterdir()} == {"map.pgm", "map.yaml", "top-view.png", "topology.json", "traversability.png"}
     for words, said in (
         (("office", str(tmp_path / "o")), "is not empty"),
-        (("office", str(tmp_path / "n"), "--spacing", "0"), "0.01 to 1 metre"),
         (("maps", str(tmp_path / "o" / "area"), "-o", str(tmp_path / "m"), "--bounds", "1,2"), "4 numbers separated by commas"),
         (("maps", str(tmp_path / "o" / "area"), "-o", str(tmp_path / "m"), "--bounds", "50,50,60,60"), "no point of the scan lies within"),
     ):

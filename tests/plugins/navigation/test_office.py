@@ -7,11 +7,11 @@ from itertools import combinations
 from pathlib import Path
 
 import pytest
-from random_offices import random_office
+from offices import Plan, hr_office, random_office, write_office
 
 from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.maps import rasterise
-from fairaudit.plugins.navigation.office import Plan, hr_office, write_office
+from fairaudit.plugins.navigation.office import write_office as write_example
 from fairaudit.plugins.navigation.readers import CLASSES, read_points
 from fairaudit.plugins.navigation.routes import flood
 
@@ -26,6 +26,28 @@ def truth(plan: Plan) -> networkx.Graph:
     graph.add_nodes_from(room.name for room in plan.rooms)
     graph.add_edges_from(tuple(edge) for edge in plan.edges)
     return graph
+
+
+def test_the_office_that_is_drawn_in_signs_is_the_fixed_plan(tmp_path: Path) -> None:
+    """The rooms, doors and furniture of a plan in numbers, at their places; the same points each time."""
+    plan = hr_office()
+    count = write_example(tmp_path / "area")
+    points = read_points(tmp_path / "area")
+    assert len(points) == count and points.labelled
+    graph = topology(points)
+    assert set(graph.nodes) == {room.name for room in plan.rooms} and {frozenset(edge) for edge in graph.edges} == plan.edges
+    for pair, x, y in ((frozenset(edge), *door["at"]) for *edge, doors in graph.edges(data="doors") for door in doors):
+        assert any(pair == frozenset(door.rooms) and (x, y) == pytest.approx(door.at, abs=0.11) for door in plan.doors)
+    maps = rasterise(points, 0.1)
+    for thing in plan.things:
+        cell = maps.frame.cell((thing.box[0] + thing.box[2]) / 2, (thing.box[1] + thing.box[3]) / 2)
+        assert not maps.free[cell] and maps.height[cell] == pytest.approx(thing.height, abs=0.001)
+    for room in plan.rooms:
+        assert 0.6 < sum(maps.free[cell] for cell in _cells(maps, room.box)) / len(_cells(maps, room.box)) <= 1.0
+    write_example(tmp_path / "again")
+    assert read_points(tmp_path / "again").sha256 == points.sha256
+    with pytest.raises(InputError, match="is not empty"):
+        write_example(tmp_path / "again")
 
 
 @pytest.mark.parametrize("seed", [None, *range(PLANS)])
