@@ -13,7 +13,7 @@ from fairaudit.libraries import library
 from fairaudit.plugins.navigation.grids import Frame
 from fairaudit.plugins.navigation.readers import Part, Points
 
-__all__ = ["footprints", "topology", "topology_json"]
+__all__ = ["footprints", "middle", "topology", "topology_json"]
 
 RESOLUTION = 0.1
 REACH = 0.6
@@ -94,7 +94,7 @@ def topology(points: Points, *, resolution: float = RESOLUTION, reach: float = R
     graph = networkx.Graph()
     for number, room in enumerate(points.rooms):
         rows, columns = np.nonzero(owner == number)
-        at = _middle(rows, columns, frame) if len(rows) else None
+        at = middle(rows, columns, frame) if len(rows) else None
         graph.add_node(room, kind=room.rsplit("_", 1)[0], at=at, area=round(len(rows) * resolution**2, 2), exits=[])
     for part in points.parts:
         if part.kind == "door" and part.room is not None:
@@ -102,7 +102,7 @@ def topology(points: Points, *, resolution: float = RESOLUTION, reach: float = R
     return graph
 
 
-def _middle(rows: NDArray[np.int64], columns: NDArray[np.int64], frame: Frame) -> list[float]:
+def middle(rows: NDArray[np.int64], columns: NDArray[np.int64], frame: Frame) -> list[float]:
     """Centre of the cell of a room that is nearest to the mean of its cells."""
     best = int(((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2).argmin())
     return list(frame.centre(int(rows[best]), int(columns[best])))

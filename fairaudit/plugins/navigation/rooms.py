@@ -1,0 +1,308 @@
+"""Rooms and doors of floors that nobody labelled: where free space is wide, and where it narrows to a door."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fairaudit.errors import InputError, shown
+from fairaudit.libraries import library
+from fairaudit.plugins.navigation.grids import Frame
+from fairaudit.plugins.navigation.topology import NOWHERE, middle
+
+__all__ = ["Rooms", "find_rooms", "read_names"]
+
+NARROWEST, WIDEST = 0.6, 1.4  # doors
+WIDER = 0.12  # by how much half the width of a room is more than that of its doors
+LEAST_ROOM = 1.5  # m²
+COARSEST = 0.2
+SPECK = 0.02  # m²
+FURNITURE = 2.6  # what stands alone and is no longer is furniture …
+WALL, STUB = 0.4, 0.5  # … unless it is as thin as a wall, and longer than this and than three times its thickness
+JAMB, INTO, REACH = 0.5, 0.075, 1.5  # a wall beside a door is thinner; how far inside that is looked at, and how far across
+
+Mask = NDArray[np.bool_]
+Cells = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Rooms:
+    """The rooms of a floor, labelled or found.
+
+    Attributes
+    ----------
+    frame : Frame
+        Where the cells lie.
+    names : tuple of str
+        Names of the rooms.
+    owner : array of int, shape (rows, columns)
+        The position in ``names`` of the room that a cell belongs to, or -1.
+    graph : networkx.Graph
+        The topological map, as `topology` makes it.
+    """
+
+    frame: Frame
+    names: tuple[str, ...]
+    owner: NDArray[np.integer[Any]] = field(repr=False)
+    graph: Any = field(repr=False)
+
+
+def find_rooms(free: Mask, frame: Frame, names: Sequence[tuple[float, float, str]] = ()) -> Rooms:
+    """Find rooms and doors of a map without labels.
+
+    Parameters
+    ----------
+    free : array of bool, shape (rows, columns)
+        Free cells, whatever the size of the robot. Walls, furniture and what is unknown are not free.
+    frame : Frame
+        Where they lie.
+    names : sequence of (x, y, name)
+        Names of rooms by a point in them, in metres. The others are called ``room 1``, ``room 2`` … from the top of the map.
+
+    Returns
+    -------
+    Rooms
+        Free space and the furniture that stands alone in it, in rooms of at least 1.5 m². Doors are 0.6 to 1.4 m wide.
+
+    Raises
+    ------
+    InputError
+        If cells are larger than 0.2 m, there is no room, a name is in none, or a library is missing.
+
+    Notes
+    -----
+    Obstacles that stand alone are furniture if they are no longer than 2.6 m and no thin piece of wall. Watershed by the distance to
+    what is left cuts free space where it narrows. Two pieces are one room unless the way between them is that of a door: at most 1.4 m
+    wide, narrower than both by 0.24 m, and between the ends of two walls less than 0.5 m thick.
+
+    Examples
+    --------
+    >>> free = np.ones((40, 100), dtype=bool)
+    >>> free[:, 50:52] = False  # a wall …
+    >>> free[20:30, 50:52] = True  # … with a door
+    >>> rooms = find_rooms(free, Frame(0.0, 0.0, 0.1, 40, 100), [(9.0, 1.0, "kitchen")])
+    >>> rooms.names, rooms.graph.edges["room 1", "kitchen"]["doors"][0]["width"]
+    (('room 1', 'kitchen'), 1.0)
+    """
+    from scipy.ndimage import distance_transform_edt, find_objects, label
+
+    cell = frame.resolution
+    if cell > COARSEST:
+        raise InputError(f"cells of {cell:g} m are too coarse to tell doors from rooms; at most {COARSEST:g} m are accepted")
+    morphology, segmentation = library("skimage.morphology", "navigation"), library("skimage.segmentation", "navigation")
+    floor = _without_furniture(np.pad(free, 1), cell)
+    far, nearest = distance_transform_edt(floor, return_indices=True)
+    half = np.where(floor, (far - 0.5) * cell, 0.0)
+    tops, _ = label(morphology.h_maxima(np.where(half < NARROWEST / 2, 0.0, half), WIDER / 2), np.ones((3, 3)))
+    space = _Space(cell, floor, half, nearest)
+    pieces = segmentation.watershed(-half, tops, mask=floor, connectivity=2)
+    borders = list(_borders(pieces))
+    while (joined := _joined(pieces, borders, space)) is not None:
+        pieces = joined
+        borders = list(_borders(pieces))
+    kept = np.flatnonzero(np.bincount(pieces.ravel())[1:] * cell**2 >= LEAST_ROOM) + 1
+    if not len(kept):
+        raise InputError(f"the map has no free space of {LEAST_ROOM:g} m² or more, and so no room")
+    boxes = find_objects(pieces)
+    kept = np.array(sorted(kept, key=lambda piece: [side.start for side in boxes[piece - 1]]))
+    number = np.full(int(pieces.max()) + 1, NOWHERE, np.int32)
+    number[kept] = np.arange(len(kept))
+    owner = number[pieces][1:-1, 1:-1]
+    called = _called(owner, frame, names)
+    return Rooms(frame, called, owner, _graph(owner, frame, called, [(number[b.first], number[b.second], b) for b in borders], space))
+
+
+@dataclass(frozen=True)
+class _Space:
+    """Free space without furniture, with an edge of a cell: half its width at each cell, in metres, and the nearest obstacle."""
+
+    cell: float
+    floor: Mask
+    half: NDArray[np.float64]
+    nearest: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class _Border:
+    """Cells at which two pieces touch each other, in one place."""
+
+    first: int
+    second: int
+    cells: tuple[Cells, Cells]
+
+
+def _without_furniture(free: Mask, cell: float) -> Mask:
+    """Fill in specks, close the holes of walls, and take away what stands alone."""
+    from scipy.ndimage import binary_closing, find_objects, label
+
+    around = np.ones((3, 3))
+    blobs, _ = label(~free, around)
+    speck = np.bincount(blobs.ravel()) * cell**2 < max(SPECK, 3.5 * cell**2)
+    walls = ~free & ~speck[blobs]
+    reach = max(1, round(0.05 / cell))
+    walls = binary_closing(np.pad(walls, reach), np.ones((2 * reach + 1, 2 * reach + 1), bool))[reach:-reach, reach:-reach]
+    blobs, _ = label(walls, around)
+    for number, box in enumerate(find_objects(blobs), start=1):
+        sides = [(side.stop - side.start) * cell for side in box]
+        if max(sides) <= FURNITURE and number != blobs[0, 0]:
+            thing = blobs[box] == number
+            long = float(np.hypot(*sides))
+            thick = float(thing.sum()) * cell**2 / long
+            if thick > WALL or long < max(3 * thick, STUB):
+                walls[box][thing] = False
+    return np.asarray(~walls)
+
+
+def _borders(pieces: NDArray[np.int32]) -> Iterator[_Border]:
+    from scipy.ndimage import label
+
+    ends = []
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        rows, columns = pieces.shape
+        left = max(0, -right)
+        here = pieces[: rows - down, left : columns - max(0, right)]
+        there = pieces[down:, left + right : columns - max(0, right) + right]
+        r, c = np.nonzero((here != there) & (here > 0) & (there > 0))
+        c += left
+        low, high = np.sort([pieces[r, c], pieces[r + down, c + right]], axis=0)
+        ends += [np.stack([low, high, r, c]), np.stack([low, high, r + down, c + right])]
+    table = np.concatenate(ends, axis=1)
+    table = table[:, np.lexsort(table[::-1])]
+    for part in np.split(table, np.flatnonzero((np.diff(table[:2], axis=1) != 0).any(axis=0)) + 1, axis=1):
+        if part.size:
+            r, c = part[2] - part[2].min(), part[3] - part[3].min()
+            mask = np.zeros((int(r.max()) + 1, int(c.max()) + 1), bool)
+            mask[r, c] = True
+            places, count = label(mask, np.ones((3, 3)))
+            for place in range(1, count + 1):
+                here = part[:, places[r, c] == place]
+                yield _Border(int(part[0, 0]), int(part[1, 0]), (here[2], here[3]))
+
+
+def _joined(pieces: NDArray[np.int32], borders: list[_Border], space: _Space) -> NDArray[np.int32] | None:
+    """Make one of pieces that no door divides, the widest ways first; None if there are none.
+
+    What is too small or too narrow to be a room is known only when all else is joined.
+    """
+    if not borders:
+        return None
+    size = int(pieces.max()) + 1
+    widest = np.zeros(size)
+    np.maximum.at(widest, pieces.ravel(), space.half.ravel())
+    area = np.bincount(pieces.ravel(), minlength=size) * space.cell**2
+    ways = np.array([space.half[border.cells].max() for border in borders])
+    ends = np.array([(border.first, border.second) for border in borders])
+    order = np.argsort(-ways, kind="stable")
+    doorless = np.array([2 * way > WIDEST or not _between_walls(border, space) for way, border in zip(ways, borders, strict=True)], bool)
+    for join in (doorless, ways > widest[ends].min(axis=1) - WIDER, area[ends].min(axis=1) < LEAST_ROOM):
+        group, settled = np.arange(size), np.zeros(size, bool)
+        for place in order[join[order]]:
+            if join is doorless or not settled[ends[place]].any():
+                one, other = np.sort(group[ends[place]])
+                group[group == other] = one
+                settled[ends[place]] = True
+        if join.any():
+            return group[pieces].astype(np.int32)
+    return None
+
+
+def _ends(border: _Border, space: _Space) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """The obstacles on both sides of a way where it is widest, as it is at its narrowest there; None if it has but one side."""
+    best = int(space.half[border.cells].argmax())
+    here = np.array([cells[best] for cells in border.cells])
+    sides = space.nearest[:, border.cells[0], border.cells[1]].T.astype(np.float64)
+    others = sides[(sides - here) @ (sides[best] - here) < 0]
+    return (sides[best], others[np.hypot(*(others - here).T).argmin()]) if len(others) else None
+
+
+def _between_walls(border: _Border, space: _Space) -> bool:
+    """Whether a way is between the ends of two walls; a way between furniture and a wall has a side that goes on."""
+    ends = _ends(border, space)
+    if ends is None:
+        return bool(2 * space.half[border.cells].max() < NARROWEST)  # a hole in a wall
+    along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
+    across, inside = np.array([-along[1], along[0]]), max(INTO / space.cell - 0.5, 0.0) * along
+    return all(_thickness(at, across, space) <= JAMB for at in (ends[0] - inside, ends[1] + inside))
+
+
+def _thickness(at: NDArray[np.float64], across: NDArray[np.float64], space: _Space) -> float:
+    """How far obstacles reach from a point to both sides, in metres."""
+    steps = np.arange(0, REACH / space.cell, 0.5)
+    total = 0
+    for sign in (1, -1):
+        rows, columns = np.rint(at + sign * steps[:, None] * across).astype(np.int64).T
+        inside = (rows >= 0) & (columns >= 0) & (rows < space.floor.shape[0]) & (columns < space.floor.shape[1])
+        free = space.floor[np.where(inside, rows, 0), np.where(inside, columns, 0)]
+        total += int(free.argmax()) if free.any() else len(steps)
+    return total / 2 * space.cell
+
+
+def _called(owner: NDArray[np.int32], frame: Frame, names: Sequence[tuple[float, float, str]]) -> tuple[str, ...]:
+    called = [f"room {number}" for number in range(1, int(owner.max()) + 2)]
+    given: dict[int, str] = {}
+    for x, y, name in names:
+        room = int(owner[frame.cell(x, y)])
+        if room == NOWHERE:
+            raise InputError(f"the name {shown(name)} at ({x:g}, {y:g}) is in no room that was found; a point on free floor is accepted")
+        if room in given or name in given.values():
+            raise InputError(f"the name {shown(name)} at ({x:g}, {y:g}) is given twice, or its room has two; each room has one name")
+        given[room] = name
+    for room, name in given.items():
+        if name in called and called.index(name) != room:
+            raise InputError(f"{shown(name)} is the number of another room; give this room a name of its own")
+    return tuple(given.get(room, number) for room, number in enumerate(called))
+
+
+def _graph(owner: NDArray[np.int32], frame: Frame, names: tuple[str, ...], borders: list[tuple[int, int, _Border]], space: _Space) -> Any:
+    from scipy.ndimage import find_objects
+
+    graph = library("networkx", "navigation").Graph()
+    for room, (down, right) in enumerate(find_objects(owner + 1)):
+        rows, columns = np.nonzero(owner[down, right] == room)
+        at = middle(rows + down.start, columns + right.start, frame)
+        graph.add_node(names[room], kind="room", at=at, area=round(len(rows) * frame.resolution**2, 2), exits=[])
+    for first, second, border in borders:
+        ends = _ends(border, space) if first != NOWHERE and second != NOWHERE else None
+        width = (float(np.hypot(*(ends[0] - ends[1]))) - 1) * space.cell if ends else 0.0
+        if ends and width >= NARROWEST:
+            row, column = np.rint((ends[0] + ends[1]) / 2).astype(int) - 1
+            pair = names[first], names[second]
+            if not graph.has_edge(*pair):
+                graph.add_edge(*pair, doors=[])
+            doors = graph.edges[pair]["doors"]
+            doors.append({"name": f"door {len(doors) + 1}", "at": list(frame.centre(int(row), int(column))), "width": round(width, 3)})
+    return graph
+
+
+def read_names(path: Path) -> tuple[tuple[float, float, str], ...]:
+    """Read names of rooms: lines ``x,y,name``, where the point in metres is anywhere in the room.
+
+    Raises
+    ------
+    InputError
+        If it is not such a file; the message names the line.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            lines = [line for line in csv.reader(file) if line]
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: the file cannot be read: {error}") from None
+    found = []
+    for number, line in enumerate(lines, start=1):
+        try:
+            x, y, name = float(line[0]), float(line[1]), line[2].strip()
+            if len(line) != 3 or not (isfinite(x) and isfinite(y) and name):
+                raise ValueError
+        except (ValueError, IndexError):
+            raise InputError(f"{path}, line {number}: {shown(','.join(line))} is not x,y,name, such as 2.5,1,kitchen") from None
+        found.append((x, y, name))
+    return tuple(found)
