@@ -46,25 +46,7 @@ class Drive:
 
 
 def read_candidates(path: Path, chosen: str | None = None) -> list[Drive]:
-    """Read the routes of a candidate set.
-
-    Parameters
-    ----------
-    path : Path
-        A file ``candidates.json`` that `render` wrote.
-    chosen : str, optional
-        Label or index of a candidate; all by default.
-
-    Returns
-    -------
-    list of Drive
-        At least one.
-
-    Raises
-    ------
-    InputError
-        If it is no candidate set, or has no such candidate.
-    """
+    """Read the routes of a candidate set: all, or that to one candidate, by label or index."""
     try:
         document = json.loads(path.read_bytes())
         if document["format"] != FORMAT:

@@ -98,13 +98,7 @@ class Frame:
         return np.stack([self.x + turned[0], self.y + turned[1]], axis=-1)
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column of the cell in which a point lies.
-
-        Raises
-        ------
-        InputError
-            If it is not on the grid.
-        """
+        """Row and column of the cell in which a point lies; a point off the grid is refused."""
         found = int(self.cells([(x, y)])[0]) if isfinite(x) and isfinite(y) else -1
         if found < 0:
             ends = (-0.5, self.rows - 0.5), (-0.5, self.columns - 0.5)
@@ -123,21 +117,11 @@ class Frame:
 
 @dataclass(frozen=True)
 class OccupancyGrid:
-    """A map of cells that are free, occupied or unknown; what is not free is an obstacle.
-
-    Attributes
-    ----------
-    frame : Frame
-        Where the cells lie.
-    states : array of int8, shape (rows, columns)
-        Occupancy from 0 (free) to 100 (occupied), -1 where it is unknown, as ROS has it.
-    free_below : int
-        Cells whose occupancy is less are free.
-    """
+    """A map of cells that are free, occupied or unknown; what is not free is an obstacle."""
 
     frame: Frame
-    states: NDArray[np.int8] = field(repr=False)
-    free_below: int = 1
+    states: NDArray[np.int8] = field(repr=False)  # occupancy from 0 (free) to 100 (occupied), -1 where it is unknown, as ROS has it
+    free_below: int = 1  # cells whose occupancy is less are free
 
     def __post_init__(self) -> None:
         """Refuse what would make occupied cells free."""
@@ -284,17 +268,7 @@ def _picture(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
 def write_ros_map(grid: OccupancyGrid, path: str | Path) -> None:
     """Write a map for ROS: ``path`` (a ``.yaml`` file) and a pgm picture beside it, with the values that map_saver writes.
 
-    Parameters
-    ----------
-    grid : OccupancyGrid
-        The map; `read_grid` gives it back, what is neither free nor occupied as unknown.
-    path : path-like
-        The ``.yaml`` file.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be written.
+    `read_grid` gives it back, what is neither free nor occupied as unknown.
     """
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml"):

@@ -252,17 +252,7 @@ def _fitted(flat: _Array, centre: _Array, normal: _Array) -> _Plane | None:
 
 
 def advice(points: Points, resolution: float, robot_radius: float, band: tuple[float, float]) -> tuple[str, ...]:
-    """Say what a map of these cells would miss, and which options would not.
-
-    Parameters
-    ----------
-    points : Points
-        A scan.
-    resolution, robot_radius : float
-        Side of a cell and radius of the robot, in metres.
-    band : tuple of float
-        z of ground that can be traversed.
-    """
+    """Say what a map of these cells would miss, and which options would not; the band is the z of ground that can be traversed."""
     said = []
     low = points.xyz[(points.xyz[:, 2] >= band[0]) & (points.xyz[:, 2] <= band[1]), :2]
     if len(low) and (missed := _holes(low, resolution)) > HOLES:

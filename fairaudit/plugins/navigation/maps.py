@@ -20,34 +20,21 @@ CLEARANCE = 1.5
 CEILING = 2.0
 RESOLUTION = 0.05
 CHUNK = 1 << 15
-TALLEST = 1e5
 PASSABLE = "door"  # a door stands in a robot's way only while it is shut
 FLOOR_SLAB, FLOOR_SHARE = 0.1, 0.02
 
 
 @dataclass(frozen=True)
 class Maps:
-    """What a scan says of a floor: one frame for all.
-
-    Attributes
-    ----------
-    frame : Frame
-        Where the cells lie.
-    rgb : array of uint8, shape (rows, columns, 3)
-        Colour of the highest point of each cell, white where there is none; shades of its height if all points have one colour.
-    height : array of float64, shape (rows, columns)
-        Its z in metres (to 2**-38 of the scan's height), -inf where there is none.
-    free : array of bool, shape (rows, columns)
-        Which cells can be traversed.
-    floor : float
-        z of the floor, in metres.
-    """
+    """What a scan says of a floor: one frame for all."""
 
     frame: Frame
-    rgb: NDArray[np.uint8] = field(repr=False)
-    height: NDArray[np.float64] = field(repr=False)
-    free: NDArray[np.bool_] = field(repr=False)
-    floor: float
+    rgb: NDArray[np.uint8] = field(
+        repr=False
+    )  # of the highest point of each cell, white where there is none; shades if all have one colour
+    height: NDArray[np.float64] = field(repr=False)  # its z in metres, -inf where there is none
+    free: NDArray[np.bool_] = field(repr=False)  # which cells can be traversed
+    floor: float  # its z in metres
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -120,15 +107,14 @@ def rasterise(
         raise InputError(f"bounds are {list(bounds)}; least x, least y, greatest x, greatest y are accepted")
     frame = _frame(points, resolution, bounds)
     size = frame.rows * frame.columns
-    keys = np.full(size, -1, np.int64)
+    top, colours = np.full(size, -inf), np.full(size, -1, np.int32)
     low, blocked = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
-    heights = _Heights.of(points)
     for part, there, cells, z in _pieces(points, frame, ground + ceiling, bounded=bounds is not None):
-        raise_keys(keys, cells, heights.codes(z), points.rgb[there])
+        raise_tops(top, colours, cells, z, points.rgb[there])
         low[cells.compress((z >= ground + band[0]) & (z <= ground + band[1]))] = True
         if part.kind != PASSABLE:
             blocked[cells.compress((z > ground + band[1]) & (z <= ground + clearance))] = True
-    top, rgb = heights.tops(keys), _colours(keys)
+    rgb = np.stack([(colours >> shift & 255).astype(np.uint8) for shift in (16, 8, 0)], axis=1)  # -1 has all bits set: white
     if bounds is not None and not np.isfinite(top).any():
         raise InputError(f"no point of the scan lies within the bounds {list(bounds)}")
     _shade(rgb, top, ground)
@@ -137,44 +123,19 @@ def rasterise(
     return Maps(frame, rgb.reshape(*shape, 3), top.reshape(shape), inflate(free, robot_radius / frame.resolution), ground)
 
 
-@dataclass(frozen=True)
-class _Heights:
-    """Heights as integers of 38 bits, so that a height and a colour fit into one integer, which a single maximum carries along."""
-
-    least: float
-    scale: float
-
-    @classmethod
-    def of(cls, points: Points) -> _Heights:
-        z = points.xyz[:, 2]
-        least, greatest = float(z.min()), float(z.max())
-        if not greatest - least <= TALLEST:
-            raise InputError(f"the points reach from z = {least:g} to {greatest:g}; a scan in metres is at most {TALLEST:g} m high")
-        return cls(least, (2.0**38 - 1) / (greatest - least) if greatest > least else 0.0)
-
-    def codes(self, z: NDArray[np.float64]) -> NDArray[np.int64]:
-        share = z - self.least
-        share *= self.scale
-        return share.astype(np.int64)
-
-    def tops(self, keys: NDArray[np.int64]) -> NDArray[np.float64]:
-        return np.where(keys < 0, -inf, self.least + (keys >> 24) / (self.scale or 1.0))
-
-
-def raise_keys(keys: NDArray[np.int64], cells: NDArray[np.int64], codes: NDArray[np.int64], rgb: NDArray[np.uint8]) -> None:
+def raise_tops(
+    top: NDArray[np.float64], colours: NDArray[np.int32], cells: NDArray[np.int64], z: NDArray[np.float64], rgb: NDArray[np.uint8]
+) -> None:
     """Keep in each cell the highest point, and of equally high ones that of the greatest colour, so that their order does not matter."""
-    colours = rgb[:, 0].astype(np.int32)
-    for channel in (1, 2):
-        colours <<= 8
-        colours |= rgb[:, channel]
-    codes <<= 24
-    codes |= colours
-    np.maximum.at(keys, cells, codes)
-
-
-def _colours(keys: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Colours of the highest points; white where there are none, as -1 has all bits set."""
-    return np.stack([(keys >> shift & 255).astype(np.uint8) for shift in (16, 8, 0)], axis=1)
+    raised = np.flatnonzero(z >= top[cells])
+    cells, z = cells[raised], z[raised]
+    before = top[cells]
+    np.maximum.at(top, cells, z)
+    now = top[cells]
+    colours[cells[now > before]] = -1
+    highest = z == now
+    red, green, blue = rgb[raised[highest]].T.astype(np.int32)
+    np.maximum.at(colours, cells[highest], red << 16 | green << 8 | blue)
 
 
 def _check(ceiling: float, band: tuple[float, float], clearance: float, robot_radius: float) -> None:
@@ -241,19 +202,8 @@ def _inside(xyz: NDArray[np.float64], frame: Frame) -> NDArray[np.bool_]:
 def floor_height(points: Points) -> float:
     """Find the height of the floor.
 
-    Returns
-    -------
-    float
-        The median z of the points of the class floor; without any, that of the lowest slab of 10 cm that holds at least 2 % of all points
-        (the highest slab within the next 20 cm if that is fuller, for floors that lean or are noisy).
-
-    Examples
-    --------
-    >>> from fairaudit.plugins.navigation.readers import Part
-    >>> xyz = np.zeros((200, 3))
-    >>> xyz[:, 2] = [-3.0] + [0.02] * 99 + [2.5] * 100
-    >>> floor_height(Points(xyz, np.zeros((200, 3), np.uint8), (Part(0, 200),), {}))
-    0.02
+    It is the median z of the points of the class floor; without any, that of the lowest slab of 10 cm that holds at least 2 % of all points
+    (the highest slab within the next 20 cm if that is fuller, for floors that lean or are noisy).
     """
     labelled = [points.xyz[part.start : part.stop, 2] for part in points.parts if part.kind == "floor"]
     if labelled:
@@ -267,24 +217,14 @@ def floor_height(points: Points) -> float:
 
 
 def inflate(free: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
-    """Keep the free cells in which a disc fits.
+    """Keep the free cells in which a disc fits: those at whose centre one of this radius, in cells, touches no obstacle.
 
-    Parameters
-    ----------
-    free : array of bool, shape (rows, columns)
-        Free cells; what lies off the map is an obstacle.
-    radius : float
-        Radius of the disc, in cells.
-
-    Returns
-    -------
-    array of bool
-        Cells at whose centre the disc touches no obstacle, whatever corner of the obstacle's cell is nearest.
+    What lies off the map is an obstacle, and so is an obstacle's whole cell, whatever corner of it is nearest.
 
     Examples
     --------
-    >>> inflate(np.ones((5, 5), dtype=bool), 1.0).astype(int).tolist()
-    [[0, 0, 0, 0, 0], [0, 1, 1, 1, 0], [0, 1, 1, 1, 0], [0, 1, 1, 1, 0], [0, 0, 0, 0, 0]]
+    >>> inflate(np.ones((4, 4), dtype=bool), 1.0).astype(int).tolist()
+    [[0, 0, 0, 0], [0, 1, 1, 0], [0, 1, 1, 0], [0, 0, 0, 0]]
     """
     if radius <= 0:
         return free
@@ -308,13 +248,7 @@ def maps_of_grid(grid: OccupancyGrid, robot_radius: float = 0.0) -> Maps:
 
 
 def shut(frame: Frame, mask: OccupancyGrid) -> NDArray[np.bool_]:
-    """Find the cells that a keepout mask shuts.
-
-    Returns
-    -------
-    array of bool, shape (rows, columns)
-        Cells at whose centre the mask is occupied, and cells in which the centre of an occupied cell of the mask lies.
-    """
+    """Find the cells at whose centre a keepout mask is occupied, or in which the centre of an occupied cell of the mask lies."""
     kept = np.append(mask.states.ravel() == OCCUPIED, False)
     columns = np.arange(frame.columns)
     closed = np.array([kept[mask.frame.cells(frame.points(np.full_like(columns, row), columns))] for row in range(frame.rows)])

@@ -34,50 +34,24 @@ _BAD_BYTE = b"\x10"
 
 @dataclass(frozen=True)
 class Part:
-    """Consecutive points of a scan that belong to one object.
-
-    Attributes
-    ----------
-    start, stop : int
-        Range of the points.
-    room : str or None
-        The room's folder.
-    kind : str or None
-        One of `CLASSES`, or None without annotations.
-    name : str
-        The file, without its ending.
-    """
+    """Consecutive points of a scan that belong to one object."""
 
     start: int
     stop: int
-    room: str | None = None
-    kind: str | None = None
-    name: str = ""
+    room: str | None = None  # its folder
+    kind: str | None = None  # one of CLASSES, or None without annotations
+    name: str = ""  # the file, without its ending
 
 
 @dataclass(frozen=True)
 class Points:
-    """A coloured point cloud whose points may be labelled.
+    """A coloured point cloud whose points may be labelled."""
 
-    Attributes
-    ----------
-    xyz : array of float64, shape (n, 3)
-        Coordinates in metres; z points up.
-    rgb : array of uint8, shape (n, 3)
-        Colours; grey where the file has none.
-    parts : tuple of Part
-        Objects; they cover all points in order.
-    files : dict of str to str
-        Each file that was read, by its path within the scan, and the SHA-256 of its bytes.
-    notes : tuple of str
-        What was noticed or repaired while reading.
-    """
-
-    xyz: NDArray[np.float64] = field(repr=False)
-    rgb: NDArray[np.uint8] = field(repr=False)
-    parts: tuple[Part, ...] = field(repr=False)
-    files: dict[str, str] = field(repr=False)
-    notes: tuple[str, ...] = ()
+    xyz: NDArray[np.float64] = field(repr=False)  # n × 3, in metres; z points up
+    rgb: NDArray[np.uint8] = field(repr=False)  # n × 3; grey where the file has none
+    parts: tuple[Part, ...] = field(repr=False)  # objects; they cover all points in order
+    files: dict[str, str] = field(repr=False)  # path within the scan and SHA-256 of each file that was read
+    notes: tuple[str, ...] = ()  # what was noticed or repaired while reading
 
     def __len__(self) -> int:
         """Return the number of points."""

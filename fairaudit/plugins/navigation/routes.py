@@ -27,15 +27,9 @@ BLOCK = 1 << 14
 
 @dataclass(frozen=True)
 class Route:
-    """A shortest route, or that there is none.
+    """A shortest route, or that there is none."""
 
-    Attributes
-    ----------
-    cells : array of int64, shape (steps + 1, 2)
-        Row and column of each cell from start to goal; empty if the goal cannot be reached.
-    """
-
-    cells: NDArray[np.int64] = field(repr=False)
+    cells: NDArray[np.int64] = field(repr=False)  # row and column of each from start to goal; empty if the goal cannot be reached
 
     @property
     def found(self) -> bool:
@@ -60,21 +54,11 @@ class Route:
 
 @dataclass(frozen=True)
 class Flood:
-    """Shortest distances from a start to every cell of a map.
-
-    Attributes
-    ----------
-    start : tuple of int
-        Row and column.
-    cost : array of float64, shape (rows, columns)
-        Integers, 2,744,210 for a step along an axis; infinite where no route leads.
-    allowed : array of uint8, shape (rows, columns)
-        Bit k: whether the k-th step can be taken from a cell.
-    """
+    """Shortest distances from a start to every cell of a map."""
 
     start: Cell
-    cost: NDArray[np.float64] = field(repr=False)
-    allowed: NDArray[np.uint8] = field(repr=False)
+    cost: NDArray[np.float64] = field(repr=False)  # integers, 2,744,210 for a step along an axis; infinite where no route leads
+    allowed: NDArray[np.uint8] = field(repr=False)  # bit k: whether the k-th step can be taken from a cell
 
     @property
     def reached(self) -> NDArray[np.bool_]:
@@ -103,29 +87,8 @@ class Flood:
 
 
 def flood(free: NDArray[np.bool_], start: Cell, *, corner_cutting: bool = False) -> Flood:
-    """Find the shortest distances from a start to all cells.
+    """Find the shortest distances from a start to all cells; the parameters are those of `routes`.
 
-    Parameters
-    ----------
-    free : array of bool, shape (rows, columns)
-        Which cells can be entered.
-    start : tuple of int
-        Row and column.
-    corner_cutting : bool
-        Whether a diagonal step may pass an occupied cell beside it.
-
-    Returns
-    -------
-    Flood
-        The distances.
-
-    Raises
-    ------
-    InputError
-        If the start is not a free cell of the map, or the map is too large.
-
-    Notes
-    -----
     Dijkstra's algorithm (scipy), once for all goals, on integer costs. A route shorter than 3,880,000 cells is exactly optimal for √2, as
     it and every route as short have fewer than 2,744,210 diagonal steps; a longer one is within 1 + 1e-13 of the optimum.
     """

@@ -86,13 +86,7 @@ class CandidateSet:
 
 
 def read_scenario(path: str | Path) -> Scenario:
-    """Read a scenario file (TOML); paths in it are relative to it.
-
-    Raises
-    ------
-    InputError
-        If it is not of the form; the message names the file and the key.
-    """
+    """Read a scenario file (TOML); paths in it are relative to it."""
     path = Path(path)
     data, document = _document(path)
     try:
@@ -102,13 +96,7 @@ def read_scenario(path: str | Path) -> Scenario:
 
 
 def scenarios_of(path: str | Path) -> list[Scenario]:
-    """Read a scenario file, or the scenario files beside an experiment file that draw the pictures of its section [images].
-
-    Raises
-    ------
-    InputError
-        If a file is not of the form, or no scenario draws into the folder of a picture.
-    """
+    """Read a scenario file, or the scenario files beside an experiment file that draw the pictures of its section [images]."""
     path = Path(path)
     document = _document(path)[1]
     images = document.get("images")
@@ -262,18 +250,7 @@ def _profile(value: object, label: str) -> dict[str, str | int | float]:
 
 
 def read_scan(path: Path, reading: Mapping[str, Any], options: Mapping[str, Any]) -> tuple[Maps, Points | None, str, tuple[str, ...]]:
-    """Read a scan or a grid map, and build the maps.
-
-    Returns
-    -------
-    tuple
-        The maps, the points (None for a grid map), the SHA-256 of the scan, and notes.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or an option does not go with it.
-    """
+    """Read a scan or a grid map: its maps, its points (None for a grid map), its SHA-256, and notes."""
     chosen, radius = dict(options), float(options.get("robot_radius", 0.0))
     keepout, below = chosen.pop("keepout", None), {key: chosen.pop(key) for key in ("free_below",) if key in chosen}
     points, notes, grid = None, [], _grid(path, reading, below)
@@ -312,21 +289,8 @@ def _grid(path: Path, reading: Mapping[str, Any], below: Mapping[str, int]) -> O
 def plan_candidates(scenario: Scenario) -> CandidateSet:
     """Build the maps of a scenario and plan the route to each candidate.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        From `read_scenario`.
-
-    Returns
-    -------
-    CandidateSet
-        One route per candidate.
-
-    Raises
-    ------
-    InputError
-        If the start or a destination is not free (the nearest free cell is offered, not taken) or cannot be reached, or if the lengths
-        differ by more than is allowed.
+    If the start or a destination is not free, the nearest free cell is offered, not taken; and where the lengths differ by more than is
+    allowed, the nearest cell that would make them equal.
     """
     try:
         maps, points, digest, notes = read_scan(scenario.path.parent / scenario.scan, scenario.reading, scenario.options)
