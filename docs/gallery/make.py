@@ -75,15 +75,18 @@ def read(name: str) -> Entry:
 def made(entry: Entry) -> Made:
     """Run an entry in a fresh folder, and write its page."""
     with tempfile.TemporaryDirectory() as folder:
-        given = {each["file"] for each in entry.head["data"]}
+        given = {Path(each["file"]) for each in entry.head["data"]}
         for name in sorted(given):
-            source = HERE / "data" / name
-            (shutil.copytree if source.is_dir() else shutil.copy)(source, Path(folder) / Path(name).name)
+            (Path(folder) / name).parent.mkdir(exist_ok=True)
+            shutil.copy(HERE / "data" / name, Path(folder) / name)
         with contextlib.chdir(folder):
             screens = run(entry)
-            paths = [path for path in sorted(Path().rglob("*")) if path.suffix in KEPT and path.parts[0] not in given]
-            written = {path.as_posix(): path.read_bytes() for path in paths}
-    certificates = {Path(name).stem: Figures(json.loads(text)) for name, text in written.items() if is_certificate(name, text)}
+            paths = [path for path in sorted(Path().rglob("*")) if path.suffix in KEPT and path not in given]
+            beside = {path.parent for path in given if path.parent.name}  # where commands keep what readers need not see, but for pictures
+            written = {path.as_posix(): path.read_bytes() for path in paths if path.parent not in beside or path.suffix == ".png"}
+    certificates = {
+        Path(name).stem.replace(".", "_"): Figures(json.loads(text)) for name, text in written.items() if is_certificate(name, text)
+    }
     values = {**certificates, "screen": lambda number, first="", last="": part(screens[number], first, last)}
     page = rendered(head_of(entry) + entry.text + foot_of(entry, written), values)
     return Made(page, rendered(entry.head["answer"], values).strip(), {f"{entry.name}/{name}": text for name, text in written.items()})
@@ -141,10 +144,9 @@ def head_of(entry: Entry) -> str:
     lines = [f"# {head['title']}\n", f"{head['question']}\n", "## The data\n"]
     for each in head["data"]:
         source = HERE / "data" / each["file"]
-        where = f"[`{each['file']}`](data/{each['file']})" if source.is_file() else f"[`{each['file']}/`](data/{each['file']}/)"
-        lines.append(f"* {where}: {each['what']}\n  Source: [{each['source']}]({each['url']}). Licence: {each['licence']}.")
-        if source.is_file():
-            lines.append(f"  SHA-256: `{hashlib.sha256(source.read_bytes()).hexdigest()}`")
+        lines.append(f"* [`{each['file']}`](data/{each['file']}): {each['what']}")
+        lines.append(f"  Source: [{each['source']}]({each['url']}). Licence: {each['licence']}.")
+        lines.append(f"  SHA-256: `{hashlib.sha256(source.read_bytes()).hexdigest()}`")
     return "\n".join(lines) + "\n\n"
 
 
