@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ CLASSES = ("ceiling", "floor", "wall", "beam", "column", "window", "door", "tabl
 
 TEXTS = (".txt", ".xyz", ".csv", ".asc", ".txt.gz", ".xyz.gz", ".csv.gz", ".asc.gz")
 LARGEST, LEAST = 1e9, 1e-9
-BLOCK = 1 << 24
+BLOCK = 1 << 22
 LONGEST_LINE = 1 << 16
 _NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _NOWHERE = re.compile(rb"[+-]?(nan|inf|infinity)", re.IGNORECASE)
@@ -247,83 +247,62 @@ def _read_folders(reader: _Collected, path: Path, rooms: Sequence[str]) -> None:
 
 def _text(path: Path, notes: list[str], names: Sequence[str] = ()) -> Iterator[Block]:
     """Points of a text file, in blocks of whole lines."""
-    separator = b""
+    separator, after = b"", 1
     try:
         with gzip.open(path) if path.name.lower().endswith(".gz") else path.open("rb") as file:
-            for whole, line in _blocks(file):
-                block = whole
-                if not separator:
-                    separator, names, block = _layout(whole, line, names)
-                if separator != b" ":
-                    block = block.replace(separator, b" ")
-                if block.strip():
-                    yield _numbers(path, block, line, names, notes)
+            while lines := file.readlines(BLOCK):
+                line, after = after, after + len(lines)
+                if max(map(len, lines)) > LONGEST_LINE:
+                    what = f"more than {LONGEST_LINE:,} characters; a text file with one point per line was expected"
+                    raise _fault_at(path, next(n for n, text in enumerate(lines, start=line) if len(text) > LONGEST_LINE), what)
+                if not separator and not b"".join(lines).isspace():
+                    separator, names = _layout(path, lines, line, names)
+                if separator not in (b"", b" "):
+                    lines = [text.replace(separator, b" ") for text in lines]
+                if not (block := b"".join(lines)).isspace():
+                    yield _numbers(path, block, lines, line, names, notes)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    except _BadLineError as error:
-        raise InputError(f"{path}: line {error.line}: {error.what}") from None
 
 
-class _BadLineError(Exception):
-    def __init__(self, line: int, what: str) -> None:
-        super().__init__(what)
-        self.line, self.what = line, what
+def _fault_at(path: Path, line: int, what: str) -> InputError:
+    return InputError(f"{path}: line {line}: {what}")
 
 
-def _blocks(file: IO[bytes] | gzip.GzipFile) -> Iterator[tuple[bytes, int]]:
-    """Blocks of whole lines that are not all blank, each with the number of its first line."""
-    line, rest = 1, b""
-    while True:
-        read = file.read(BLOCK)
-        end = read.rfind(b"\n") + 1
-        if read and not end:
-            rest += read
-            if len(rest) > LONGEST_LINE:
-                raise _BadLineError(line, f"more than {LONGEST_LINE:,} characters; a text file with one point per line was expected")
-            continue
-        block, rest = rest + read[:end], read[end:]
-        if not read:
-            block, rest = block + rest, b""
-        if block.strip():
-            yield block, line
-        if not read:
-            return
-        line += block.count(b"\n")
-
-
-def _layout(block: bytes, line: int, names: Sequence[str]) -> tuple[bytes, Sequence[str], bytes]:
+def _layout(path: Path, lines: list[bytes], line: int, names: Sequence[str]) -> tuple[bytes, Sequence[str]]:
     """Find the separator and the names of the columns by the first line that is not blank; a line of names becomes a blank one."""
-    lines = block.split(b"\n")
     position = next(n for n, text in enumerate(lines) if text.strip())
     separator = next((mark for mark in (b",", b";") if mark in lines[position]), b" ")
     words = lines[position].lstrip(b"/#").replace(separator, b" ").split()
     heads = [{"red": "r", "green": "g", "blue": "b"}.get(head, head) for head in (w.decode("latin-1").strip('"').lower() for w in words)]
     if set(heads) >= set("xyz") and all(heads.count(name) == 1 for name in "xyz"):
-        lines[position] = b""
-        return separator, names or heads, b"\n".join(lines)
+        lines[position] = b"\n"
+        return separator, names or heads
     if not names and _BAD_BYTE in lines[position]:
-        return separator, "xyzrgb", block  # the files with this byte have six columns
+        return separator, "xyzrgb"  # the files with this byte have six columns
     if not names and len(words) not in (3, 6):
         said = f"there are {len(words)} columns; x y z or x y z r g b was expected, or --columns with a name for each"
-        raise _BadLineError(line + position, said)
-    return separator, names or "xyzrgb"[: len(words)], block
+        raise _fault_at(path, line + position, said)
+    return separator, names or "xyzrgb"[: len(words)]
 
 
-def _numbers(path: Path, block: bytes, line: int, names: Sequence[str], notes: list[str]) -> Block:
+def _numbers(path: Path, block: bytes, lines: list[bytes], line: int, names: Sequence[str], notes: list[str]) -> Block:
     """Parse a block: fast if nothing is wrong with it, else line by line to say what."""
     if _BAD_BYTE in block:
-        block = _repaired(path, block, line, names, notes)
-    values = _parsed(block, names)
+        lines = [_repaired(path, text, number, names, notes) for number, text in enumerate(lines, start=line)]
+        block = b"".join(lines)
+    values = _parsed(block, lines, names)
     if values is None:
-        raise _examined(block, line, names)
-    at = [list(names).index(axis) for axis in "xyz"]
-    xyz = np.ascontiguousarray(values[:, at])
+        faults = ((number, what) for number, text in enumerate(lines, start=line) if (what := _fault(text, names)))
+        usual = (line, f"the lines from here to line {line + len(lines) - 1} cannot be read as numbers separated by blanks")
+        raise _fault_at(path, *next(faults, usual))
+    xyz = np.ascontiguousarray(values[:, [list(names).index(axis) for axis in "xyz"]])
     if not set(names) >= set("rgb"):
         return xyz, np.full(xyz.shape, GREY, np.uint8), None
     return xyz, values[:, [list(names).index(colour) for colour in "rgb"]].astype(np.uint8), None
 
 
-def _parsed(block: bytes, names: Sequence[str]) -> NDArray[np.float64] | None:
+def _parsed(block: bytes, lines: list[bytes], names: Sequence[str]) -> NDArray[np.float64] | None:
     """Numbers of a block, or None if anything about it is irregular."""
     import pandas as pd
 
@@ -336,25 +315,14 @@ def _parsed(block: bytes, names: Sequence[str]) -> NDArray[np.float64] | None:
     except (ValueError, OverflowError):  # ParserError and EmptyDataError are ValueErrors
         return None
     values = frame.to_numpy()
-    if values.shape[1] != len(names):
-        return None
     odd = np.flatnonzero(~np.isfinite(values).all(axis=1))
     if odd.size:  # a short line is filled up with nan, so what stands there is looked at
-        lines = [text for text in block.split(b"\n") if text.strip()]
-        if len(lines) != len(values) or any(_fault(lines[row].removesuffix(b"\r"), names) for row in odd):
+        written = [text for text in lines if text.strip()]
+        if len(written) != len(values) or any(_fault(written[row], names) for row in odd):
             return None
-    colours = values[:, [number for number, name in enumerate(names) if name in ("r", "g", "b")]]
-    return values if ((colours >= 0) & (colours <= 255) & (colours == np.floor(colours))).all() else None
-
-
-def _examined(block: bytes, line: int, names: Sequence[str]) -> _BadLineError:
-    """Find the first line of a block that is not as it should be."""
-    number = line
-    for number, text in enumerate(block.split(b"\n"), start=line):
-        what = _fault(text.removesuffix(b"\r"), names)
-        if what:
-            return _BadLineError(number, what)
-    return _BadLineError(line, f"the lines from here to line {number} cannot be read as numbers separated by blanks")
+    colours = values[:, [number for number, name in enumerate(names) if name in ("r", "g", "b") and number < values.shape[1]]]
+    whole = ((colours >= 0) & (colours <= 255) & (colours == np.floor(colours))).all()
+    return values if whole and values.shape[1] == len(names) else None
 
 
 def _fault(text: bytes, names: Sequence[str]) -> str:
@@ -375,20 +343,14 @@ def _fault(text: bytes, names: Sequence[str]) -> str:
     return "" if len(words) == len(names) else f"there are {len(words)} columns where {len(names)} were expected"
 
 
-def _repaired(path: Path, block: bytes, line: int, names: Sequence[str], notes: list[str]) -> bytes:
+def _repaired(path: Path, text: bytes, line: int, names: Sequence[str], notes: list[str]) -> bytes:
     """Replace the byte 0x10 by a blank or by the digit 0, whichever gives the line its columns."""
-    lines = block.split(b"\n")
-    for position, text in enumerate(lines):
-        if _BAD_BYTE not in text:
-            continue
-        for meant, said in ((b" ", "a blank"), (b"0", "the digit 0")):
-            candidate = text.replace(_BAD_BYTE, meant)
-            if not _fault(candidate.removesuffix(b"\r"), names):
-                with path.open("rb") as file:
-                    digest = hashlib.file_digest(file, "sha256").hexdigest()
-                notes.append(f"{path.name}, line {line + position}: the byte 0x10 was read as {said} (SHA-256 of the file {digest})")
-                lines[position] = candidate
-                break
-        else:
-            raise _BadLineError(line + position, "it holds the byte 0x10, and neither a blank nor the digit 0 in its place gives a point")
-    return b"\n".join(lines)
+    if _BAD_BYTE not in text:
+        return text
+    for meant, said in ((b" ", "a blank"), (b"0", "the digit 0")):
+        if not _fault(candidate := text.replace(_BAD_BYTE, meant), names):
+            with path.open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            notes.append(f"{path.name}, line {line}: the byte 0x10 was read as {said} (SHA-256 of the file {digest})")
+            return candidate
+    raise _fault_at(path, line, "it holds the byte 0x10, and neither a blank nor the digit 0 in its place gives a point")
